@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         action,
         black_box,
         cayley,
+        compose,
         discretisation,
         exponential,
         external,
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
         se,
         sl,
         so,
+        splitting,
         su,
         trapezoidal,
     )
@@ -103,6 +105,7 @@ __all__ = [
     "black_box",
     "cayley",
     "check",
+    "compose",
     "discretisation",
     "explain",
     "exponential",
@@ -124,6 +127,7 @@ __all__ = [
     "sl",
     "so",
     "solution",
+    "splitting",
     "su",
     "trapezoidal",
 ]

@@ -23,11 +23,13 @@ if TYPE_CHECKING:
     from .retractions import cayley, exponential
     from .rules import (
         Discretisation,
+        compose,
         discretisation,
         imex,
         midpoint,
         one_step,
         rectangle,
+        splitting,
         trapezoidal,
     )
     from .scene import Conserved, Scene, on_group
@@ -43,7 +45,8 @@ else:
         groupoids="Groupoid LocalGroupoid action lie_group pair product",
         lattices="Lattice",
         retractions="cayley exponential",
-        rules="Discretisation discretisation imex midpoint one_step rectangle trapezoidal",
+        rules="Discretisation compose discretisation imex midpoint one_step rectangle splitting "
+              "trapezoidal",
         scene="Conserved Scene on_group",
     )  # fmt: skip
 
@@ -65,6 +68,7 @@ __all__ = [
     "action",
     "black_box",
     "cayley",
+    "compose",
     "discretisation",
     "exponential",
     "external",
@@ -83,6 +87,7 @@ __all__ = [
     "sl",
     "so",
     "sp",
+    "splitting",
     "su",
     "trapezoidal",
 ]

@@ -13,6 +13,12 @@ target and product that a user gave:
     product  both side by side; with a connection A in the frame e_i - A^a_i e_a, e_a
     local    rho = db/du / h at u = 0,     C^g_{mn} = (d2p^g/du^m dv^n - d2p^g/dv^m du^n) / h
 
+Of a scene that gives its Hamiltonian,
+
+    dx/dt = rho(x) dH/dmu,   dmu_g/dt = -rho^i_g dH/dx^i - C^n_{gm} dH/dmu_m mu_n + f_g,
+
+and mu stands wherever these pages say xi.
+
 Everything is exact: sympy expressions with rational (or algebraic) coefficients.
 """
 
@@ -22,6 +28,7 @@ import inspect
 from dataclasses import dataclass
 from typing import Any
 
+import mpmath
 import sympy
 
 from .algebroid import Algebroid, algebroid_of
@@ -79,6 +86,8 @@ class Mechanics:
     acting: tuple[sympy.Expr, ...]
     admitted: sympy.Matrix
     start: tuple[sympy.Expr, ...]
+    #: whether v is the momentum, and the Lagrangian the Hamiltonian
+    hamiltonian: bool = False
 
     @property
     def timed(self) -> bool:
@@ -95,20 +104,39 @@ def mechanics_of(scene: Any) -> Mechanics:
             f"scene {scene.name} has no continuous Lagrangian, so nothing to refer to; "
             "give it lagrangian=..., or measure it without a reference"
         )
-    lagrangian = _exact(scene, "Lagrangian", scene.lagrangian, x, v)[0]
+    energy = getattr(scene, "hamiltonian", None)
+    if energy is not None:
+        lagrangian = _exact(scene, "Hamiltonian", energy, x, v)[0]
+    else:
+        lagrangian = _exact(scene, "Lagrangian", scene.lagrangian, x, v)[0]
     structure = algebroid_of(scene, x)
     phi = _phi(scene, x)
     admitted = _constraints(scene, structure, x, phi)
-    start = _start(scene, x, v, phi, admitted)
+    start = _start(scene, x, v, phi, admitted, energy is not None)
     acting: tuple[sympy.Expr, ...] = ()
     if getattr(scene, "force", None) is not None:
         acting = _exact(scene, "force", scene.force, x, v)
+        if energy is not None:  # a function of the velocity
+            speeds = [lagrangian.diff(e) for e in v]
+            acting = tuple(e.xreplace(dict(zip(v, speeds, strict=True))) for e in acting)
         if len(acting) != len(v):
             raise ReferenceFailure(
                 f"the force of scene {scene.name} has {len(acting)} components where its groupoid "
                 f"has dim_u = {len(v)}; give {len(v)}"
             )
-    return Mechanics(x, v, structure, lagrangian, acting, admitted, start)
+    return Mechanics(
+        x, v, structure, lagrangian, acting, admitted, start, energy is not None
+    )  # fmt: skip
+
+
+def velocity_of(mechanics: Mechanics, at: Any) -> list[Any]:
+    """dH/dmu at a solution, mpf, in the digits of its momentum."""
+    letters = [*mechanics.x, *mechanics.v, T]
+    rows = [mechanics.lagrangian.diff(e) for e in mechanics.v]
+    with mpmath.workdps(at.certain_digits + 20):
+        time = mpmath.mpf(at.t.numerator) / at.t.denominator
+        found = sympy.lambdify(letters, rows, "mpmath")(*at.x, *at.mu, time)
+        return [mpmath.mpf(e) for e in found]
 
 
 def _constraints(
@@ -191,6 +219,8 @@ def balance_of(scene: Any) -> Balance:
     )  # fmt: skip
     n, m = structure.dim_x, structure.dim_u
     momentum = sympy.Matrix([lagrangian.diff(v[g]) for g in range(m)])
+    if mechanics.hamiltonian:
+        return _by_hamiltonian(mechanics)
     x_rates = structure.rho * v if n else sympy.zeros(0, 1)
     force = sympy.Matrix([_force(structure, lagrangian, momentum, x, v, g) for g in range(m)])
     for g, component in enumerate(mechanics.acting):
@@ -207,6 +237,24 @@ def balance_of(scene: Any) -> Balance:
         mass = mass.row_join(-admitted.T).col_join(admitted.row_join(sympy.zeros(k, k)))
         force = force.col_join(-turning)
     return Balance(mechanics, momentum, x_rates, mass, force)
+
+
+def _by_hamiltonian(mechanics: Mechanics) -> Balance:
+    """The equations in (x, mu), whose mass matrix is 1."""
+    x, mu, structure, energy = (
+        mechanics.x, mechanics.v, mechanics.structure, mechanics.lagrangian,
+    )  # fmt: skip
+    n, m = structure.dim_x, structure.dim_u
+    speed = sympy.Matrix([energy.diff(e) for e in mu])
+    force = sympy.zeros(m, 1)
+    for (a, b, c), constant in structure.constants.items():
+        # C^a_{bc} in the order of `_force`: of component b, with the speed c
+        force[b] -= constant * speed[c] * mu[a]
+    for g in range(m):
+        force[g] -= sum((structure.rho[i, g] * energy.diff(x[i]) for i in range(n)), sympy.S.Zero)
+        force[g] += mechanics.acting[g] if mechanics.acting else 0
+    x_rates = structure.rho * speed if n else sympy.zeros(0, 1)
+    return Balance(mechanics, mu, x_rates, sympy.eye(m), force)
 
 
 def equations_of(scene: Any, attitude: bool = False) -> Equations:
@@ -231,13 +279,16 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
     if attitude:
         size = structure.basis[0].rows
         matrix = sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"A{i}_{j}", real=True))
-        velocity = sum((structure.basis[g] * v[g] for g in range(m)), sympy.zeros(size, size))
+        speed = [mechanics.lagrangian.diff(e) for e in v] if mechanics.hamiltonian else v
+        velocity = sum((structure.basis[g] * speed[g] for g in range(m)), sympy.zeros(size, size))
         states += list(matrix)
         rates += list(matrix * velocity)
         start = (*start, *sympy.eye(size))
     if mechanics.timed:
         states, rates, start = [*states, T], [*rates, sympy.S.One], (*start, sympy.S.Zero)
     energy = sum((momentum[g] * v[g] for g in range(m)), sympy.S.Zero) - mechanics.lagrangian
+    if mechanics.hamiltonian:
+        energy = mechanics.lagrangian
     return Equations(
         scene.name, tuple(states), start, tuple(assignments), tuple(rates), mechanics.lagrangian,
         tuple(momentum), energy, n, m, size, mechanics.timed, bool(mechanics.acting),
@@ -246,11 +297,17 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
 
 
 def _start(
-    scene: Any, x: sympy.Matrix, v: sympy.Matrix, phi: sympy.Matrix, admitted: sympy.Matrix
+    scene: Any,
+    x: sympy.Matrix,
+    v: sympy.Matrix,
+    phi: sympy.Matrix,
+    admitted: sympy.Matrix,
+    hamiltonian: bool = False,
 ) -> tuple[sympy.Expr, ...]:
-    """(x0, v0) as exact sympy numbers, on the scene's constraints (`constrained_start`)."""
+    """(x0, v0), or (x0, mu0), as exact sympy numbers, on the scene's constraints."""
     start: tuple[sympy.Expr, ...] = ()
-    for name, given, wanted in (("x0", scene.x0, len(x)), ("v0", scene.v0, len(v))):
+    second = ("mu0", scene.mu0, len(v)) if hamiltonian else ("v0", scene.v0, len(v))
+    for name, given, wanted in (("x0", scene.x0, len(x)), second):
         if len(given) != wanted:
             raise ReferenceFailure(
                 f"{name} of scene {scene.name} has {len(given)} entries where its groupoid "

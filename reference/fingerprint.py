@@ -1,8 +1,9 @@
 """A scene's exact content in one short string: other mathematics, another string.
 
-It is a digest of the expressions themselves: the Lagrangian, the force, the anchor, the structure
-functions, the attitude's matrices and the start. No two systems share it, however near they are at
-some points; the same formula written otherwise may have another, and is then computed anew.
+It is a digest of the expressions themselves: the Lagrangian (or Hamiltonian), the force, the
+anchor, the structure functions, the attitude's matrices and the start. No two systems share it,
+however near they are at some points; the same formula written otherwise may have another, and is
+then computed anew.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ def fingerprint(system: Mechanics) -> str:
     texts += [_digest(part, known) for part in parts]
     for index, constant in sorted(structure.constants.items()):
         texts.append(f"{index} {_digest(constant, known)}")
+    texts += ["hamiltonian"] if system.hamiltonian else []
     texts += [f"force {_digest(e, known)}" for e in (*system.acting, *system.admitted)]
     return _sha("\n".join(texts))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -42,9 +42,17 @@ class Problem:
         from .closed_forms import closed_form_of
 
         mechanics = self.mechanics
-        if mechanics.acting or mechanics.admitted.rows or mechanics.timed:
+        if mechanics.hamiltonian or mechanics.acting or mechanics.admitted.rows or mechanics.timed:
             return None  # the closed forms are of Lagrangians alone
         return closed_form_of(self.scene, mechanics)
+
+    def with_velocity(self, rows: dict[Fraction, Solution]) -> dict[Fraction, Solution]:
+        """The solutions with v = dH/dmu; a Hamiltonian's have the momentum in its place."""
+        if not self.mechanics.hamiltonian:
+            return rows
+        from .equations import velocity_of
+
+        return {t: replace(row, v=velocity_of(self.mechanics, row)) for t, row in rows.items()}
 
     def solve(
         self,

@@ -70,7 +70,8 @@ def solutions(
     found = _known.setdefault((problem.scene.name, problem.key, attitude, digits, proof), {})
     missing = sorted(set(exact_times) - set(found))
     if missing:
-        found.update(_answers(problem, missing, digits, attitude, proof))
+        answers = _answers(problem, missing, digits, attitude, proof)
+        found.update(problem.with_velocity(answers))
     return [found[t] for t in exact_times]
 
 

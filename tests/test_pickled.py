@@ -42,6 +42,8 @@ def explicit(s, z, h):
     return z + h * s.f(z)
 
 
+BY_H = Scene("by-h", pair(1), hamiltonian=lambda x, mu, p: p.k * mu[0] ** 2 + x[0] ** 2,
+             parameters={"k": 1}, x0=[1], mu0=[0])  # fmt: skip
 RULES = (midpoint, trapezoidal, rectangle, imex, own, gauss(3), lobatto(4), mine, explicit,
          compose(midpoint, "suzuki"), compose(mine, "triple-jump"),
          compose(mine, [0.25, 0.5, 0.25]), splitting([1, 1]), *MAPS.values())  # fmt: skip
@@ -56,9 +58,10 @@ def test_rules(rule):
     assert again(rule) == rule and deepcopy(rule) == rule
 
 
-@pytest.mark.parametrize("name", [*scenes.every_name(), "mine"])
+@pytest.mark.parametrize("name", [*scenes.every_name(), "mine", "by-h"])
 def test_scenes(name):
-    scene = SCENE if name == "mine" else scenes.get(name)
+    own = {"mine": SCENE, "by-h": BY_H}
+    scene = own[name] if name in own else scenes.get(name)
     assert again(scene) is scene and deepcopy(scene) is scene
     other = scene.with_values(duration=Fraction(7, 3), title="another")
     back = again(other)

@@ -28,7 +28,7 @@ from .discrete_lagrangian import DiscreteLagrangian
 from .discretised_scene import DiscretisedScene
 from .dual_system import DualSystem
 from .legendre_inverse import legendre_inverse
-from .nonsmooth import blamed
+from .nonsmooth import blamed, check_finite
 from .one_step_equations import OneStepEquations
 from .rule_view import answers_of
 from .stage_equations import no_stages, stage_source
@@ -39,8 +39,8 @@ from .virtual_work import discrete_force, force_points
 __all__ = [
     "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian", "DiscretisedScene",
     "DualSystem", "OneStepEquations", "SceneSymbols", "absolute_terms", "answers_of", "blamed",
-    "check_force", "check_momentum", "check_on_constraints", "check_regular", "check_start",
-    "closed_velocity", "constraint", "constraint_matrix", "discrete_force", "energy",
+    "check_finite", "check_force", "check_momentum", "check_on_constraints", "check_regular",
+    "check_start", "closed_velocity", "constraint", "constraint_matrix", "discrete_force", "energy",
     "energy_terms", "field_parts",
     "force_points", "initial_momentum", "legendre_inverse", "mass_matrix", "momentum",
     "natural_structure", "no_stages", "on_constraints", "power", "rates", "stage_source",

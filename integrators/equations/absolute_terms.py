@@ -32,8 +32,11 @@ def energy_terms(s: SceneSymbols) -> Any:
     """The sum of the absolute values of the terms of H at (x, ξ), ξ in the letters `s.u`.
 
     A term t of l has the part ξ·∂t/∂ξ − t in H: (k − 1) t, where it is of degree k in ξ. Of degree
-    1 it is in μ·ξ and in l, and cancels but for its round-off: it counts as it stands.
+    1 it is in μ·ξ and in l, and cancels but for its round-off: it counts as it stands. Of a
+    Hamiltonian that is given, those of its own terms.
     """
+    if s.hamiltonian is not None:
+        return absolute_terms(s.hamiltonian)
     return sympy.Add(*[_in_energy(t, s) for t in sympy.Add.make_args(s.lagrangian)])
 
 

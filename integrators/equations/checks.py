@@ -157,7 +157,7 @@ def start_sizes(s: SceneSymbols, scene: Scene) -> dict[Letter, Any]:
     found = dict(zip([*s.position, *s.u, s.h], [*x, *v, to_sympy(scene.step)], strict=True))
     found |= {e: time for e in [*s.x] if e not in found}
     mu: Sequence[Any] = [] if scene.mu0 is None else list(map(to_sympy, scene.mu0))
-    if scene.lagrangian is not None:
+    if scene.lagrangian is not None and scene.mu0 is None:
         given = zip([*s.x], map(to_sympy, s.with_time(scene.x0)), strict=True)
         at = dict(given) | {e: found[e] for e in s.u} | s.exact_parameters(scene)
         with suppress(NotComputed):
@@ -195,7 +195,9 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
 def _at_start(s: SceneSymbols, scene: Scene) -> dict[Letter, Exact]:
     """The values of x, the velocity and the parameters at the start."""
     given = map(to_sympy, [*s.with_time(scene.x0), *scene.v0])
-    return dict(zip([*s.x, *s.u], given, strict=True)) | s.exact_parameters(scene)
+    found = dict(zip([*s.x, *s.u], given, strict=True)) | s.exact_parameters(scene)
+    mu = [] if scene.mu0 is None else map(to_sympy, scene.mu0)
+    return found | dict(zip(s.mu, mu, strict=False))
 
 
 def check_force(s: SceneSymbols, scene: Scene) -> None:
@@ -215,17 +217,19 @@ def check_force(s: SceneSymbols, scene: Scene) -> None:
 
 
 def check_lagrangian(s: SceneSymbols, scene: Scene) -> None:
-    """Raise `BadInput` where the Lagrangian is no finite real number at the start."""
+    """Raise `BadInput` where the Lagrangian or the Hamiltonian is no finite real number at x0."""
     if scene.lagrangian is None:
         return
     try:
-        (value,) = evaluate_matrix(sympy.Matrix([s.lagrangian]), 30, _at_start(s, scene))
+        (value,) = evaluate_matrix(sympy.Matrix([s.phase_lagrangian]), 30, _at_start(s, scene))
     except NotComputed:  # which a run says, with the function that is to be mended
         return
     if not (value.is_real and value.is_finite):
+        given = scene.hamiltonian is not None
+        noun, start = ("Hamiltonian", "mu0") if given else ("Lagrangian", "v0")
         raise BadInput(
-            f"{scene.name}: its Lagrangian is no finite real number at x0, v0; begin elsewhere, "
-            "or give other parameters."
+            f"{scene.name}: its {noun} is no finite real number at x0, {start}; begin "
+            "elsewhere, or give other parameters."
         )
 
 

@@ -35,8 +35,10 @@ def closed_velocity(s: SceneSymbols) -> Column | None:
     """ξ(x, μ), m×1, as expressions; None where they do not exist or are long.
 
     They exist for a Lagrangian that is quadratic in the velocity, and are short where no more than
-    three velocities are tied together by the mass matrix.
+    three velocities are tied together by the mass matrix. Of a Hamiltonian they are ∂H/∂μ.
     """
+    if s.hamiltonian is not None:
+        return jacobian([s.hamiltonian], s.mu).T
     mu, mass = momentum(s), mass_matrix(s)
     blocks = mass.connected_components()
     if mass.free_symbols & set(s.u) or max(map(len, blocks)) > CLOSED:
@@ -51,13 +53,13 @@ def closed_velocity(s: SceneSymbols) -> Column | None:
 
 def energy(s: SceneSymbols) -> Expression:
     """H = μ·ξ − l at (x, ξ, μ), ξ in the letters `s.u`: stationary in ξ where μ = ∂l/∂ξ."""
-    return s.mu.dot(s.u) - s.lagrangian
+    return s.mu.dot(s.u) - s.phase_lagrangian
 
 
 def power(s: SceneSymbols) -> Expression:
     """dH/dt = f·ξ − ∂l/∂t at (x, ξ), ξ in the letters `s.u`."""
     work = s.force.dot(s.u) if s.forced else sympy.S.Zero
-    return work - s.lagrangian.diff(s.x[-1]) if s.clocked else work
+    return work - s.phase_lagrangian.diff(s.x[-1]) if s.clocked else work
 
 
 def natural_structure(s: SceneSymbols, x: Column) -> tuple[SymbolicMatrix, list[SymbolicMatrix]]:
@@ -74,7 +76,7 @@ def natural_structure(s: SceneSymbols, x: Column) -> tuple[SymbolicMatrix, list[
 def rates(s: SceneSymbols) -> Column:
     """(ẋ, μ̇) at (x, ξ, μ), ξ in the letters `s.u`, (n+m)×1."""
     rho, structure = natural_structure(s, s.x)
-    mu_dot = rho.T * jacobian([s.lagrangian], s.x).T if len(s.x) else 0 * s.mu
+    mu_dot = rho.T * jacobian([s.phase_lagrangian], s.x).T if len(s.x) else 0 * s.mu
     for nu, c in enumerate(structure):
         mu_dot -= c * s.u * s.mu[nu]
     x_dot = rho * s.u

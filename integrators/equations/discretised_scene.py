@@ -12,7 +12,7 @@ from .checks import check_regular, check_start
 from .constrained_equations import ConstrainedEquations
 from .constrained_start import on_constraints
 from .discrete_equations import DiscreteEquations
-from .nonsmooth import refuse_not_smooth
+from .nonsmooth import check_smooth
 from .one_step_equations import OneStepEquations
 from .symbols import SceneSymbols
 
@@ -83,6 +83,5 @@ def _symbols(scene: Scene, stages: int = 0) -> SceneSymbols:
     """A scene's letters, its Lagrangian being finite, real and smooth."""
     s = SceneSymbols(scene, stages)
     if scene.lagrangian is not None:
-        s.scalars([s.lagrangian], "its Lagrangian", scene.lagrangian)
-        refuse_not_smooth(scene, s)
+        check_smooth(scene, s)
     return s

@@ -247,7 +247,7 @@ class DualSystem:
 
     def _force(self, at: Point) -> Column:
         """∂H/∂x = −∂l/∂x at a point, as letters, n×1."""
-        return self._placed(at, "zg", lambda: -jacobian([self._s.lagrangian], self._s.x))
+        return self._placed(at, "zg", lambda: -jacobian([self._s.phase_lagrangian], self._s.x))
 
     def _placed(self, at: Point, name: str, entries: Callable[[], Any], by: Any = None) -> Column:
         """Letters for entries in (x, ξ, μ) at a point, the same whenever they are asked for."""

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..numbers import Double, newton, numeric
+from ..numbers import Double, jacobian, newton, numeric
 from .continuous import mass_matrix, momentum
 from .symbols import SceneSymbols
 
@@ -30,6 +30,13 @@ class LegendreInverse:
 
     def __init__(self, s: SceneSymbols, numbers: Any) -> None:
         self.numbers, self.double = numbers, isinstance(numbers, Double)
+        #: whether a Hamiltonian is given, and ξ = ∂H/∂μ
+        self.closed = s.hamiltonian is not None
+        if self.closed:
+            own = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
+            speed = list(jacobian([s.hamiltonian], s.mu))
+            self._maps = numeric(own, [speed], numbers, columns=self.double)
+            return
         mass = mass_matrix(s)
         #: whether one correction solves, from wherever it starts
         self.quadratic = not set(s.u) & mass.free_symbols
@@ -37,6 +44,11 @@ class LegendreInverse:
         self._maps = numeric(letters, [list(momentum(s)), mass], numbers, columns=self.double)
 
     def __call__(self, x: Any, mu: Any, p: Any, start: Any) -> np.ndarray:
+        if self.closed and self.double:
+            found = np.asarray(self._maps(x.T, mu.T, p), dtype=float)
+            return np.broadcast_to(found.T, mu.shape)
+        if self.closed:
+            return np.array([self._maps(*at, p) for at in zip(x, mu, strict=True)])
         if self.quadratic:
             start = 0 * mu
         if not self.double:

@@ -40,12 +40,26 @@ def _blame(scheme: Any) -> BadInput:
     return _refusal(what, function)
 
 
-def refuse_not_smooth(scene: Scene, s: SceneSymbols) -> None:
-    """Raise `BadInput` where the Lagrangian or the force is made of pieces in x, u or t, whichever
-    it is written with: no rule has an order across a jump in the slope of its gradient."""
-    if _breaks(s.lagrangian, {*s.x, *s.u}):
-        raise _refusal(f"the Lagrangian of {scene.name}", scene.lagrangian)
-    if any(_breaks(e, {*s.x, *s.u}) for e in s.force):
+def check_finite(scene: Scene, s: SceneSymbols) -> tuple[str, Any]:
+    """Raise `BadInput` where the Lagrangian (or Hamiltonian) is not finite and real.
+
+    Returns what it is called, and the expression.
+    """
+    given = s.hamiltonian
+    noun, value = ("Lagrangian", s.lagrangian) if given is None else ("Hamiltonian", given)
+    s.scalars([value], f"its {noun}", scene.lagrangian)
+    return noun, value
+
+
+def check_smooth(scene: Scene, s: SceneSymbols) -> None:
+    """Raise `BadInput` as `check_finite`, and where that or the force is made of pieces in x, u, μ
+    or t, whichever it is written with: no rule has an order across a jump in the slope of its
+    gradient."""
+    noun, value = check_finite(scene, s)
+    letters = {*s.x, *s.u, *s.mu}
+    if _breaks(value, letters):
+        raise _refusal(f"the {noun} of {scene.name}", scene.lagrangian)
+    if any(_breaks(e, letters) for e in s.force):
         raise _refusal(f"the force of {scene.name}", scene.force)
 
 

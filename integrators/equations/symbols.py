@@ -72,6 +72,7 @@ class SceneSymbols:
         #: the discrete Lagrangian that the scene gives itself, or None
         self.given = scene.discrete_lagrangian
         self._lagrangian, self._fast, self._force = scene.lagrangian, scene.fast, scene.force
+        self._hamiltonian = scene.hamiltonian
         self.forced = scene.force is not None
         #: the function of the constraints, and whether they are φ(x) = 0 (`constraints`)
         self.restricted = scene.holonomic or scene.nonholonomic
@@ -249,6 +250,27 @@ class SceneSymbols:
         """l(x, u); raises `CannotMeasure` if the scene has only a discrete one."""
         self._refuse_attitude(self._lagrangian, "its Lagrangian")
         return self.lagrangian_at(self.x, self.u)
+
+    @cached_property
+    def hamiltonian(self) -> Expression | None:
+        """H(x, μ) where the scene gives it; None where it gives a Lagrangian.
+
+        Raises `BadInput` for letters that are unknown.
+        """
+        if self._hamiltonian is None:
+            return None
+        arguments, what = self._at_point(self._hamiltonian, self.x, self.mu), "its Hamiltonian"
+        found = self.call(self._hamiltonian, what, *arguments)
+        words = "x, mu, p and t"
+        known = {*self.x, *self.mu}
+        self.refuse_unknown(column([found]), known, what, self._hamiltonian, words)
+        return found
+
+    @property
+    def phase_lagrangian(self) -> Expression:
+        """What has the slope ρ̂ᵀ∂/∂x of the force: l(x, u), or μ·u − H(x, μ) where H is given."""
+        H = self.hamiltonian
+        return self.lagrangian if H is None else self.mu.dot(self.u) - H
 
     def fast_at(self, x: Column) -> Expression:
         """The fast part of the potential at a column x; `CannotMeasure` if the scene names none."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..equations import DiscretisedScene, SceneSymbols, check_start, on_constraints
+from ..equations import DiscretisedScene, SceneSymbols, check_finite, check_start, on_constraints
 from ..errors import BadInput, CannotMeasure, arguments_checked, brief_name, misplaced
 from ..groupoids import check_axioms
 from ..numbers import Arithmetic
@@ -62,7 +62,7 @@ class BoxScheme(DiscretisedScene):
             if scene.in_numbers:
                 check_gradient(scene)
             else:
-                s.scalars([s.lagrangian], "its Lagrangian", scene.lagrangian)
+                check_finite(scene, s)
             equations = BoxEquations(s, rule)
         scene = on_constraints(equations.s, scene)
         check_start(equations.s, scene)

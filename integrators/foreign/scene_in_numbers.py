@@ -213,7 +213,7 @@ def _formula(s: SceneSymbols, what: str) -> Any:
     if what == "H":
         return energy(s)
     if what == "gradient":
-        return [-e for e in jacobian([s.lagrangian], s.position)]
+        return [-e for e in jacobian([s.phase_lagrangian], s.position)]
     if what == "velocity":
         return list(s.u)
     assert what == "force"

@@ -58,6 +58,11 @@ class Discretisation:
     effective: int | None = None
 
     @property
+    def asks_lagrangian(self) -> bool:
+        """Whether it discretises a Lagrangian, and no vector field."""
+        return True
+
+    @property
     def is_formula(self) -> bool:
         """Whether its steps are formulas, which can be asked for derivatives and for digits."""
         return True
@@ -99,6 +104,14 @@ class Discretisation:
             return (
                 f"{scene.name} is a Hamiltonian in numbers, of which {self.name} can derive "
                 "nothing: only black boxes run on it."
+            )
+        of_field = not (self.is_formula and self.asks_lagrangian)
+        if not of_field and scene.hamiltonian is not None and not scene.has_lagrangian:
+            return (
+                f"{scene.name}: no Lagrangian of its Hamiltonian is known in closed form (∂²H/∂mu² "
+                f"depends on mu, or is singular or large), so {self.name} has nothing to "
+                "discretise: take a one-step map such as implicit-midpoint or dual-gauss-2, or a "
+                "black box."
             )
         if scene.constrained and (self.stages or self.splits):
             return (

@@ -30,6 +30,11 @@ class OneStepMap(Discretisation):
 
     implicit: bool = False
 
+    @property
+    def asks_lagrangian(self) -> bool:
+        """It follows the vector field."""
+        return False
+
     def applies(self, scene: Any) -> bool:
         """Whether the scene has a vector field on the dual, and a groupoid on which it exists."""
         return not self.refusal(scene)

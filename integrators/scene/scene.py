@@ -13,11 +13,13 @@ from typing import Any
 from ..errors import BadInput, check_function, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten, measure
+from .legendre import LegendreTransform
 from .pickled import Again, again
 from .quantities import Conserved, OnGroup, takes_fourth
 
 #: fields of a scene that are functions, and of what
 _FUNCTIONS = (
+    ("hamiltonian", "(x, mu, p)", "(x, mu, p, t)"),
     ("lagrangian", "(x, v, p)", "(x, v, p, t)"),
     ("force", "(x, v, p)", "(x, v, p, t)"),
     ("holonomic", "(x, p)"),
@@ -50,6 +52,10 @@ class Scene:
     there is a discrete Lagrangian only; v0 is then a first guess of u, 0 if it is left out.
     numeric_hamiltonian(q, p) with gradient(q, p) → (∂H/∂q, ∂H/∂p) instead: functions of arrays (a
     table, a network), for scenes that black boxes alone are run on; with mu0.
+    hamiltonian(x, mu, p) or hamiltonian(x, mu, p, t) instead: the energy as a function of x (n×1)
+    and of the momentum mu (m×1, natural basis), with mu0: ẋ = ρ̂ ∂H/∂μ, μ̇ = −ρ̂ᵀ ∂H/∂x + ad* … .
+    Where v = ∂H/∂μ can be solved for μ in closed form, `lagrangian` is what follows (rules run on
+    it); elsewhere one-step maps and black boxes run.
     Numbers are exact (`exact`). `duration` is the time of a study's runs, `step` a step size that
     resolves the motion at second order (default: duration/1000).
 
@@ -79,6 +85,7 @@ class Scene:
     impacts: str = "stepped"
     numeric_hamiltonian: Callable[..., Any] | None = None
     gradient: Callable[..., Any] | None = None
+    hamiltonian: Callable[..., Any] | None = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
@@ -95,6 +102,11 @@ class Scene:
             )
         if self.numeric_hamiltonian is not None or self.gradient is not None:
             self._check_numeric()
+        if self.hamiltonian is not None:
+            self._check_hamiltonian()
+            put("lagrangian", LegendreTransform(self.hamiltonian))
+        elif isinstance(self.lagrangian, LegendreTransform):
+            raise BadInput(f"{self.name}: without hamiltonian= give a lagrangian=.")
         given = (self.lagrangian is not None) + (self.discrete_lagrangian is not None)
         given += self.in_numbers
         if not given or (given == 2 and not isinstance(self.discrete_lagrangian, OnGroup)):
@@ -135,7 +147,7 @@ class Scene:
                 )
         put("x0", exact_vector(self.x0, self.groupoid.dim_x, f"{self.name}: x0"))
         if self.mu0 is not None:
-            if self.lagrangian is not None:
+            if self.lagrangian is not None and self.hamiltonian is None:
                 raise BadInput(
                     f"{self.name}: mu0 follows from v0 by the Lagrangian; give v0 alone."
                 )
@@ -164,6 +176,21 @@ class Scene:
                 raise BadInput(
                     f"{self.name}: {shown(quantity)} is no symmetry: give Conserved(...)."
                 )
+
+    def _check_hamiltonian(self) -> None:
+        """Raise `BadInput` unless a Hamiltonian stands alone, with the momentum of the start."""
+        others = ("discrete_lagrangian", "numeric_hamiltonian", "holonomic", "nonholonomic",
+                  "contact", "fast")  # fmt: skip
+        beside = [word for word in others if getattr(self, word) is not None]
+        if self.lagrangian is not None and not isinstance(self.lagrangian, LegendreTransform):
+            beside = ["lagrangian", *beside]
+        if beside:
+            raise BadInput(f"{self.name}: hamiltonian= stands alone; leave {beside[0]}= out.")
+        if self.mu0 is None:
+            raise BadInput(
+                f"{self.name}: a scene with hamiltonian= begins at x0= and mu0=; give the momentum "
+                "mu0, in the natural basis."
+            )
 
     def _check_numeric(self) -> None:
         """Raise `BadInput` unless a Hamiltonian of numbers stands alone, with its gradient."""
@@ -219,6 +246,12 @@ class Scene:
         """Whether its Hamiltonian is a function of numbers, of which nothing can be derived."""
         return self.numeric_hamiltonian is not None
 
+    @cached_property
+    def has_lagrangian(self) -> bool:
+        """Whether a Lagrangian is given, or follows from the Hamiltonian in closed form."""
+        found = self.lagrangian
+        return found.exists(self) if isinstance(found, LegendreTransform) else found is not None
+
     @property
     def timed(self) -> bool:
         """Whether the Lagrangian or the force depends on the time."""
@@ -234,8 +267,8 @@ class Scene:
     def laws(self) -> tuple[Any, ...]:
         """All that is given by functions: scenes whose laws are alike differ in numbers alone."""
         return (self.lagrangian, self.discrete_lagrangian, self.fast, self.force, self.holonomic,
-                self.nonholonomic, self.contact, self.symmetries, self.numeric_hamiltonian,
-                self.gradient)  # fmt: skip
+                self.nonholonomic, self.contact, self.symmetries, self.hamiltonian,
+                self.numeric_hamiltonian, self.gradient)  # fmt: skip
 
     @property
     def parameter_values(self) -> list[Any]:

@@ -153,7 +153,7 @@ def _derived(scheme: Scheme) -> str:
         system = step_system(scheme.equations)
         parts += [system, _values_of(system), *scheme.equations.fields]
     if scene.lagrangian is not None:
-        parts.append([s.lagrangian, *s.force])
+        parts.append([s.phase_lagrangian, *s.force])
     if scene.contact is not None:  # gaps φ, or (φ, coordinates of its plane)
         gaps = s.evaluated(scene.contact, "its contact", s.position, s.parameters)
         for e in gaps:

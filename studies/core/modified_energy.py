@@ -58,7 +58,7 @@ class Dual:
     def __init__(self, s: SceneSymbols, parameters: Sequence[Any], v0: Sequence[Any]) -> None:
         self.n, self.m = len(s.x), len(s.mu)
         self.canonical = s.groupoid.kind == "pair"
-        slope = [*(-jacobian([s.lagrangian], s.x)), *s.u] if self.n else [*s.u]
+        slope = [*(-jacobian([s.phase_lagrangian], s.x)), *s.u] if self.n else [*s.u]
         letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
         values = [[energy(s)], [energy_terms(s)], list(rates(s)), slope]
         if not self.canonical:

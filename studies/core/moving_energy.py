@@ -44,7 +44,11 @@ def moving_energy(scene: Scene) -> float:
         return 0.0
     x, mu, xi = states
     still = s.u.xreplace(dict.fromkeys(s.u, 0 * s.h))
-    rest = momentum(s).xreplace(dict(zip(s.u, still, strict=True)))
+    rest = (
+        0 * s.mu
+        if not scene.has_lagrangian
+        else momentum(s).xreplace(dict(zip(s.u, still, strict=True)))
+    )
     at = numeric({"x": s.x, "p": s.parameter_list}, [list(rest)], NUMBERS, columns=True)
     with np.errstate(all="ignore"):
         parameters = [NUMBERS.number(p) for p in scene.parameter_values]

@@ -9,6 +9,7 @@ from typing import Any
 
 import sympy
 
+from discmech.integrators.numbers import to_sympy
 from discmech.integrators.scene import Conserved, Scene
 
 
@@ -37,9 +38,16 @@ def in_unit_of_action(scene: Scene, power: int) -> Scene:
 
         return replace(quantity, formula=formula)
 
+    def hamiltonian(x: Any, mu: Any, *rest: Any) -> Any:
+        return scale * scene.hamiltonian(x, mu / scale, *rest)  # type: ignore[misc]
+
+    own: dict[str, Any] = {"lagrangian": times(scene.lagrangian)}
+    if scene.hamiltonian is not None:
+        started = [scale * to_sympy(e) for e in scene.mu0 or ()]
+        own = {"hamiltonian": wraps(scene.hamiltonian)(hamiltonian), "mu0": started}
     return scene.with_values(
         name=f"{scene.name}-in-{power}",
-        lagrangian=times(scene.lagrangian),
+        **own,
         force=times(scene.force),
         symmetries=[*map(of_momentum, scene.symmetries)],
         fast=None,

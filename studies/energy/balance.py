@@ -52,15 +52,17 @@ def acts(scene: Scene, duration: float) -> bool:
     """
     s = SceneSymbols(scene)
     try:
-        x, _, xi = motion(scene)
+        x, mu, xi = motion(scene)
     except (DiscmechError, ReferenceFailure):
         return True
     parts = [f * v for f, v in zip(s.force, s.u, strict=True)] if s.forced else []
-    parts += [s.lagrangian.diff(s.x[-1])] if s.clocked else []
+    parts += [s.phase_lagrangian.diff(s.x[-1])] if s.clocked else []
     numbers = arithmetic(16)
-    f = numeric({"x": s.x, "u": s.u, "p": s.parameter_list}, [parts], numbers, columns=True)
+    f = numeric(
+        {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}, [parts], numbers, columns=True
+    )
     with np.errstate(all="ignore"):
-        found = f(x.T, xi.T, [numbers.number(p) for p in scene.parameter_values])
+        found = f(x.T, xi.T, mu.T, [numbers.number(p) for p in scene.parameter_values])
         largest = max((float(np.abs(np.asarray(e, dtype=float)).max()) for e in found), default=0.0)
     return not largest * duration < unit(16) * moving_energy(scene)
 
@@ -68,10 +70,11 @@ def acts(scene: Scene, duration: float) -> bool:
 @lru_cache(maxsize=64)
 def left_alone(scene: Scene) -> Scene:
     """The scene without its force, its Lagrangian as it is at the time 0."""
-    lagrangian = scene.lagrangian
-    assert lagrangian is not None
-    held = (lambda x, v, p: lagrangian(x, v, p, 0)) if takes_fourth(lagrangian) else lagrangian
-    return scene.with_values(force=None, lagrangian=held)
+    given = scene.hamiltonian or scene.lagrangian
+    assert given is not None
+    held = (lambda x, v, p: given(x, v, p, 0)) if takes_fourth(given) else given
+    which = "lagrangian" if scene.hamiltonian is None else "hamiltonian"
+    return scene.with_values(force=None, **{which: held})
 
 
 def balance(scheme: Scheme, run: Trajectory, digits: int) -> np.ndarray:

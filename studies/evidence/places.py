@@ -68,6 +68,8 @@ class Place:
     def start(self) -> dict[str, Any]:
         """As `Flow.trajectory` takes it."""
         found: dict[str, Any] = {"x0": self.x, "mu0": self.mu, "u0": self.u}
+        if self.u == self.mu:  # of a Hamiltonian, whose references know μ alone
+            del found["u0"]
         return {**found, "t0": self.t} if self.t else found
 
     def __str__(self) -> str:
@@ -269,7 +271,8 @@ def _values(s: SceneSymbols, quantities: tuple[Any, ...]) -> Any:
     Those of x alone are kept where x moves along the groupoid.
     """
     numbers = arithmetic(DIGITS)
-    mu = dict(zip(s.mu, momentum(s), strict=True))
+    # references of a Hamiltonian have μ in the place of the velocity
+    mu = dict(zip(s.mu, momentum(s) if s.hamiltonian is None else s.u, strict=True))
     off = [
         s.call(q.formula, q.name, s.position, s.mu, s.parameters).xreplace(mu)
         - to_sympy(exact(q.value, q.name))
@@ -315,10 +318,12 @@ def is_linear(s: SceneSymbols) -> bool:
     """Whether a scene's equations are linear: a quadratic Lagrangian on pairs, linear forces."""
     if s.groupoid.kind != "pair" or s.restricted or s.clocked:
         return False
-    letters = [*s.position, *s.u]
+    H = s.hamiltonian
+    given, letters = (s.lagrangian, [*s.position, *s.u]) if H is None else (
+        H, [*s.position, *s.mu])  # fmt: skip
     force = list(s.force) if s.forced else []
     try:
-        degrees = [sympy.Poly(e, *letters).total_degree() for e in (s.lagrangian, *force)]
+        degrees = [sympy.Poly(e, *letters).total_degree() for e in (given, *force)]
     except sympy.PolynomialError:
         return False
     return degrees[0] <= 2 and all(d <= 1 for d in degrees[1:])

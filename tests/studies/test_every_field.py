@@ -60,6 +60,7 @@ def energy(q, p):
 
 NUMERIC = Scene("s", pair(1), x0=[1], mu0=[0], numeric_hamiltonian=energy,
                 gradient=lambda q, p: (q, p))  # fmt: skip
+BY_H = Scene("s", pair(1), x0=[1], mu0=[0], hamiltonian=lambda x, mu, p: mu[0] ** 2 + x[0] ** 2)
 #: by field: a scene without and with the change
 SCENES = {
     "name": (SCENE, SCENE.with_values(name="t")),
@@ -83,6 +84,7 @@ SCENES = {
     "friction": (TOUCHING, TOUCHING.with_values(friction="1/5")),
     "restitution": (TOUCHING, TOUCHING.with_values(restitution="1/2")),
     "impacts": (TOUCHING, TOUCHING.with_values(impacts="located")),
+    "hamiltonian": (BY_H, replace(BY_H, hamiltonian=lambda x, mu, p: mu[0] ** 2 + x[0])),
     "numeric_hamiltonian": (NUMERIC, replace(NUMERIC, numeric_hamiltonian=lambda q, p: p @ p)),
     "gradient": (NUMERIC, replace(NUMERIC, gradient=lambda q, p: (2 * q, p))),
 }  # fmt: skip

@@ -1,0 +1,90 @@
+"""The Lagrangian of a Hamiltonian, l(x, v) = μ·v − H(x, μ) at v = ∂H/∂μ, in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+from ..errors import CannotMeasure
+from ..numbers import LazyModule, jacobian, to_sympy
+from ..numbers.types import Column, Expression
+
+sympy: Any = LazyModule("sympy")
+
+MOST_TIED = 3  # momenta that the equation v = ∂H/∂μ ties together, solved for as letters
+
+
+@dataclass(frozen=True)
+class LegendreTransform:
+    """l(x, v, p) or l(x, v, p, t) of hamiltonian(x, mu, p) or hamiltonian(x, mu, p, t).
+
+    With H = H₀(x) + g(x)·μ + μᵀN(x)μ/2 it is (v − g)ᵀN⁻¹(v − g)/2 − H₀. Called, it raises
+    `CannotMeasure` for another H, for a singular N, and for an N whose inverse is long.
+    """
+
+    hamiltonian: Callable[..., Any]
+
+    @property
+    def __wrapped__(self) -> Callable[..., Any]:
+        """Whose arguments it has, and whose line messages name."""
+        return self.hamiltonian
+
+    @property
+    def __code__(self) -> Any:
+        return getattr(self.hamiltonian, "__code__", None)
+
+    @property
+    def formula(self) -> Callable[..., Any]:
+        """The function that it is made of, to pickle it."""
+        return self.hamiltonian
+
+    def __call__(self, x: Column, v: Column, *rest: Any) -> Expression:
+        m = len(v)
+        mu = sympy.Matrix(m, 1, lambda i, _: sympy.Dummy(f"mu_{i}", real=True))
+        value = sympy.sympify(self.hamiltonian(x, mu, *rest))
+        if getattr(value, "shape", None) == (1, 1):
+            value = value[0, 0]
+        drift = jacobian([value], mu).T
+        inverse_mass = jacobian(drift, mu)
+        still = dict.fromkeys(mu, 0)
+        if inverse_mass.free_symbols & set(mu):
+            raise CannotMeasure(f"its Hamiltonian is not quadratic in mu, {_NO_LAGRANGIAN}")
+        rate, total = v - drift.xreplace(still), -value.xreplace(still)
+        for block in inverse_mass.connected_components():
+            tied = inverse_mass.extract(block, block).applyfunc(lambda e: e.simplify())
+            if len(block) > MOST_TIED or tied.det().simplify() == 0:
+                how = "singular" if len(block) <= MOST_TIED else "too large to be inverted"
+                raise CannotMeasure(f"∂²H/∂mu² is {how}, {_NO_LAGRANGIAN}")
+            part = rate.extract(block, [0])
+            total += part.dot(tied.LUsolve(part)) / 2
+        return total
+
+    def exists(self, scene: Any) -> bool:
+        """Whether the scene has that Lagrangian; True too where asking fails for another reason."""
+
+        def value(given: Any) -> Any:
+            if not isinstance(given, tuple):
+                return to_sympy(given)
+            return sympy.Matrix([[to_sympy(e) for e in row] if isinstance(row, tuple) else
+                                 [to_sympy(row)] for row in given])  # fmt: skip
+
+        group = scene.groupoid
+        x, v = (sympy.Matrix(n, 1, lambda i, _: sympy.Dummy(real=True))
+                for n in (group.dim_x, group.dim_u))  # fmt: skip
+        parameters = SimpleNamespace(**{k: value(e) for k, e in scene.parameters.items()})
+        time = [sympy.Dummy(real=True)] if scene.timed else []
+        try:
+            self(x, v, parameters, *time)
+        except CannotMeasure:
+            return False
+        except Exception:
+            return True
+        return True
+
+
+_NO_LAGRANGIAN = (
+    "so no Lagrangian of it is known in closed form, which the rule asks for: take a one-step map "
+    "such as implicit-midpoint or dual-gauss-2, or a black box."
+)

@@ -1,0 +1,123 @@
+"""A system by its Hamiltonian is the system by its Lagrangian, on every groupoid."""
+
+from functools import partial
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+
+from discmech import BadInput, Scene, Scheme, black_box, midpoint, pair, scenes, solution
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.rules import get
+from discmech.integrators.scene import takes_fourth
+
+#: of every groupoid, with terms linear in the velocity, a force, the time
+NAMES = ("kepler", "kapitza-pendulum", "rigid-body", "heavy-top", "rotor-body")
+MORE = ("charged-particle", "double-pendulum", "damped-pendulum", "kirchhoff", "driven-heavy-top",
+        "wong")  # fmt: skip
+
+
+def energy(lagrangian, x, mu, *rest):
+    """μ·v − l at the v that solves μ = ∂l/∂v, linear in v: another way than the bench's own."""
+    v = sympy.Matrix(len(mu), 1, lambda i, _: sympy.Dummy(f"v{i}", real=True))
+    value = lagrangian(x, v, *rest)
+    rows = [sympy.diff(value, e) for e in v]
+    ((*found,),) = sympy.linsolve([a - b for a, b in zip(rows, mu, strict=True)], *v)
+    return (mu.dot(v) - value).subs(dict(zip(v, found, strict=True)), simultaneous=True)
+
+
+def by_hamiltonian(name):
+    """The scene of that name, given by its Hamiltonian and the momentum of its start."""
+    scene = scenes.get(name)
+    of = scene.lagrangian
+    timed = partial(energy, of)
+    plain = (lambda x, mu, p, t: timed(x, mu, p, t)) if takes_fourth(of) else (
+        lambda x, mu, p: timed(x, mu, p))  # fmt: skip
+    mu0 = solution(scene, 0, digits=60).mu
+    return Scene(
+        name=f"{name}-by-H", groupoid=scene.groupoid, hamiltonian=plain, x0=scene.x0,
+        mu0=[mpmath.nstr(e, 50) for e in mu0], parameters=scene.parameters,
+        duration=scene.duration, step=scene.step, force=scene.force, symmetries=scene.symmetries,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "name", [*NAMES, *(pytest.param(name, marks=pytest.mark.slow) for name in MORE)]
+)
+def test_both_move_alike(name):
+    """By a rule on L, by maps on the dual and by the reference, to round-off; H is the energy."""
+    one, other = scenes.get(name), by_hamiltonian(name)
+    for rule in (midpoint, get("dual-gauss-2"), get("runge-kutta-4")):
+        schemes = Scheme(one, rule), Scheme(other, rule)
+        a, b = (of.flow(one.step).trajectory(20) for of in schemes)
+        for p, q in ((a.x, b.x), (a.mu, b.mu)):
+            assert np.abs(p - q).max(initial=0) < 2e-13 * max(1, np.abs(p).max(initial=0)), rule
+    ends = [solution(s, one.duration / 50, digits=30, proof=False) for s in (one, other)]
+    with mpmath.workdps(40):
+        a, b = ([*e.x, *e.mu, *e.v] for e in ends)
+        assert max(abs(p - q) for p, q in zip(a, b, strict=True)) < mpmath.mpf(10) ** -27
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_hamiltonian_with_another_sign_is_seen(sign):
+    """The control: of a magnetic term, which leaves energy and order alone."""
+    one, other = scenes.get("charged-particle"), by_hamiltonian("charged-particle")
+    told = other.hamiltonian
+    other = other.with_values(hamiltonian=lambda x, mu, p: told(sign * x, mu, p))
+    a, b = (Scheme(s, midpoint).flow(one.step).trajectory(20) for s in (one, other))
+    assert (np.abs(a.x - b.x).max() < 1e-12) == (sign == 1)
+
+
+def relativistic(x, mu, p):
+    return sympy.sqrt(1 + mu.dot(mu)) + x.dot(x) / 2
+
+
+SWIFT = Scene("swift", pair(1), hamiltonian=relativistic, x0=[1], mu0=["1/2"], duration=5)
+
+
+@black_box(order=2, symplectic=True)
+def leapfrog(q, p, h, system):
+    p = p - h / 2 * system.gradient(q, p)
+    q = q + h * system.velocity(q, p)
+    return q, p - h / 2 * system.gradient(q, p)
+
+
+def test_a_hamiltonian_without_a_lagrangian_runs_by_maps_and_boxes():
+    assert not SWIFT.has_lagrangian and scenes.get("kepler").has_lagrangian
+    assert not midpoint.applies(SWIFT) and get("dual-gauss-2").applies(SWIFT)
+    with pytest.raises(CannotMeasure, match=r"no Lagrangian of its Hamiltonian .* dual-gauss-2"):
+        Scheme(SWIFT, midpoint)
+    wanted = solution(SWIFT, 1, digits=40)
+    assert wanted.certain_digits >= 40
+    for rule, bound in ((get("dual-gauss-3"), 1e-11), (leapfrog, 1e-3)):
+        run = Scheme(SWIFT, rule).flow("1/50").trajectory(50)
+        assert abs(run.x[-1, 0] - float(wanted.x[0])) < bound
+        assert abs(run.mu[-1, 0] - float(wanted.mu[0])) < bound
+    speed = float(wanted.mu[0] / mpmath.sqrt(1 + wanted.mu[0] ** 2))
+    assert float(wanted.v[0]) == pytest.approx(speed, abs=1e-14)
+
+
+BAD = {"name": "bad", "groupoid": pair(1), "x0": [1], "mu0": [0]}
+
+
+def kinetic(x, mu, p):
+    return mu[0] ** 2 / 2
+
+
+@pytest.mark.parametrize(("given", "words"), [
+    ({"hamiltonian": lambda x, mu, p: kinetic(x, mu, p) + sympy.Abs(x[0])},
+     "the Hamiltonian of bad holds Abs"),
+    ({"hamiltonian": lambda x, mu: 0}, r"hamiltonian= is a function of .*\(x, mu, p\)"),
+    ({"hamiltonian": kinetic, "mu0": None}, "give the momentum mu0"),
+    ({"hamiltonian": kinetic, "lagrangian": kinetic}, "stands alone; leave lagrangian= out"),
+    ({"hamiltonian": kinetic, "holonomic": lambda x, p: [x[0]]}, "leave holonomic= out"),
+    ({"hamiltonian": lambda x, mu, p: 1 / x[0] + mu[0], "x0": [0]}, "its Hamiltonian is no finite"),
+    ({"hamiltonian": lambda x, mu, p: sympy.Symbol("q") * mu[0]}, "the unknown symbol q"),
+    ({"hamiltonian": lambda x, mu, p: np.sin(x[0])}, "write it with sympy functions"),
+    ({"hamiltonian": lambda x, mu, p: None}, "its Hamiltonian is None"),
+])  # fmt: skip
+def test_bad_input_is_one_sentence(given, words):
+    with pytest.raises(BadInput, match=words) as caught:
+        Scheme(Scene(**{**BAD, **given}), get("dual-gauss-2"))
+    assert "\n" not in str(caught.value)
