@@ -66,7 +66,7 @@ if TYPE_CHECKING:
         sp as sp,
     )
     from discmech.reference import solution
-    from discmech.studies import check, explain, plot, show
+    from discmech.studies import check, explain, film, plot, show
 
 #: the packages that the names below come from, the lightest first
 _PACKAGES = ("studies", "reference", "integrators")
@@ -110,6 +110,7 @@ __all__ = [
     "explain",
     "exponential",
     "external",
+    "film",
     "imex",
     "lie_group",
     "mean_multipliers",

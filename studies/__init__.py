@@ -16,8 +16,11 @@ if TYPE_CHECKING:
     from .order.own_runs import own_order
     from .user.checking import check
     from .user.drawing import plot
+    from .user.filming import film
 
-__all__ = ["NAMES", "Study", "Verdict", "check", "explain", "get", "own_order", "plot", "show"]
+__all__ = [
+    "NAMES", "Study", "Verdict", "check", "explain", "film", "get", "own_order", "plot", "show"
+]  # fmt: skip
 
 #: the studies of scenes and rules, in the order of the report; those of packages are found last
 NAMES: tuple[str, ...]
@@ -62,6 +65,10 @@ def __getattr__(name: str) -> Any:
         from .user.drawing import plot
 
         return plot
+    if name == "film":
+        from .user.filming import film
+
+        return film
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -198,11 +198,11 @@ def test_first_look(tmp_path, monkeypatch):
         exec(compile(ast.Module(body, []), "a cell", "exec"), names)
         if last is not None:
             shown.append(eval(compile(ast.Expression(last.value), "a cell", "eval"), names))
-    assert [type(e).__name__ for e in shown] == ["Scheme", "Result", *["Figure"] * 3]
+    assert [type(e).__name__ for e in shown] == ["Scheme", "Result", *["Figure"] * 3, "Film"]
     assert names["order"]["verdict"] == "pass" and "<svg" in names["order"]._repr_html_()
-    bands = [max(abs(line.get_ydata())) for line in shown[-1].axes[0].lines]
+    bands = [max(abs(line.get_ydata())) for line in shown[-2].axes[0].lines]
     assert bands[0] < 0.01 < bands[1]
-    assert names["page"].count("data:image/png") >= 40
+    assert shown[-1]._repr_html_().count("data:image/png") >= 40
 
 
 def test_every_example_has_a_test():

@@ -44,11 +44,12 @@ def test_scenes_are_data(path):
 STUDIES = ROOT / "studies"
 VIEWS = [p for p in under("studies") if p.parent == STUDIES / "report" or p.stem == "view"
          or p.stem.startswith("plot")]  # fmt: skip
-#: what says what was measured: commands, assertions in their messages, `plot`, and a result in a
-#: notebook
+#: what says what was measured: commands, assertions in their messages, `plot`, `film`, and a
+#: result in a notebook
 SHOWING = (*VIEWS, *under("studies/command"), STUDIES / "__init__.py", STUDIES / "plugin.py",
            STUDIES / "user/assertions.py", STUDIES / "core/study.py",
-           STUDIES / "user/drawing.py", STUDIES / "user/checking.py")  # fmt: skip
+           STUDIES / "user/drawing.py", STUDIES / "user/filming.py",
+           STUDIES / "user/checking.py")  # fmt: skip
 
 
 @pytest.mark.parametrize("path", VIEWS, ids=label)

@@ -36,13 +36,13 @@ def overall(lines: Sequence[Line]) -> list[str]:
     where = f"at all {len(asked)} aims"
     if not taken:
         return [f"No method is best, or as good as the best, {where}."]
-    alone = sum(bool(line["told_apart"]) for line in asked)
+    # where rules are one method, nothing else ran that could come near
+    alone = sum(line["told_apart"] and len(line["evidence"]) > 1 for line in asked)
     best = f"{' or '.join(taken)} is best"
     if alone == len(asked):
         return [f"{best} {where}."]
-    return [
-        f"{best}, or cannot be told from the best, {where}; nothing else comes near at {alone}."
-    ]
+    near = f"; nothing else comes near at {alone}" if alone else ""
+    return [f"{best}, or cannot be told from the best, {where}{near}."]
 
 
 def recommendation(result: Result) -> dict[str, Any]:

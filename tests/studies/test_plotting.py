@@ -5,7 +5,18 @@ from __future__ import annotations
 import pytest
 from matplotlib.figure import Figure
 
-from discmech import BadInput, Lattice, Scheme, check, midpoint, pair, plot, scenes, trapezoidal
+from discmech import (
+    BadInput,
+    Lattice,
+    Scheme,
+    check,
+    film,
+    midpoint,
+    pair,
+    plot,
+    scenes,
+    trapezoidal,
+)
 from discmech.studies.command.entry import main
 
 
@@ -109,3 +120,30 @@ def test_a_notebook_shows_the_table_the_reason_and_the_figure(result):
     }
     shown = type(result)({**result, "cases": [failed]})._repr_html_()
     assert "a &lt; b" in shown and "discmech order" in shown
+
+
+@pytest.mark.parametrize(("name", "bodies", "size", "lines"), [
+    ("kepler", None, 2, 1), ("pendulum", lambda x: [[0, 0], [x[0], 1]], 2, 1),
+    ("heavy-top", lambda x: [[0, 0, 0], x], 3, 1),
+    ("kepler", lambda x: [[[0, 0], x], [[1, 1], [2, 2], x]], 2, 2), ("rigid-body", None, 3, 3),
+])  # fmt: skip
+def test_bodies_move_in_a_film(name, bodies, size, lines):
+    scene = scenes.get(name)
+    scene = scene.with_attitude() if name == "rigid-body" else scene
+    run = Scheme(scene, midpoint).flow(scene.step).trajectory(200)
+    shown = film(run, bodies)
+    (axes,) = shown._fig.axes
+    assert shown._func(7) and len(axes.lines) == lines
+    assert hasattr(axes, "get_zlim") is (size == 3)
+    shown._draw_was_started = True  # nothing is to be shown
+
+
+@pytest.mark.parametrize(("name", "bodies", "words"), [
+    ("double-pendulum", lambda x: x, "points, each of 2 or 3"), ("rigid-body", None, "need be no"),
+    ("pendulum", None, "say where its bodies are"), (None, None, "film takes a trajectory"),
+    ("pendulum", lambda x: [[0, 0], [x[0] / 0, 1]], "not finite"),
+])  # fmt: skip
+@pytest.mark.filterwarnings("ignore:divide by zero")
+def test_what_is_no_film_is_said(name, bodies, words):
+    with pytest.raises(BadInput, match=words):
+        film(run_of(name) if name else 3, bodies)
