@@ -108,14 +108,14 @@ def certified_integration(
     return found
 
 
-@remembered(maxsize=8)
+@remembered(maxsize=64)
 def motion_of(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram]:
     """The equations of a scene and their series: they need no time and no digits."""
     equations = equations_of(scene, attitude)
     return equations, compile_series(equations)
 
 
-@remembered(maxsize=8)
+@remembered(maxsize=64)
 def derived(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram, Invariants]:
     """`motion_of` and what is kept along the motion: one scene is asked at several times."""
     equations, program = motion_of(scene, attitude)

@@ -89,7 +89,7 @@ def follow(scene: Any, t: Any, max_steps: int = 10_000) -> None:
     integrate(equations, program, [exact_time(t)], TaylorSettings(30), max_steps)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)
 def surroundings(scene: Any) -> Surroundings:
     """The motion of a scene from states of one's own, in short pieces (`Surroundings`).
 

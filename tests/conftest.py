@@ -21,7 +21,14 @@ def pytest_configure(config):
 
 @pytest.hookimpl(tryfirst=True)  # before the slow ones are left out
 def pytest_collection_modifyitems(items):
-    """Of a law marked `sampled`, the fast suite meets every argument once; the rest is slow."""
+    """Slow are the cases that a law calls dear, and of one that is `sampled` all but a few.
+
+    Those few hold every value of every argument.
+    """
+    for item in items:
+        for mark in item.iter_markers("dear"):
+            if any(word in item.name for word in mark.args):
+                item.add_marker("slow")
     cases = [i for i in items if i.get_closest_marker("sampled") and hasattr(i, "callspec")]
     often = [i for i in cases if not i.get_closest_marker("slow")]
     for _, group in groupby(often, key=lambda item: (item.path, item.originalname)):

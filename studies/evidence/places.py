@@ -152,7 +152,7 @@ class Motion:
     of_v: list[Any]
 
 
-@remembered(maxsize=16)
+@remembered(maxsize=64)
 def _motion(scene: Any) -> Motion:
     """As far as a rough integration follows it within the scene's duration."""
     around = surroundings(scene)

@@ -41,6 +41,7 @@ def distance(one, other):
     return max(float(abs(a - b).max() / (1 + abs(b).max())) for a, b in pairs if b.size)
 
 
+@pytest.mark.dear("rigid-body")
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=() if n in SHORT else pytest.mark.slow) for n in ON_EACH]
 )
@@ -53,6 +54,7 @@ def test_it_is_newtons_step(name):
     assert distance(run, wanted) < 64 * STEPS * 2.0**-53
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", ["pendulum", "henon-heiles", "damped-pendulum"])
 @pytest.mark.parametrize("rule", ["lobatto-4", "lobatto-5"])
 def test_on_lobatto_nodes_too(name, rule):
@@ -96,6 +98,7 @@ def test_in_both_charts_with_coarse_steps(name, retraction):
     assert distance(run, newton.trajectory(STEPS)) < 1e-13
 
 
+@pytest.mark.dear("rigid-body-lobatto")
 @pytest.mark.parametrize(
     ("name", "rule", "why"),
     [

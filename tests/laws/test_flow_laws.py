@@ -71,6 +71,7 @@ def work(digits):
 # -- Ψ and its inverse ----------------------------------------------------------------------------
 
 
+@pytest.mark.dear("driven-heavy-top")
 @everywhere
 @both_precisions
 def test_evolve_and_devolve_are_inverse(scene, rule, size, start, digits, limit, tolerance):

@@ -250,6 +250,7 @@ def fields_of():
     return get
 
 
+@pytest.mark.dear("connection")
 @everywhere
 @pytest.mark.parametrize("h", STEPS[::2], ids=str)
 def test_brackets_of_invariant_fields(g, stratum, h, fields_of):

@@ -27,6 +27,7 @@ EPS = 2.0**-53
 POISSON = 2**6 * EPS
 
 
+@pytest.mark.dear("membrane-trapezoidal")
 @pytest.mark.parametrize(
     ("lattice", "rule"),
     [(systems.fput(40), rectangle), (systems.rotors(40), midpoint),

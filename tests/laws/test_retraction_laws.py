@@ -69,6 +69,7 @@ def test_fields_are_the_inverse_tangents(tau, algebra, stratum):
         assert close(right * real.coordinates(tangent * inverse), e)
 
 
+@pytest.mark.dear("pair of so(3)")
 @charts
 def test_fields_belong_together(tau, algebra, stratum):
     """L⁻¹L = 1, L = R Ad_τ; of equivariant ones also L − R = ad, R(ξ) = L(−ξ)."""
@@ -93,6 +94,7 @@ def test_equivariance(tau, algebra, stratum):
     assert close(fields(tau, algebra, moved)[1] * by, by * fields(tau, algebra, xi)[1])
 
 
+@pytest.mark.dear("pair of so(3)")
 @pytest.mark.parametrize(("tau", "algebra"), [
     pytest.param(*c.values, id=c.id, marks=pytest.mark.slow if "sl(3)" in c.id else c.marks)
     for c in CHARTS

@@ -67,6 +67,7 @@ def test_row_on_groups_of_many_dimensions(row):
     assert not [claim.says for claim, _, _ in failed if not claim.refuted]
 
 
+@pytest.mark.dear("[3.5-remark", "[4.2-18", "[3.5-Proposition 3.2", "[4.3-1]")
 @pytest.mark.parametrize(
     "row",
     [pytest.param(row, marks=pytest.mark.slow if row.dear else ()) for row in NUMERIC],

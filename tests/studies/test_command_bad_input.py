@@ -65,6 +65,7 @@ BAD = [
 ]  # fmt: skip
 
 
+@pytest.mark.dear("work-precision pendulum")
 @pytest.mark.parametrize(("line", "message"), BAD)
 def test_bad_input_is_one_sentence_on_standard_error(ask, line, message):
     code, out, err = ask(*line.split())

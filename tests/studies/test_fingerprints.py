@@ -146,6 +146,7 @@ def change_rule(tree, rule, text="    h = 2 * h / 2\n"):
     file.write_text(before + head + after.replace("    return h", f"{text}    return h", 1))
 
 
+@pytest.mark.dear("[rectangle", "[midpoint", "[imex")
 @pytest.mark.parametrize("rule", RESTS_ON)
 def test_of_a_file_of_rules_only_those_that_changed_are_measured_again(checkout, rule):
     tree, forget = checkout

@@ -81,6 +81,7 @@ def test_a_solver_that_ends_early_is_seen(monkeypatch):
     assert step_defects(*at)["constraint"] > 1e3 * ROUND_OFFS * EPS
 
 
+@pytest.mark.dear("[100]")
 @pytest.mark.parametrize("power", [-12, 100])
 def test_what_is_off_by_a_millionth_is_seen_in_any_unit_of_action(monkeypatch, power):
     rods, unit = systems.get("rods"), sympy.Integer(10) ** power

@@ -81,6 +81,7 @@ def in_round_offs(name, rule="trapezoidal"):
     return step_defects(flow, run.x[-1], run.mu[-1])["residual"] * 2**53
 
 
+@pytest.mark.dear("bodies", "membrane")
 @pytest.mark.parametrize(
     ("name", "rule"),
     [("breather", "trapezoidal"), ("membrane", "midpoint"), ("toda", "gauss-2"),

@@ -22,6 +22,7 @@ from discmech.studies.stability.trace import DIGITS, StableSet, stable_set
 from tests.studies.cached_results import measured
 
 
+@pytest.mark.dear("trapezoidal")
 @pytest.mark.parametrize("rule", ["trapezoidal", "rectangle"])
 def test_stormer_verlet_is_stable_to_two(rule):
     """tr M = 2 − z² (Hairer, Lubich, Wanner, I.5.2)."""
@@ -34,6 +35,7 @@ def test_stormer_verlet_is_stable_to_two(rule):
     assert found["1:4"] == pytest.approx(math.sqrt(2), abs=1e-12)
 
 
+@pytest.mark.dear("rule1")
 @pytest.mark.parametrize("rule", [midpoint, imex])
 def test_midpoint_has_no_end(rule):
     """tr M = 2 (1 − z²/4)/(1 + z²/4)."""

@@ -21,6 +21,7 @@ def lopsided(L, G, x, u, h):
     return h * (2 * L(x, u) + 3 * L(G.target(x, u, h), u)) / 5
 
 
+@pytest.mark.dear("gauss-2")
 @pytest.mark.parametrize("rule", [midpoint, gauss(2)], ids=lambda rule: rule.name)
 def test_all_that_is_sought_has_the_order_of_the_rule(rule):
     (case,) = check("optimality", scenes=["oscillator"], rules=[rule])["cases"]

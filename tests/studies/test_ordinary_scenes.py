@@ -102,6 +102,7 @@ SCENES = [
 named = pytest.mark.parametrize("scene", SCENES, ids=lambda s: s.name)
 
 
+@pytest.mark.dear("pendulum-3")
 @named
 def test_it_passes_every_study_that_keeps_something(scene):
     for study in ("symplecticity", "energy", *(["momentum"] if scene.symmetries else [])):

@@ -44,6 +44,7 @@ def thrown(inertia):
     return attacks.rolling(inertia, "0.2", slope=(0, 1), v0=[1, 0, 0], impacts="located")
 
 
+@pytest.mark.dear("stepped")
 @pytest.mark.parametrize("impacts", MODES)
 def test_what_rolls_does_not_jam(impacts):
     disc = Scheme(attacks.rolling(Fraction(1, 2)), midpoint)

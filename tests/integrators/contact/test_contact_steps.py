@@ -62,6 +62,7 @@ def test_at_rest_on_two_ends_with_friction():
     assert abs(found.mu[-1]).max() < 1e-15
 
 
+@pytest.mark.dear("located")
 @pytest.mark.parametrize("impacts", ["stepped", "located"])
 def test_a_box_that_turns_on_a_face_comes_to_rest(impacts):
     """Four corners that stick have to do so at once, which no frozen system of them allows."""
@@ -132,6 +133,7 @@ def test_rows_and_starts():
     assert flow.ensemble([[1], [2]], [[0], [0]], 10).x.shape == (2, 11, 1)
 
 
+@pytest.mark.dear("stepped")
 @pytest.mark.parametrize("impacts", ["stepped", "located"])
 def test_a_run_goes_on_from_any_of_its_rows(impacts):
     """At rest φ is a round-off of where it came from, of either sign: no start inside."""
@@ -174,6 +176,7 @@ def test_impacts_gain_no_energy_where_the_momentum_is_not_affine_in_the_velocity
     assert abs(gain if kept else after[1] + float(e) * before[1]) < 1e-13
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("impacts", ["stepped", "located"])
 @pytest.mark.parametrize("rule", ["midpoint", "rectangle"])
 def test_what_lands_slides_on_whatever_its_kinetic_energy_is(rule, impacts):

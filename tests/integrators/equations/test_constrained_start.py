@@ -41,6 +41,7 @@ STARTS = [
 ]
 
 
+@pytest.mark.dear("blade")
 @pytest.mark.parametrize("scene", STARTS, ids=lambda s: f"{s.name}-{float(s.v0[0]):.2f}")
 def test_floats_start_on_the_constraint_in_runs_and_references_alike(scene):
     given = scene

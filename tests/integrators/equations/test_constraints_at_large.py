@@ -26,6 +26,7 @@ def test_a_velocity_without_mass_is_refused_in_one_sentence(held):
     assert "\n" not in str(said.value)
 
 
+@pytest.mark.dear("blanes-moan")
 @pytest.mark.parametrize(("name", "rule"), [
     ("cartesian-pendulum", "triple-jump:rectangle"), ("knife-edge", "blanes-moan-4:rectangle"),
     pytest.param("suslov", "triple-jump:rectangle", marks=pytest.mark.slow),

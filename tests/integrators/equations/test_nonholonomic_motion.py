@@ -24,6 +24,7 @@ def test_no_form_is_kept_where_constraints_are_not_holonomic(name):
     assert defect > 1e-3
 
 
+@pytest.mark.dear("knife-edge")
 @pytest.mark.parametrize("name", ["knife-edge", "cartesian-pendulum"])
 def test_how_far_a_form_is_from_kept_has_no_unit(name):
     found = []

@@ -70,6 +70,7 @@ def slopes_by(letter, column, point):
         return [(a - b) * 10**15 / 2 for a, b in zip(ahead, back, strict=True)]
 
 
+@pytest.mark.dear("carried-body-gauss-2")
 @pytest.mark.sampled
 @pytest.mark.parametrize("adjoint", [False, True])
 @pytest.mark.parametrize(("scene", "rule"), [

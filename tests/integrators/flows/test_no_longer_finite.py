@@ -71,6 +71,7 @@ def test_a_member_of_an_ensemble_fails_by_itself():
     assert np.isfinite(found.x[1]).all()
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", [midpoint, trapezoidal, gauss(2)], ids=lambda r: r.name)
 @pytest.mark.parametrize("every", [1, 5, 50])
 def test_a_site_that_overflows_is_named(rule, every):

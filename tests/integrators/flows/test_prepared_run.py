@@ -21,6 +21,7 @@ def same(one, other):
     )  # fmt: skip
 
 
+@pytest.mark.dear("heavy-top-gauss-2")
 @pytest.mark.sampled
 @pytest.mark.parametrize("rule", ["midpoint", "gauss-2", "suzuki:trapezoidal"])
 @pytest.mark.parametrize("scene", ["kepler", "heavy-top", "rigid-body"])

@@ -98,6 +98,7 @@ def test_no_second_order_in_a_chart_that_is_not_odd(scene, rule):
     assert scheme(scene, rule).order == 1
 
 
+@pytest.mark.dear("heavy-top-by-hand")
 @pytest.mark.sampled
 @pytest.mark.parametrize(
     ("scene", "rule"),

@@ -179,6 +179,7 @@ def test_a_step_beyond_the_exponentials_chart_is_refused(name):
     assert ran and refused > 1
 
 
+@pytest.mark.dear("[exponential-5]")
 @pytest.mark.parametrize("step", (5, 8, 12, 40))
 @pytest.mark.parametrize("retraction", (cayley, exponential), ids=("cayley", "exponential"))
 def test_shrunk_steps_go_where_whole_ones_cannot(step, retraction):

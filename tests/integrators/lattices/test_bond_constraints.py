@@ -75,6 +75,7 @@ def test_jointed_bodies_run_as_their_scene(name, rule):
     assert_same(LATTICES[name](), rule)
 
 
+@pytest.mark.dear("tree")
 @pytest.mark.parametrize("name", ["rods", "tree"])
 def test_a_killed_run_goes_on(tmp_path, monkeypatch, name):
     flow = scheme(name).flow("1/50")

@@ -82,12 +82,14 @@ def assert_same(lattice, rule, steps):
     assert found.impulse.sum() == pytest.approx(there.impulses[:, :, 0].sum(), rel=1e-9)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", RULES, ids=lambda r: r.name)
 @pytest.mark.parametrize("restitution", [0, 1])
 def test_a_chain_in_contact_runs_as_its_scene(rule, restitution):
     assert_same(beads(restitution), rule, 120)
 
 
+@pytest.mark.dear("list")
 @pytest.mark.parametrize("bonds", ["ring", [(0, 1), (4, 1), (1, 3), (2, 4)]], ids=["ring", "list"])
 def test_rings_and_lists_run_as_their_scenes(bonds):
     assert_same(beads("1/2", bonds=bonds), midpoint, 60)
@@ -107,6 +109,7 @@ def test_elastic_impacts_keep_the_energy():
     assert len(run.impacts.t) > 100 and np.ptp(H) < 1e-13 * size
 
 
+@pytest.mark.dear("trapezoidal")
 @pytest.mark.parametrize("rule", [midpoint, trapezoidal], ids=lambda r: r.name)
 def test_the_free_steps_of_a_step_do_not_grow_with_the_sites(rule):
     asked = []

@@ -12,6 +12,7 @@ from discmech.integrators.rules import gauss
 from tests.integrators.lattices.test_lattices import fput
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", [gauss(3), midpoint, trapezoidal], ids=lambda r: r.name)
 @pytest.mark.parametrize("bonds", ["chain", [(i, i + 1) for i in range(8)]], ids=["chain", "list"])
 def test_the_site_that_has_no_numbers_is_named(rule, bonds):

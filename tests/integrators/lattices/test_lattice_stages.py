@@ -47,6 +47,7 @@ def both(lattice, rule, step="1/20"):
     return flow, newton(flow)
 
 
+@pytest.mark.dear("action", "product")
 @pytest.mark.parametrize("kind", [*SITES])
 @pytest.mark.parametrize("rule", [gauss(2), slow(gauss(3))], ids=lambda r: r.name)
 def test_bodies_run_by_stages_as_by_newton(kind, rule):

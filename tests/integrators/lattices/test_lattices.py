@@ -56,6 +56,7 @@ def two_thirds(L, G, x, u, h):
     return h * L(G.target(x, u, h / 3), u) / 2 + h * L(G.target(x, u, 2 * h / 3), u) / 2
 
 
+@pytest.mark.dear("trapezoidal")
 @pytest.mark.parametrize("rule", [trapezoidal, midpoint, slow(rectangle), slow(two_thirds),
                                   slow(compose(trapezoidal, "triple-jump")),
                                   slow(compose(rectangle, "blanes-moan-4")),
@@ -104,6 +105,7 @@ def test_momenta_that_do_not_tell_velocities_are_named():
                 velocities(flow, one, unit * other, 0 * other)
 
 
+@pytest.mark.dear("scattered")
 @pytest.mark.parametrize("rule", [midpoint, slow(trapezoidal), slow(gauss(2))],
                          ids=lambda r: r.name)  # fmt: skip
 @pytest.mark.parametrize("bonds", ["ring", SCATTERED], ids=["ring", "scattered"])

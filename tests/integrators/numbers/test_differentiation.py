@@ -35,6 +35,7 @@ def test_jacobian_is_that_of_sympy():
     assert first_violation(difference) is None
 
 
+@pytest.mark.dear("outer-solar-system")
 @pytest.mark.parametrize(
     "scene", [s for s in scenes.all_scenes() if s.lagrangian is not None], ids=lambda s: s.name
 )

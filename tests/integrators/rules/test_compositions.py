@@ -227,6 +227,7 @@ def test_a_failing_substep_is_a_step_failure():
     assert set(caught.value.state) == {"x", "mu", "u"}
 
 
+@pytest.mark.dear("triple-jump:own")
 @pytest.mark.parametrize("rule", ["triple-jump:own", "triple-jump:rectangle"])
 def test_a_composition_shrinks_its_steps_at_the_edge_of_a_chart(rule):
     """All substeps are halved: one step is two, or four, of the first part within the reach."""

@@ -74,6 +74,7 @@ def test_compiled_steps_are_those_of_fifty_digits(scene, name):
     assert s.flow(step).step_defect(*at, *after) < 1e-14  # the map itself, no kernel
 
 
+@pytest.mark.dear("pendulum-implicit-midpoint")
 @pytest.mark.sampled
 @mpmath.workdps(60)
 @pytest.mark.parametrize(("scene", "name"), PAIRS)
@@ -242,6 +243,7 @@ def test_without_a_closed_form_of_the_velocity(name):
 OFTEN = ("framed-plane", "moebius")  # by hand, with a step in ρ; a right action
 
 
+@pytest.mark.dear("framed-plane")
 @mpmath.workdps(60)
 @pytest.mark.parametrize(
     "scene", [s if s in OFTEN else pytest.param(s, marks=pytest.mark.slow) for s in OWN_SCENES]

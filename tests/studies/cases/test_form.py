@@ -52,6 +52,7 @@ def test_no_coordinate_hides_another_ones_way_back():
         assert_reversible("rectangle", attacks.two_parts, digits=16)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("method", ["kahan-li-8:midpoint", "sofroniou-spaletta-10:midpoint"])
 @pytest.mark.parametrize("scene", ["henon-heiles", "rigid-body"])
 def test_long_compositions_hide_no_wrong_momentum(scene, method):

@@ -105,6 +105,7 @@ def test_the_mean_of_the_points_is_told_of_weighted_sums_on_the_straight_step(fo
     assert mean_of_points(Scheme(scenes.get("kepler"), discretisation(name="r")(formula))) == mean
 
 
+@pytest.mark.dear("double-pendulum")
 @pytest.mark.parametrize(
     ("scene", "named"),
     [("kepler", "gauge"), ("double-pendulum", "discrete Lagrangian"), ("duffing", "discrete Lag")],
@@ -227,6 +228,7 @@ def test_a_rule_that_is_not_consistent_is_not_advised_to_declare_its_order(formu
     assert found["evidence"]["order_of_legendre"] == pytest.approx(order_found, abs=0.05)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("scene", ["pendulum", "duffing"])  # of a force and the time too
 @pytest.mark.parametrize(("formula", "factor", "rest"), [
     (lambda L, G, x, u, h: 2 * h * L(G.target(x, u, h / 2), u) / 3, "2/3", ""),

@@ -98,6 +98,7 @@ ODD = {
 }
 
 
+@pytest.mark.dear("rigid-body-midpoint")
 @pytest.mark.parametrize(("name", "rule"), [
     ("rigid-body", "midpoint"), ("rigid-body", "implicit-midpoint"),
     pytest.param("rigid-body", "triple-jump:midpoint", marks=pytest.mark.slow),

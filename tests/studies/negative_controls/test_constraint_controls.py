@@ -19,6 +19,7 @@ def found_with(name, monkeypatch, wrong, digits=16):
     return measured("symplecticity", scene, "midpoint", digits, 8)
 
 
+@pytest.mark.dear("16-knife-edge")
 @pytest.mark.parametrize("name", ["cartesian-pendulum", "suslov", "knife-edge"])
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.sampled
@@ -28,6 +29,7 @@ def test_constraints_are_met_to_round_off(name, digits, monkeypatch):
     assert 0 <= found["measured"]["constraint"] < 10.0 ** (-15 if digits == 16 else -60)
 
 
+@pytest.mark.dear("knife-edge")
 @pytest.mark.parametrize(
     ("name", "wrong"),
     [

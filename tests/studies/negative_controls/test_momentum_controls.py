@@ -21,6 +21,7 @@ from tests.objects import PLAIN, with_wrong_force
 from tests.studies.cached_results import measured
 
 
+@pytest.mark.dear("lagrange-top")
 @pytest.mark.parametrize(
     ("name", "quantity", "digits"),
     [("lagrange-top", "μ·Γ", 50), ("kepler", "angular momentum", 50),
@@ -35,6 +36,7 @@ def test_a_wrong_update_makes_momentum_fail(wrong_gain, name, quantity, digits):
         assert drift["|Γ|²"] <= limit
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.parametrize("rule", ["rectangle", "midpoint", "trapezoidal"])
 def test_a_quantity_that_is_not_conserved_fails_by_name(rule, digits):
@@ -119,6 +121,7 @@ RUBBED_BODY = scenes.get("rigid-body").with_values(
 )
 
 
+@pytest.mark.dear("gauss-2")
 @pytest.mark.parametrize("rule", [
     "rectangle", "gauss-2", *(pytest.param(r, marks=pytest.mark.slow) for r in PLAIN[1:])
 ])  # fmt: skip
@@ -129,6 +132,7 @@ def test_a_force_that_keeps_a_symmetry_keeps_its_momentum(rule):
     assert found["measured"]["drift"]["μ·Γ"] < 1e-13
 
 
+@pytest.mark.dear("trapezoidal-16")
 @pytest.mark.sampled
 @pytest.mark.parametrize(
     ("rule", "digits"),
@@ -161,6 +165,7 @@ def test_a_wrong_discrete_force_is_caught(name, moved, at_start, at_end, monkeyp
     assert found["verdict"] == "fail" and moved in found["reason"]
 
 
+@pytest.mark.dear("lobatto-3")
 @pytest.mark.parametrize("rule", ["midpoint", "gauss-2", "lobatto-3"])
 def test_stages_are_displaced_with_the_symmetry_too(rule):
     """On pairs a turn of the plane turns the stages: the force at the nodes works there."""
@@ -184,6 +189,7 @@ def angular(x, mu):
     return x[0] * mu[1] - x[1] * mu[0]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("small", ["1/10000000000", "1/10000000000000"])
 @pytest.mark.parametrize("constant", [0, 10**12])
 def test_neither_a_large_constant_nor_a_short_run_hides_a_drift(small, constant):
