@@ -17,6 +17,7 @@ from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
 from ..rules import OneStepMap
 from .checks import singular
 from .dual_system import DualSystem
+from .explicit_rows import ExplicitRows, explicit_rows
 from .symbols import SceneSymbols, column, vector
 
 
@@ -64,6 +65,7 @@ class OneStepEquations:
         self.w = column([e for part in (*main, *self.velocities) for e in part])
         self.rows = column([e for part in (rows, *self.view.velocity_rows) for e in part])
         self.increment = new - self.z
+        self._new = new
         self._check_letters()
 
     # -- derivatives -----------------------------------------------------------------------------
@@ -92,9 +94,34 @@ class OneStepEquations:
         return self.groupoid.rho(self.x, self.h), *self.groupoid.structure_functions(self.x, self.h)
 
     @cached_property
+    def _explicit_rows(self) -> ExplicitRows | None:
+        """Rows with unknowns that give these one after another; None where one is solved for."""
+        if self.explicit or self.velocities or self.multipliers:
+            return None
+        known = self.definitions(self.rows, self.increment)
+        return explicit_rows(self.rows, self.w, self._new, self.z, self.y, known)
+
+    @cached_property
     def system(self) -> System:
         """One step as the data that the compiler is given."""
         n, s = len(self.x), self.s
+        if (found := self._explicit_rows) is not None:
+            return System(
+                name=s.name,
+                q=tuple(s.q),
+                x=tuple(s.x),
+                u=tuple(s.u),
+                w=tuple(found.w),
+                mu=tuple(s.mu),
+                y=tuple(s.y),
+                rows=found.w - found.values,
+                slope=sympy.eye(len(found.w)),
+                increment=found.increment,
+                gain=found.gain,
+                wanted=tuple(sympy.zeros(len(found.w), 1)),
+                explicit=True,
+                constants=dict(s.constants),
+            )
         return System(
             name=s.name,
             q=tuple(s.q),

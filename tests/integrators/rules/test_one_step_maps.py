@@ -195,6 +195,16 @@ def test_stoermer_verlet_and_gauss_are_the_variational_rules():
         assert size(state(one) - state(other)) < 1e-45
 
 
+def test_rows_that_say_their_unknowns_one_after_another_are_not_solved():
+    """Störmer–Verlet compiles to what trapezoidal does, but for names; a mass of x stays a row."""
+    solved = [scheme("kepler", e).flow("0.01").system.w for e in ("stoermer-verlet", "trapezoidal")]
+    assert len(solved[0]) == len(solved[1]) == 2
+    runs = [scheme("kepler", e).flow("0.01").trajectory(200)
+            for e in ("stoermer-verlet", "trapezoidal")]  # fmt: skip
+    assert abs(runs[0].x - runs[1].x).max() < 1e-14 and abs(runs[0].mu - runs[1].mu).max() < 1e-14
+    assert len(scheme("double-pendulum", "stoermer-verlet").flow("0.01").system.w) == 4
+
+
 def test_a_negative_step_and_compositions():
     s = scheme("kepler", "implicit-midpoint")
     there = s.flow("0.01").trajectory(20)
