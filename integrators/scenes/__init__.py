@@ -27,14 +27,20 @@ CONTACT = (
 )  # fmt: skip
 
 
+#: problems that other codes are compared on: run by name, and in no study's own choice
+COMMON = (
+    "argon", "morse", "mathews-lakshmanan", "abc-flow", "water", "torus", "arenstorf", "pleiades",
+)  # fmt: skip
+
+
 def names() -> tuple[str, ...]:
-    """The names of all scenes without contact, simplest first."""
+    """The names of the scenes without contact that every study takes, simplest first."""
     return NAMES
 
 
 def every_name() -> tuple[str, ...]:
-    """The names of all scenes, those with contact last."""
-    return (*NAMES, *CONTACT)
+    """The names of all scenes, those with contact and the common problems last."""
+    return (*NAMES, *CONTACT, *COMMON)
 
 
 def get(name: str) -> Scene:

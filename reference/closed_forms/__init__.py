@@ -17,10 +17,21 @@ if TYPE_CHECKING:
 
 def registry() -> dict[str, ClosedForm]:
     """The closed forms by scene name."""
-    from . import charged_particle, harmonic, kepler, pendulum, rigid_body, rigid_body_so4, sl2
+    from . import (
+        charged_particle,
+        harmonic,
+        kepler,
+        mathews_lakshmanan,
+        morse,
+        pendulum,
+        rigid_body,
+        rigid_body_so4,
+        sl2,
+    )
     from . import symmetric_top as top
 
-    modules = (harmonic, pendulum, kepler, charged_particle, rigid_body, rigid_body_so4, sl2, top)
+    modules = (harmonic, pendulum, kepler, charged_particle, rigid_body, rigid_body_so4, sl2, top,
+               morse, mathews_lakshmanan)  # fmt: skip
     forms = (*(module.FORM for module in modules), top.PENDULUM)
     return {form.name: form for form in forms}
 

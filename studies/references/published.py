@@ -10,13 +10,14 @@ of its solution were found.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import combinations
 from typing import Any
 
 from discmech import reference
-from discmech.integrators import Scene, pair
+from discmech.integrators import Scene, pair, scenes
 from discmech.integrators.numbers import mpmath, sympy
 
 from ..core.case import Progress, silent
@@ -35,31 +36,10 @@ class Published:
     source: str
 
 
-def _gravity(dim: int, masses: Sequence[int]) -> Callable[..., Any]:
-    """Points of these masses; the coordinates are x1 ... xn, y1 ... yn, ..."""
-
-    def lagrangian(x: Any, v: Any, p: Any) -> Any:
-        n = len(masses)
-
-        def at(z: Any, i: int) -> list[Any]:
-            return [z[i + n * d] for d in range(dim)]
-
-        kinetic = sum(m * sum(c**2 for c in at(v, i)) for i, m in enumerate(masses)) / 2
-        return kinetic + sum(
-            masses[i] * masses[j]
-            / sympy.sqrt(sum((a - b) ** 2 for a, b in zip(at(x, i), at(x, j), strict=True)))
-            for i, j in combinations(range(n), 2)
-        )  # fmt: skip
-
-    return lagrangian
-
-
-def _restricted(x: Any, v: Any, p: Any) -> Any:
-    """The restricted three-body problem in the rotating frame, with its magnetic term."""
-    turned = x[0] * v[1] - x[1] * v[0]
-    near = sympy.sqrt((x[0] + p.mu) ** 2 + x[1] ** 2)
-    far = sympy.sqrt((x[0] - 1 + p.mu) ** 2 + x[1] ** 2)
-    return (v.dot(v) + x.dot(x)) / 2 + turned + (1 - p.mu) / near + p.mu / far
+def _three_stars(x: Any, v: Any, p: Any) -> Any:
+    """Three points of mass 1 in a plane; the coordinates are x1, x2, x3, y1, y2, y3."""
+    pairs = combinations([sympy.Matrix([x[i], x[i + 3]]) for i in range(3)], 2)
+    return v.dot(v) / 2 + sum(1 / sympy.sqrt((a - b).dot(a - b)) for a, b in pairs)
 
 
 PLEIADES = """
@@ -73,26 +53,19 @@ PLEIADES = """
 
 
 def _arenstorf(loops: str, speed: str, period: str) -> Published:
-    scene = Scene(
-        name="arenstorf", groupoid=pair(2), parameters={"mu": "0.012277471"},
-        lagrangian=_restricted, x0=["0.994", 0], v0=[0, speed],
-    )  # fmt: skip
+    orbit = scenes.get("arenstorf")  # whose momentum is ẏ + x
+    scene = orbit.with_values(mu0=[0, Fraction(speed) + orbit.x0[0]])
     words = "Arenstorf's orbits; Hairer, Norsett, Wanner, Solving ODEs I, II.0"
     return Published(f"arenstorf, {loops}", scene, period, ["0.994", "0", "0", speed], words)
 
 
 def _choreography(name: str, x: list[str], v: list[str], period: str, source: str) -> Published:
-    scene = Scene(name=name, groupoid=pair(6), lagrangian=_gravity(2, (1, 1, 1)), x0=x, v0=v)
+    scene = Scene(name=name, groupoid=pair(6), lagrangian=_three_stars, x0=x, v0=v)
     return Published(name.replace("-", " "), scene, period, [*x, *v], source)
 
 
 def problems() -> list[Published]:
     """What is compared."""
-    seven = Scene(
-        name="pleiades", groupoid=pair(14), lagrangian=_gravity(2, range(1, 8)),
-        x0=[3, 3, -1, -3, 2, -2, 2, 3, -3, 2, 0, 0, -4, 4],
-        v0=[0, 0, 0, 0, 0, "1.75", "-1.5", 0, 0, 0, "-1.25", 1, 0, 0],
-    )  # fmt: skip
     eight = ["0.97000435669734", "-0.97000435669734", "0", "-0.24308753153583", "0.24308753153583",
              "0"]  # fmt: skip
     speeds = ["0.46620368572052", "0.46620368572052", "-0.93240737144104", "0.43236573046051",
@@ -100,7 +73,8 @@ def problems() -> list[Published]:
     butterfly = ["0.3068934205", "0.3068934205", "-0.613786841", "0.1255065670", "0.1255065670",
                  "-0.251013134"]  # fmt: skip
     return [
-        Published("pleiades", seven, "3", PLEIADES.split(), "IVP test set 2.4, problem plei"),
+        Published("pleiades", scenes.get("pleiades"), "3", PLEIADES.split(),
+                  "IVP test set 2.4, problem plei"),
         _arenstorf("four loops", "-2.00158510637908252240537862224",
                    "17.0652165601579625588917206249"),
         _arenstorf("three loops", "-2.0317326295573368357302057924",

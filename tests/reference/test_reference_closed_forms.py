@@ -87,6 +87,16 @@ MANAKOV = {
     "two planes, steady": {"v0": ["0.7", 0, 0, 0, 0, "-0.4"]},
 }
 PARTICLE = {"plain": {}, "other": {"v0": [1, 2, -1], "parameters": {"charge": -3, "mass": "1/3"}}}
+MORSE = {
+    "plain": {},
+    "inwards, on the wall": {"x0": ["-0.4"], "v0": ["-0.2"]},
+    "near the edge": {"x0": [2], "v0": ["0.8"]},
+    "other parameters": {"x0": ["-1/2"], "parameters": {"mass": "1/3", "depth": 5, "width": -2}},
+}
+LAKSHMANAN = {
+    "plain": {},
+    "negative curvature": {"v0": ["-0.3"], "parameters": {"curvature": "-1/2", "frequency": 2}},
+}
 CASES = [
     pytest.param(
         name,
@@ -105,6 +115,8 @@ CASES = [
         ("sl2", SL2),
         ("rigid-body-so4", MANAKOV),
         ("charged-particle", PARTICLE),
+        ("morse", MORSE),
+        ("mathews-lakshmanan", LAKSHMANAN),
     )
     for case, change in cases.items()
 ]

@@ -66,7 +66,7 @@ QUICK = ("pendulum", "rigid-body", "heavy-top", "kepler", "moser-veselov", "susl
 
 @pytest.mark.parametrize(
     "scene", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow)
-              for name in scenes.every_name()],
+              for name in scenes.every_name() if scenes.get(name).has_lagrangian],
 )  # fmt: skip
 def test_the_equations_that_are_written_out_are_those_that_are_solved(scene):
     scheme = Scheme(scenes.get(scene), midpoint)

@@ -152,7 +152,7 @@ def test_published_digits(problem, monkeypatch):
 def test_published_digits_of_another_problem_are_not_right(monkeypatch):
     """Negative control: the moon a millionth heavier."""
     (entry,) = [e for e in published.problems() if e.problem == "arenstorf, three loops"]
-    scene = entry.scene.with_values(parameters={"mu": "0.012277472"})
+    scene = entry.scene.with_values(parameters={"moon": "0.012277472"})
     monkeypatch.setattr(published, "problems", lambda: [replace(entry, scene=scene)])
     assert published.measure()[0]["scd"] < 6
 
