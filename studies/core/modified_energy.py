@@ -16,7 +16,7 @@ the rule is used: only its steps, and B, f and H of the scene.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -165,34 +165,42 @@ def changes(scheme: Scheme, step: Any, run: Any, done: int, states: int = STATES
     rule = scheme.rule
     able = not rule.is_recorded and rule.unit(16) <= EPS  # of its own steps, in doubles
     dual = dual_of(scheme.scene) if able else None
-    x, mu = (np.asarray(part, dtype=float) for part in (run.x, run.mu))
-    z, times = np.hstack([x, mu]), np.asarray(run.t, dtype=float)
-    if dual is None or len(z) < 2 or not np.isfinite(z).all():
+    parts = [np.asarray(part, dtype=float) for part in (run.x, run.mu)]
+    times = np.asarray(run.t, dtype=float)
+    if dual is None or len(times) < 2 or not all(np.isfinite(part).all() for part in parts):
         return None
+
+    def rows(at: Any) -> np.ndarray:  # a run may have a million, of which few are looked at
+        return np.hstack([part[at] for part in parts])
+
     flow = scheme.flow(step, 16)
     with np.errstate(all="ignore"):
-        size = np.abs(z).max(axis=0)
+        columns = [column for part in parts for column in part.T]
+        size = np.array([max(column.max(), -column.min()) for column in columns])
         size = np.where(size > 0, size, size.max() or 1.0)
-        moved = np.ptp(z, axis=0)
-        away = (((z - z[0]) / np.where(moved > 0, moved, 1.0)) ** 2).sum(axis=1)
-        edges = np.unique(np.linspace(1, len(z), states + 1).astype(int))
+        moved = np.array([np.ptp(column) for column in columns])
+        away = np.zeros(len(times))
+        for column, most in zip(columns, moved, strict=True):
+            away += ((column - column[0]) / (most or 1.0)) ** 2
+        edges = np.unique(np.linspace(1, len(times), states + 1).astype(int))
         chosen = [a + int(away[a:b].argmin()) for a, b in itertools.pairwise(edges)]
-        if not _forgets(flow, dual, z[0]):
+        start = rows(slice(1))[0]
+        if not _forgets(flow, dual, start):
             return None
-        walk = _walk(flow, dual, z, moved, size)
+        walk = _walk(flow, dual, rows, len(times), moved, size)
         if walk is None:
             return None
-        found = _along(flow, dual, z[0], z[chosen], size, NODES[0])
+        found = _along(flow, dual, start, rows(chosen), size, NODES[0])
         coarse = ~(found[2] < 1e-3 * np.abs(found[0]))  # bounds beside changes of the energy
         if coarse.any():
-            again = _along(flow, dual, z[0], z[chosen][coarse], size, NODES[1])
+            again = _along(flow, dual, start, rows(np.array(chosen)[coarse]), size, NODES[1])
             for first, second in zip(found, again, strict=True):
                 first[coarse] = second
-    made = np.maximum(1.0, np.array(chosen) * (done / (len(z) - 1)))
-    parts = max(1, len(scheme.substeps))
+    made = np.maximum(1.0, np.array(chosen) * (done / (len(times) - 1)))
+    substeps = max(1, len(scheme.substeps))
     own, rounded, one_way, lost = walk
     walked = FARTHEST * np.sqrt(made)  # the farthest point of so many steps
-    round_off = 4 * own + EPS * (walked * rounded * sqrt(parts) + made * one_way * parts)
+    round_off = 4 * own + EPS * (walked * rounded * sqrt(substeps) + made * one_way * substeps)
     bounds = found[2] + round_off
     good = np.isfinite(bounds) & np.isfinite(found[1])
     if not good.any():
@@ -292,19 +300,20 @@ def _fields(states: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _walk(
-    flow: Flow, dual: Dual, z: np.ndarray, moved: np.ndarray, size: np.ndarray
-) -> tuple[float, float, float, float] | None:
+    flow: Flow, dual: Dual, rows: Callable[[Any], np.ndarray], count: int, moved: np.ndarray,
+    size: np.ndarray,
+) -> tuple[float, float, float, float] | None:  # fmt: skip
     """What a step of a run may do to H̃ as it is measured, the most at its fastest states.
 
     (round-off of H itself, what one rounding of each coordinate does in units of ε in the mean
     square, what a rounded coefficient does alike in each step in units of ε, and how much H̃ changes
     in one step: beyond its series, of which a walk is left, no symplectic method changes it).
     """
-    some = np.unique(np.linspace(0, len(z) - 1, 4096).astype(int))
-    speed = (np.abs(dual(z[some])[2]) / np.where(moved > 0, moved, np.inf)).max(axis=1)
+    some = np.unique(np.linspace(0, count - 1, 4096).astype(int))
+    speed = (np.abs(dual(rows(some))[2]) / np.where(moved > 0, moved, np.inf)).max(axis=1)
     fast = some[np.argsort(np.nan_to_num(speed, nan=-1.0))[-FASTEST:]]
-    even = np.linspace(0, len(z) - 1, FASTEST).astype(int)
-    at = z[np.union1d(fast, even)]
+    even = np.linspace(0, count - 1, FASTEST).astype(int)
+    at = rows(np.union1d(fast, even))
     next_ones = _states(flow, dual, at, 1)[:, 1]
     good = np.isfinite(next_ones).all(axis=1)
     if not good.any():

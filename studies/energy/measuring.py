@@ -30,6 +30,7 @@ ROWS = 2000
 #: of the coordinate that turns most often: in a shorter run the motion has not come back. Two
 #: periods, each of which has two
 TURNS = 4
+STRETCH = 4096  # rows that are looked at before the next
 ALONE = 20_000  # steps of a forced scene without its force
 WIDE = 0.1  # of the energy that moves: a wider band is called unresolved where it is shown
 SHARE = 0.1  # of the band that a slope may explain
@@ -138,10 +139,16 @@ def _comes_to_rest(run: Trajectory) -> bool:
 
 
 def _turns(run: Trajectory) -> int:
-    """How often the coordinate that turns most often turns round in a run."""
-    z = np.hstack([np.asarray(part, dtype=float) for part in (run.x, run.mu)])
-    ways = np.sign(np.diff(z, axis=0))
-    return int(np.abs(np.diff(ways, axis=0)).astype(bool).sum(axis=0).max(initial=0))
+    """How often the coordinate that turns most often turns round in a run, as far as `TURNS`."""
+    parts = [np.asarray(part) for part in (run.x, run.mu)]
+    found = np.zeros(sum(part.shape[1] for part in parts), dtype=int)
+    for first in range(0, len(parts[1]) - 2, STRETCH):  # the first stretch mostly tells
+        rows = slice(first, first + STRETCH + 2)
+        ways = np.sign(np.diff(np.hstack([part[rows] for part in parts]).astype(float), axis=0))
+        found += (np.diff(ways, axis=0) != 0).sum(axis=0)
+        if found.max(initial=0) >= TURNS:
+            break
+    return int(found.max(initial=0))
 
 
 def _say_drift(found: dict[str, Any]) -> None:
