@@ -11,6 +11,7 @@ from ..scene import Scene
 
 
 def field(x: Any, p: Any) -> list[Any]:
+    """ẋ, three entries without divergence."""
     sin, cos = sympy.sin, sympy.cos
     return [
         p.A * sin(x[2]) + p.C * cos(x[1]),

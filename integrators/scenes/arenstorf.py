@@ -11,6 +11,7 @@ from ..scene import Scene
 
 
 def hamiltonian(x: Any, mu: Any, p: Any) -> Any:
+    """The energy in the frame that turns, whose turn adds y·μ₀ − x·μ₁."""
     turned = x[1] * mu[0] - x[0] * mu[1]
     near = sympy.sqrt((x[0] + p.moon) ** 2 + x[1] ** 2)
     far = sympy.sqrt((x[0] - 1 + p.moon) ** 2 + x[1] ** 2)

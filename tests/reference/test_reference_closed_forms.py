@@ -18,6 +18,7 @@ from discmech.reference.closed_forms.kepler import increasing_root
 from discmech.reference.enclosure import enclose
 from discmech.reference.equations import equations_of
 from discmech.reference.exact import parameter_values, to_mpf
+from discmech.reference.failures import Unproven
 from discmech.reference.problem import Problem
 from discmech.reference.series import compile_series
 from discmech.reference.taylor import TaylorSettings
@@ -97,6 +98,9 @@ LAKSHMANAN = {
     "plain": {},
     "negative curvature": {"v0": ["-0.3"], "parameters": {"curvature": "-1/2", "frequency": 2}},
 }
+#: whose denominator 1 + λx² no enclosure of a step of so high an order holds away from zero: its
+#: reference rests on the closed form
+UNPROVEN = ("mathews-lakshmanan",)
 CASES = [
     pytest.param(
         name,
@@ -130,7 +134,8 @@ def test_it_begins_at_the_start_and_its_rate_is_the_equations(name, change):
     scene = scenes.get(name).with_values(**change)
     equations = equations_of(scene, registry()[name].attitude)
     form, h = Problem.of(scene).form(), Fraction(1, 10**15)
-    rates = sympy.lambdify([equations.states], list(equations.rates), "mpmath")
+    rates = sympy.lambdify([equations.states], list(equations.rates), "mpmath",
+                           cse=lambda e: ([*equations.assignments], e))  # fmt: skip
 
     def at(t):
         found = form_at(equations, parameter_values(scene), form, t, 55)
@@ -158,6 +163,10 @@ def test_the_taylor_integrator_encloses_it_to_45_digits(name, change, digits):
     attitude = registry()[name].attitude
     equations = equations_of(scene, attitude)
     form = Problem.of(scene).form()
+    if name in UNPROVEN:
+        with pytest.raises(Unproven, match="a denominator"):
+            enclose(equations, compile_series(equations), TIMES, TaylorSettings(digits))
+        return
     taylor = enclose(equations, compile_series(equations), TIMES, TaylorSettings(digits))
     assert taylor.held >= set(TIMES)
     for t in TIMES:
