@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 Style = Sequence[tuple[str, Any]]
 #: inches that stay free beside the longest word: fonts elsewhere are a little wider
 SPARE = 0.06
+LEAST = 1.2  # inches of an axes in a figure whose width is asked for
 #: the fonts of a figure, and where text is text those of the same widths that others have
 _FAMILIES = (
     b"'STIXGeneral', 'DejaVu Serif'",
@@ -95,7 +96,7 @@ def figure_of(panels: Sequence[Panel], sheet: Sheet, style: Style = ()) -> Figur
     import matplotlib
 
     with matplotlib.rc_context(_RC | dict(style)):
-        return _laid_out(panels, sheet, max(1, min(sheet.columns, len(panels))))[0]
+        return _laid_out(panels, *_sized(panels, sheet, style))[0]
 
 
 def render(
@@ -103,12 +104,13 @@ def render(
 ) -> Drawing:
     """Draw the panels on one sheet. Markers and styles of the page go into `definitions`.
 
-    style: entries of matplotlib's rcParams that replace ours.
+    style: entries of matplotlib's rcParams that replace ours; of figure.figsize the width alone
+    counts, as that of a paper's column.
     """
     import matplotlib
 
-    columns = max(1, min(sheet.columns, len(panels)))
     with matplotlib.rc_context(_RC | dict(style)):
+        sheet, columns = _sized(panels, sheet, style)
         figure, fitted = _laid_out(panels, sheet, columns)
         scales = [_scales(axes) for axes in figure.axes]
         svg, pdf, png = BytesIO(), BytesIO(), BytesIO()
@@ -125,6 +127,21 @@ def render(
     inline = inline_panels(svg.getvalue(), cells, spoken, scales, definitions)
     elsewhere = svg.getvalue().replace(*_FAMILIES)
     return Drawing(elsewhere, pdf.getvalue(), png.getvalue(), inline, fitted.width, columns)
+
+
+def _sized(panels: Sequence[Panel], sheet: Sheet, style: Style) -> tuple[Sheet, int]:
+    """The sheet, and how many panels stand side by side: of a width that the style asks for.
+
+    Words keep their size, so axes give way, down to `LEAST`; a figure of longer words is wider.
+    """
+    columns = max(1, min(sheet.columns, len(panels)))
+    asked = dict(style).get("figure.figsize")
+    if asked is None:
+        return sheet, columns
+    fitted = _laid_out(panels, sheet, columns)[1]
+    margins = fitted.left + fitted.right
+    columns = max(1, min(len(panels), int(asked[0] / (margins + LEAST))))
+    return replace(fitted, width=max(margins + LEAST, asked[0] / columns)), columns
 
 
 def _laid_out(panels: Sequence[Panel], sheet: Sheet, columns: int) -> tuple[Figure, Sheet]:

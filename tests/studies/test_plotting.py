@@ -44,6 +44,17 @@ def test_a_result_is_a_figure_that_can_be_changed(result, tmp_path):
     assert (tmp_path / "mine.pdf").stat().st_size > 1000
 
 
+@pytest.mark.parametrize(("asked", "columns"), [(3.4, 1), (7, 2), (1, 1)])
+def test_a_figure_is_as_wide_as_a_column(result, tmp_path, asked, columns):
+    """Panels stand below one another, words keep their size; a figure that cannot is wider."""
+    (tmp_path / "p.mplstyle").write_text(f"figure.figsize: {asked}, 2\n", "utf-8")
+    twice = {**result, "cases": [*result["cases"], *({**c, "scene": "b"} for c in result["cases"])]}
+    figure = plot(twice, style=tmp_path / "p.mplstyle")
+    wide = figure.get_size_inches()[0]
+    assert wide == pytest.approx(asked, abs=0.02) or wide > asked == 1
+    assert len({axes.get_position().x0 for axes in figure.axes}) == columns
+
+
 @pytest.mark.parametrize(("scene", "kind", "panels"), [
     ("pendulum", "phase", 1), ("kepler", None, 2), ("kepler", "base", 1), ("kepler", "energy", 1),
     ("rigid-body", "phase", 3), ("heavy-top", "base", 3), ("pendulum", "base", 1),
