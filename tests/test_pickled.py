@@ -44,9 +44,20 @@ def explicit(s, z, h):
 
 BY_H = Scene("by-h", pair(1), hamiltonian=lambda x, mu, p: p.k * mu[0] ** 2 + x[0] ** 2,
              parameters={"k": 1}, x0=[1], mu0=[0])  # fmt: skip
+
+
+def part(x, mu, p):
+    return mu.dot(mu) / 2
+
+
+def other_part(x, mu, p):
+    return x.dot(x) / 2
+
+
+parted = splitting([1, 1], parts=[part, other_part], name="parted")
 RULES = (midpoint, trapezoidal, rectangle, imex, own, gauss(3), lobatto(4), mine, explicit,
          compose(midpoint, "suzuki"), compose(mine, "triple-jump"),
-         compose(mine, [0.25, 0.5, 0.25]), splitting([1, 1]), *MAPS.values())  # fmt: skip
+         compose(mine, [0.25, 0.5, 0.25]), splitting([1, 1]), parted, *MAPS.values())  # fmt: skip
 
 
 def again(thing):

@@ -13,11 +13,21 @@ from typing import Any, cast
 
 from ..errors import BadInput
 from ..groupoids import RetractionGroupoid
-from ..numbers import floats_exact, jacobian, parts_of, replaced, symbols_of, sympy
+from ..numbers import (
+    first_violation,
+    floats_exact,
+    jacobian,
+    parts_of,
+    replaced,
+    symbols_of,
+    sympy,
+)
 from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
 from .chain_rule import Block, ChainRule, partials
 from .continuous import closed_velocity, energy, momentum, natural_structure, rates
 from .symbols import SceneSymbols, column, vector
+
+MOST_TERMS = 6  # of the series of a part's flow
 
 
 @cache
@@ -67,6 +77,7 @@ class DualSystem:
         self.velocity_rows: list[Column] = []
         self._points: dict[tuple[Expression, ...], Point] = {}
         self._charts: dict[tuple[Expression, ...], Column] = {}
+        self._parts: dict[Callable[..., Any], list[Column]] = {}
 
     # -- what a map may ask ----------------------------------------------------------------------
 
@@ -121,6 +132,73 @@ class DualSystem:
             bracket -= c * at.mu[nu]
         top = sympy.zeros(self.n).row_join(rho)
         return self._shown(top.col_join((-rho.T).row_join(bracket)))
+
+    def flow(self, part: Callable[..., Any], z: Column, h: Expression) -> Column:
+        """The flow of a part(x, mu, p) of H for the time h, from z: its series in h, where it ends.
+
+        Raises `BadInput` where more than `MOST_TERMS` terms are not zero.
+        """
+        given = self.letters(z)
+        letters = column([*self._s.x, *self._s.mu])
+        if tuple(given) != tuple(letters):
+            given = self._named("za", given)
+        swap = dict(zip(letters, given, strict=True))
+        new, size = self._shown(given), sympy.Integer(1)
+        for k, term in enumerate(self._series(part), 1):
+            size = size * h / k
+            new += size * self._shown(self._named("zt", column(replaced(term, swap))))
+        return new
+
+    def check_parts(self, parts: Sequence[Callable[..., Any]]) -> None:
+        """Raise `BadInput` unless the parts add up to H, but for a constant."""
+        s = self._s
+        if s.forced or s.clocked:
+            raise BadInput(
+                f"{s.name} has a force or a time, of which a splitting by parts knows nothing: "
+                "take another method."
+            )
+        xi = closed_velocity(s)
+        if xi is None:
+            return
+        H = energy(s).xreplace(dict(zip(s.u, xi, strict=True)))
+        left = H - sum(self._part(e) for e in parts)
+        states = [*s.x, *s.mu]
+        if first_violation(jacobian([left], states)) is not None:
+            raise BadInput(
+                f"the parts of the splitting do not add up to H of {s.name}: what is left is "
+                f"{str(sympy.simplify(left))[:80]}, which depends on the state."
+            )
+
+    def _part(self, part: Callable[..., Any]) -> Expression:
+        s = self._s
+        found = s.call(part, "a part of H", s.position, s.mu, s.parameters)
+        s.refuse_unknown(column([found]), {*s.x, *s.mu}, "a part of H", part, "x, mu and p")
+        return found
+
+    def _series(self, part: Callable[..., Any]) -> list[Column]:
+        """The derivatives of z along the field of a part of H, up to the last that is not zero."""
+        s = self._s
+        if part not in self._parts:
+            states = [*s.x, *s.mu]
+            slope = jacobian([self._part(part)], states).T
+            rho, structure = natural_structure(s, s.x)
+            bracket = sympy.zeros(self.m)
+            for nu, c in enumerate(structure):
+                bracket -= c * s.mu[nu]
+            top = sympy.zeros(self.n).row_join(rho)
+            field = top.col_join((-rho.T).row_join(bracket)) * slope
+            found, term = list[Column](), field
+            while first_violation(term) is not None:
+                if len(found) == MOST_TERMS:
+                    raise BadInput(
+                        f"{s.name}: the flow of the part {str(self._part(part))[:60]} is no "
+                        "polynomial of the time, so it is not known: split H otherwise, such as "
+                        "into T(mu) and V(x), or write the map with @one_step."
+                    )
+                found.append(term)
+                term = jacobian(list(term), states) * field
+            self._parts[part] = found
+        return self._parts[part]
 
     def split(self, z: Column) -> tuple[Column, Column]:
         """(x, μ) of a state, n×1 and m×1."""

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from ..errors import shown, unknown
 from .claims import Claims
-from .composition import METHODS, Composition, Method, Substep, adjoint, compose, splitting
+from .composition import METHODS, Composition, Method, Substep, adjoint, compose
 from .discretisation import Discretisation, check_rule, discretisation, own
 from .galerkin import FAMILIES, gauss, lobatto
 from .maps import MAPS, dual_gauss, map_of, newmark
 from .one_step import OneStepMap, one_step
 from .quadrature import Nodes
 from .simple import imex, midpoint, rectangle, trapezoidal
+from .splitting import splitting
 
 __all__ = [
     "BUILT_IN", "Claims", "Composition", "Discretisation", "FAMILIES", "MAPS", "METHODS", "Method",

@@ -17,9 +17,7 @@ import hashlib
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from functools import partial, wraps
-from itertools import accumulate
 from typing import Any
 
 from ..errors import BadInput, arguments_checked, shown, unknown
@@ -27,8 +25,7 @@ from ..numbers import LazyModule, sympy, working_digits
 from ..numbers.types import Column, Expression, Letter, Mpf
 from ..scene import Again
 from .discretisation import Discretisation
-from .order_conditions import MOST_ORDER, OwnNumbers, read, said
-from .simple import rectangle
+from .order_conditions import MOST_ORDER, OwnNumbers, check_sum, read, said
 
 mpmath: Any = LazyModule("mpmath")
 
@@ -304,48 +301,8 @@ def compose(
     over = rule.order or 1
     own = OwnNumbers(tuple(numbers), tuple(rounded), adjoint is not None,
                      over if adjoint is not None else over + over % 2)  # fmt: skip
-    _check_sum(what, numbers, rounded)
-    return _own(what, rule, own, order, name, source)
-
-
-@arguments_checked
-def splitting(
-    coefficients: Any,
-    *,
-    first: str = "kinetic",
-    order: int | None = None,
-    name: str | None = None,
-    source: str = "",
-) -> Composition:
-    """The splitting a₁, b₁, a₂, b₂, … of L = T(x, v) − V(x), a's of one part, b's of the other.
-
-    first: the part whose flow is taken first, "kinetic" (a drift) or "potential" (a kick). It is a
-    composition of the rectangle rule and its adjoint, Φ_h = φ^T_h ∘ φ^V_h, and of the same order as
-    the splitting of any two parts (McLachlan, SIAM J. Sci. Comput. 16 (1995), 151); on a pair
-    groupoid with a constant mass matrix it is the splitting itself, elsewhere the composition
-    serves.
-    Numbers and order as of `compose`.
-
-    Raises `BadInput` as that does, and for sums of a's or b's that are not 1.
-    """
-    parts = ("kinetic", "potential")
-    if first not in parts:
-        raise BadInput(f'splitting: first={shown(first)}; say "kinetic" or "potential".')
-    numbers, rounded = read(coefficients, "splitting")
-    if len(numbers) < 2:
-        raise BadInput("splitting: give at least two coefficients, one of each part.")
-    names = parts if first == parts[0] else parts[::-1]
-    for i, part in enumerate(names):
-        _check_sum(f"splitting: of the {part} part", numbers[i::2], rounded[i::2])
-    if first == "potential":
-        numbers, rounded = [Fraction(0), *numbers], [Fraction(0), *rounded]
-    # a₁ = β₁, b₁ = β₁ + α₁, a₂ = α₁ + β₂, …; the last one follows from the sums
-    sizes = list(accumulate(numbers[:-1], lambda before, total: total - before))
-    errors = list(accumulate(rounded[:-1]))
-    if len(sizes) % 2:
-        sizes, errors = [*sizes, Fraction(0)], [*errors, Fraction(0)]
-    own = OwnNumbers(tuple(sizes), tuple(errors), True, 1)
-    return _own("splitting", rectangle, own, order, name, source)
+    check_sum(what, numbers, rounded)
+    return with_own(what, rule, own, order, name, source)
 
 
 def _check_base(rule: Any) -> None:
@@ -359,25 +316,24 @@ def _check_base(rule: Any) -> None:
         )
 
 
-def _check_sum(what: str, numbers: Sequence[Any], rounded: Sequence[Fraction]) -> None:
-    """Raise `BadInput` unless the numbers add up to 1, as far as they are known."""
-    total = sum(numbers, Fraction(0))
-    missing = total - 1
-    if abs(missing) > sum(rounded, Fraction(0)) and sympy.sympify(missing).is_zero is not True:
-        exactly = isinstance(missing, Fraction)
-        if not exactly and abs(sympy.N(missing, 60)) < 1e-50:
-            return
-        side = "more" if missing > 0 else "less"
-        raise BadInput(
-            f"{what} the coefficients add up to {float(total):.15g}, which is "
-            f"{float(abs(missing)):.6g} {side} than 1: the substeps would not make a whole step."
-        )
-
-
-def _own(
+def with_own(
     what: str, rule: Discretisation, own: OwnNumbers, order: Any, name: Any, source: str
 ) -> Composition:
     """The composition with one's own numbers; an order that was given is held to them."""
+    found = Method("own", own.order_over(own.over), own, source, own.in_turn)
+    reached = found.order_over(rule.order or 1, not own.in_turn)
+    label, why = described_own(what, own, reached, order, name)
+    about = source or f"coefficients of one's own, order {reached}" + (f": {why}" if why else "")
+    return _made(rule, replace(found, source=about), label if name else f"{label}:{rule.name}")
+
+
+def described_own(
+    what: str, own: OwnNumbers, reached: int, order: Any, name: Any
+) -> tuple[str, str]:
+    """(name, the first condition that is missed) of a method of one's own of the order `reached`.
+
+    Raises `BadInput` for a wrong name, and for a higher order that was given.
+    """
     if not isinstance(name, str | None) or (name and not re.fullmatch(r"[\w.:-]{1,80}", name)):
         raise BadInput(f"{what}: name={shown(name)}; use letters, digits, dots and dashes.")
     if order is not None and (type(order) is not int or not 1 <= order <= MOST_ORDER):
@@ -385,8 +341,6 @@ def _own(
             f"{what}: order={shown(order)}; give a whole number from 1 to {MOST_ORDER}, the "
             "highest order whose conditions are asked."
         )
-    found = Method("own", own.order_over(own.over), own, source, own.in_turn)
-    reached = found.order_over(rule.order or 1, not own.in_turn)
     missed = own.first_missed(MOST_ORDER)
     why = "" if missed is None else (
         f"the condition of order {sum(missed[0])}, {said(missed[0], own.in_turn)}, is missed by "
@@ -398,9 +352,7 @@ def _own(
             "leave order= out."
         )
     digest = hashlib.sha256(repr((own.numbers, own.in_turn)).encode()).hexdigest()[:4]
-    label = name or f"own-{len(own.numbers)}-{digest}:{rule.name}"
-    about = source or f"coefficients of one's own, order {reached}" + (f": {why}" if why else "")
-    return _made(rule, replace(found, source=about), label)
+    return name or f"own-{len(own.numbers)}-{digest}", why
 
 
 def _made(rule: Discretisation, method: Method, label: str) -> Composition:

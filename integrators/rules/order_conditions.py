@@ -13,14 +13,14 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from math import factorial
 from typing import Any
 
 import numpy as np
 
 from ..errors import BadInput
-from ..numbers import LazyModule, exact, working_digits
+from ..numbers import LazyModule, exact, sympy, working_digits
 from ..numbers.types import Mpf
 
 mpmath: Any = LazyModule("mpmath")
@@ -111,7 +111,7 @@ class OwnNumbers:
         with working_digits(digits + 10):
             return [_mpf(e, digits) for e in self.numbers]
 
-    @property
+    @cached_property
     def palindrome(self) -> bool:
         """Whether they are the same from behind, as far as they are known."""
         return all(
@@ -164,11 +164,13 @@ def _held(own: OwnNumbers, digits: int) -> tuple[Mpf, ...]:
     every = conditions(own.order_over(own.over), own.over, not own.in_turn)
     words = [w for w in every if sum(w) % 2 or not own.palindrome]
     with working_digits(digits + 10):
-        if own.palindrome:  # exactly
-            sizes = [(a + b) / 2 for a, b in zip(sizes, sizes[::-1], strict=True)]
+        if own.palindrome:
+            sizes = _symmetric(sizes)
         start = tuple(map(float, sizes))
-        slopes = np.array([_slopes(w, start, own.in_turn) for w in words])[:, loose]
-        inverse = np.linalg.pinv(slopes, rcond=1e-10)
+        slopes = np.array([_slopes(w, start, own.in_turn) for w in words])
+        if own.palindrome:  # corrections are palindromes too
+            slopes = (slopes + slopes[:, ::-1]) / 2
+        inverse = np.linalg.pinv(slopes[:, loose], rcond=1e-10)
         worst, best = None, sizes
         for _ in range(40):
             gaps = [gap(w, sizes, own.in_turn) for w in words]
@@ -178,7 +180,13 @@ def _held(own: OwnNumbers, digits: int) -> tuple[Mpf, ...]:
             worst, best, sizes = size, sizes, list(sizes)
             for row, i in zip(inverse, loose, strict=True):
                 sizes[i] -= sum(mpmath.mpf(float(e)) * g for e, g in zip(row, gaps, strict=True))
+            if own.palindrome:  # but for the round-off of the inverse
+                sizes = _symmetric(sizes)
         return tuple(best)
+
+
+def _symmetric(sizes: list[Mpf]) -> list[Mpf]:
+    return [(a + b) / 2 for a, b in zip(sizes, sizes[::-1], strict=True)]
 
 
 @lru_cache(maxsize=4096)
@@ -216,6 +224,21 @@ def read(values: Any, what: str) -> tuple[list[Any], list[Fraction]]:
     if not found:
         raise BadInput(f"{what}: no coefficient is given.")
     return found, rounded
+
+
+def check_sum(what: str, numbers: Sequence[Any], rounded: Sequence[Fraction]) -> None:
+    """Raise `BadInput` unless the numbers add up to 1, as far as they are known."""
+    total = sum(numbers, Fraction(0))
+    missing = total - 1
+    if abs(missing) > sum(rounded, Fraction(0)) and sympy.sympify(missing).is_zero is not True:
+        exactly = isinstance(missing, Fraction)
+        if not exactly and abs(sympy.N(missing, 60)) < 1e-50:
+            return
+        side = "more" if missing > 0 else "less"
+        raise BadInput(
+            f"{what} the coefficients add up to {float(total):.15g}, which is "
+            f"{float(abs(missing)):.6g} {side} than 1: the substeps would not make a whole step."
+        )
 
 
 def _rounded(value: Any) -> Fraction:

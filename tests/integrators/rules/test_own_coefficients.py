@@ -80,6 +80,53 @@ def test_a_splitting_is_drifts_and_kicks():
     assert run.mu[1, 0] == pytest.approx(p, abs=1e-15)
 
 
+def kinetic(x, mu, p):
+    return mu.dot(mu) / 2
+
+
+def second(x, mu, p):
+    return p.coupling * x[0] ** 2 * x[1]
+
+
+def third(x, mu, p):
+    return x.dot(x) / 2 - p.coupling * x[1] ** 3 / 3
+
+
+def both(x, mu, p):
+    return second(x, mu, p) + third(x, mu, p)
+
+
+FOREST_RUTH = [CUBE / 2, CUBE, (1 - CUBE) / 2, 1 - 2 * CUBE, (1 - CUBE) / 2, CUBE, CUBE / 2]
+
+
+@pytest.mark.parametrize("digits", [16, 40])
+def test_a_splitting_by_parts_of_h_is_that_of_the_lagrangian(digits):
+    """One explicit map, of exact flows; potentials commute, so three parts are two."""
+    scene = scenes.get("henon-heiles")
+    rules = [splitting(FOREST_RUTH, **more) for more in
+             ({}, {"parts": [kinetic, both]}, {"parts": [second, kinetic, third]})]  # fmt: skip
+    ends = []
+    for rule in rules:
+        of = Scheme(scene, rule)
+        assert of.order == 4 and of.self_adjoint
+        run = of.flow("1/50", digits).trajectory(20)
+        ends.append(np.concatenate([run.x[-1], run.mu[-1]]))
+    unit = 1e-15 if digits == 16 else mpmath.mpf(10) ** (3 - digits)
+    assert abs(ends[1] - ends[0]).max() <= unit
+    gap = abs(ends[2] - ends[0]).max()  # another method of the order
+    assert 1e-14 < gap < 1e-6
+
+
+@pytest.mark.parametrize(("parts", "words"), [
+    ([kinetic, third], "do not add up to H of henon-heiles: what is left is coupling.*x_1"),
+    ([lambda x, mu, p: kinetic(x, mu, p) + both(x, mu, p), lambda x, mu, p: 0],
+     "henon-heiles: the flow of the part .* is no polynomial"),
+])  # fmt: skip
+def test_parts_that_are_no_splitting(parts, words):
+    with pytest.raises(BadInput, match=words):
+        Scheme(scenes.get("henon-heiles"), splitting([1, 1], parts=parts))
+
+
 def test_lyndon_words_are_as_many_as_necklaces_say():
     """1, 1, 2, 3, 6, 9, 18 by weight (Hairer, Lubich, Wanner, III.3), fewer of odd ones."""
     of = [len(conditions(p, 1, False)) for p in range(8)]
@@ -116,6 +163,9 @@ def test_lyndon_words_are_as_many_as_necklaces_say():
     (lambda: splitting(["1/2", 1, "1/3"]), "kinetic part .* add up to 0.8333.*0.166667 less"),
     (lambda: splitting(["1/2", 2, "1/2"]), "potential part .* add up to 2, which is 1 more"),
     (lambda: splitting([1]), "at least two"),
+    (lambda: splitting([1, 1], parts=[kinetic]), "a list of two or more functions"),
+    (lambda: splitting([1, 1], parts=[kinetic, lambda x: x]), "part 2 is a function of .x.; write"),
+    (lambda: splitting([1, "1/2"], parts=[kinetic, both]), "of the second part .* 0.5 less than 1"),
     (lambda: splitting([1, 1], first="drift"), 'say "kinetic" or "potential"'),
 ])  # fmt: skip
 def test_bad_input_says_which_and_by_how_much(make, words):
