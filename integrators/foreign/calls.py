@@ -204,12 +204,20 @@ class Calls:
                 '"pair" of a box that takes them to be as many'
             )
         said = " ".join(str(error).split())[:200]
+        if k == 0 and isinstance(error, SLIPS):
+            said += "; functions of the system take (q, p)" * said.startswith("SceneInNumbers.")
+            return BadInput(
+                f"{f'{place}: ' if place else ''}the black box {self.box.name} could not be run: "
+                f"{type(error).__name__}: {said}."
+            )
         return BoxRaised(k, f"the black box raises {type(error).__name__}: {said}{where}")
 
     def _function(self) -> Any:
         return _asked(self.box)
 
 
+#: what the text of a function raises at its first step, whatever its numbers are
+SLIPS = (TypeError, AttributeError, NameError, ImportError)
 #: roundings of a start on its way into coordinates of a program's own and back (p/m·m, say)
 ROUNDINGS = 8
 

@@ -40,7 +40,10 @@ def map_table(cases: Sequence[Case], titles: Mapping[str, str]) -> tuple[list[Pa
         places = [at.get((scene, rule)) for scene in lines for rule in rules]
         places = [*places, *(case for case in cases if case.get("control"))]
     panels = [stability_map(_title(case, titles), case) if case else EMPTY for case in places]
-    return panels, replace(SHEET, columns=min(len(rules) or 1, MOST_COLUMNS))
+    columns = min(len(rules) or 1, MOST_COLUMNS)
+    if len(panels) < MOST_COLUMNS and len(panels) == columns:  # the legend beside them
+        columns += 1
+    return panels, replace(SHEET, columns=columns)
 
 
 def _title(case: Case, titles: Mapping[str, str]) -> str:
@@ -99,15 +102,17 @@ def _cell(
         axes.plot(xs, [line] * len(xs), ls="", marker=marker, ms=size, mew=0.6, color=INK)
 
 
-def legend() -> Panel:
+def legend(cases: Sequence[Case]) -> Panel:
     """What the colours of the maps mean."""
+    met = {str(row.get("class")) for case in cases for row in rows(case)}
+    kinds = [kind for kind in LOOKS if kind in met] or list(LOOKS)
 
     def draw(axes: Axes) -> None:
         axes.axis("off")
         axes.set_xlim(0, 10)
         axes.set_ylim(len(LOOKS) - 0.4, -0.6)
-        for line, kind in enumerate(LOOKS):
+        for line, kind in enumerate(kinds):
             _cell(axes, kind, (0.2, 1.6), line, 0.34, [0.6, 1.2])
             axes.text(2.0, line, kind, va="center", fontsize=8)
 
-    return Panel("Classes", "", "", "Classes: " + ", ".join(LOOKS), draw)
+    return Panel("Classes", "", "", "Classes: " + ", ".join(kinds), draw)

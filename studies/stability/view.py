@@ -130,7 +130,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
             if linear else [], plot_linear.LINEAR_SHEET,
         ),
         Sketch("stability-maps", "Stability maps", MAPS,
-               [*panels, plot_maps.legend()] if panels else [], sheet),
+               [*panels, plot_maps.legend(maps)] if panels else [], sheet),
         Sketch(
             "stability-fpu", "The stiff springs of fpu", SPRINGS,
             [plot_linear.springs(key, stiff, known) for key in plot_linear.SPRINGS]

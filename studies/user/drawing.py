@@ -32,7 +32,8 @@ def plot(
     thing: what `check` returns, a trajectory of `flow.trajectory`, or a list of trajectories that
     are drawn together (a phase portrait). kind, of trajectories: "phase" (the default), entry i of
     x against that of μ, or on a group pairs of momenta; "energy", the relative error of the energy
-    against time; "base", the path of x. digits: which figure of a result, where it has one for
+    against time; "base", the path of x (of one coordinate and of more than three, each
+    against time). digits: which figure of a result, where it has one for
     each precision (default: the first). labels: {rule: text}. style: a .mplstyle file.
 
     Raises `BadInput` for anything else, and where there is nothing to draw.
@@ -112,8 +113,8 @@ def _base(runs: Sequence[Any]) -> list[Panel]:
     n = runs[0].x.shape[1] if runs[0].x.ndim == 2 else 0
     if not n:
         raise BadInput("there is no base here: on a group x is empty, and momenta are its phase.")
-    if n == 1:
-        return [_against(runs, "t", None, "x", 0)]
+    if n == 1 or n > 3:  # of four and more coordinates, no pair is the path
+        return [_against(runs, "t", None, "x", k) for k in range(n)]
     return [_against(runs, "x", i, "x", j) for i in range(n) for j in range(i + 1, n)]
 
 

@@ -241,6 +241,8 @@ def test_a_step_that_raises_is_a_failure_with_the_rows_so_far():
     (lambda q, p, h, s: ([0.0], p), "a list"),
     (lambda q, p, h, s: (np.zeros(2), p), r"shape \(2,\)"),
     (lambda q, p, h, s: (q + 0j, p), "complex"),
+    (lambda q, p, h, s: (s.gradient(q), p), r"could not be run: TypeError: .* take \(q, p\)"),
+    (lambda q, p, h, s: (q + unknown, p), "could not be run: NameError"),  # noqa: F821
 ])  # fmt: skip
 def test_an_answer_of_another_kind_is_one_sentence(step, said):
     box = black_box(name="odd")(step)
