@@ -12,6 +12,7 @@ from .differences import (
     derivative,
     guarded,
     images,
+    jump_on,
     noise_of,
     shifted,
 )
@@ -33,6 +34,6 @@ __all__ = [
     "BlackBox", "BoxFlow", "BoxScheme", "Claims", "Defect", "Derivative", "MapOfRows", "Noise",
     "ProgramFailure", "Recorded", "RecordedScheme", "SceneInNumbers", "black_box",
     "constrained_parameters", "constraint_defects", "derivative", "external", "form_defect",
-    "guarded", "images", "leaf_defect", "loop_defect", "noise_of", "pulled_back_defect",
+    "guarded", "images", "jump_on", "leaf_defect", "loop_defect", "noise_of", "pulled_back_defect",
     "random_curve", "recorded", "shifted", "volume_defect",
 ]  # fmt: skip

@@ -142,6 +142,25 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
     return Noise(level, jump)
 
 
+def jump_on(f: Callable[[float], Vector], a: float, b: float, count: int, size: Vector) -> Vector:
+    """The largest jump of each entry of f on [a, b], of those that a line of so many points shows.
+
+    size: of each entry, which is smooth over a part of [a, b]. 0 where none stays on finer lines.
+    """
+    gap = (b - a) / (count - 1)
+    rows = _sixth(np.array([f(a + k * gap) for k in range(count)]))
+    most, first = rows.max(axis=0), rows.argmax(axis=0)
+    rough = (6 * gap / (b - a)) ** ORDER * np.abs(size) + 2 * FARTHEST * np.median(rows, axis=0)
+    found = np.zeros_like(most)
+    for j in np.flatnonzero(most > rough):
+        stays = True
+        for finer in FINER:
+            fine = [f(a + (first[j] + i / finer) * gap) for i in range(ORDER * finer + 1)]
+            stays = stays and bool(_sixth(np.array(fine)).max(axis=0)[j] > most[j] / 3)
+        found[j] = most[j] / comb(ORDER, ORDER // 2) if stays else 0.0
+    return found
+
+
 def _sixth(line: Matrix) -> Matrix:
     """|Sixth differences| along a line of points; 0 where one is not finite."""
     weights = np.array([(-1) ** i * comb(ORDER, i) for i in range(ORDER + 1)])

@@ -18,7 +18,7 @@ import numpy as np
 
 from discmech import reference
 from discmech.integrators import BadInput, StepFailure
-from discmech.integrators.foreign import SceneInNumbers, guarded, noise_of
+from discmech.integrators.foreign import SceneInNumbers, guarded, jump_on, noise_of
 from discmech.integrators.numbers import Vector, arithmetic, mpmath
 from discmech.reference import surroundings
 
@@ -31,6 +31,11 @@ SEEN = 1e-6  # of the rate of the motion: by so much an extrapolated entry is of
 SAME = 1e-4  # relative difference of factors at all places that are one factor
 NOISE = SEEN / 10  # of what an extrapolated entry is usually off
 SINGLE = 2.0**-24
+#: a low power of h whose coefficient is less than this part of what a Taylor series without that
+#: term leaves is there by rounded coefficients: wrong ones leave a twentieth of it, or more
+FEW = 1e-2
+#: at so many steps between h and h/2 a jump is looked for, from a place's length on so many times
+GRID, OCTAVES = 192, 6
 #: factors that have a reason
 FACTORS = {
     -1.0: "its sign is flipped", 0.0: "it is missing", 2.0: "it is doubled", 0.5: "it is halved",
@@ -41,7 +46,8 @@ Told = tuple[str, str]
 
 @dataclass(frozen=True)
 class Beginning:
-    """At one place: the vector field f and its parts, z̈, ∂f/∂t, and e₁, e₂ of the step's error.
+    """At one place: the vector field f and its parts, z̈, z⃛, ∂f/∂t, and e₁, e₂, e₃ of the step's
+    error, e₂ and e₃ where those before them are 0.
 
     later: e₁ of three steps together. parts: by name, terms of f in all entries.
     """
@@ -50,9 +56,11 @@ class Beginning:
     time: float
     f: Vector
     second: Vector
+    third: Vector
     of_time: Vector
     first_error: Vector
     second_error: Vector
+    third_error: Vector
     later: Vector
     parts: dict[str, Vector]
     others: dict[str, Vector]
@@ -106,6 +114,8 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
     field = f(z)
     d = float(steps[-1]) / 8
     second = (f(z + d * field, time + d) - f(z - d * field, time - d)) / (2 * d)
+    ends = [f(z + s * d * field + d**2 / 2 * second, time + s * d) for s in (1, -1)]
+    third = (ends[0] - 2 * field + ends[1]) / d**2
     of_time = (f(z, time + d) - f(z, time - d)) / (2 * d)
     q, p = z[:n], z[n:]
     potential = -system.gradient(q, p, time)
@@ -125,8 +135,9 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
     span = np.concatenate([np.full(len(e), np.abs(e).max(initial=0.0) or 1.0)
                            for e in (field[:n], field[n:])])  # fmt: skip
     first = _at_zero(sizes, one / sizes[:, None])
-    return Beginning(z, time, field, second, of_time, first,
-                     _at_zero(sizes, (one - sizes[:, None] * 0) / sizes[:, None] ** 2),
+    return Beginning(z, time, field, second, third, of_time, first,
+                     _at_zero(sizes, one / sizes[:, None] ** 2),
+                     _at_zero(sizes, one / sizes[:, None] ** 3),
                      _at_zero(sizes, three / sizes[:, None]), parts, others, span)  # fmt: skip
 
 
@@ -357,11 +368,21 @@ def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
             said = f"a step is rough by {of_step:.1e} of its way: single precision somewhere."
             return "single precision", said
         return "noise", f"a step is rough by {level:.1e} of the state, as nothing smooth is."
-    jump = float((noise.jump / scale).max())
+    jump, between = float((noise.jump / scale).max()), "states"
+    for octave in range(OCTAVES):  # how often is iterated depends on the step as well
+        if jump > 1e-11:
+            break
+        whole, between = place.length / 2**octave, "step sizes"
+
+        def of_step_size(part: float, whole: Fraction = whole) -> Vector:
+            h = whole * Fraction(round(part * 2**40), 2**40)
+            return guarded(scheme.flow(h).map_of(t0=place.t), size)(z)
+
+        jump = float((jump_on(of_step_size, 0.5, 1.0, GRID, image) / scale).max())
     if jump > 1e-11:
         return "loose iteration", (
-            f"a step jumps by {jump:.1e} of the state between neighbouring states, as an iteration "
-            "with a loose stop does: iterate until nothing changes."
+            f"a step jumps by {jump:.1e} of the state between neighbouring {between}, as an "
+            "iteration with a loose stop does: iterate until nothing changes."
         )
     return None
 
@@ -372,6 +393,11 @@ def _of_second(case: Case, found: list[Beginning], n: int) -> Told | None:
     if wanted is None or wanted < 2:
         return None
     if _small(found):
+        if wanted > 2 and (share := _rounded_share(case, found)):
+            return "few digits", (
+                f"the error of a step begins with a low power of h, by {share:.1e} of what is "
+                "usual for it: coefficients that should cancel it have too few digits."
+            )
         return None if wanted == 2 else (
             "order conditions",
             f"the error of a step begins later than with h², and earlier than with h^{wanted + 1}: "
@@ -417,6 +443,18 @@ def _of_second(case: Case, found: list[Beginning], n: int) -> Told | None:
         "the limit is the vector field, but the error of a step begins with h²: the conditions of "
         "order 2 are not met; look at the signs and shares of its terms, and the order of substeps."
     )
+
+
+def _rounded_share(case: Case, found: list[Beginning]) -> float | None:
+    """By how little of what is usual the error begins with h², or with h³; None where it does not,
+    or by what is usual."""
+    order = evidence_of(case.scheme).order.order
+    if order is None or not order < 3 - NEAR:
+        return None
+    low = order < 2 - NEAR
+    pairs = [(b.second_error, b.second / 2) if low else (b.third_error, b.third / 6) for b in found]
+    share = max(float(np.abs(e).max() / max(np.abs(d).max(), 1e-300)) for e, d in pairs)
+    return share if share < FEW else None
 
 
 def _at(values: Vector, part: slice) -> Vector:

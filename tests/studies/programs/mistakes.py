@@ -52,6 +52,7 @@ for number, (cause, weights) in enumerate((
     ("factor of time", (OUTER, INNER)),
     ("few digits", (1.35121, -1.70241, 1.35121)),
     ("order conditions", (INNER, OUTER, OUTER)),
+    ("few digits", (1.3512, -1.7024, 1.3512)),  # which add up to 1
 )):  # fmt: skip
     made = black_box(order=4, name=f"composed-{number}")(composed(weights))
     MISTAKES.append((cause, made))
@@ -144,3 +145,15 @@ GENERATOR = np.random.default_rng(0)
 def noisy(q, p, h, s):
     q, p = kick_drift_kick(q, p, h, s)
     return q + 1e-6 * GENERATOR.standard_normal(len(q)), p
+
+
+@mistake("loose iteration")
+def loose(q, p, h, s):
+    Q, P = q, p
+    for _ in range(100):
+        a, b = s.f((q + Q) / 2, (p + P) / 2)
+        change = abs(q + h * a - Q).max() + abs(p + h * b - P).max()
+        Q, P = q + h * a, p + h * b
+        if change < 2.6e-5:
+            break
+    return Q, P
