@@ -21,14 +21,28 @@ def check_arguments(what: str, function: Any, wanted: str, bound: int = 0) -> No
     """Raise `BadInput` unless it can be called with the wanted arguments, or all but the last."""
     full = wanted.count(",") + 1 + bound
     least, most = _counts(function)
+    place = line_of(function)
+    if named := _only_named(function):
+        raise BadInput(
+            f"{f'{place}: ' if place else ''}{what} takes {named} by name alone, but is called as "
+            f"{wanted}: leave out the * before it, or give it a default."
+        )
     if least <= full and most >= full - 1:
         return
-    place = line_of(function)
     some = least - bound if least == most else f"{least - bound} to {most - bound}"
     raise BadInput(
         f"{f'{place}: ' if place else ''}{what} takes {some} arguments, but is called as {wanted}, "
         "where system may be left out."
     )
+
+
+def _only_named(function: Any) -> str:
+    """The arguments that have to be given by name; "" if there are none."""
+    try:
+        given = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):
+        return ""
+    return ", ".join(p.name for p in given if p.kind is p.KEYWORD_ONLY and p.default is p.empty)
 
 
 def _counts(function: Any) -> tuple[int, float]:

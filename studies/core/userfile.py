@@ -129,8 +129,8 @@ def _collect(
         )
         raise BadInput(
             f"{path} defines no rule and no scene:{held if plain else ''} decorate a function with "
-            "@discretisation() or @one_step(), or make a Scene(...) or a Lattice(...) at the top "
-            "level."
+            "@discretisation() or @one_step(), one of numbers with @black_box(), or make a "
+            "Scene(...), a Lattice(...) or external([...]) at the top level."
         )
     return rules, own, studies
 

@@ -266,6 +266,8 @@ def test_other_bad_input_is_one_sentence():
         Scheme(scenes.get("pendulum"), not_a_number).flow("0.1").trajectory(1)
     with pytest.raises(BadInput, match="takes 2 arguments"):
         black_box(name="short")(lambda q, p: (q, p))
+    with pytest.raises(BadInput, match="takes system by name alone"):
+        black_box()(lambda q, p, h, *, system: (q, p))
     with pytest.raises(BadInput, match="no step"):
         black_box()(type("Method", (), {"start": lambda self, q, p, h: 0}))
     with pytest.raises(BadInput, match="with brackets"):
