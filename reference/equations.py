@@ -31,6 +31,9 @@ from typing import Any
 import mpmath
 import sympy
 
+from discmech.integrators.errors import BadInput
+from discmech.integrators.numbers import refuse_unwritten, short_numbers
+
 from .algebroid import Algebroid, algebroid_of
 from .constrained_start import on_constraints
 from .elimination import explicit_rates
@@ -147,14 +150,16 @@ def _constraints(
         return phi.jacobian(x) * structure.rho
     if getattr(scene, "nonholonomic", None) is None:
         return sympy.zeros(0, structure.dim_u)
-    rows = scene.nonholonomic(x, parameter_values(scene))
+    with short_numbers(f"the constraint of scene {scene.name}"):
+        rows = scene.nonholonomic(x, parameter_values(scene))
     return sympy.Matrix([[without_floats(sympy.sympify(e)) for e in row] for row in rows])
 
 
 def _phi(scene: Any, x: sympy.Matrix) -> sympy.Matrix:
     """phi(x), k x 1; none where no constraint is holonomic."""
     given = getattr(scene, "holonomic", None)
-    entries = given(x, parameter_values(scene)) if given is not None else []
+    with short_numbers(f"the constraint of scene {scene.name}"):
+        entries = given(x, parameter_values(scene)) if given is not None else []
     return sympy.Matrix(len(entries), 1, [without_floats(sympy.sympify(e)) for e in entries])
 
 
@@ -175,9 +180,14 @@ def _exact(
         return [sympy.sympify(e) for e in (list(value) if many else [value])]
 
     try:
-        found = entries(values)
-        if any(e.has(sympy.Float) for e in found):  # keep floats from eating the exact parameters
-            found = _with_symbolic_parameters(values, entries)
+        with short_numbers(f"the {what} of scene {scene.name}"):
+            found = entries(values)
+            for entry in found:
+                refuse_unwritten(entry, f"the {what} of scene {scene.name}")
+            if any(e.has(sympy.Float) for e in found):  # that they eat no exact parameters
+                found = _with_symbolic_parameters(values, entries)
+    except BadInput:
+        raise
     except Exception as error:
         raise ReferenceFailure(
             f"the {what} of scene {scene.name} cannot be evaluated on symbols "

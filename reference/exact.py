@@ -17,6 +17,8 @@ import mpmath
 import sympy
 from mpmath.libmp import from_man_exp
 
+from discmech.integrators.numbers import refuse_unwritten
+
 from .failures import ReferenceFailure, shown
 
 FARTHEST = 1000  # decimal exponent: powers of ten beyond would be written out
@@ -96,7 +98,11 @@ def parameter_values(scene: Any) -> SimpleNamespace:
 
 
 def without_floats(expression: sympy.Expr) -> sympy.Expr:
-    """The expression with each floating-point number replaced by its exact binary value."""
+    """The expression with each floating-point number replaced by its exact binary value.
+
+    Raises `BadInput` for one of too many digits.
+    """
+    refuse_unwritten(expression, "what a reference is asked of")
     return expression.xreplace({f: sympy.Rational(f) for f in expression.atoms(sympy.Float)})
 
 

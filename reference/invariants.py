@@ -14,6 +14,8 @@ from typing import Any
 import mpmath
 import sympy
 
+from discmech.integrators.numbers import short_numbers
+
 from .agreement import EXACT, Blocks, said
 from .equations import Equations
 from .exact import parameter_values
@@ -97,7 +99,8 @@ def invariants_of(scene: Any, equations: Equations) -> Invariants:
             else x
         )
         try:
-            found = sympy.sympify(quantity.at(base, mu, parameter_values(scene), None))
+            with short_numbers(f"the conserved quantity {quantity.name}"):
+                found = sympy.sympify(quantity.at(base, mu, parameter_values(scene), None))
         except Exception as error:
             raise ReferenceFailure(
                 f"the conserved quantity {quantity.name} of scene {scene.name} cannot be evaluated "

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import os
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,16 +16,18 @@ from hypothesis import strategies as st
 import discmech
 from discmech.integrators.errors import DiscmechError
 from discmech.reference import ReferenceFailure
-from discmech.studies.command.entry import main
+from tests import odd_commands
 
 OURS = (DiscmechError, ReferenceFailure)
 X = sympy.Symbol("x")
+MANY, NONE = (sympy.Pow(10, n * 10**7, evaluate=False) for n in (1, -1))  # and as many zeros
 
 numbers = st.one_of(
     st.integers(-3, 3), st.integers(), st.sampled_from([30, 400, 5000]).map(lambda k: 10**k),
     st.floats(), st.fractions(), st.complex_numbers(), st.booleans(),
     st.sampled_from([np.float32(1.5), np.int64(3), np.array(1.0), np.bool_(True)]),
     st.sampled_from([sympy.pi, sympy.I, sympy.oo, sympy.nan, sympy.sqrt(2), X, sympy.Integer(2)]),
+    st.sampled_from([NONE, MANY, sympy.factorial(10**8, evaluate=False), sympy.exp(10**9)]),
 )  # fmt: skip
 words = st.one_of(
     st.text(max_size=20),
@@ -213,57 +215,106 @@ PLACES |= {
     "name of a rule": lambda v: discmech.integrators.rules.get(v),
     "newmark": lambda v: discmech.integrators.rules.newmark(v, v),
 }  # fmt: skip
+CLAIMS = ("order", "symplectic", "reversible", "keeps", "state", "runs", "numbers", "jacobian",
+          "vectorised", "read", "write", "name", "source", "groupoids")  # fmt: skip
+RUN = "t,q1,p1\n" + "".join(f"{k / 10},{1 - k**2 / 200},{-k / 10}\n" for k in range(12))
+
+
+def boxed(step=lambda q, p, h: (q + h * p, p - h * q), steps=2, **claims):
+    return run(scene(), discmech.black_box(**claims)(step), steps=steps)
+
+
+def read(content=RUN, order=2, name="run.csv", **claims):
+    """A run in a file of the current folder, asked as a rule."""
+    Path("run.csv").write_bytes(content if isinstance(content, bytes) else content.encode())
+    flow = discmech.Scheme(scene(), discmech.recorded(name, order, **claims)).flow("1/10")
+    return flow.trajectory(2)
+
+
+def cell(v):
+    """A run of which one number is something else."""
+    return read(RUN.replace("-0.5", str(v), 1))
+
+
+def resumed(v, name):
+    """A lattice that goes on from files of which one was changed."""
+    for file in Path(".").glob("kept.npz*"):
+        file.unlink()
+    flow = discmech.Scheme(lattice(), discmech.midpoint).flow("1/10")
+    flow.trajectory(2, checkpoint="kept.npz")
+    Path(name).write_bytes(v if isinstance(v, bytes) else str(v).encode("utf-8", "replace"))
+    return flow.trajectory(4, checkpoint="kept.npz")
+
+
+def named(v):
+    """A checkpoint of that name in the current folder."""
+    if not isinstance(v, str) or (v.isprintable() and not set(v) & set("/.")):
+        run_lattice(checkpoint=v)
+
+
+PLACES |= {
+    **{f"{word} of a black box": lambda v, word=word: boxed(**{word: v}) for word in CLAIMS},
+    "black box": lambda v: run(scene(), discmech.black_box()(v)),
+    "value of a black box": lambda v: boxed(lambda q, p, h: v),
+    "q of a black box": lambda v: boxed(lambda q, p, h: (v, p)),
+    "p of a black box": lambda v: boxed(lambda q, p, h: (q, [v])),
+    "whole run of a black box": lambda v: boxed(
+        lambda q, p, h, steps, every: (v, [p] * 3), runs=True),
+    **{f"{word} of a recorded run": lambda v, word=word: read(**{word: v})
+       for word in ("order", "name", "state", "scene", "symplectic")},
+    "recorded run": lambda v: read(v) if isinstance(v, str | bytes) else cell(v),
+    "number of a recorded run": cell,
+    "command of a program": lambda v: discmech.external(v, seconds=1, restarts=0),
+    "seconds of a program": lambda v: discmech.external(["true"], seconds=v),
+    **{f"{name}, on which a run goes on": lambda v, name=name: resumed(v, name)
+       for name in ("kept.npz", "kept.npz.x.npy")},
+    "name of a checkpoint": named,
+    "plot": discmech.plot, "kind of a plot": lambda v: discmech.plot(FLOW.trajectory(2), v),
+    "labels of a plot": lambda v: discmech.plot(FLOW.trajectory(2), labels={"midpoint": v}),
+    "style of a plot": lambda v: discmech.plot(FLOW.trajectory(2), style=v),
+    "explained scene": lambda v: discmech.explain(v, "midpoint"),
+    "explained rule": lambda v: discmech.explain("harmonic", v), "shown": discmech.show,
+    "value on the way of a lagrangian": lambda v: run(
+        scene(lagrangian=lambda x, u, p: kinetic(x, u, p) + x[0] * v), steps=20),
+    "power of a lagrangian": lambda v: run(
+        scene(lagrangian=lambda x, u, p: kinetic(x, u, p) - x[0] ** 4 * v), step=1, steps=30),
+}  # fmt: skip
 SETTINGS = settings(
     deadline=None, suppress_health_check=list(HealthCheck), print_blob=True,
     max_examples=int(os.environ.get("DISCMECH_ODD_INPUTS", "150")),
 )  # fmt: skip
 
 
+def ends_well(found):
+    """What was found holds no numbers that are none: these are told, never given back."""
+    for name in ("x", "mu"):
+        held = getattr(found, name, None)
+        if isinstance(held, np.ndarray):
+            assert np.isfinite(held.astype(float)).all(), (name, held)
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("place", PLACES)
-def test_odd_values_are_refused_in_our_words(place):
+def test_odd_values_are_refused_in_our_words(place, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
     @SETTINGS
     @given(odd)
     def ask(value):
         with contextlib.suppress(*OURS):
-            PLACES[place](value)
+            ends_well(PLACES[place](value))
 
     ask()
 
 
-FLAGS = ("--rule", "--step", "--steps", "--every", "--digits", "--retraction", "--on-edge",
-         "--time", "--scene", "--study", "--control", "--jobs", "--budget", "--folder")  # fmt: skip
-#: a command, and words behind it with which it asks for little: a study without them asks for all
-SMALL = ("harmonic", "--rule", "midpoint", "--digits", "16", "--steps", "8")
-COMMANDS = {
-    **dict.fromkeys(("run", "reference", "verify", "compare", "explain", "new", "list"), ()),
-    **dict.fromkeys(("order", "momentum", "symplecticity"), SMALL),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore")
-def test_odd_words_end_with_an_exit_code_of_ours(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    @settings(SETTINGS, max_examples=10 * SETTINGS.max_examples)
-    @given(
-        st.sampled_from([*COMMANDS]), st.lists(words, max_size=2),
-        st.lists(st.tuples(st.sampled_from(FLAGS), st.booleans(), words), min_size=1, max_size=3),
-    )  # fmt: skip
-    def ask(command, places, options):
-        asked = [command, *COMMANDS[command], *places]
-        for flag, joined, word in options:
-            asked += [f"{flag}={word}"] if joined else [flag, word]
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            try:
-                code = main(asked)
-            except SystemExit as ended:  # argparse
-                code = ended.code
-        assert code in (0, 1, 2, 3)  # 4 is an error of its own
-
-    ask()
+def test_odd_command_lines_end_with_an_exit_code_of_ours(tmp_path, monkeypatch):
+    """A few of those that `python -m tests.odd_commands 10000` asks."""
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    odd_commands.files(tmp_path / "here")
+    found = odd_commands.wrong_lines(60, 20261126, seconds=2)
+    assert found["wrong"] == 0 and found.total() > 1
 
 
 def _pushed_by(function):
@@ -293,6 +344,17 @@ SMALLEST = {
     "progress": lambda: FLOW.trajectory(2, progress=3),
     "residuals": lambda: mapped((sympy.Matrix([1, 1]), X), stages=1),
     "kind": lambda: discmech.Conserved("J", kinetic, kind=np.zeros(2)),
+    **{f"{n} in {where}": lambda n=n, ask=ask: ask(sympy.sympify(n, evaluate=False))
+       for n in ("10**(10**7)", "1/10**(10**9)", "2**(2**30)", "factorial(10**7)",
+                 "binomial(10**9, 10**8)", "exp(exp(100))")
+       for where, ask in {
+           "a lagrangian": lambda n: run(scene(
+               lagrangian=lambda x, v, p: kinetic(x, v, p) - n * x[0])),
+           "a parameter": lambda n: scene(parameters={"a": n}),
+           "a reference": lambda n: discmech.solution(scene(
+               lagrangian=lambda x, v, p: kinetic(x, v, p) - n * x[0]), "1/2", digits=20),
+           "a map": lambda n: mapped(n), "a start": lambda n: scene(x0=[n]),
+       }.items()},
 }  # fmt: skip
 
 

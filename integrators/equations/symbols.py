@@ -13,7 +13,15 @@ import numpy as np
 
 from ..errors import RAISED, BadInput, CannotMeasure, line_of, remedy, shown
 from ..groupoids import Clocked
-from ..numbers import Arithmetic, exact, floats_exact, refuse_large, sympy, to_sympy
+from ..numbers import (
+    Arithmetic,
+    exact,
+    floats_exact,
+    refuse_large,
+    short_numbers,
+    sympy,
+    to_sympy,
+)
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
 from ..scene import OnGroup, Scene, takes_fourth
 from .sums import summing_at_once
@@ -192,7 +200,8 @@ class SceneSymbols:
     def evaluated(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
         """Whatever a function of the user's gives for symbols; raises as `call`."""
         try:
-            return summing_at_once(function)(*arguments)
+            with short_numbers(f"{self.name}: {what}"):
+                return summing_at_once(function)(*arguments)
         except BadInput as error:
             place = line_of(function, error)
             if not place or place in str(error):

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import RAISED, BadInput, line_of, remedy, shown
-from ..numbers import floats_exact, refuse_large, sympy
+from ..numbers import floats_exact, refuse_large, short_numbers, sympy
 from ..numbers.types import Column, Expression
 from .groupoid import Groupoid
 
@@ -72,14 +72,16 @@ def column_of(function: Callable[..., Any], length: int, what: str, *arguments: 
         return f"{place}: {what}" if place else what
 
     try:
-        values = function(*arguments)
+        with short_numbers(what):
+            values = function(*arguments)
         many = hasattr(values, "__iter__") or hasattr(values, "shape")  # columns have no __iter__
-        entries = [floats_exact(e) for e in (list(values) if many else [values])]
+        entries = [sympy.sympify(e, strict=True) for e in (list(values) if many else [values])]
         infinite = sympy.nan, sympy.zoo, sympy.oo, -sympy.oo
         if any(not isinstance(e, sympy.Expr) or e.is_Matrix or e.has(*infinite) for e in entries):
             raise ValueError(f"{entries} are no finite expressions")
         for e in entries:
             refuse_large(e, said())
+        entries = [floats_exact(e) for e in entries]
     except BadInput:
         raise
     except RAISED as error:

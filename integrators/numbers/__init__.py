@@ -54,6 +54,7 @@ from .identities import (
     vanishes_as,
 )
 from .lazy import LazyModule, mpmath, sympy, working_digits
+from .long_numbers import refuse_unwritten, short_numbers
 from .multi_output import InArithmetic, as_one_number, collect, entry, opaque
 from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
@@ -84,8 +85,9 @@ __all__ = [
     "measure",
     "inlined", "inverse_sizes", "is_zero", "jacobian", "listed", "needed", "newton",
     "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of",
-    "random_columns", "mpmath", "random_point", "refuse_large", "register", "registered_function",
-    "replaced", "rounded", "run_text", "shown", "sizes", "slopes", "solve", "symbols_of", "sympy",
+    "random_columns", "mpmath", "random_point", "refuse_large", "refuse_unwritten", "register",
+    "registered_function", "replaced", "rounded", "run_text", "short_numbers", "shown", "sizes",
+    "slopes", "solve", "symbols_of", "sympy",
     "to_sympy", "tracked", "tracked_later", "values_of", "vanishes", "vanishes_as", "whole_number",
     "with_running_errors", "within_doubles", "with_tables", "working_digits", "written_out",
 ]  # fmt: skip

@@ -16,10 +16,9 @@ from typing import Any
 
 from ..errors import BadInput, shown
 from .lazy import sympy
+from .long_numbers import refuse_long, refuse_unwritten
 from .types import Exact, Expression
 
-#: bits of a numerator or denominator: Python writes no integer of more than 4,300 digits
-LARGEST = 14_000
 #: parts of an expression that stand one inside another, products not counted. Derivatives of what
 #: is nested n times have n³ parts where they are written: a hundred sines are derived in ten
 #: seconds, a hundred sums of Horner's form in four, three hundred sines never
@@ -39,16 +38,6 @@ def exact(value: Any, what: str) -> Exact:
     if isinstance(number, Fraction):
         refuse_long((number.numerator, number.denominator), what)
     return number
-
-
-def refuse_long(integers: Iterable[int], what: str) -> None:
-    """Raise `BadInput` if one of the integers is longer than Python writes them."""
-    bits = max((n.bit_length() for n in integers), default=0)
-    if bits > LARGEST:
-        raise BadInput(
-            f"{what} has a number of about {bits * 3 // 10} digits: choose units that fit the "
-            "motion."
-        )
 
 
 @contextmanager
@@ -77,8 +66,7 @@ def refuse_large(expression: Expression, what: str) -> None:
                 "what it goes to."
             )
         level = _inside(level)
-    found = (int(n) for r in expression.atoms(sympy.Rational) for n in (r.p, r.q))
-    refuse_long(found, what)
+    refuse_unwritten(expression, what)
     if depth > SHALLOW:
         sys.setrecursionlimit(max(sys.getrecursionlimit(), FRAMES * depth))
 
@@ -116,6 +104,7 @@ def _read(value: Any, what: str) -> Exact:
             raise BadInput(f"{what} is {value}: give a finite number.")
         return Fraction(-int(mantissa) if sign else int(mantissa)) * Fraction(2) ** int(exponent)
     if getattr(value, "is_number", False):  # an exact sympy number such as sqrt(2)/2
+        refuse_unwritten(value, what)
         if not value.is_real or not value.is_finite:
             raise BadInput(f"{what} is {value}: give a finite real number.")
         return value
@@ -218,8 +207,10 @@ def _entry(value: Any, what: str) -> Exact:
         for part in (value.real, value.imag):
             exact(part, what)
         return complex(value)
-    if getattr(value, "is_number", False) and value.is_finite and value.is_real is False:
-        return value
+    if getattr(value, "is_number", False):
+        refuse_unwritten(value, what)
+        if value.is_finite and value.is_real is False:
+            return value
     number = exact(value.real if isinstance(value, complex) else value, what)
     whole = isinstance(number, Fraction) and number.denominator == 1
     return number.numerator if whole else number
