@@ -52,7 +52,16 @@ def line_of(function: Any, error: BaseException | None = None) -> str:
 def nearest(name: Any, known: Iterable[str]) -> str:
     """The known name that is most like it, whatever its capitals; empty if none is."""
     small = {word.lower(): word for word in known}
-    return "".join(small[near] for near in get_close_matches(str(name).lower(), small, 1))
+    return "".join(small[near] for near in get_close_matches(_word(name).lower(), small, 1))
+
+
+def _word(name: Any) -> str:
+    """What was given as a name, as it is written without quotation marks."""
+    return (
+        (shown(name)[1:-1] if len(name) > LISTED else name)
+        if isinstance(name, str)
+        else (shown(name))
+    )
 
 
 def misplaced(name: str, kind: str, wanted: str) -> BadInput:
@@ -77,7 +86,7 @@ def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:
         hint = f"there are {listed}."
     else:
         hint = f"there are {', '.join(names[:3])} and {len(names) - 3} more: say discmech list."
-    return BadInput(f'there is no {kind} "{name}": {hint}')
+    return BadInput(f'there is no {kind} "{_word(name)}": {hint}')
 
 
 #: what Python, numpy or sympy say of a function that was asked with symbols, and what it means

@@ -8,7 +8,7 @@ from typing import Any
 import sympy
 
 from .exact import exact_array, without_floats
-from .failures import ReferenceFailure
+from .failures import ReferenceFailure, shown
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def _algebroid(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
     if groupoid.kind == "local":
         return _local(groupoid, x, name)
     raise ReferenceFailure(
-        f"scene {name} lives on a groupoid of unknown kind {groupoid.kind!r}; "
+        f"scene {name} lives on a groupoid of unknown kind {shown(groupoid.kind)}; "
         "references know pair, group, action, product and local ones"
     )
 

@@ -62,13 +62,13 @@ def exact_number(value: Any, where: str, real: bool = True) -> sympy.Expr:
             fraction = exact_time(value)
         except ReferenceFailure:
             raise ReferenceFailure(
-                f"{where} = {value!r} is not an exact finite number; "
+                f"{where} = {shown(value)} is not an exact finite number; "
                 "give an int, a Fraction, a float, a decimal string or a sympy number"
             ) from None
         number = sympy.Rational(fraction.numerator, fraction.denominator)
     if number.free_symbols or number.is_finite is False or (real and number.is_real is False):
         kind = "finite real" if real else "finite"
-        raise ReferenceFailure(f"{where} = {value!r} is not a {kind} number; give one")
+        raise ReferenceFailure(f"{where} = {shown(value)} is not a {kind} number; give one")
     return number
 
 

@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from .failures import ReferenceFailure
+from .failures import ReferenceFailure, shown
 from .result import Solution
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def scene_of(scene: Any) -> Any:
     if not isinstance(scene, str):
         if not all(hasattr(scene, part) for part in ("lagrangian", "groupoid", "x0", "v0")):
             raise ReferenceFailure(
-                f"{scene!r} is no scene; give a Scene or the name of one, such as 'pendulum'"
+                f"{shown(scene)} is no scene; give a Scene or the name of one, such as 'pendulum'"
             )
         if getattr(scene, "contact", None) is not None:
             raise ReferenceFailure(
@@ -91,4 +91,4 @@ def scene_of(scene: Any) -> Any:
         return scene_of(scenes.get(scene))
     near = get_close_matches(scene, names, 3)
     hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(names)}"
-    raise ReferenceFailure(f"there is no scene {scene!r}: {hint}")
+    raise ReferenceFailure(f"there is no scene {shown(scene)}: {hint}")

@@ -73,7 +73,14 @@ def __getattr__(name: str) -> Any:
 
 
 def show(result: dict[str, Any]) -> None:
-    """Print a result's verdict table, and why something did not pass."""
+    """Print a result's verdict table, and why something did not pass.
+
+    result: what `check` returns. Raises `BadInput` for anything else.
+    """
+    from discmech.integrators.errors import BadInput, shown
+
+    if not (isinstance(result, dict) and {"study", "cases", "verdict"} <= result.keys()):
+        raise BadInput(f"show takes what check(...) returns, not {shown(result)}.")
     from .command.output import console
     from .report.tables import print_result
 

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import discmech
-from discmech.integrators.errors import DiscmechError
+from discmech.integrators.errors import DiscmechError, shown
 from discmech.reference import ReferenceFailure
 from tests import odd_commands
 
@@ -224,16 +224,18 @@ def boxed(step=lambda q, p, h: (q + h * p, p - h * q), steps=2, **claims):
     return run(scene(), discmech.black_box(**claims)(step), steps=steps)
 
 
-def read(content=RUN, order=2, name="run.csv", **claims):
+def read(content=RUN, order=2, **claims):
     """A run in a file of the current folder, asked as a rule."""
-    Path("run.csv").write_bytes(content if isinstance(content, bytes) else content.encode())
-    flow = discmech.Scheme(scene(), discmech.recorded(name, order, **claims)).flow("1/10")
+    content = content if isinstance(content, bytes) else content.encode("utf-8", "replace")
+    Path("run.csv").write_bytes(content)
+    files = Path("run.csv").resolve()
+    flow = discmech.Scheme(scene(), discmech.recorded(files, order, **claims)).flow("1/10")
     return flow.trajectory(2)
 
 
 def cell(v):
     """A run of which one number is something else."""
-    return read(RUN.replace("-0.5", str(v), 1))
+    return read(RUN.replace("-0.5", shown(v), 1))
 
 
 def resumed(v, name):
@@ -242,7 +244,7 @@ def resumed(v, name):
         file.unlink()
     flow = discmech.Scheme(lattice(), discmech.midpoint).flow("1/10")
     flow.trajectory(2, checkpoint="kept.npz")
-    Path(name).write_bytes(v if isinstance(v, bytes) else str(v).encode("utf-8", "replace"))
+    Path(name).write_bytes(v if isinstance(v, bytes) else shown(v).encode("utf-8", "replace"))
     return flow.trajectory(4, checkpoint="kept.npz")
 
 

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from ..groupoids import Groupoid
 from ..numbers import (
     Arithmetic,
@@ -69,7 +69,7 @@ class Bisection:
         self, groupoid: Groupoid, x0: Any, u0: Any, step: Any, digits: int = 16, slope: Any = None
     ) -> None:
         if not isinstance(groupoid, Groupoid):
-            raise BadInput(f"a bisection of {groupoid!r}: give a groupoid, such as pair(1).")
+            raise BadInput(f"a bisection of {shown(groupoid)}: give a groupoid, such as pair(1).")
         self.groupoid, self.numbers = groupoid, arithmetic(digits)
         n, m = self.n, self.m = groupoid.dim_x, groupoid.dim_u
         self.step = exact_rational(step, "the step of a bisection")

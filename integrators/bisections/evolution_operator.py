@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from ..geometry import Maps, pullback_defect, slopes
 from ..numbers import newton, whole_number
 from ..numbers.types import Matrix, Number, Numbers, Vector
@@ -44,7 +44,7 @@ class EvolutionOperator:
         upsilon: Bisection | None = None,
     ) -> None:
         if not isinstance(context, StepContext):
-            raise BadInput(f"the context of an operator is {context!r}: give flow.context.")
+            raise BadInput(f"the context of an operator is {shown(context)}: give flow.context.")
         context.check_one_arrow()
         self.context, self.sigma, self.upsilon = context, sigma, upsilon
         self.numbers, self.groupoid = context.numbers, context.equations.groupoid
@@ -54,7 +54,7 @@ class EvolutionOperator:
                 continue
             if not isinstance(bisection, Bisection):
                 raise BadInput(
-                    f"{context.scene.name}: {bisection!r} is no bisection: give "
+                    f"{context.scene.name}: {shown(bisection)} is no bisection: give "
                     "Bisection(groupoid, x0, u0, step)."
                 )
             fits = (bisection.step, bisection.numbers) == (context.step, context.numbers)

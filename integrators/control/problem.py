@@ -103,5 +103,5 @@ class Control:
         """A copy with some fields changed."""
         names = [f.name for f in fields(self)]
         if foreign := set(changes) - set(names):
-            raise BadInput(f"a Control has no {min(foreign)!r}; it has {', '.join(names)}.")
+            raise BadInput(f"a Control has no {shown(min(foreign))}; it has {', '.join(names)}.")
         return replace(self, **changes)

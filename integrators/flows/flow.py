@@ -62,7 +62,7 @@ class Flow:
         self.step = size = exact_rational(step, "step")
         if on_edge not in POLICIES:
             choices = ", ".join(map(repr, POLICIES))
-            raise BadInput(f"on_edge is {on_edge!r}: give one of {choices}.")
+            raise BadInput(f"on_edge is {shown(on_edge)}: give one of {choices}.")
         if size == 0:
             raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
         if not TINIEST <= abs(size) <= 1 / TINIEST:

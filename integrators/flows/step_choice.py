@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..equations import SceneSymbols, field_parts, mass_matrix
-from ..errors import BadInput, StepFailure
+from ..errors import BadInput, StepFailure, shown
 from ..numbers import Matrix, arithmetic, measure, numeric
 from .run import Trajectory
 
@@ -77,7 +77,7 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         stated = min(stated, 2)  # of what stays closed, whatever the rule
     wanted = float(measure(tolerance, "tolerance"))
     if not 0 < wanted < 1:
-        raise BadInput(f"tolerance is {tolerance!r}: give a number between 0 and 1.")
+        raise BadInput(f"tolerance is {shown(tolerance)}: give a number between 0 and 1.")
     whole = flow(scene.duration)
     numbers = whole.numbers
     most = MOST if numbers.digits == 16 else MOST_OF_DIGITS

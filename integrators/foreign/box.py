@@ -8,8 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from ..errors import BadInput, arguments_checked
+from ..errors import BadInput, arguments_checked, shown
 from ..rules import Claims, Discretisation
+from ..rules.discretisation import checked
 from ..scene import reads
 from .box_scheme import BoxScheme
 from .signatures import METHODS, check_arguments
@@ -145,23 +146,21 @@ def black_box(
     A class has start(q, p, h, system) → state, step(state, h, system) → state and
     read(state, system) → (q, p). Raises `BadInput` for claims and functions of another kind.
     """
-    if callable(order):
-        raise BadInput("write @black_box() with brackets, or @black_box(order=2).")
-    if order is not None and (type(order) is not int or order < 1):
-        raise BadInput(f"the order of a black box is a whole number from 1, not {order!r}.")
+    where = checked("black_box", "black box", order, 0, groupoids)
     _one_of("state", state, STATES)
     _one_of("numbers", numbers, NUMBERS)
     flags = {"runs": runs, "vectorised": vectorised}
     for word, given in flags.items():
         if not isinstance(given, bool):
-            raise BadInput(f"black_box({word}=...): {word} is True or False, not {given!r}.")
+            raise BadInput(f"black_box({word}=...): {word} is True or False, not {shown(given)}.")
     for word, function in (("jacobian", jacobian), ("read", read), ("write", write)):
         if function is not None and not callable(function):
-            raise BadInput(f"black_box({word}=...): {word} is a function, not {function!r}.")
+            raise BadInput(f"black_box({word}=...): {word} is a function, not {shown(function)}.")
     if (read is None) != (write is None):
         raise BadInput("black_box: give both read= and write=, the way back and the way there.")
     claims = Claims.of("black_box", symplectic, reversible, keeps)
-    where = (groupoids,) if isinstance(groupoids, str) else tuple(groupoids)
+    if not isinstance(source, str):
+        raise BadInput(f"black_box(source=...): source is a text, not {shown(source)}.")
 
     def make(formula: Callable[..., Any]) -> BlackBox:
         label = _checked(formula, name, runs)
@@ -175,9 +174,9 @@ def black_box(
 
 
 def _one_of(word: str, given: Any, known: Sequence[str]) -> None:
-    if given not in known:
+    if not isinstance(given, str) or given not in known:
         choices = " or ".join(map(repr, known))
-        raise BadInput(f"black_box({word}={given!r}): {word} is {choices}.")
+        raise BadInput(f"black_box({word}={shown(given)}): {word} is {choices}.")
 
 
 def _checked(formula: Any, name: str | None, runs: bool) -> str:
@@ -185,11 +184,13 @@ def _checked(formula: Any, name: str | None, runs: bool) -> str:
     if not callable(formula):
         raise BadInput(
             f"a black box is a function (q, p, h, system) or a class with start, step and read, "
-            f"not {formula!r}."
+            f"not {shown(formula)}."
         )
     label = name or str(getattr(formula, "__name__", "black-box")).replace("_", "-").strip("<>")
-    if not re.fullmatch(r"[\w.-]{1,80}", label):
-        raise BadInput(f"a black box's name is {label!r}: use letters, digits, dots and dashes.")
+    if not isinstance(label, str) or not re.fullmatch(r"[\w.-]{1,80}", label):
+        raise BadInput(
+            f"a black box's name is {shown(label)}: use letters, digits, dots and dashes."
+        )
     if inspect.isclass(formula):
         if runs:
             raise BadInput(f"black box {label}: a class has start, step and read: leave runs out.")

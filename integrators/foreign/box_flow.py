@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..equations import initial_momentum, legendre_inverse
-from ..errors import BadInput, StepFailure, arguments_checked
+from ..errors import BadInput, StepFailure, arguments_checked, shown
 from ..flows import Trajectory
 from ..numbers import Double, Matrix, Numbers, Vector, arithmetic, exact_rational, whole_number
 from .calls import BoxRaised, Calls
@@ -172,7 +172,9 @@ class BoxFlow:
         with numbers.working():
             for given, length, name in ((x0, s.n, "x"), (mu0, len(s.mu), "μ")):
                 if _length(given) != length:
-                    raise BadInput(f"{scene.name}: {name} has {length} entries; got {given!r}.")
+                    raise BadInput(
+                        f"{scene.name}: {name} has {length} entries; got {shown(given)}."
+                    )
                 values = [numbers.number(e, name) for e in given]
                 found.append(self._public(values).reshape(length))
         return found[0], found[1], t0

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..equations import SceneSymbols
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from ..numbers import Arithmetic, Vector
 from ..scene import Scene
 from .differences import derivative, noise_of
@@ -87,7 +87,7 @@ def check_gradient(scene: Scene) -> None:
     value, slopes = _asked(scene.numeric_hamiltonian, z, n), _asked(scene.gradient, z, n)
     if np.size(value) != 1 or not np.isfinite(np.asarray(value, dtype=float)).all():
         raise BadInput(
-            f"{scene.name}: numeric_hamiltonian= gives {value!r}, but must give a number."
+            f"{scene.name}: numeric_hamiltonian= gives {shown(value)}, but must give a number."
         )
     sizes = [np.size(e) for e in slopes] if isinstance(slopes, tuple | list) else []
     if sizes != [n, m]:

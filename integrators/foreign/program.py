@@ -16,7 +16,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-import math
 import os
 import shlex
 import shutil
@@ -28,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from .process import Broken, Process, quoted
 
 SECONDS = 60.0  # for an answer
@@ -189,25 +188,25 @@ def _rows(name: str, answer: Mapping[str, Any], start: np.ndarray, rows: int) ->
     wanted = f"give {rows} rows of {size} numbers, the start and then each every-th step"
     if name not in answer:
         there = ", ".join(map(str, answer)) or "nothing"
-        raise _Wrong(f"without {name!r}", f'give {{"x": rows, "mu": rows}}; there is {there}')
+        raise _Wrong(f"without {shown(name)}", f'give {{"x": rows, "mu": rows}}; there is {there}')
     given = answer[name]
     if size == 0 and given in ([], [[]] * rows):
         return np.zeros((rows, 0))
     if odd := _no_table(given):
-        raise _Wrong(f"{odd} in {name!r}", wanted)
+        raise _Wrong(f"{odd} in {shown(name)}", wanted)
     if (shape := (len(given), len(given[0]) if given else 0)) != (rows, size):
-        raise _Wrong(f"{shape[0]} rows of {shape[1]} numbers in {name!r}", wanted)
+        raise _Wrong(f"{shape[0]} rows of {shape[1]} numbers in {shown(name)}", wanted)
     try:
         found = np.array(given, dtype=float)
     except OverflowError:  # a whole number beyond the largest double
         found = np.array([[float(str(entry)) for entry in row] for row in given])
     if len(wrong := np.flatnonzero(~np.isfinite(found).all(axis=1))):
-        raise _Wrong(f"a number that is not finite in row {wrong[0]} of {name!r}",
+        raise _Wrong(f"a number that is not finite in row {wrong[0]} of {shown(name)}",
                      "take a smaller step, or answer with an error that says why")  # fmt: skip
     gap = np.abs(found[0] - start).max()
     if gap > ROUNDINGS * np.finfo(float).eps * np.abs(start).max():
         raise _Wrong(
-            f"a first row of {name!r} that is off the start by {gap:.1e}",
+            f"a first row of {shown(name)} that is off the start by {gap:.1e}",
             "let the first row be the start as it came, and print 17 digits (%.17g)",
         )
     return found
@@ -247,10 +246,14 @@ def _words(command: Any) -> list[str]:
     """The command as a list of texts."""
     example = '["./my-code", "--json"]'
     if isinstance(command, str) or not isinstance(command, Sequence) or not command:
-        raise BadInput(f"external({command!r}): give the command as a list, such as {example}.")
+        raise BadInput(
+            f"external({shown(command)}): give the command as a list, such as {example}."
+        )
     for word in command:
         if not isinstance(word, str | os.PathLike) or "\0" in os.fsdecode(word):
-            raise BadInput(f"external: {word!r} is no word of a command; give texts, as {example}.")
+            raise BadInput(
+                f"external: {shown(word)} is no word of a command; give texts, as {example}."
+            )
     return [os.fsdecode(word) for word in command]
 
 
@@ -261,7 +264,7 @@ def _found(word: str, folder: Path) -> str:
             return path
         beside = (folder / word).is_file()
         fix = f"write ./{word}" if beside else "install it, or give its path"
-        raise BadInput(f"there is no program {word!r} on the PATH: {fix}.")
+        raise BadInput(f"there is no program {shown(word)} on the PATH: {fix}.")
     file = folder / word
     if file.is_dir():
         raise BadInput(f"{file} is a folder: give the program in it.")
@@ -283,7 +286,7 @@ def _files(files: Any, folder: Path) -> tuple[str, ...] | None:
     if files is None:
         return None
     if isinstance(files, str | os.PathLike) or not isinstance(files, Sequence):
-        raise BadInput(f"external(files={files!r}): give a list of paths, or () for none.")
+        raise BadInput(f"external(files={shown(files)}): give a list of paths, or () for none.")
     found = tuple(os.fspath(name) for name in files)
     for name in found:
         if not (folder / name).exists():
@@ -296,14 +299,17 @@ def _below(path: Path) -> list[Path]:
     return sorted(path.rglob("*")) if path.is_dir() else [path]
 
 
+LONGEST = 1e9  # seconds: 30 years; a clock of the system takes no more
+
+
 def _positive(seconds: Any) -> float:
     real = isinstance(seconds, int | float) and not isinstance(seconds, bool)
-    if not real or not 0 < seconds < math.inf:
-        raise BadInput(f"external: seconds={seconds!r} is no time; give a positive number.")
+    if not real or not 0 < seconds <= LONGEST:
+        raise BadInput(f"external: seconds={shown(seconds)} is no time; give a positive number.")
     return float(seconds)
 
 
 def _count(restarts: Any) -> int:
     if type(restarts) is not int or restarts < 0:
-        raise BadInput(f"external: restarts={restarts!r} is no count; give 0 or more.")
+        raise BadInput(f"external: restarts={shown(restarts)} is no count; give 0 or more.")
     return restarts

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..equations import initial_momentum
-from ..errors import BadInput, CannotMeasure, arguments_checked
+from ..errors import BadInput, CannotMeasure, arguments_checked, shown
 from ..flows import Trajectory
 from ..numbers import arithmetic, exact_rational, mpmath, whole_number
 from .box import BlackBox, black_box
@@ -108,7 +108,7 @@ def recorded(
     made: Any = black_box(order, runs=True, state=state, name=label,
                           **{"source": f"recorded: {pattern}", **claims})(_no_step)  # fmt: skip
     if not isinstance(scene, str):
-        raise BadInput(f"recorded(scene={scene!r}): give the name of a scene.")
+        raise BadInput(f"recorded(scene={shown(scene)}): give the name of a scene.")
     return Recorded(**vars(made), recordings=found, scene=scene)
 
 

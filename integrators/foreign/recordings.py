@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from .tables import STEP, WANTED, Columns, columns_of, place
 
 #: the first letters of columns, by what they hold; velocities are asked for by state="qv"
@@ -86,13 +86,17 @@ def recordings(pattern: Any, folder: Path, state: str = "qp") -> tuple[Recording
     cannot be read, lacks a column, has an entry that is no finite number, or times that are not
     evenly spaced; and for runs of different sizes.
     """
+    if not isinstance(state, str) or state not in NAMES:
+        raise BadInput(f"recorded(state={shown(state)}): state is {' or '.join(map(repr, NAMES))}.")
     patterns = [pattern] if isinstance(pattern, str | Path) else pattern
     if not isinstance(patterns, list | tuple) or not patterns:
-        raise BadInput(f'recorded({pattern!r}): give the files, such as "runs/*.csv".')
+        raise BadInput(f'recorded({shown(pattern)}): give the files, such as "runs/*.csv".')
     found: list[Path] = []
     for one in patterns:
         if not isinstance(one, str | Path):
-            raise BadInput(f'recorded: {one!r} names no files; give a text, such as "runs/*.csv".')
+            raise BadInput(
+                f'recorded: {shown(one)} names no files; give a text, such as "runs/*.csv".'
+            )
         text = str(one)
         base, inside = (Path("/"), text[1:]) if Path(text).is_absolute() else (folder, text)
         try:

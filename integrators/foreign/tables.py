@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 
 WANTED = "columns t, q1, q2, … and p1, p2, …"
 STEP = ("h", "step", "dt")  # names of the column that says the step
@@ -85,7 +85,7 @@ def _of_text(path: Path) -> Columns:
         for (number, _), field in zip(lines, column, strict=True):
             if not _is_number(field):
                 raise BadInput(
-                    f"{path.name}, line {number}, column {name}: {field!r} is no number."
+                    f"{path.name}, line {number}, column {name}: {shown(field)} is no number."
                 )
         found[name] = np.array([float(field) for field in column]), column
     return found

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from ..algebras import MatrixAlgebra
-from ..errors import BadInput, line_of
+from ..errors import BadInput, line_of, shown
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..retractions import Retraction, cayley
@@ -75,7 +75,7 @@ class RowAction(ActionGroupoid):
         super().__init__(algebra, retraction)
         self.algebra = algebra.real  # complex rows of length N are real ones of 2N
         if type(rows) is not int or rows < 1:
-            raise BadInput(f"rows is {rows!r}: give a whole number from 1.")
+            raise BadInput(f"rows is {shown(rows)}: give a whole number from 1.")
         self.rows, self.dim_x, self.further = rows, rows * self.algebra.size, (rows,)
 
     @property

@@ -19,7 +19,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from .groupoid import Groupoid
@@ -41,7 +41,7 @@ class ConnectionGroupoid(ProductGroupoid):
                 f"{self.name}: a connection belongs to product(pair(n), lie_group(algebra))."
             )
         if not callable(connection):
-            raise BadInput(f"{self.name}: connection is {connection!r}; give a function of x.")
+            raise BadInput(f"{self.name}: connection is {shown(connection)}; give a function of x.")
         self.connection: Callable[[Column], Any] = connection
         self.by_user = True
 

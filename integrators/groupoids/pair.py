@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from .groupoid import Groupoid, Motion
@@ -18,7 +18,7 @@ class PairGroupoid(Groupoid):
 
     def __init__(self, n: int) -> None:
         if type(n) is not int or n < 1:
-            raise BadInput(f"pair({n!r}): the dimension of the base is a whole number from 1.")
+            raise BadInput(f"pair({shown(n)}): the dimension of the base is a whole number from 1.")
         self.dim_x = self.dim_u = n
 
     @property

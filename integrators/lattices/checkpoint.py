@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..compiler import write_atomically
-from ..errors import BadInput, CouldNotRun
+from ..errors import BadInput, CouldNotRun, shown
 
 SECONDS = 1.0  # between two states; less than that is lost by a kill
 
@@ -33,12 +33,14 @@ class Checkpoint:
 
     def __init__(self, path: Any, key: str, name: str) -> None:
         if not isinstance(path, (str, os.PathLike)):
-            raise BadInput(f"{name}: checkpoint is {path!r}; give the name of a file.")
+            raise BadInput(f"{name}: checkpoint is {shown(path)}; give the name of a file.")
         try:
             self.path, self.key, self.name = Path(path), key, name
             is_folder, is_there = self.path.parent.is_dir(), self.path.exists()
         except (ValueError, TypeError, OSError) as error:  # a zero byte in it, bytes, too long
-            raise BadInput(f"{name}: checkpoint {path!r} is no name of a file ({error}).") from None
+            raise BadInput(
+                f"{name}: checkpoint {shown(path)} is no name of a file ({error})."
+            ) from None
         self._saved = time.monotonic()
         if not is_folder:
             raise BadInput(f"{name}: there is no folder {self.path.parent} for the checkpoint.")

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from .exact import exact
 from .lazy import sympy
 from .types import Exact, Expression, Matrix, Mpf, Number, Numbers, Vector
@@ -256,7 +256,7 @@ def arithmetic(digits: int) -> Arithmetic:
     """The arithmetic of that many decimal digits; 16 is double precision."""
     if type(digits) is not int or not 16 <= digits <= MOST_DIGITS:
         raise BadInput(
-            f"digits is {digits!r}: give 16 (double precision) or a larger whole number, "
+            f"digits is {shown(digits)}: give 16 (double precision) or a larger whole number, "
             f"up to {MOST_DIGITS}."
         )
     return _of_digits(digits)

@@ -30,6 +30,7 @@ class Claims:
         names: Sequence[Any] = (keeps,) if isinstance(keeps, str) else keeps
         if not isinstance(names, list | tuple) or not all(isinstance(e, str) for e in names):
             raise BadInput(
-                f'{who}(keeps={keeps!r}): give names such as keeps=("energy", "angular momentum").'
+                f"{who}(keeps={shown(keeps)}): give names such as "
+                'keeps=("energy", "angular momentum").'
             )
         return cls(symplectic, reversible, tuple(names))

@@ -309,7 +309,9 @@ def _check_base(rule: Any) -> None:
     """Raise `BadInput` for what cannot be composed."""
     if not isinstance(rule, Discretisation) or isinstance(rule, Composition):
         what = "a composition already" if isinstance(rule, Composition) else "no rule"
-        raise BadInput(f"{getattr(rule, 'name', rule)!r} is {what}: compose a rule of one step.")
+        raise BadInput(
+            f"{shown(getattr(rule, 'name', rule))} is {what}: compose a rule of one step."
+        )
     if not rule.is_formula:
         raise BadInput(
             f"{rule.name} is a program, whose adjoint nothing derives: compose its steps in it."

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import BadInput, arguments_checked
+from ..errors import BadInput, arguments_checked, shown
 from .claims import Claims
 from .discretisation import Discretisation, check_effective, checked, described
 
@@ -81,7 +81,7 @@ def one_step(
     """
     where = checked("one_step", "one-step map", order, stages, groupoids)
     if not isinstance(implicit, bool):
-        raise BadInput(f"implicit is True or False, not {implicit!r}.")
+        raise BadInput(f"implicit is True or False, not {shown(implicit)}.")
     if implicit and stages:
         raise BadInput("a one-step map with stages is implicit in these alone: leave implicit out.")
     check_effective("one-step map", order, effective)

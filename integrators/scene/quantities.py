@@ -40,7 +40,7 @@ class Conserved:
         kinds = get_args(Kind)
         if not isinstance(self.kind, str) or self.kind not in kinds:
             near = get_close_matches(str(self.kind), kinds, 1, 0.5)
-            say = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(kinds)}."
+            say = f"did you mean {shown(near[0])}?" if near else f"there are {', '.join(kinds)}."
             raise BadInput(f"{self.name}: there is no kind={shown(self.kind)}: {say}")
 
     @property

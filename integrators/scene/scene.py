@@ -283,7 +283,8 @@ class Scene:
         names = [f.name for f in fields(self)]
         if foreign := set(changes) - set(names):
             raise BadInput(
-                f"{self.name}: a scene has no field {min(foreign)!r}; it has {', '.join(names)}."
+                f"{self.name}: a scene has no field {shown(min(foreign))}; it has "
+                f"{', '.join(names)}."
             )
         if self.contact is not None and changes.get("contact", self.contact) is None:
             # what acts with contact goes with it
@@ -291,7 +292,7 @@ class Scene:
         if isinstance(changes.get("parameters"), Mapping):  # anything else is refused as at first
             if unknown := set(changes["parameters"]) - set(self.parameters):
                 raise BadInput(
-                    f"{self.name} has no parameter {min(unknown, key=str)!r}; "
+                    f"{self.name} has no parameter {shown(min(unknown, key=str))}; "
                     f"it has {', '.join(self.parameters) or 'none'}."
                 )
             changes["parameters"] = {**self.parameters, **changes["parameters"]}

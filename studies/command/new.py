@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput, rules, scenes
+from discmech.integrators.errors import shown
 from discmech.integrators.lattices import systems
 
 from ..core.study import NAME, every_study
@@ -35,7 +36,9 @@ def add_to(commands: Any) -> None:
 def _new(options: argparse.Namespace) -> int:
     kind, name = options.kind, options.name
     if not re.fullmatch(NAME, name):
-        raise BadInput(f"the name is {name!r}: use small letters, digits and dashes between them.")
+        raise BadInput(
+            f"the name is {shown(name)}: use small letters, digits and dashes between them."
+        )
     word = name.replace("-", "_")
     known = (*scenes.every_name(), *systems.NAMES, *rules.names(), *rules.MAPS, *every_study())
     if name in known:

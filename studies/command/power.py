@@ -7,6 +7,7 @@ import shlex
 from typing import Any
 
 from discmech.integrators import BadInput
+from discmech.integrators.errors import shown
 
 from ..core.store import Store
 from ..core.study import every_study
@@ -40,7 +41,7 @@ def _power(options: argparse.Namespace) -> int:
     before = earlier(options)
     writable(options.json)
     if not study.cases(choice):
-        raise BadInput(f"the name of no fault and of no rule holds {options.only!r}.")
+        raise BadInput(f"the name of no fault and of no rule holds {shown(options.only)}.")
     with progress_shown("loading") as show:
         found = run_study(study, choice, show, store=Store(options.fresh), jobs=jobs(options))
     found["command"] = shlex.join(["discmech", "power", *own_words(options)])
@@ -57,9 +58,9 @@ def _power(options: argparse.Namespace) -> int:
 def _print(found: dict[str, Any]) -> None:
     from ..report.tables import rich_table
 
-    for shown in found["tables"]:
-        heads = shown["heads"]
-        console().print(rich_table(shown["title"], heads, shown["lines"], numbers=heads[1:]))
+    for table in found["tables"]:
+        heads = table["heads"]
+        console().print(rich_table(table["title"], heads, table["lines"], numbers=heads[1:]))
     for case in found["cases"]:
         name = f"{case['scene']} {case['rule']}: {case['measured']['site']}, "
         name += str(case["measured"]["what"])

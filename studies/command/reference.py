@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput, scenes
+from discmech.integrators.errors import shown
 from discmech.integrators.numbers import MOST_DIGITS
 
 from ..core import lookup
@@ -88,7 +89,7 @@ def _one(options: argparse.Namespace) -> int:
         digits = 0
     if not 1 <= digits <= MOST_DIGITS:
         raise BadInput(
-            f"--digits is {options.digits!r}: give a whole number from 1 to {MOST_DIGITS}."
+            f"--digits is {shown(options.digits)}: give a whole number from 1 to {MOST_DIGITS}."
         )
     begun = time.perf_counter()
     with progress_shown("loading") as show, progress_to(show):

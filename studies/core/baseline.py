@@ -23,7 +23,7 @@ from discmech.integrators.compiler import (
     is_temporary,
     seal,
 )
-from discmech.integrators.errors import CouldNotRun
+from discmech.integrators.errors import CouldNotRun, shown
 
 from .case import VERDICTS
 from .store import unsealed_json
@@ -39,7 +39,7 @@ Result = dict[str, Any]
 def checked_name(name: str) -> str:
     """A name that a baseline may have; raises `BadInput` for any other."""
     if not re.fullmatch(r"[A-Za-z0-9][\w.-]{0,80}", name):
-        raise BadInput(f"a baseline's name is {name!r}: use letters, digits, dots and dashes.")
+        raise BadInput(f"a baseline's name is {shown(name)}: use letters, digits, dots and dashes.")
     return name
 
 

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.errors import misplaced, nearest, unknown
+from discmech.integrators.errors import misplaced, nearest, shown, unknown
 from discmech.integrators.lattices import systems
 from discmech.integrators.rules import METHODS, Composition, compose
 
@@ -200,7 +200,7 @@ def _given(thing: Any, kind: type[_Thing], named: Callable[[str], _Thing], noun:
         raise misplaced(thing.name, "rule" if noun == "scene" else "scene", noun)
     if kind is Discretisation and callable(thing):
         discretisations.check_rule(thing)  # which says how a function becomes one
-    raise BadInput(f"{thing!r} is no {noun}: give one, or its name.")
+    raise BadInput(f"{shown(thing)} is no {noun}: give one, or its name.")
 
 
 def _rules(word: str) -> tuple[Discretisation, ...]:

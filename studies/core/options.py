@@ -69,7 +69,9 @@ def whole(what: str, most: int = 2**53) -> Callable[[str], int]:
             value = 0
         if not 1 <= value <= most:
             end = f" to {most}" if most < 2**53 or value > most else ""
-            refuse(f"{what} is {text!r}: give a whole number from 1{end}.")
+            from discmech.integrators.errors import shown
+
+            refuse(f"{what} is {shown(text)}: give a whole number from 1{end}.")
         return value
 
     return read
@@ -94,7 +96,9 @@ def seconds(what: str) -> Callable[[str], float]:
         except ValueError:
             value = 0.0
         if not 0 < value < math.inf:
-            refuse(f"{what} is {text!r}: give seconds, more than 0.")
+            from discmech.integrators.errors import shown
+
+            refuse(f"{what} is {shown(text)}: give seconds, more than 0.")
         return value
 
     return read

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.errors import BadInput, CannotMeasure, arguments_checked
+from discmech.integrators.errors import BadInput, CannotMeasure, arguments_checked, shown
 from discmech.integrators.foreign import BlackBox, Recorded
 from discmech.integrators.foreign.calls import BoxRaised, Calls
 from discmech.integrators.numbers import Vector, exact_rational
@@ -56,7 +56,7 @@ def own_order(
     another kind, and `CannotMeasure` for a function that raises or needs the scene in numbers.
     """
     if not isinstance(method, BlackBox):
-        raise BadInput(f"own_order is of a black box or of recorded runs, not of {method!r}.")
+        raise BadInput(f"own_order is of a black box or of recorded runs, not of {shown(method)}.")
     if isinstance(method, Recorded):
         _, at = common_time(method)
         found = sorted(

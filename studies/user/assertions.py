@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene, black_box
-from discmech.integrators.errors import CannotMeasure, check_names
+from discmech.integrators.errors import CannotMeasure, check_names, shown
 from discmech.integrators.numbers import arithmetic, whole_number
 
 from .. import get
@@ -118,7 +118,7 @@ def _assert(
     if steps is not None:
         steps = whole_number("steps", steps, 1)
     if order is not None and (type(order) is not int or order < 1):
-        raise BadInput(f"the order asked for is {order!r}: give a whole number from 1.")
+        raise BadInput(f"the order asked for is {shown(order)}: give a whole number from 1.")
     try:
         where = lookup.scene_given(_in_folder(scene, beside))
         where = where if retraction is None else in_chart(where, retraction)
@@ -155,7 +155,7 @@ def _assert(
     picture = _picture(study.name, result, pictures)
     shown = [f"{study.name}: {result['verdict']}: {result['reason']}", _table(study.name, result)]
     if small and (small["scene"], small["steps"]) != (where.name, steps):
-        shown += [f"the smallest that fails: scene {small['scene']!r}, steps={small['steps']}"]
+        shown += [f"the smallest that fails: scene {shown(small['scene'])}, steps={small['steps']}"]
     shown = [_relative(line, beside) for line in shown]
     shown += [f"picture: {picture}"] if picture else []
     next_step = _next_step(result, at_least is None)

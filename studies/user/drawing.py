@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from discmech.integrators.errors import BadInput, unknown
+from discmech.integrators.errors import BadInput, shown, unknown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,7 +55,7 @@ def plot(
             "plot takes what check(...) returns, a trajectory of flow.trajectory(...), or a list "
             f"of trajectories, not {type(thing).__name__} (nor a trajectory that was pickled)."
         )
-    if kind not in (None, *KINDS):
+    if kind is not None and not (isinstance(kind, str) and kind in KINDS):
         raise unknown("kind", kind, KINDS)
     panels = {"phase": _phase, "energy": _energy, "base": _base}[kind or "phase"](runs)
     return figure_of(panels[:MOST_PANELS], _sheet(), look.style)
@@ -69,17 +69,30 @@ def look_of(labels: Mapping[str, str], style: Path | str | None = None) -> Look:
     """
     from ..report.figures import Look
 
+    if not isinstance(labels, Mapping) or not all(
+        isinstance(word, str) for pair in labels.items() for word in pair
+    ):
+        raise BadInput(f"labels is {shown(labels)}: give a dictionary, rule: text.")
     if style is None:
         return Look(tuple(labels.items()))
     import matplotlib
 
-    if not Path(style).is_file():
-        raise BadInput(f"there is no style file {style}: name a .mplstyle file of matplotlib.")
+    if not _is_file(style):
+        raise BadInput(
+            f"there is no style file {shown(style)}: name a .mplstyle file of matplotlib."
+        )
     try:
         given = matplotlib.rc_params_from_file(str(style), use_default_template=False)
     except (ValueError, OSError) as error:
         raise BadInput(f"{style} is no style file of matplotlib: {error}.") from None
     return Look(tuple(labels.items()), tuple((name, given[name]) for name in given))
+
+
+def _is_file(name: Any) -> bool:
+    try:
+        return Path(name).is_file()
+    except (TypeError, ValueError, OSError):  # no name; a zero byte in it; too long
+        return False
 
 
 def _sheet() -> Any:
