@@ -17,9 +17,8 @@ def constraint(s: SceneSymbols, x: Column) -> Column:
     """φ(x), k×1, at a column x, with its time if it holds one."""
     given = _given(s, x)
     if not given or any(hasattr(e, "__iter__") or hasattr(e, "shape") for e in given):
-        shown = " ".join(repr(given).split())
         raise BadInput(
-            f"{s.name}: its constraint gives {shown}, but must give a list of expressions φ, each "
+            f"{s.name}: its constraint gives {' '.join(shown(given).split())}, but must give a list of expressions φ, each "
             "a constraint: [x.dot(x) - 1], say."
         )
     return _column(s, x, given)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any, cast
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from ..groupoids import RetractionGroupoid
 from ..numbers import (
     first_violation,
@@ -295,7 +295,7 @@ class DualSystem:
     def _check(self, z: Any) -> None:
         shape = getattr(z, "shape", None)
         if shape != (self.n + self.m, 1):
-            given = f"a {shape[0]}×{shape[1]} matrix" if shape and len(shape) == 2 else repr(z)
+            given = f"a {shape[0]}×{shape[1]} matrix" if shape and len(shape) == 2 else shown(z)
             raise BadInput(f"the map asks at {given}, but a state has {self.n + self.m} entries.")
 
     def _at(self, z: Column) -> Point:

@@ -39,6 +39,8 @@ from .exact import (
     listed,
     measure,
     refuse_large,
+    refuse_unwritten,
+    short_numbers,
     to_sympy,
     whole_number,
     within_doubles,
@@ -54,7 +56,6 @@ from .identities import (
     vanishes_as,
 )
 from .lazy import LazyModule, mpmath, sympy, working_digits
-from .long_numbers import refuse_unwritten, short_numbers
 from .multi_output import InArithmetic, as_one_number, collect, entry, opaque
 from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text

@@ -12,8 +12,8 @@ from collections.abc import Hashable, Iterable
 from typing import Any
 
 from .arithmetic import FUNCTIONS, refused
+from .exact import refuse_long
 from .lazy import sympy
-from .long_numbers import refuse_long
 from .registered import is_table
 from .types import Expression, Expressions, Letter, Replacement
 

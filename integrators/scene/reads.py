@@ -114,7 +114,8 @@ class _Reader:
     def add(self, thing: Any) -> None:
         """Whatever it is."""
         if isinstance(thing, _PLAIN):
-            self.say(type(thing).__name__, repr(thing))
+            written = hex(thing) if type(thing) is int else repr(thing)  # long ones are not decimal
+            self.say(type(thing).__name__, written)
             return
         if id(thing) in self.seen:
             self.say("again", self.seen[id(thing)])
@@ -248,7 +249,10 @@ class _Reader:
         if hasattr(thing, "_mpf_"):
             self.add(thing._mpf_)
         elif kind.__module__.partition(".")[0] in ("sympy", "gmpy2", "mpmath"):
-            self.say(repr(thing))
+            try:
+                self.say(repr(thing))
+            except ValueError:  # of a number of too many digits
+                raise Opaque(f"{kind.__name__}") from None
         elif hasattr(thing, "__dict__") and not (
             _is_library(kind.__module__) and not kind.__module__.startswith("discmech")
         ):

@@ -153,13 +153,13 @@ def _assert(
         else None
     )
     picture = _picture(study.name, result, pictures)
-    shown = [f"{study.name}: {result['verdict']}: {result['reason']}", _table(study.name, result)]
+    said = [f"{study.name}: {result['verdict']}: {result['reason']}", _table(study.name, result)]
     if small and (small["scene"], small["steps"]) != (where.name, steps):
-        shown += [f"the smallest that fails: scene {shown(small['scene'])}, steps={small['steps']}"]
-    shown = [_relative(line, beside) for line in shown]
-    shown += [f"picture: {picture}"] if picture else []
+        said += [f"the smallest that fails: scene {shown(small['scene'])}, steps={small['steps']}"]
+    said = [_relative(line, beside) for line in said]
+    said += [f"picture: {picture}"] if picture else []
     next_step = _next_step(result, at_least is None)
-    raise Missed("\n".join([*shown, next_step]), result, picture)
+    raise Missed("\n".join([*said, next_step]), result, picture)
 
 
 def _boxed(rule: Any) -> Any:
