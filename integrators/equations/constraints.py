@@ -18,8 +18,8 @@ def constraint(s: SceneSymbols, x: Column) -> Column:
     given = _given(s, x)
     if not given or any(hasattr(e, "__iter__") or hasattr(e, "shape") for e in given):
         raise BadInput(
-            f"{s.name}: its constraint gives {' '.join(shown(given).split())}, but must give a list of expressions φ, each "
-            "a constraint: [x.dot(x) - 1], say."
+            f"{s.name}: its constraint gives {' '.join(shown(given).split())}, but must give a "
+            "list of expressions φ, each a constraint: [x.dot(x) - 1], say."
         )
     return _column(s, x, given)
 
