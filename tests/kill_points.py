@@ -2,7 +2,8 @@
 
 Begun again on what is left, it has to give the numbers of an undisturbed run, and leave no litter.
 
-    python -m tests.kill_points [publish|beside|lattice|study|baseline|report ...] [--every N]
+    python -m tests.kill_points [publish|beside|lattice|study|baseline|report ...]
+                                [--every N] [--first K]
 """
 
 from __future__ import annotations
@@ -222,15 +223,15 @@ PROGRAMS: dict[str, tuple[Callable[[], int], Callable[[Path], Any]]] = {
 WARM = (publish, beside, lattice)
 
 
-def every_point(name: str, folder: Path, every: int = 1) -> Iterator[str]:
-    """Kill a program at each (every-th) point and begin it again: yields what went wrong."""
+def every_point(name: str, folder: Path, every: int = 1, from_point: int = 1) -> Iterator[str]:
+    """Kill a program at each (every-th) point from one on and begin it again: what went wrong."""
     program, result = PROGRAMS[name]
     first = run(program, folder / "undisturbed")
     if first.code:
         yield f"{name}: undisturbed it ends with {first.code}: {first.said}"
         return
     wanted, kills, wrong = result(folder / "undisturbed"), 0, 0
-    for point in range(1, first.points + 1, every):
+    for point in range(from_point, first.points + 1, every):
         where = folder / str(point)
         kills += run(program, where, point).code == KILLED
         for said in _again(program, result, wanted, where):
@@ -262,6 +263,7 @@ def main(words: list[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", choices=[*PROGRAMS, []], metavar="PROGRAM")
     parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--first", type=int, default=1)
     asked, bad = parser.parse_args(words), 0
     import discmech.studies.command.entry
     import discmech.studies.core.running
@@ -270,7 +272,7 @@ def main(words: list[str]) -> int:
     with TemporaryDirectory(prefix="kill-points-") as folder:
         for name in asked.names or PROGRAMS:
             (Path(folder) / name).mkdir()
-            for said in every_point(name, Path(folder).resolve() / name, asked.every):
+            for said in every_point(name, Path(folder).resolve() / name, asked.every, asked.first):
                 bad += 1
                 print(said, flush=True)
     return min(bad, 1)
