@@ -132,7 +132,8 @@ class Checkpoint:
         held |= {"rows": np.array([*self._seal], np.uint8), "whole": np.array(self._whole)}
         seal = np.array([*_digest(self.key, held)], np.uint8)
         file = io.BytesIO()
-        np.savez(file, key=np.array(self.key), seal=seal, **held)
+        whole: dict[str, Any] = {"key": np.array(self.key), "seal": seal, **held}
+        np.savez(file, **whole)
         try:
             write_atomically(self.path, file.getvalue())
         except OSError as error:

@@ -112,19 +112,19 @@ def _read(value: Any, what: str) -> Exact:
     if hasattr(value, "_mpf_") and not hasattr(value, "as_mantissa_exp"):  # not gmpy2's
         sign, mantissa, exponent, _ = value._mpf_
         if not mantissa and exponent:
-            raise BadInput(f"{what} is {shown(value)}: give a finite number.")
+            raise BadInput(f"{what} is {value}: give a finite number.")
         return Fraction(-int(mantissa) if sign else int(mantissa)) * Fraction(2) ** int(exponent)
     if getattr(value, "is_number", False):  # an exact sympy number such as sqrt(2)/2
         refuse_unwritten(value, what)
         if not value.is_real or not value.is_finite:
-            raise BadInput(f"{what} is {shown(value)}: give a finite real number.")
+            raise BadInput(f"{what} is {value}: give a finite real number.")
         return value
     if getattr(value, "shape", None) == () and not hasattr(value, "as_integer_ratio"):
         value = value.item()  # numpy's integers, and arrays of no dimension
     try:
         return Fraction(*map(int, value.as_integer_ratio()))
     except (OverflowError, ValueError):
-        raise BadInput(f"{what} is {shown(value)}: give a finite number.") from None
+        raise BadInput(f"{what} is {value}: give a finite number.") from None
     except (AttributeError, TypeError):
         raise BadInput(
             f"{what} is {shown(value)} of type {type(value).__name__}: give a number."

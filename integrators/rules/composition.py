@@ -277,8 +277,8 @@ def compose(
     if named:
         if source or any(e is not None for e in (adjoint, order, name)):
             raise BadInput(
-                f"compose(…, {method!r}) is a published method: leave adjoint=, order=, name= and "
-                "source= out."
+                f"compose(…, {shown(method)}) is a published method: leave adjoint=, order=, "
+                "name= and source= out."
             )
         found = METHODS[method]
         return Composition(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from discmech.integrators import BadInput
-from discmech.integrators.errors import RAISED, DiscmechError, line_of
+from discmech.integrators.errors import RAISED, DiscmechError, line_of, shown
 from discmech.integrators.numbers import arithmetic
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def _plain(study: Study, name: str, value: Any) -> Any:
     if value is None or isinstance(value, bool | str | int | float):
         return float(value) if isinstance(value, float) else value
     if isinstance(value, Mapping):
-        return {str(key): _plain(study, f"{name}[{key!r}]", e) for key, e in value.items()}
+        return {str(key): _plain(study, f"{name}[{shown(key)}]", e) for key, e in value.items()}
     if hasattr(value, "tolist"):
         return _plain(study, name, value.tolist())
     if isinstance(value, list | tuple):

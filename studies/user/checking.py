@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from discmech import studies
 from discmech.integrators import BadInput
-from discmech.integrators.errors import arguments_checked
+from discmech.integrators.errors import arguments_checked, shown
 
 from ..core import lookup
 from ..core.case import Choice
@@ -57,5 +57,5 @@ def _study(thing: Study | str) -> Study:
     if isinstance(thing, str):
         return lookup.study(thing) if ".py" in thing else studies.get(thing)
     if trouble := refusal(thing):
-        raise BadInput(f"{thing!r}: {trouble}.")
+        raise BadInput(f"{shown(thing)}: {trouble}.")
     return thing
