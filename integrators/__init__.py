@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .rules import (
         Discretisation,
         compose,
+        discrete_hamiltonian,
         discretisation,
         imex,
         midpoint,
@@ -45,8 +46,8 @@ else:
         groupoids="Groupoid LocalGroupoid action lie_group pair product",
         lattices="Lattice",
         retractions="cayley exponential",
-        rules="Discretisation compose discretisation imex midpoint one_step rectangle splitting "
-              "trapezoidal",
+        rules="Discretisation compose discrete_hamiltonian discretisation imex midpoint one_step "
+              "rectangle splitting trapezoidal",
         scene="Conserved Scene on_group",
     )  # fmt: skip
 
@@ -69,6 +70,7 @@ __all__ = [
     "black_box",
     "cayley",
     "compose",
+    "discrete_hamiltonian",
     "discretisation",
     "exponential",
     "external",

@@ -2,7 +2,16 @@
 
 import sympy
 
-from discmech import Conserved, Scene, action, black_box, one_step, pair, so
+from discmech import (
+    Conserved,
+    Scene,
+    action,
+    black_box,
+    discrete_hamiltonian,
+    one_step,
+    pair,
+    so,
+)
 
 kepler = Scene(
     name="kepler-by-h", groupoid=pair(2), x0=["0.4", 0], mu0=[0, 2], duration=10, step="0.01",
@@ -32,6 +41,19 @@ def slow_half(s, z, Z, h):
     """The implicit midpoint of a field whose forces are too small by a millionth."""
     x, mu = s.split(s.f((z + Z) / 2))
     return Z - z - h * s.join(x, mu * (1 - sympy.Rational(1, 10**6)))
+
+
+@discrete_hamiltonian(order=1)
+def too_fast(H, x, mu, h):
+    """Symplectic, and a millionth too fast."""
+    return mu.dot(x) + h * H(x, mu) * (1 + sympy.Rational(1, 10**6))
+
+
+@discrete_hamiltonian(order=2, stages=1)
+def verlet(H, x, mu, h, s):
+    """Störmer and Verlet's method by its generating function of type II."""
+    ((end, half),) = s
+    return mu.dot(end) - half.dot(end - x) + h * (H(x, half) + H(end, half)) / 2
 
 
 @black_box(order=2, symplectic=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from ..errors import shown, unknown
 from .claims import Claims
 from .composition import METHODS, Composition, Method, Substep, adjoint, compose
+from .discrete_hamiltonian import discrete_hamiltonian
 from .discretisation import Discretisation, check_rule, discretisation, own
 from .galerkin import FAMILIES, gauss, lobatto
 from .maps import MAPS, dual_gauss, map_of, newmark
@@ -18,7 +19,8 @@ from .splitting import splitting
 
 __all__ = [
     "BUILT_IN", "Claims", "Composition", "Discretisation", "FAMILIES", "MAPS", "METHODS", "Method",
-    "Nodes", "OneStepMap", "Substep", "adjoint", "check_rule", "compose", "discretisation",
+    "Nodes", "OneStepMap", "Substep", "adjoint", "check_rule", "compose",
+    "discrete_hamiltonian", "discretisation",
     "dual_gauss", "gauss", "get", "imex", "lobatto", "midpoint", "names", "newmark", "one_step",
     "own", "rectangle", "splitting", "trapezoidal",
 ]  # fmt: skip
