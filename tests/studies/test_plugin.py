@@ -45,12 +45,11 @@ def ask(pytester, test, *words):
                                         "no:cacheprovider", *words, timeout=120)  # fmt: skip
 
 
-def test_the_fixtures_pass_for_a_sound_rule(pytester):
+def test_a_sound_rule_passes_and_what_cannot_be_asserted_is_skipped_with_the_sentence(pytester):
     done = ask(pytester, """
         from my_rule import two_thirds
 
         def test_mine(assert_order, assert_symplectic, assert_reversible, assert_converges):
-            assert_order(two_thirds, "pendulum", 2)
             assert_order("my_rule.py:two_thirds", "pendulum", 2)
             assert_converges(two_thirds, "pendulum")
             assert_symplectic(two_thirds, "pendulum", digits=50)
@@ -58,17 +57,16 @@ def test_the_fixtures_pass_for_a_sound_rule(pytester):
 
         def test_momentum(assert_momentum):
             assert_momentum(two_thirds, "kepler", digits=50)
-    """)  # fmt: skip
-    done.assert_outcomes(passed=2)
 
-
-def test_where_there_is_nothing_to_assert_the_test_is_skipped_with_the_sentence(pytester):
-    done = ask(pytester, """
         def test_stages(assert_order):
             assert_order("gauss-2", "cartesian-pendulum")
+
+        def test_energy(assert_energy):
+            assert_energy("midpoint", "suslov", steps=2000)
     """, "-rs")  # fmt: skip
-    done.assert_outcomes(skipped=1)
+    done.assert_outcomes(passed=2, skipped=2)
     done.stdout.fnmatch_lines(["*gauss-2 has none: take a rule without stages*"])
+    assert "energy of suslov: nonholonomic: measured only" in done.stdout.str()
 
 
 @pytest.mark.slow
@@ -174,13 +172,13 @@ def test_a_map_under_a_force_has_no_work_to_hold_a_momentum_against():
     assert_momentum("midpoint", scene)
 
 
-def test_what_does_not_converge_is_missed(monkeypatch):
+def test_what_does_not_converge_is_missed():
     @discretisation()
     def wrong(L, G, x, u, h):
         return h * L(x, 2 * u)
 
     with pytest.raises(Missed, match=r"asked was at least 1\. Cause: .* not consistent") as caught:
-        assert_converges(wrong, "kepler", digits=30)
+        assert_converges(wrong, "pendulum", digits=30)
     assert caught.value.picture.read_bytes().startswith(b"\x89PNG")
 
 
@@ -202,12 +200,3 @@ def test_what_cannot_be_asked_is_bad_input_and_no_missed_order(words, message):
 @pytest.mark.slow
 def test_symplectic_of_a_sound_rule_in_another_chart():
     assert_symplectic("midpoint", "rigid-body", digits=30, retraction="exponential")
-
-
-def test_an_energy_that_nothing_is_asked_of_is_skipped(pytester):
-    done = ask(pytester, """
-        def test_mine(assert_energy):
-            assert_energy("midpoint", "suslov", steps=2000)
-    """, "-rs")  # fmt: skip
-    done.assert_outcomes(skipped=1)
-    assert "energy of suslov: nonholonomic: measured only" in done.stdout.str()

@@ -53,6 +53,7 @@ CAUGHT = {
 SLOW = ("rigid", "duffing", "knife-edge midpoint")
 
 
+@pytest.mark.dear("knife-edge trapezoidal")
 @pytest.mark.parametrize(("words", "study"), [
     pytest.param(*item, marks=pytest.mark.slow if item[0].startswith(SLOW) else ())
     for item in CAUGHT.items()

@@ -76,6 +76,7 @@ def lopsided(L, G, x, u, h):
     return h * ((1 + more) * L(x, u) + (1 - more) * L(G.target(x, u, h), u)) / 2
 
 
+@pytest.mark.dear("cartesian-pendulum")
 @pytest.mark.parametrize(
     ("scene", "rule"), [("pendulum", damped_map), ("cartesian-pendulum", lopsided)]
 )

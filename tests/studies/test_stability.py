@@ -127,6 +127,7 @@ def test_imex_blows_up_at_ten_fast_radians_and_a_frequency_of_fifty():
     assert cell["class"] == "blown up" and 0 < cell["time"] <= 60_000
 
 
+@pytest.mark.dear("kepler-gauss-3")
 @pytest.mark.parametrize(("name", "rule"), [("kepler", "suzuki:trapezoidal"), ("kepler", "gauss-3"),
                                             ("rigid-body", "midpoint")])  # fmt: skip
 def test_a_map_is_the_same_on_all_cores(monkeypatch, name, rule):

@@ -155,7 +155,10 @@ def test_momentum_over_ten_thousand_steps(scene, rule):
     keeps_its_momenta(scene, rule, 16, 1e-12, 10**4)
 
 
-@pytest.mark.parametrize(("scene", "rule"), [p for p in PAIRWISE if p in with_quantities])
+@pytest.mark.parametrize(("scene", "rule"), [
+    pytest.param(*p, marks=pytest.mark.slow if k % 2 else (), id="-".join(p))
+    for k, p in enumerate(p for p in PAIRWISE if p in with_quantities)
+])  # fmt: skip
 def test_momentum_at_50_digits(scene, rule):
     keeps_its_momenta(scene, rule, 50, 1e-46, None)
 
@@ -258,6 +261,7 @@ def test_implicit_midpoint_keeps_the_quadratic_energy_exactly():
 # -- results --------------------------------------------------------------------------------------
 
 
+@pytest.mark.dear("[lattices]", "[stability]")
 @pytest.mark.parametrize("study", [
     # work-precision and savings take times
     charts_slowly(name) for name in NAMES if name not in ("work-precision", "savings")

@@ -40,6 +40,7 @@ def test_a_motion_that_rolls_down_a_hill_is_no_failure():
     assert found["verdict"] == "inconclusive" and "leaves every bound" in found["reason"]
 
 
+@pytest.mark.dear("[rectangle]")
 @pytest.mark.parametrize("rule", ["explicit-euler", "runge-kutta-4", "rectangle"])
 def test_a_bounded_motion_that_a_method_blows_up_is_its_failure(rule):
     scene = SPRING.with_values(step="5") if rule != "explicit-euler" else SPRING
@@ -55,6 +56,7 @@ STEEP = Scene("steep", pair(1), lambda x, v, p: v[0] ** 2 / 2 + x[0] ** 4,
               x0=[1], v0=[1], step="0.01", duration=5)  # fmt: skip
 
 
+@pytest.mark.dear("scene3-momentum")
 @pytest.mark.parametrize(("scene", "study", "rule"), [
     (FALL, "energy", "trapezoidal"),  # which jumps over the centre, with a band of all the energy
     # beyond its duration, which ends before the fall does

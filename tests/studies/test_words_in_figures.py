@@ -79,7 +79,7 @@ def test_words_of_made_up_results_are_inside(made):
     by_scene = {}
     for case in made["cases"]:
         by_scene.setdefault((case["scene"], case["digits"]), []).append(case)
-    some = [*by_scene.values()][:3]  # the scenes that follow have the same words
+    some = [*by_scene.values()][:2]  # the scenes that follow have the same words
     assert not all_misplaced(made["study"], [c for own in some for c in with_long_names(own)])
     assert not all_misplaced(made["study"], [c for own in some for c in own])
 
