@@ -5,11 +5,13 @@ import sympy
 from discmech import (
     MatrixAlgebra,
     Scene,
+    action,
     discretisation,
     exponential,
     lie_group,
     one_step,
     pair,
+    product,
     so,
 )
 
@@ -95,3 +97,45 @@ two_sizes = Scene(
     duration=10,
     step="0.05",
 )
+
+
+def told(x, v, p):
+    """The pendulum in a unit of 10⁻⁶ of length, 10³ of time and 10⁻¹⁰ of mass."""
+    return sympy.Rational(1, 10**28) * ((v[0] * 10**9) ** 2 / 2 + sympy.cos(10**6 * x[0]))
+
+
+#: slopes of μ are 10⁻¹⁹ of those of x here, which once hid what Newton's method left of them
+in_small_units = Scene(
+    name="in-small-units", groupoid=pair(1), lagrangian=told, x0=["2e-6"], v0=[0],
+    duration=10000, step=50,
+)  # fmt: skip
+
+
+#: a rotation by 0.3 about (1, 2, 2)/3, to the sixteen digits of doubles: it leaves SO(3) by 1e-16
+ATTITUDE = [
+    0.9602991014449831, -0.18708824646880545, 0.2069386957463139,
+    0.2069386957463139, 0.9751869384031144, -0.07865628627627139,
+    -0.18708824646880545, 0.11835718483128829, 0.9751869384031144,
+]  # fmt: skip
+
+
+def orbiting(x, v, p):
+    """A body on an orbit, that its gravity turns: its place, and its axes seen from the stars."""
+    r2 = sum(e**2 for e in x[:3])
+    inertia = (sympy.Rational(6, 5), 1, sympy.Rational(3, 5))
+    turned = [sum(x[3 + 3 * i + j] * x[i] for i in range(3)) for j in range(3)]
+    gradient = sum(k * e**2 for k, e in zip(inertia, turned, strict=True)) / r2 ** sympy.Rational(
+        5, 2
+    )
+    kinetic = (
+        sum(e**2 for e in v[:3]) + sum(k * e**2 for k, e in zip(inertia, v[3:], strict=True)) / 100
+    )
+    return kinetic / 2 + 1 / sympy.sqrt(r2) - 3 * gradient / 200
+
+
+#: nine numbers of the attitude stay on SO(3) to round-off alone
+satellite = Scene(
+    name="satellite", groupoid=product(pair(3), action(so(3), rows=3)), lagrangian=orbiting,
+    x0=[1, 0, 0, *map(repr, ATTITUDE)], v0=[0, 1, "0.1", "0.2", "-0.3", "1.1"],
+    duration=10, step="0.05",
+)  # fmt: skip

@@ -68,6 +68,7 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         f"FADED, MOST_SWEEPS, GAVE_WAY = {FADED}, {MOST_SWEEPS}, {GAVE_WAY}",
         f"MOVING = {s - system.site.more}",
         f"UNSEEN = {UNSEEN}",
+        "FAINT = 64 * EPS",
         *_places([k for k in kinds if k.bond is not None], s),
         f"WIDTH = {max(k.width for k in made)}",
         f"WIDTHS = dict(w=S, w1=S, w2=S, w3=S, work={s * s * (2 if shape == 'ring' else 1) + s}, "

@@ -60,6 +60,7 @@ def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
     )  # fmt: skip
     facts = [
         f"LAYOUT = {layout}",
+        f"FAINT = 64 * EPS{' * EPS' if system.in_two_units else ''}",
         f"SINGLE, MIXED = {not system.composed}, {mixed}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), kernels)),  # noqa: B905
         f"SYSTEMS = RULE,{' ADJOINT' if mixed else ''}",

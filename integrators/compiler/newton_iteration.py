@@ -49,12 +49,14 @@ def newton(system, x, mu, k, memo, c):
 def hidden(dw, w, here):
     """Whether a component was corrected by more than √ε of itself, which no sum of all shows.
 
-    Of those between a thousandth of the sum and some round-offs of it: one more correction leaves
-    of it its own round-off, for Newton's method converges quadratically.
+    Of those between a thousandth of the sum and FAINT of it, some round-offs, below which it may be
+    the round-off of others; slopes of x and of μ are in units of their own, so that of them much
+    less is looked at. One more correction leaves its own round-off, for Newton's method converges
+    quadratically.
     """
     found = 1 < 0
     for d, e in zip(dw, w):
-        small = 1024 * abs(e) < here and 64 * EPS * here < abs(e)
+        small = 1024 * abs(e) < here and FAINT * here < abs(e)
         found = found or (small and ROOT_EPS * abs(e) < abs(d))
     return found
 

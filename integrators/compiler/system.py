@@ -32,6 +32,7 @@ class System:
     branch: the number that tells solutions apart, or None.
     constants: letters of q that are irrational numbers of the rule, as functions digits → mpf.
     composed: whether a step is a row of substeps of this system and of `adjoint`.
+    in_two_units: whether w holds slopes of x and of μ, which have no unit in common.
     """
 
     name: str
@@ -55,6 +56,7 @@ class System:
     explicit: bool = False
     more: int = 0
     composed: bool = False
+    in_two_units: bool = False
     adjoint: System | None = None
 
 

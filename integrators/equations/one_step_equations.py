@@ -137,6 +137,7 @@ class OneStepEquations:
             definitions=tuple(self.definitions(self.rows, self.slope, self.increment)),
             wanted=tuple(sympy.zeros(len(self.w), 1)),
             explicit=self.explicit,
+            in_two_units=True,
             more=len(self.multipliers),
             constants=dict(s.constants),
         )

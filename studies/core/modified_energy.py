@@ -48,6 +48,8 @@ SHORT = 8  # intervals of the way from there to the next state
 SAME = 1e-9  # of what a coordinate moves, by which a run from its own state may be another
 #: of motions along which means are taken: times the scene's duration, and steps at the most
 TIMES, MOST_STEPS = 16, 50_000
+#: of what a step does to the form, by which the step back may miss, and in round-offs
+ONE_WAY, ROUNDED = 1e-3, 1024
 #: standard deviations within which the farthest point of a walk stays, as of momenta
 FARTHEST = 5 / sqrt(3)
 
@@ -102,6 +104,15 @@ class Dual:
         size = self.n + self.m
         return np.asarray(self(z)[4]).reshape(-1, size, size)
 
+    def poisson(self, z: np.ndarray) -> np.ndarray:
+        """B of each row, (r, n+m, n+m), of pairs too."""
+        if not self.canonical:
+            return self.tensor(z)
+        one, none = np.eye(self.n), np.zeros((self.n, self.n))
+        return np.broadcast_to(
+            np.block([[none, one], [-one, none]]), (len(z), 2 * self.n, 2 * self.n)
+        )
+
     def covector(self, z: np.ndarray, v: np.ndarray, size: np.ndarray) -> np.ndarray:
         """An α with B(z) α = v, of each row; size: of each coordinate, as a unit."""
         if self.canonical:
@@ -134,8 +145,9 @@ class Changes:
 
     times, of_energy (H itself), of_modified (H̃), bounds (what quadrature, differences and round-off
     may be off by), round_off (the part of that which round-off makes), walks (of what single steps
-    change H̃ by beyond its series), paths (∫ |α·(f̃ − f)| ds: no H̃ can make up more), each (k,), in
-    units of H.
+    change H̃ by beyond its series), paths (∫ |α·(f̃ − f)| ds: no H̃ can make up more), forms (what H̃
+    may change by where the method keeps another form, `_other_form`; 0 unless it was asked for),
+    each (k,), in units of H.
     """
 
     times: np.ndarray
@@ -145,20 +157,24 @@ class Changes:
     round_off: np.ndarray
     walks: np.ndarray
     paths: np.ndarray
+    forms: np.ndarray
 
     def rows(self, scale: float) -> list[dict[str, float]]:
         """One a state, over a scale of the energy."""
         values = (self.of_energy, self.of_modified, self.bounds, self.round_off, self.walks,
-                  self.paths)  # fmt: skip
-        names = ("time", "energy", "modified", "bound", "round_off", "walk", "path")
+                  self.paths, self.forms)  # fmt: skip
+        names = ("time", "energy", "modified", "bound", "round_off", "walk", "path", "form")
         found = zip(self.times, *(e / scale for e in values), strict=True)
         return [dict(zip(names, map(float, row), strict=True)) for row in found]
 
 
-def changes(scheme: Scheme, step: Any, run: Any, done: int, states: int = STATES) -> Changes | None:
+def changes(
+    scheme: Scheme, step: Any, run: Any, done: int, states: int = STATES, form: bool = False
+) -> Changes | None:
     """`Changes` of a run that took `done` steps of that size; None where there are none.
 
-    run: a `Trajectory` from the start on; states: how many are compared with the start. None for a
+    run: a `Trajectory` from the start on; states: how many are compared with the start; form:
+    whether to ask for another form that the method may keep, which costs its derivative. None for a
     scene without free states (`dual_of`), and for a method that remembers more than its state.
     States whose way from the start cannot be gone (a singularity, another leaf) are left out.
     """
@@ -202,10 +218,17 @@ def changes(scheme: Scheme, step: Any, run: Any, done: int, states: int = STATES
     walked = FARTHEST * np.sqrt(made)  # the farthest point of so many steps
     round_off = 4 * own + EPS * (walked * rounded * sqrt(substeps) + made * one_way * substeps)
     bounds = found[2] + round_off
+    forms = np.zeros(len(chosen))
+    if form:
+        with np.errstate(all="ignore"):
+            even = np.unique(np.linspace(0, len(times) - 1, FASTEST).astype(int))
+            ways = start, rows(chosen)
+            forms = _other_form(flow, dual, rows(even), moved, size, *ways)
     good = np.isfinite(bounds) & np.isfinite(found[1])
     if not good.any():
         return None
-    parts_of = (times[chosen], found[0], found[1], bounds, round_off, walked * lost, found[3])
+    parts_of = (times[chosen], found[0], found[1], bounds, round_off, walked * lost, found[3],
+                forms)  # fmt: skip
     return Changes(*(part[good] for part in parts_of))
 
 
@@ -325,6 +348,46 @@ def _walk(
     _, lost, _, _ = _along(flow, dual, at, next_ones, size, SHORT)
     lost = np.abs(lost[np.isfinite(lost)]).max(initial=0.0)
     return EPS * float(terms.max()), float(rounded), float(one_way), float(lost)
+
+
+def _other_form(
+    flow: Flow, dual: Dual, at: np.ndarray, moved: np.ndarray, size: np.ndarray,
+    start: np.ndarray, ends: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """What H̃ seems to change by between the start and each end, if B + E is kept, (k,).
+
+    at: states of the run.
+
+    A method that is conjugate to a symplectic one, as the trapezoidal rule is to the midpoint rule
+    (Hairer, Lubich, Wanner VI.8), keeps B + E, and −∫ α·f̃ ds is then off by ∫ α·E B⁻¹f̃ ds. Of a
+    step with the derivative M, D = M B Mᵀ − B′ is about −h times the rate at which E changes, so
+    that |E| is about |D|/(hλ), λ the fastest rate of the motion. A part of the way along f changes
+    no H̃ of any form. So where a slow part of the motion goes away, this goes with it; a
+    loss of energy goes away by itself alone, of which this is a small part. Only of a method whose
+    step back undoes the step: what damps, damps both ways.
+    """
+    count, steps = dual.n + dual.m, size * EPS ** (1 / 3)
+    around = at[:, None] + np.concatenate([np.diag(steps), -np.diag(steps)])
+    after = _states(flow, dual, around.reshape(-1, count), 1)[:, 1].reshape(around.shape)
+    there = _states(flow, dual, at, 1)[:, 1]
+    M = np.swapaxes((after[:, :count] - after[:, count:]) / (2 * steps)[:, None], 1, 2)
+    B = [dual.poisson(e) for e in (at, there)]
+    D = np.abs(M @ B[0] @ np.swapaxes(M, 1, 2) - B[1])
+    back = _states(flow.scheme.flow(-flow.step, 16), dual, there, 1)[:, 1]
+    one_way = (np.abs(back - at) / size).max()
+    unit = np.outer(size, size)
+    of_form = (D / unit).max() / np.abs(B[0] / unit).max()
+    if not one_way <= ONE_WAY * of_form + ROUNDED * EPS:
+        return np.zeros(len(ends))
+    rate = (np.abs(dual(at)[2]) / np.where(moved > 0, moved, np.inf)).max()
+    E = np.nanmax(D, axis=0) / (abs(float(flow.step)) * rate)
+    *_, f, slope = dual(start[None])[:4]
+    way = (ends - start) / size
+    along = f[0] / size
+    across = (way - np.outer(way @ along / (along @ along), along)) * size
+    alpha = np.abs(dual.covector(np.repeat(start[None], len(ends), axis=0), across, size))
+    found: np.ndarray = np.nan_to_num(alpha @ E @ np.abs(slope[0]), posinf=0.0)
+    return found
 
 
 def _along(

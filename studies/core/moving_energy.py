@@ -114,14 +114,20 @@ def _followed(scene: Scene) -> tuple[np.ndarray, float]:
 
     x, mu, _ = _start(scene)
     start = np.hstack([x, mu])[0]
-    size = np.abs(start).max() or 1.0
 
     def field(_: float, z: Any) -> np.ndarray:
         return np.asarray(dual(np.asarray(z)[None])[2][0])
 
+    def largest(part: np.ndarray) -> np.ndarray:
+        return np.full_like(part, np.abs(part[np.isfinite(part)]).max(initial=0.0))
+
     rows = [start]
     with np.errstate(all="ignore"):
-        run = DOP853(field, 0.0, start, float(scene.duration), rtol=PRECISE, atol=PRECISE**2 * size)
+        reach = np.abs(start) + float(scene.step) * np.abs(field(0.0, start))
+        sizes = np.hstack([*map(largest, dual.split(reach[None]))])[0]  # x and μ share no unit
+        sizes = np.where(sizes > 0, sizes, 1.0)
+        run = DOP853(field, 0.0, start, float(scene.duration), rtol=PRECISE,
+                     atol=PRECISE**2 * sizes)  # fmt: skip
         while run.status == "running" and len(rows) < MOST:
             run.step()
             rows.append(run.y.copy())

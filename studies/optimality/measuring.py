@@ -37,6 +37,7 @@ NEEDS = (
 RULES = ("midpoint", "gauss-2")
 STEPS = 32
 LEVELS, MOST_LEVELS = 5, 8  # of halvings; more than five where four changes are on no line yet
+FEWEST = 4  # steps, of solutions that are coarser than the first where finer ones are round-off
 KINDS = ("states", "costates", "controls")
 STRAIGHT = 0.012  # as the study of order has it: in log₂ of a change, from the line
 GROWS = 1.2  # times the change before, where nothing converges: of order 0 it is once
@@ -78,17 +79,23 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     error: the largest of the three.
     """
     problem = lookup.problem_of(case.scene).with_values(scene=case.scene)
-    found, first = list[Optimum](), case.steps or STEPS
+    found, count = list[Optimum](), case.steps or STEPS
     for k in range(MOST_LEVELS):
-        progress(f"{case.scene.name} {case.label}: {first * 2**k} steps", k / MOST_LEVELS)
-        found.append(problem.solve(first * 2**k, case.rule))
+        progress(f"{case.scene.name} {case.label}: {count} steps", k / MOST_LEVELS)
+        at = 0 if found and count < len(found[0].t) - 1 else len(found)
+        found.insert(at, problem.solve(count, case.rule))
+        count = 2 * (len(found[-1].t) - 1)
         if len(found) < LEVELS:
             continue
         rows, floor = _changes(found), max(LEAST, *(best.correction for best in found))
         windows = {kind: _window(rows, kind, floor) for kind in KINDS}
         exact = [kind for kind in KINDS if max(row[kind] for row in rows) <= floor]
-        if all(kind in exact or window is not None for kind, window in windows.items()):
+        left = [kind for kind, window in windows.items() if kind not in exact and window is None]
+        if not left:
             break
+        fewest = (len(found[0].t) - 1) // 2
+        if not case.steps and fewest >= FEWEST and all(rows[-1][kind] <= floor for kind in left):
+            count = fewest  # finer ones are round-off, as of a rule of high order
     orders = {k: None if w is None else w.line.slope for k, w in windows.items()}
     lowest = min((k for k, p in orders.items() if p is not None), default=None,
                  key=lambda kind: orders[kind] or 0)  # fmt: skip

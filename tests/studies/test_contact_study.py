@@ -16,6 +16,7 @@ from discmech.studies.contact.faults import CONTROLS
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.fingerprint import of_case
 from discmech.studies.core.one_case import run_case
+from discmech.studies.symplecticity.measuring import limit
 from discmech.studies.user.assertions import NotApplicable, assert_order
 from tests.integrators.contact import motions
 
@@ -32,7 +33,7 @@ def test_faults_are_caught(control):
     assert found["verdict"] == "pass", found["reason"]
     honest = {"contact that sticks": "pull", "friction of the wrong sign": "friction",
               "missed impact": "penetration"}  # fmt: skip
-    broken = [k for k, v in found["measured"].items() if v > 1e-6]
+    broken = [k for k, v in found["measured"].items() if v > 1e3 * limit(16)]
     assert broken == [honest[control]]
 
 

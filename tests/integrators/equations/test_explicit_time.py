@@ -148,9 +148,9 @@ def test_there_and_back(name):
 @pytest.mark.dear("kapitza-pendulum")
 @pytest.mark.parametrize("name", ["kapitza-pendulum", "duffing", "damped-pendulum"])
 def test_energy_is_compared_with_the_work_that_is_done(name):
-    found = measured("energy", name, "midpoint", steps=400)
+    found = measured("energy", name, "midpoint", steps=100)  # duffing is chaotic: at 400 it is 2.27
     assert found["verdict"] == "pass"
-    assert found["measured"]["balance_order"] == pytest.approx(2, abs=0.3)
+    assert found["measured"]["balance_order"] == pytest.approx(2, abs=0.01)
 
 
 def test_energy_of_a_wrong_time_is_not_balanced():

@@ -120,7 +120,8 @@ def test_every_point_that_is_left_out_has_a_reason(monkeypatch):
     "name", ["damped-pendulum", pytest.param("driven-heavy-top", marks=pytest.mark.slow)]
 )
 def test_a_flipped_force_does_not_converge(name, monkeypatch):
-    scene = scenes.get(name).with_values(duration=2)  # before what a drag that drives makes huge
+    scene = scenes.get(name).with_values(duration=2)
+    # a drag that drives makes 1e56 of the errors by t = 10, where no run is resolved: inconclusive
     force = (
         (lambda x, v, p, t: [-e for e in scene.force(x, v, p, t)])
         if scene.timed

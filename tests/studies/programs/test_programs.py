@@ -79,13 +79,10 @@ def test_what_a_method_is_worth():
 def test_what_every_method_is_worth(name, scene):
     """A linear motion has no form that Newmark's and other linear methods of order 2 could lose.
 
-    On kepler 5000 steps are too few for a small loss of energy, or one that throws the body out,
-    and Newmark's mean energy moves one way: by 2.4e-6 in 60000 steps of 0.019, ever slower.
+    On kepler 5000 steps are too few for a small loss of energy, or one that throws the body out.
     """
     found = verdicts(scene, EVERY[name], *STUDIES)
     for verdict, wanted, study in zip(found, WORTH[name], STUDIES, strict=True):
-        if (scene, study, name) == ("kepler", "energy", "newmark"):
-            continue
         if scene == "kepler" and study == "energy" and wanted == "f":
             assert verdict != "pass" or name == "GeneralisedAlpha"
         elif scene != "harmonic" or study == "order":
