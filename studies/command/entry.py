@@ -176,7 +176,7 @@ def _study(options: argparse.Namespace) -> int:
     study = lookup.study(options.study)
     with progress_shown(f"{study.name}: loading") as show:
         choice = choice_of(options)
-        look = look_of(options)
+        look = look_of(options, choice)
         before = earlier(options)
         writable(options.json)
         writable_folder(options.folder)
@@ -208,7 +208,7 @@ def _report(options: argparse.Namespace) -> int:
         choice = choice_of(options)
         writable_folder(folder)
         store = Store(options.fresh)
-        asked = choice, Path(folder), show, jobs(options), store, look_of(options)
+        asked = choice, Path(folder), show, jobs(options), store, look_of(options, choice)
         results, page = make_report(*asked, command=page_of(options, as_typed(options)))
     from ..report.summary import print_summary
     from ..report.tables import print_result

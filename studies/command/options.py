@@ -70,8 +70,9 @@ def add_look(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--style", metavar="FILE", help="a style file of matplotlib, for figures")
 
 
-def look_of(options: argparse.Namespace) -> Look:
-    """The look asked for; raises `BadInput` for a label without "=" and an unreadable style."""
+def look_of(options: argparse.Namespace, choice: Choice) -> Look:
+    """The look asked for; raises `BadInput` for a label without "=", or of a rule that was not
+    chosen, and for an unreadable style."""
     from ..user import drawing
 
     labels = {}
@@ -80,6 +81,8 @@ def look_of(options: argparse.Namespace) -> Look:
         if not (rule and equals and text):
             raise BadInput(f"--label {given} names no rule and text: write --label midpoint=Gauss.")
         labels[rule] = text
+    if choice.rules:
+        drawing.known_rules(labels, [rule.name for rule in choice.rules])
     return drawing.look_of(labels, options.style)
 
 

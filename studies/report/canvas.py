@@ -151,7 +151,8 @@ def _laid_out(panels: Sequence[Panel], sheet: Sheet, columns: int) -> tuple[Figu
     margins grow: words are measured once, after everything is drawn.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+
+    from .shown_figure import Figure
 
     lines = math.ceil(len(panels) / columns)
     figure = Figure(facecolor=PAPER)

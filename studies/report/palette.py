@@ -41,8 +41,9 @@ _PEERS = {
     "WHFast": (MUTED, "8"),
     "IAS15": (INK, "d"),
 }
-#: what any other rule is drawn with: its name decides, so that it keeps its mark beside others
-_COLOURS = (PURPLE, ORANGE, SKY, INK, BLUE, GREEN, VERMILLION)
+#: what any other rule is drawn with: its name decides, so that it keeps its mark beside others;
+#: in none of the colours of midpoint, trapezoidal and gauss-2, beside which most are drawn
+_COLOURS = (INK, VERMILLION, PURPLE, SKY)
 _MARKERS = ("D", "v", "P", "X", "<", ">", "h", "p")
 _OTHERS = tuple(product(_COLOURS, _MARKERS))
 

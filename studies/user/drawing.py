@@ -45,6 +45,7 @@ def plot(
     if isinstance(thing, Mapping) and "cases" in thing:
         if kind is not None:
             raise BadInput("kind is of trajectories: leave it out for the result of a study.")
+        known_rules(labels or {}, [str(case["rule"]) for case in thing["cases"]])
         found = [s for s in sketches(dict(thing), {}, look) if digits in (None, s.digits)]
         if not found:
             raise BadInput(f"the study {thing.get('study')} has no figure of these cases.")
@@ -57,8 +58,40 @@ def plot(
         )
     if kind is not None and not (isinstance(kind, str) and kind in KINDS):
         raise unknown("kind", kind, KINDS)
-    panels = {"phase": _phase, "energy": _energy, "base": _base}[kind or "phase"](runs)
+    known_rules(labels or {}, [run.scheme.rule.name for run in runs])
+    panels = {"phase": _phase, "energy": _energy, "base": _base}[kind or "phase"](
+        [_Run(run, look) for run in runs]
+    )
     return figure_of(panels[:MOST_PANELS], _sheet(), look.style)
+
+
+def known_rules(labels: Mapping[str, str], rules: Sequence[str]) -> None:
+    """Raise `BadInput` for a label of a rule that is not drawn."""
+    for name in labels:
+        if name not in rules:
+            raise unknown("rule", name, dict.fromkeys(rules))
+
+
+class _Run:
+    """A run with the name and the colour of its rule."""
+
+    def __init__(self, run: Any, look: Look) -> None:
+        from ..report.palette import marks
+
+        name = run.scheme.rule.name
+        self.scheme, self.t, self.x, self.mu, self.run = run.scheme, run.t, run.x, run.mu, run
+        self.label, self.colour = dict(look.labels).get(name, name), marks([name])[name].colour
+
+
+def _curves(axes: Axes, runs: Sequence[_Run], columns: Sequence[tuple[Any, Any]]) -> None:
+    """A curve a run; where they are of several rules, in the colours of these, which are named."""
+    several = len({run.label for run in runs}) > 1
+    for run, (across, up) in zip(runs, columns, strict=True):
+        own: dict[str, Any] = {"color": run.colour, "label": run.label} if several else {}
+        axes.plot(across, up, lw=0.7, **own)
+    if several:
+        lines = {str(line.get_label()): line for line in axes.get_lines()}
+        axes.legend(lines.values(), lines.keys(), frameon=False, fontsize=7.5, loc="best")
 
 
 def look_of(labels: Mapping[str, str], style: Path | str | None = None) -> Look:
@@ -133,9 +166,7 @@ def _base(runs: Sequence[Any]) -> list[Panel]:
 
 def _against(runs: Sequence[Any], a: str, i: int | None, b: str, j: int | None) -> Panel:
     def draw(axes: Axes) -> None:
-        for run in runs:
-            across, up = (_column(run, name, k) for name, k in ((a, i), (b, j)))
-            axes.plot(across, up, lw=0.7)
+        _curves(axes, runs, [(_column(run, a, i), _column(run, b, j)) for run in runs])
         if a == b == "x":
             axes.set_aspect("equal", adjustable="datalim")
 
@@ -158,10 +189,10 @@ def _name(letter: str, k: int | None) -> str:
 def _energy(runs: Sequence[Any]) -> list[Panel]:
     from ..core.runs import energy_errors
 
-    errors = [energy_errors(run.scheme, run, 16) for run in runs]
+    errors = [energy_errors(run.scheme, run.run, 16) for run in runs]
 
     def draw(axes: Axes) -> None:
-        for run, error in zip(runs, errors, strict=True):
-            axes.plot(_column(run, "t", None), error, lw=0.7)
+        columns = [(_column(run, "t", None), e) for run, e in zip(runs, errors, strict=True)]
+        _curves(axes, runs, columns)
 
     return [_panel(runs[0], "relative energy error", "t", draw)]

@@ -39,6 +39,9 @@ def words(figure):
 def test_a_result_is_a_figure_that_can_be_changed(result, tmp_path):
     figure = plot(result, labels={"trapezoidal": "Störmer–Verlet"})
     assert isinstance(figure, Figure) and "Störmer–Verlet  2.00" in words(figure)
+    assert figure._repr_png_().startswith(b"\x89PNG")  # in a notebook without pyplot
+    with pytest.raises(BadInput, match='no rule "midpont": did you mean midpoint'):
+        plot(result, labels={"midpont": "m"})
     figure.axes[0].set_title("mine")
     figure.savefig(tmp_path / "mine.pdf")
     assert (tmp_path / "mine.pdf").stat().st_size > 1000
@@ -68,6 +71,7 @@ def test_a_run_is_a_figure(scene, kind, panels):
 def test_the_energy_drawn_is_that_of_the_run():
     figure = plot([run_of("pendulum"), run_of("pendulum", trapezoidal)], "energy")
     (axes,) = figure.axes
+    assert "midpoint" in words(figure) and "trapezoidal" in words(figure)
     for line in axes.lines:
         assert 1e-6 < max(abs(line.get_ydata())) < 1e-2 and line.get_ydata()[0] == 0
 
