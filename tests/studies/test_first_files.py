@@ -98,6 +98,7 @@ def test_explain_says_order_symmetry_and_cost(capsys):
     assert max(map(len, shown.splitlines())) <= 100
 
 
+@pytest.mark.slow
 def test_of_many_equations_some_stand_for_all():
     page = explain(dense_chain(12), midpoint)
     assert page.count("… and so on; discmech report") == 3 and len(page.splitlines()) < 60

@@ -82,6 +82,7 @@ def test_structure_is_told_from_energy_at_both_precisions(digits):
     assert found == dict(zip(names, ("fail", "fail", "pass", "fail"), strict=True))
 
 
+@pytest.mark.slow
 def test_the_midpoint_on_a_lie_poisson_system_is_caught():
     """It keeps energy and Casimirs of the rigid body, and no bracket."""
     (case,) = check("symplecticity", ["rigid-body"], ["implicit-midpoint"], [50], 8)["cases"]

@@ -131,13 +131,10 @@ SCD = {  # the digits of the published numbers that are right: of 16, 30, 29, 14
     "figure eight": 12.97,
     "butterfly": 9.22,
 }
-OFTEN = ("figure eight",)
 
 
-@pytest.mark.parametrize(
-    "problem",
-    [pytest.param(name, marks=() if name in OFTEN else pytest.mark.slow) for name in SCD],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("problem", SCD)
 def test_published_digits(problem, monkeypatch):
     """Pinned: these numbers are other people's, and do not change."""
     (entry,) = [e for e in published.problems() if e.problem == problem]

@@ -181,6 +181,7 @@ def test_figures_are_drawn_once_of_the_same_numbers(monkeypatch):
     assert page(result) != first and len(drawn) == 2 * count
 
 
+@pytest.mark.slow
 def test_figures_drawn_side_by_side_are_those_of_one_process(monkeypatch):
     from discmech.studies.command import report
     from discmech.studies.report import figures

@@ -29,6 +29,7 @@ SPRING = Scene("spring", pair(1), lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2,
                x0=[1], v0=[0], step="0.5", duration=10)  # fmt: skip
 
 
+@pytest.mark.dear("[energy]")
 @pytest.mark.parametrize("study", ["energy", "momentum"])
 def test_a_geodesic_that_runs_to_the_boundary_is_no_failure(study):
     found = measured(study, GEODESIC, "midpoint", 16, 10_000)

@@ -64,7 +64,8 @@ def test_frequencies_tend_to_those_of_euler_and_bernoulli_to_second_order():
     assert max(errors[-1]) < 0.01
 
 
-@pytest.mark.parametrize("sites", [21, pytest.param(41, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("sites", [21, 41])
 def test_a_run_swings_in_the_first_mode_as_its_stiffness_says(sites):
     beam, h, steps = slender(sites, 10**4), 0.002, 200
     K, masses = stiffness_and_masses(beam)

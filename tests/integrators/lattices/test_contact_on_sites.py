@@ -101,6 +101,7 @@ def test_sites_with_two_gaps_run_as_their_scene(make, restitution):
     assert_same(make(restitution), midpoint, 70)
 
 
+@pytest.mark.slow
 def test_elastic_impacts_keep_the_energy():
     scheme = Scheme(systems.bead_chain(60), midpoint)
     elastic = Scheme(replace(scheme.lattice, restitution=1), midpoint)

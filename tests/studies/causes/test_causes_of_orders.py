@@ -241,6 +241,7 @@ def test_a_factor_is_named(scene, formula, factor, rest):
     assert rest in found["sentence"] and ("Without" in found["sentence"]) is bool(rest)
 
 
+@pytest.mark.dear("[16]")
 @pytest.mark.parametrize("digits", [16, 50])
 def test_floats_that_fractions_were_meant_by_are_said_and_are_no_failure(digits):
     """The runs have the order; one small step has not, but for the last bits of the floats."""
@@ -268,6 +269,7 @@ def test_an_innocent_float_is_no_cause():
     assert found["cause"] == "discrete Lagrangian" and "O(h^2.00)" in found["sentence"]
 
 
+@pytest.mark.slow
 def test_points_a_little_off_the_middle_are_no_round_off():
     @discretisation(order=2)
     def beside(L, G, x, u, h):
@@ -320,6 +322,7 @@ def test_a_scene_of_two_minds_is_told_as_such():
     assert found["cause"] == "scene" and "none of its lagrangian" in found["sentence"]
 
 
+@pytest.mark.slow
 def test_a_factor_of_a_discrete_lagrangian_of_the_scene_is_told_as_one():
     """Its points are those of the scene's Lagrangian: it is no other."""
     body = scenes.get("moser-veselov")

@@ -52,6 +52,7 @@ def test_steps_that_are_not_of_sound_maps_are_told_from_a_broken_form(fault, nam
     assert all(a > 500 * b for a, b in itertools.pairwise(sizes))
 
 
+@pytest.mark.slow
 def test_the_form_of_a_composition_is_diagnosed_too():
     """It has no pullback, and the maps of its substeps are solved anew: it is the structure."""
     rule = discretisations.get("triple-jump:midpoint")

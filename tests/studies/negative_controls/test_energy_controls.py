@@ -140,6 +140,7 @@ def test_a_method_that_takes_the_energy_at_once_and_rests_fails(scene, steps):
     assert steps == 20_000 or "comes to rest" in found["reason"]
 
 
+@pytest.mark.slow
 def test_an_error_that_is_made_for_good_is_no_band():
     """A planet that spirals out, and a flight away from a repelling centre, move on."""
     spiral = measured("energy", "kepler", explicit_euler, 16, 1_000_000)

@@ -178,6 +178,7 @@ def test_stages_are_displaced_with_the_symmetry_too(rule):
     assert measured("momentum", plane, rule, steps=100)["verdict"] == "pass"
 
 
+@pytest.mark.slow
 def test_constraints_do_no_work_on_a_symmetry_that_they_have():
     rubbed = scenes.get("double-spherical-pendulum").with_values(
         name="rubbed-rods", force=lambda x, v, p: [-v[i] / (5 + i) for i in range(6)]
