@@ -3,12 +3,12 @@
 from .cones import SWEEPS, NotFound, length, scaling, solved
 from .contact_run import ContactRun
 from .contact_step import ZENO, ContactSteps, FreeSteps, Impact, Moment
-from .gaps import TOUCHING, Gaps, Place, gap_expressions, gap_functions
+from .gaps import BESIDE, TOUCHING, Gaps, Place, gap_expressions, gap_functions
 from .located_step import LocatedSteps
 from .start import check_gaps, opposed, scaled_gaps, unsure_gaps
 
 __all__ = [
-    "ContactRun", "ContactSteps", "FreeSteps", "Gaps", "Impact", "LocatedSteps", "Moment",
+    "BESIDE", "ContactRun", "ContactSteps", "FreeSteps", "Gaps", "Impact", "LocatedSteps", "Moment",
     "NotFound", "Place", "SWEEPS", "TOUCHING", "ZENO", "check_gaps", "gap_expressions",
     "gap_functions", "length", "opposed", "scaled_gaps", "scaling", "solved", "unsure_gaps",
 ]  # fmt: skip

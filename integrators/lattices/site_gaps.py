@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..contact import (
+    BESIDE,
     SWEEPS,
     TOUCHING,
     Gaps,
@@ -72,12 +73,7 @@ class SiteGaps(Gaps):
     def at(self, x: np.ndarray, reach: Any = 0) -> Place:
         """The gaps at x; `own` is with the round-off that Newton's method leaves of a step, that of
         all its solution, not of each site."""
-        rows, sizes = x.reshape(self.N, self.n), ((self.K,), (self.K,), (self.K, self.n))
-        found = self._place(list(rows[self.sites].T), self._free_p)
-        phi, own, slope, normal = (
-            _each(e, shape, len(self.sites))
-            for e, shape in zip(found, (*sizes, (self.K, self.m)), strict=False)
-        )
+        phi, own, slope, normal = self._of_sites(x.reshape(self.N, self.n)[self.sites])
         phi, own, steep = phi.ravel(), own.ravel(), abs(slope).sum(axis=2).ravel()
         places = self.m * np.repeat(self.sites, self.K)[:, None] + np.arange(self.m)
         ends = np.arange(0, normal.size + 1, self.m)
@@ -87,6 +83,28 @@ class SiteGaps(Gaps):
         closed = abs(phi) <= TOUCHING * EPS * size
         known = own + steep * abs(x).max()
         return Place(x.ravel(), phi, known, size, of_all, [], [], [], steep, closed)
+
+    def _of_sites(self, rows: np.ndarray) -> list[np.ndarray]:
+        """φ, what its round-off is a part of, φ′ and the normal row of each site, at rows of x.
+
+        Beside the centre of a distance, where its slope is 0/0, as `Gaps` has it.
+        """
+
+        def found(at: np.ndarray) -> list[np.ndarray]:
+            with np.errstate(all="ignore"):
+                values = self._place(list(at.T), self._free_p)
+            shapes = (self.K,), (self.K,), (self.K, self.n), (self.K, self.m)
+            return [_each(e, shape, len(at)) for e, shape in zip(values, shapes, strict=False)]
+
+        parts = found(rows)
+        for power in BESIDE:
+            lost = ~np.isfinite(parts[2]).all(axis=(1, 2))
+            if not lost.any():
+                break
+            beside = found(rows + (4 * EPS) ** (power / 2) * (1 + abs(rows)))
+            parts[1:] = [np.where(lost.reshape(-1, *[1] * (e.ndim - 1)), b, e)
+                         for e, b in zip(parts[1:], beside[1:], strict=True)]  # fmt: skip
+        return parts
 
     def at_start(self, x: np.ndarray) -> Place:
         """The gaps at a start, which is known to the round-off of its largest coordinate."""
@@ -122,6 +140,7 @@ class SiteGaps(Gaps):
         if x is not self._last[0]:
             rows, shape = x.reshape(self.N, self.n), (self.N, self.m, self.m)
             mass, still = self._motion(list(rows.T), [0.0] * self.m, self.p)
+            mass = np.asarray(mass, dtype=float)  # a mass of 10²⁹ is an integer of no such type
             back = np.linalg.inv(mass.T)  # of one matrix, where all have the same
             mass, back = (np.broadcast_to(e, shape) for e in (mass.T, back))
             self._last = x, (mass, back, _each(still, (self.m,), self.N))

@@ -13,6 +13,7 @@ import pytest
 import sympy
 from sympy import Integer, Matrix
 
+from discmech import Control, Lattice
 from discmech.integrators import (
     Scene,
     Scheme,
@@ -282,3 +283,59 @@ def test_a_small_potential_is_a_part_of_the_adjoint():
                  1, "1/20")  # fmt: skip
     assert Scheme(told, rules.rectangle).order == 1
     assert Scheme(told, rules.midpoint).order == 2
+
+
+def _chain(units):
+    """Masses on nonlinear springs over a table, in units of length, time and action."""
+    X, T, A = (sympy.sympify(units.of(e)) for e in UNITS)
+
+    def on_site(x, v, p):
+        return A / T * ((v[0] * T / X) ** 2 / 2 - x[0] / X)
+
+    def on_bond(x, y, p):
+        r = (y[0] - x[0]) / X
+        return -A / T * (r**2 / 2 + r**4 / 8)
+
+    start = np.array([[0.3], [0.5], [0.4], [0.6]])
+    return Lattice("chain", pair(1), 4, {}, on_site, on_bond, x0=start * float(X),
+                   v0=0.2 * start[::-1] * float(X / T), step=T / 20, duration=T, restitution=1,
+                   contact=lambda x, p: [x[0] / X])  # fmt: skip
+
+
+OF_SYSTEMS = [Units(), Units(length=-12, time=5), Units(time=-9, action=20), Units(length=60),
+              Units(action=-60), Units(length=-6, time=3, action=-25)]  # fmt: skip
+
+
+@pytest.mark.parametrize("units", OF_SYSTEMS, ids=str)
+def test_a_lattice_with_contact_moves_alike_in_every_unit(units):
+    run, plain = (Scheme(e, rules.midpoint).flow(e.step).trajectory(40)
+                  for e in (_chain(units), _chain(Units())))  # fmt: skip
+    assert len(run.impacts.t) == len(plain.impacts.t) > 2
+    length, momentum = float(units.of("length")), float(units.of("action") / units.of("length"))
+    assert abs(run.x / length - plain.x).max() < 1e-12
+    assert abs(run.mu / momentum - plain.mu).max() < 1e-12
+
+
+@pytest.mark.parametrize("units", OF_SYSTEMS, ids=str)
+def test_a_control_problem_has_the_same_solution_in_every_unit(units):
+    X, T, A = (sympy.sympify(units.of(e)) for e in UNITS)
+
+    def lagrangian(x, v, p):
+        return A / T * ((v[0] * T / X) ** 2 / 2 + sympy.cos(x[0] / X))
+
+    scene = Scene("swing", pair(1), lagrangian, x0=[0], v0=[0], duration=3 * T, step=T / 20)
+    best = Control(scene, lambda x, v, f, p: f.dot(f) / 2, end=([X], [0])).solve(16, rules.midpoint)
+    assert best.cost / float((A / X / T) ** 2 * T) == pytest.approx(0.2892139830094797, rel=1e-12)
+    assert best.x[8, 0] / float(X) == pytest.approx(0.39842470257934054, rel=1e-12)
+
+
+@pytest.mark.parametrize("rule", ["newmark-0.5-0", "implicit-midpoint"])
+@pytest.mark.parametrize("units", OF_SYSTEMS, ids=str)
+def test_maps_solve_for_x_and_mu_in_units_of_their_own(rule, units):
+    """Slopes of μ that are 1e-16 of those of x, and less, were once not corrected any more."""
+    scheme = Scheme(in_units("pendulum", units).scene, rules.get(rule))
+    flow = scheme.flow(scheme.scene.step)
+    run = flow.trajectory(4)
+    for k in range(4):
+        found = flow.step_defect(run.x[k], run.mu[k], run.x[k + 1], run.mu[k + 1], u0=run.u[k])
+        assert found <= limits(16)["residual"]
