@@ -24,7 +24,7 @@ NODES = 6  # Gauss's of a motion, of order 12; one less, of order 10, tells thei
 MOST = 60  # corrections; each leaves a part as small as the curve
 #: directions in which B is smaller than this, in natural units, leave the leaf
 RANK = 1e-9
-SETTLED = 8 * EPS
+SETTLED = 8  # round-offs of a state in natural units, below which corrections are none
 
 
 class Leaf:
@@ -43,8 +43,9 @@ class Leaf:
         self, a: Matrix, ends: Matrix | None = None, nodes: int = NODES
     ) -> tuple[Matrix, Any, Matrix]:
         """(a, Z at Gauss's nodes (nodes, r, l), Z(1; a) (r, l)); with `ends`, the a of which
-        Z(1; a) is nearest to them."""
+        Z(1; a) is nearest to them. All nan where this has no end: the curve is too large."""
         weights, integrals = _gauss(nodes)
+        least = SETTLED * EPS * (1 + float((np.abs(self.z) / self.scale).max()))
         stages = np.broadcast_to(self.z, (nodes, *a.shape))
         last = np.inf
         for _ in range(MOST):
@@ -57,9 +58,11 @@ class Leaf:
             change = float((np.abs(moved - stages) / self.scale).max(initial=0.0))
             change = max(change, float(np.abs(more * self.scale).max(initial=0.0)))
             a, stages = a + more, moved
-            if change <= SETTLED or not change < 4 * last:
+            if change <= least or not change < 4 * last:
                 break
             last = change
+        if not change <= 8 * least:
+            return np.full_like(a, np.nan), np.full_like(stages, np.nan), np.full_like(end, np.nan)
         return a, stages, end
 
     def curve(self, ways: Matrix) -> tuple[Matrix, Matrix]:
@@ -100,7 +103,7 @@ def leaf_defect(
     leaf = Leaf(tensor, z, scale)
     a, curve = leaf.curve(ways)
     image, centre = images(f, curve), f(z)
-    if not (np.isfinite(image).all() and np.isfinite(centre).all()):
+    if not (np.isfinite(curve).all() and np.isfinite(image).all() and np.isfinite(centre).all()):
         return Defect(0.0, 0.0, float("inf"))
     there = Leaf(tensor, centre, scale)
     before = there.covectors(image - centre)
@@ -108,7 +111,7 @@ def leaf_defect(
     coarse = [leaf.area(a[::2], None, NODES - 1),
               there.area(before[::2], image[::2], NODES - 1)]  # fmt: skip
     tails = max(e[2] for e in found)
-    if not tails <= UNRESOLVED:
+    if not np.isfinite([e[:3] for e in (*found, *coarse)]).all() or tails > UNRESOLVED:
         return Defect(0.0, 0.0, float("inf"))
     rough = np.maximum(noise.level, EPS * np.abs(image).max(axis=0)) * FARTHEST + noise.jump
     along = np.abs(there.covectors(np.diff(image, axis=0, append=image[:1]))).max(axis=0)
