@@ -209,7 +209,11 @@ def _report(options: argparse.Namespace) -> int:
         writable_folder(folder)
         store = Store(options.fresh)
         asked = choice, Path(folder), show, jobs(options), store, look_of(options, choice)
-        results, page = make_report(*asked, command=page_of(options, as_typed(options)))
+        results, page = make_report(
+            *asked,
+            command=page_of(options, as_typed(options)),
+            asked=lambda study: as_typed(argparse.Namespace(**{**vars(options), "study": study})),
+        )
     from ..report.summary import print_summary
     from ..report.tables import print_result
 

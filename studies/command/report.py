@@ -40,10 +40,13 @@ def make_report(
     store: Store | None = None,
     look: Look | None = None,
     command: str = "discmech report",
+    asked: Callable[[str], str] = "discmech {}".format,
 ) -> tuple[list[dict[str, Any]], Path]:
     """Run all studies and write the page; returns (results, path of the page).
 
     With a `store` the run joins its history, which the page shows where something changed.
+
+    command, asked: what the page says of itself, and of a study by its name.
 
     Studies that apply to none of the chosen scenes are left out. Where no scene, rule or precision
     was chosen, what is about the bench joins in: the cost of references, and the mutation study (a
@@ -61,6 +64,9 @@ def make_report(
     results, equations = run_studies(
         studies, choice, progress, store=store, jobs=jobs, also=equations_of
     )
+    for result in results:
+        if result["command"] == f"discmech {result['study']}":  # with what was chosen
+            result["command"] = asked(result["study"])
     progress("figures", 1.0)
     scenes = {scene.name: scene for scene, _ in choice.pairs()}
     ours = (study for study in studies if study.name not in OF_THE_BENCH)

@@ -85,9 +85,16 @@ class _Run:
 
 def _curves(axes: Axes, runs: Sequence[_Run], columns: Sequence[tuple[Any, Any]]) -> None:
     """A curve a run; where they are of several rules, in the colours of these, which are named."""
-    several = len({run.label for run in runs}) > 1
+    from ..report.palette import THEME, WORDS
+
+    found = {run.label: run.colour for run in runs}
+    several, taken = len(found) > 1, set[str]()
+    for label, colour in found.items():  # a line has no mark to tell it from another of its colour
+        free = (other for other in (colour, *THEME) if other in WORDS and other not in taken)
+        found[label] = next(free, colour)
+        taken.add(found[label])
     for run, (across, up) in zip(runs, columns, strict=True):
-        own: dict[str, Any] = {"color": run.colour, "label": run.label} if several else {}
+        own: dict[str, Any] = {"color": found[run.label], "label": run.label} if several else {}
         axes.plot(across, up, lw=0.7, **own)
     if several:
         lines = {str(line.get_label()): line for line in axes.get_lines()}

@@ -72,6 +72,7 @@ def test_the_energy_drawn_is_that_of_the_run():
     figure = plot([run_of("pendulum"), run_of("pendulum", trapezoidal)], "energy")
     (axes,) = figure.axes
     assert "midpoint" in words(figure) and "trapezoidal" in words(figure)
+    assert len({line.get_color() for line in axes.lines}) == 2
     for line in axes.lines:
         assert 1e-6 < max(abs(line.get_ydata())) < 1e-2 and line.get_ydata()[0] == 0
 
