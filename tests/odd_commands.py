@@ -187,6 +187,8 @@ def _wrong(words: list[str], code: Any, text: str) -> str:
         return f"exit code {code}"
     if "Traceback" in text or "an error of its own" in text:
         return "an error of its own"
+    if code == 4 and not any("/dev/full" in word for word in words):
+        return "the machine did nothing against it"
     if code == 2 and "discmech" not in text:
         return "bad input without a sentence"
     for file in Path(".").glob("*.json"):

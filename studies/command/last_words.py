@@ -13,7 +13,9 @@ import traceback
 from contextlib import suppress
 from typing import Any
 
-COULD_NOT_RUN = 4
+BAD_INPUT, COULD_NOT_RUN = 2, 4
+#: what is said of a name alone, whatever the disk is like
+_NO_NAMES = (errno.ENAMETOOLONG, errno.ELOOP)
 #: what a machine refuses, and what helps
 _FULL = {errno.ENOSPC: "make room", errno.EDQUOT: "make room",
          errno.EFBIG: "files may be larger by `ulimit -f unlimited`",
@@ -22,7 +24,14 @@ _FULL = {errno.ENOSPC: "make room", errno.EDQUOT: "make room",
 
 
 def told(error: BaseException, again: str = "") -> int:
-    """Say why on standard error, if that takes it; again: how to go on. Returns exit code 4."""
+    """Say why on standard error, if that takes it; again: how to go on.
+
+    Returns exit code 4, or 2 where a name was given that no system takes.
+    """
+    if isinstance(error, OSError) and error.errno in _NO_NAMES:
+        print(f"discmech: {str(error.filename)[:100]} is no name of a file ({error.strerror}): "
+              "name another.", file=sys.stderr)  # fmt: skip
+        return BAD_INPUT
     with suppress(Exception):  # nobody can be told
         print(f"discmech: {_sentence(error, again)}", file=sys.stderr, flush=True)
         if os.environ.get("DISCMECH_TRACEBACK"):
