@@ -62,8 +62,8 @@ def write(file: str, text: str) -> None:
         return
     from discmech.integrators.compiler import write_atomically
 
-    path = Path(file).resolve()  # what a link points to is written, not the link
     try:
+        path = _target(file)
         if path.exists() and not path.is_file():  # a device, a pipe
             path.write_text(text + "\n", encoding="utf-8")
             return
@@ -72,6 +72,14 @@ def write(file: str, text: str) -> None:
         path.chmod(mode)  # what was written beside is for its owner alone
     except OSError as error:
         raise cannot_write(file, error) from None
+
+
+def _target(file: str) -> Path:
+    """What a link points to is written, not the link; raises `OSError` for a link to itself."""
+    path = Path(os.path.realpath(file))
+    if path.is_symlink():
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), file)
+    return path
 
 
 def _said(text: str) -> str:
@@ -106,8 +114,8 @@ def writable(file: str | None) -> None:
     """Say before hours of measuring that the result could not be written."""
     if file in (None, "-"):
         return
-    path = Path(str(file)).resolve()
     try:
+        path = _target(str(file))
         why = (
             "Is a directory" if path.is_dir()
             else "No such folder" if not path.parent.is_dir()

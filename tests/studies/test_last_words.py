@@ -55,7 +55,13 @@ def test_what_the_machine_refuses_is_a_sentence(error, ask, monkeypatch):
 def test_numbers_that_could_not_be_written_are_told_from_a_bad_name(ask, tmp_path):
     code, _, err = ask("run", "harmonic", "--steps", "3", "--json", "/dev/full")
     assert code == 4 and "/dev/full cannot be written (No space left on device); make room" in err
-    assert ask("run", "harmonic", "--steps", "3", "--json", str(tmp_path / "no" / "x"))[0] == 2
+    (tmp_path / "loop").symlink_to("loop")
+    for name in ("no/x", "loop", "x" * 300):
+        code, _, err = ask("run", "harmonic", "--steps", "3", "--json", str(tmp_path / name))
+        assert code == 2 and "cannot be written" in err
+    for words in (("run", "9" * 5000), ("new", "rule", "mine", "--folder", "x" * 300)):
+        code, _, err = ask(*words)
+        assert code == 2 and "is no name of a file" in err and len(err) < 300
 
 
 def test_exit_codes_are_in_the_help(ask):
