@@ -96,7 +96,9 @@ class OneStepEquations:
     @cached_property
     def _explicit_rows(self) -> ExplicitRows | None:
         """Rows with unknowns that give these one after another; None where one is solved for."""
-        if self.explicit or self.velocities or self.multipliers:
+        if (
+            self.multipliers or self.explicit or self.velocities
+        ):  # constrained ones have no velocities
             return None
         known = self.definitions(self.rows, self.increment)
         return explicit_rows(self.rows, self.w, self._new, self.z, self.y, known)
