@@ -96,9 +96,8 @@ class OneStepEquations:
     @cached_property
     def _explicit_rows(self) -> ExplicitRows | None:
         """Rows with unknowns that give these one after another; None where one is solved for."""
-        if (
-            self.multipliers or self.explicit or self.velocities
-        ):  # constrained ones have no velocities
+        # those with multipliers have no velocities, and are not asked for them
+        if self.multipliers or self.explicit or self.velocities:
             return None
         known = self.definitions(self.rows, self.increment)
         return explicit_rows(self.rows, self.w, self._new, self.z, self.y, known)
