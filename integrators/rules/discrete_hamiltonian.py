@@ -91,7 +91,8 @@ def _equations(
         found = found[0, 0]
     value = None if found is None or hasattr(found, "shape") else sympy.sympify(found)
     if not isinstance(value, sympy.Expr):
-        raise BadInput(f"a discrete Hamiltonian gives {shown(found)}: give one expression.")
+        what = "a matrix" if hasattr(found, "shape") else shown(found)
+        raise BadInput(f"a discrete Hamiltonian gives {what}: return one expression.")
     (start_x, start_mu), new = s.split(z), z + h * K[0]
     end_x, end_mu = s.split(new)
     of = (start_x, end_mu) if kind == "II" else (end_x, start_mu)

@@ -86,7 +86,7 @@ def test_their_order(rule, order):
     (lambda: Scheme(scenes.get("damped-pendulum"), euler), "knows no time and no force"),
     (lambda: Scheme(scenes.get("rigid-body"), euler), "euler exists on pair groupoids only"),
     (lambda: Scheme(KEPLER, discrete_hamiltonian(name="no")(lambda H, x, mu, h: x)),
-     "give one expression"),
+     "gives a matrix: return one expr"),
 ])  # fmt: skip
 def test_bad_input_is_one_sentence(make, words):
     with pytest.raises(BadInput, match=words) as caught:
