@@ -380,7 +380,19 @@ def test_a_small_fault_is_not_taken_for_a_factor_of_one():
         z, zero = np.array([0.3, f[1]]), np.zeros(2)
         field = np.array(f)
         return one_step.Beginning(
-            z, 0.0, field, zero, zero, off, zero, zero, {}, {}, np.abs(field).max() * np.ones(2)
+            z,
+            0.0,
+            field,
+            second=zero,
+            third=zero,
+            of_time=zero,
+            first_error=off,
+            second_error=zero,
+            third_error=zero,
+            later=zero,
+            parts={},
+            others={},
+            span=np.abs(field).max() * np.ones(2),
         )
 
     odd = [beginning(f, 2e-6 * np.array([0.0, f[1] ** 2])) for f in fields]
