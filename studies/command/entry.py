@@ -197,7 +197,7 @@ def _study(options: argparse.Namespace) -> int:
             print(note)
         if options.folder:
             print(f"page: {page}")
-    return FAIL if is_worse(result) else exit_code(result)
+    return FAIL if is_worse(result) else exit_code(result, told=options.json != "-")
 
 
 def _report(options: argparse.Namespace) -> int:
@@ -223,4 +223,4 @@ def _report(options: argparse.Namespace) -> int:
     print_summary(screen, results)
     for line in (*store.troubles.values(), f"report: {page}"):
         screen.print(line, highlight=False, markup=False, soft_wrap=True)
-    return exit_code(*results)
+    return exit_code(*results, told=True)

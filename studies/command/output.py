@@ -20,10 +20,11 @@ LOGGED_EVERY = 60.0  # seconds
 DERIVED = 0.5  # share that deriving is, about, of a wait for what is derived and compiled
 
 
-def exit_code(*results: Mapping[str, Any]) -> int:
+def exit_code(*results: Mapping[str, Any], told: bool = False) -> int:
     """That of the worst verdict.
 
-    Raises `BadInput` where nothing failed, and nothing could be measured of some rule.
+    Raises `BadInput` where nothing failed, and nothing could be measured of some rule; told: why
+    has been said.
     """
     from ..core.case import worst
 
@@ -32,6 +33,8 @@ def exit_code(*results: Mapping[str, Any]) -> int:
     usable = {case["rule"] for case in cases if not case.get("unusable")}
     bad = {case["rule"]: case["reason"] for case in cases if case["rule"] not in usable}
     if said != "fail" and bad:
+        if told:
+            raise BadInput(f"nothing could be measured of {', '.join(bad)}, as is said above.")
         why = " Nor of ".join(f"{rule}: {reason}" for rule, reason in bad.items())
         raise BadInput(f"nothing could be measured of {why}")
     return EXIT[said]

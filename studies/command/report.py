@@ -65,7 +65,7 @@ def make_report(
         studies, choice, progress, store=store, jobs=jobs, also=equations_of
     )
     for result in results:
-        if result["command"] == f"discmech {result['study']}":  # with what was chosen
+        if result.get("command") == f"discmech {result['study']}":  # with what was chosen
             result["command"] = asked(result["study"])
     progress("figures", 1.0)
     scenes = {scene.name: scene for scene, _ in choice.pairs()}

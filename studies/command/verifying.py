@@ -103,7 +103,7 @@ def _answer(options: argparse.Namespace) -> int:
             write(options.badge, badge(result))
     if not quiet:
         _show(result, time.perf_counter() - begun)
-    return exit_code(result)
+    return exit_code(result, told=not quiet)
 
 
 def _show(result: dict[str, Any], seconds: float) -> None:

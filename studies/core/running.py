@@ -17,7 +17,7 @@ from discmech.integrators import BadInput, Scheme
 
 from . import fingerprint, lookup
 from .baseline import SCHEMA
-from .case import Choice, Progress, silent, worst
+from .case import Case, Choice, Progress, silent, worst
 from .cluster import Cluster
 from .one_case import run_case
 from .plan import Place, Plan
@@ -140,6 +140,7 @@ def run_studies(
                 *choice.unheeded(),
                 *choice.apart(study.name),
                 *study.notes(choice),
+                *_dropped(study, choice, plan.cases[i]),
                 *([] if store is None else store.troubles.values()),
                 *about_remembered(remembered[i], len(whole)),
             ],
@@ -147,6 +148,20 @@ def run_studies(
         }
         results.append(study.completed(result))
     return results, [extras[i] for i in sorted(extras) if extras[i] is not None]
+
+
+def _dropped(study: Study, choice: Choice, cases: Sequence[Case]) -> list[str]:
+    """A sentence for each chosen rule that the study has no case of, and none has spoken of."""
+    seen = {case.rule.name for case in cases}
+    spoken = " ".join((*choice.unheeded(), *choice.apart(study.name), *study.notes(choice)))
+    found = []
+    for rule in choice.rules:
+        if rule.name in seen or rule.name in spoken:
+            continue
+        no_fast = rule.splits and all(getattr(s, "fast", None) is None for s in choice.scenes)
+        why = "it needs a scene that names a fast potential" if no_fast else study.needs
+        found.append(f"{rule.name} is left out of {study.name}: {why.rstrip('.')}.")
+    return found
 
 
 def about_remembered(remembered: int, cases: int) -> list[str]:

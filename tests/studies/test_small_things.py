@@ -6,7 +6,7 @@ import pytest
 
 from discmech import Scene, pair
 from discmech.integrators import rules as discretisations
-from discmech.studies import get
+from discmech.studies import check, get
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.lookup import rules
 from discmech.studies.core.one_case import run_case
@@ -68,6 +68,11 @@ def test_the_order_study_says_which_rules_it_leaves_out_at_16_digits():
         "gauss-3: with an order above 4, 16 digits are left"
     )
     assert not study.notes(Choice(rules=high, digits=(16,))) and not study.notes(Choice())
+
+
+def test_a_rule_that_a_study_drops_is_said():
+    notes = check("order", ["pendulum"], ["imex", "rectangle"], [16], steps=16)["notes"]
+    assert "imex is left out of order: it needs a scene that names a fast potential." in notes
 
 
 def test_a_band_that_resolves_nothing_is_called_so():

@@ -207,7 +207,7 @@ def test_a_bad_rule_beside_others_is_bad_input_unless_one_of_them_fails(folder, 
     code, out, err = ask("verify", "several.py", "--scene", "kepler", *QUICK)
     assert code == 2 and "✓ order: kepler, two-thirds" in out
     said = "several.py, line 16: kepler: rule broken could not be evaluated"
-    assert said in out and err.startswith(f"discmech: nothing could be measured of broken: {said}")
+    assert out.count(said) == 1 and err.startswith("discmech: nothing could be measured of broken,")
     (folder / "several.py").write_text(text.replace("order=2", "order=4", 1))
     code, _, err = ask("verify", "several.py", "--scene", "kepler", *QUICK)
     assert (code, err) == (1, "")
