@@ -71,6 +71,9 @@ def trial(seed: str, k: int, studies: tuple[str, ...]) -> tuple[str, str, str, s
     study, powers = studies[k % len(studies)], UNITS[k % len(UNITS)]
     own = drawn.random() < 0.5
     rule: Any = random_rule(drawn.randrange(10**9)) if own else None
+    while rule is not None and rule.name.startswith("gauge") and any(powers):
+        # its total difference is in the scene's own unit of action: in another it may be 10²² of L
+        rule = random_rule(drawn.randrange(10**9))
     name = drawn.choice((*PAIRS, *GROUPS))
     while study == "momentum" and not asked_of_rules(scenes.get(name)):
         name = drawn.choice((*PAIRS, *GROUPS))
