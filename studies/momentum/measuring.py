@@ -14,6 +14,7 @@ from discmech.integrators.scene import Conserved
 from ..causes.round_off import lost_one_way, why_unknown
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.claims import claimed_names
+from ..core.family import KEPT, family_cases
 from ..core.runs import (
     bins,
     interval,
@@ -38,6 +39,7 @@ NEEDS = (
 DIGITS = (16, 50)
 ROWS = 400
 MOST_STRETCHES = 2000
+FAMILY_STEPS = 20
 SHORT = 32  # steps of a run at which a fault is seeded where there is no long one
 WORKED = 200  # steps at each of which a quantity that a force changes is held against its work
 #: a limit above which a quantity is not known to be kept: round-off alone may change it so
@@ -51,7 +53,8 @@ def cases(choice: Choice) -> list[Case]:
     What a force changes is measured against its work; a composition does not say the work of its
     substeps, and a one-step map none.
     """
-    return [c for c in plain_cases(NAME, choice, DIGITS) if measured_in(c)]
+    found = plain_cases(NAME, choice, DIGITS) + family_cases(NAME, choice, FAMILY_STEPS, KEPT)
+    return [c for c in found if measured_in(c)]
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

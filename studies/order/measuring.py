@@ -17,6 +17,7 @@ from discmech.integrators.rules import Composition
 
 from ..causes.round_off import gap, measure_round_off
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
+from ..core.family import family_cases
 from ..evidence import NEAR as BESIDE
 from . import multipliers, recorded, single_steps
 from .window import (
@@ -47,6 +48,7 @@ FEWEST, PROGRAM_RUNGS, MOST_PROGRAM_RUNGS = 8, 13, 24
 HIGHEST_IN_DOUBLE = 4
 #: from here on few steps are many: each halving takes three digits and more
 HIGH = 8
+FAMILY_STEPS = 8  # of the coarsest run of the family: few, as above `HIGH`
 #: errors that no longer sink above this are no ordinary round-off
 STUCK = 1e-11
 
@@ -65,7 +67,7 @@ def cases(choice: Choice) -> list[Case]:
         c for c in found
         if choice.digits or c.digits > 16 or (c.rule.order or 0) <= HIGHEST_IN_DOUBLE
         or not c.rule.runs_at(50)
-    ]  # fmt: skip
+    ] + family_cases(NAME, choice, FAMILY_STEPS)  # fmt: skip
 
 
 def notes(choice: Choice) -> list[str]:

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from ..core.family import DIGITS, FAMILY
 from ..report import plot_convergence
 from ..report.canvas import Panel, Sheet
-from ..report.grouping import figures_by_precision
+from ..report.grouping import by_scene, figures_by_precision
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import (
@@ -28,6 +29,11 @@ CONVERGENCE = (
     "not yet asymptotic there, crosses because round-off has taken over; a bar on the upper edge "
     "is a run that failed. The triangles show the slopes that are expected. Where curves coincide "
     "the line has the colours of all of them in turn and the marks lie within one another."
+)
+
+FAMILY_CAPTION = (
+    "Error in (x, μ) against step size at 50 digits, to the same time: rules of order 1 to 8 on a "
+    "scene of each kind of groupoid (pair, group, action, product). " + CONVERGENCE
 )
 
 
@@ -86,7 +92,21 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
         return [plot_convergence.panel(titles.get(scene, scene), own, known)]
 
     sheet = _room(plot_convergence.SHEET, cases)
-    return figures_by_precision("order", "Convergence", CONVERGENCE, cases, sheet, panels)
+    joined = [case for case in cases if _of_family(case)]
+    if len(by_scene(joined)) < 2:
+        return figures_by_precision("order", "Convergence", CONVERGENCE, cases, sheet, panels)
+    there = by_scene(joined).keys()
+    family = [c for c in cases if c.get("scene") in there and int(c.get("digits") or 16) == DIGITS]
+    drawn = [panel for scene, own in by_scene(family).items() for panel in panels(scene, own, 50)]
+    others = [case for case in cases if not _of_family(case)]
+    first = figures_by_precision("order", "Convergence", CONVERGENCE, others, sheet, panels)
+    square = replace(sheet, columns=2)
+    return [Sketch("order-family", "Orders 1 to 8", FAMILY_CAPTION, drawn, square, DIGITS), *first]
+
+
+def _of_family(case: Case) -> bool:
+    own = FAMILY.get(str(case.get("scene")), ())
+    return int(case.get("digits") or 16) == DIGITS and case.get("rule") in own
 
 
 VIEW = View(

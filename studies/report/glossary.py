@@ -25,8 +25,8 @@ WORDS = (
      "certain"),
     ("floor", "[Ff]loor|round-off", "where round-off outweighs the error of the method; points "
      "there are left out"),
-    ("Ω defect", "Ω|[Ss]ymplectic", "by how much a step changes the symplectic form, relative to "
-     "the form; 0 but for round-off if the method is symplectic"),
+    ("Form defect", "[Ff]orm defect|Ω|[Ss]ymplectic", "by how much a step changes the symplectic "
+     "form, relative to the form; 0 but for round-off if the method is symplectic"),
     ("self-adjoint", "self-adjoint", "a step back undoes a step, as for the midpoint rule"),
     ("momentum drift", "[Dd]rift", "how far a conserved quantity goes to one side over the run"),
     ("band", "[Bb]and|oscillat", "between which limits the energy error goes to and fro; it is "

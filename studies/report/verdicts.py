@@ -31,7 +31,7 @@ Cell = list[tuple[str, str, int]]
 COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
     "order": ("Order", "{:.4f}".format),
     "error": ("Error", scientific),
-    "defect": ("Ω defect", scientific),
+    "defect": ("Form defect", scientific),
     "drift": ("Momentum drift", scientific),
     "band": ("Energy band", scientific),
     "bounded": ("Bounded share", "{:.0%}".format),

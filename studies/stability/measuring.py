@@ -15,10 +15,11 @@ from discmech.integrators.rules import Discretisation
 from ..core import controls
 from ..core.case import Case, Choice, Progress, Verdict, scheme_of, silent
 from ..core.claims import not_claimed
-from . import EULER, RUNGE_KUTTA, exchange, linear_stability
+from . import EULER, RUNGE_KUTTA, exchange, linear_stability, own_scene
 from .exchange import adiabatic, exchange_errors, exchange_when_stiffer
 from .linear_stability import FARTHEST, Oscillator
 from .nonlinear_stability import HIGHEST, LOWEST, limits, stability_map
+from .own_scene import Linearised, equilibrium, family_of, judged_here
 from .stiff import FAMILIES
 
 NAME = "stability"
@@ -29,7 +30,9 @@ CONTROLS = {
     "spring-pendulum": (EULER,),
 }
 NEEDS = (
-    f"it needs one of the scenes {LINEAR} (linear), {', '.join(FAMILIES)}; controls run on "
+    f"of the bench's own scenes it needs one of {LINEAR} (linear), {', '.join(FAMILIES)}, and of "
+    "others, where it is asked for by name, one whose energy is kept, without constraints and "
+    "contact; controls run on "
     + " and ".join(f"{scene} ({', '.join(names)})" for scene, names in CONTROLS.items())
     + "."
 )
@@ -38,6 +41,7 @@ CONTROL_STEPS = 2000
 #: thirtieth of the fast one
 SLOW = Fraction(1, 1000)
 _FAST_PART = math.sqrt(1 - SLOW)  # the fast frequency, of the whole one
+OWN_STEPS = 10_000  # of each cell's run on a scene of one's own
 PROGRAM_STEPS = 500  # of each cell's run of a program, a call of Python's each
 #: hω up to which a rule must be bounded on every stiff scene, two radians of the fastest motion in
 #: four steps: 10^(−3/10), which is a cell of both grids
@@ -52,14 +56,17 @@ def cases(choice: Choice) -> list[Case]:
     rules = choice.rules or tuple(discretisations.BUILT_IN.values())
     found = []
     for scene in choice.scenes or scenes.all_scenes():
+        by_name = choice.asked("by_name", True)  # not among all that `verify` asks
+        asked = by_name and scene in choice.scenes and scene.name not in scenes.names()
         for rule in rules if not choice.controls else ():
             # the oscillator of a rule that splits is all fast
-            if scene.name == LINEAR or (scene.name in FAMILIES and rule.applies(scene)):
+            own = scene.name in FAMILIES or (asked and judged_here(scene))
+            if scene.name == LINEAR or (own and rule.applies(scene)):
                 found.append(Case(NAME, scene, rule, 16, choice.steps, None, choice.thorough))
         for control in CONTROLS.get(scene.name, ()):
             if control in choice.controls or not (choice.controls or choice.rules):
-                asked = (16, choice.steps, control, choice.thorough)
-                found.append(Case(NAME, scene, midpoint, *asked))
+                words = (16, choice.steps, control, choice.thorough)
+                found.append(Case(NAME, scene, midpoint, *words))
     return found
 
 
@@ -70,9 +77,38 @@ def rules_beside(case: Case) -> list[Discretisation]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """The linear part on the oscillator, a map on a stiff family; see below for the rows."""
-    part = measure_linear if case.scene.name == LINEAR else measure_map
-    return part(case, progress)
+    """The linear part on the oscillator, a map on a stiff family; see below for the rows.
+
+    On a scene of one's own both (`measure_own`).
+    """
+    if case.scene.name == LINEAR:
+        return measure_linear(case, progress)
+    return (measure_map if case.scene.name in FAMILIES else measure_own)(case, progress)
+
+
+def measure_own(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows of `nonlinear_stability.stability_map`, of runs from the scene's own start.
+
+    measured: classes and limits as of `measure_map`; equilibrium (x and μ), given (whether it is
+    the scene's start), frequency ω of its fastest oscillation, and what `Linearised.measured` says
+    of a step there.
+    """
+    at = equilibrium(case.scene)
+    family, label = family_of(case.scene, at), f"{case.scene.name} {case.label}"
+    progress(f"{label}: linear stability", 0.0)
+    found = Linearised(case.scheme, at).measured()
+    rows = stability_map(
+        family, case.scheme, case.thorough, steps=case.steps or OWN_STEPS,
+        progress=lambda share: progress(f"{label}: stability map", share),
+    )  # fmt: skip
+    return {
+        "kind": "map", "label": family.label, "title": family.title, "rows": rows,
+        "measured": {
+            "classes": dict(Counter(row["class"] for row in rows)), "limits": limits(rows),
+            "equilibrium": [float(e) for e in at.z], "given": at.given,
+            "frequency": at.frequency, **found,
+        },
+    }  # fmt: skip
 
 
 def measure_linear(case: Case, progress: Progress = silent) -> dict[str, Any]:
@@ -191,7 +227,10 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         return _judge_linear(case, measured)
     if reason := not case.control and not_claimed(case.rule, "symplectic"):
         return Verdict("pass", "", {"not_demanded": reason})
-    held = FAMILIES[case.scene.name].held
+    own = case.scene.name not in FAMILIES
+    if own and (told := _judge_own(measured)) is not None:
+        return told
+    held = None if own else FAMILIES[case.scene.name].held
     inside = [row for row in measurement["rows"] if row["z"] <= RESOLVED * (1 + 1e-9)]
     loose = [row for row in inside if held and row["z"] > held(Fraction(row["stiffness"]))]
     expected = {"bounded_up_to": RESOLVED, "of": len(inside), "escapes_not_judged": len(loose)}
@@ -209,6 +248,24 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     said = f"{row['class']} at hω = {row['z']:.3g} and {measurement['label']} = "
     said += f"{row['stiffness']:g}, where the step resolves the motion."
     return Verdict("fail", said, expected)
+
+
+def _judge_own(measured: dict[str, Any]) -> Verdict | None:
+    """What is wrong with a step at the equilibrium; None if nothing is."""
+    off, end = measured["off_circle"], measured["stable_to"]
+    expected = {"bounded_up_to": RESOLVED}
+    if off is not None:
+        said = f"at the equilibrium the eigenvalues of a step at hω = {off:.3g} have another "
+        said += "product than 1, so it damps or drives what should go on oscillating."
+        return Verdict("fail", said, expected)
+    if end is not None and end <= RESOLVED:
+        said = f"at the equilibrium an eigenvalue leaves the unit circle at hω = {end:.3g}, where "
+        return Verdict("fail", said + "the step resolves the motion.", expected)
+    if not measured["runs"]:
+        where = f"near hω = {end:.4f}" if end else f"up to hω = {own_scene.FARTHEST:g}"
+        said = f"runs beside the equilibrium {where} contradict the interval that was found."
+        return Verdict("fail", said, expected)
+    return None
 
 
 def _judge_exchange(measured: dict[str, Any], expected: dict[str, Any]) -> Verdict:

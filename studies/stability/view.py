@@ -59,6 +59,12 @@ def _got(measured: dict[str, Any]) -> str:
         on_grid = "" if measured.get("proved", True) else ", on a grid"
         return f"stable {to}{on_grid}{but if gaps else ''}"
     said = [", ".join(f"{count} {name}" for name, count in measured["classes"].items())]
+    if "equilibrium" in measured:
+        at = ", ".join(f"{e:.4g}" for e in measured["equilibrium"])
+        end = number(measured.get("stable_to"))
+        to = "up to hω = 6" if end is None else f"to hω = {end:.4f}"
+        said.insert(0, f"at the equilibrium (x, μ) = ({at}), ω = {measured['frequency']:.4g}, "
+                       f"linearly stable {to}")  # fmt: skip
     ends = [e for e in map(number, (measured.get("limits") or {}).values()) if e is not None]
     if ends:
         low, high = min(ends), max(ends)

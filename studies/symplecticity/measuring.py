@@ -23,6 +23,7 @@ from discmech.reference import ReferenceFailure
 from ..core import controls
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.claims import not_claimed
+from ..core.family import KEPT, family_cases
 from ..core.runs import follow, largest_stable_step
 from ..evidence import evidence_of
 from ..evidence.verdicts import CONSISTENCY, consistency_of, demand_consistency
@@ -33,6 +34,7 @@ NAME = "symplecticity"
 NEEDS = "under a force a one-step map has no form to keep; all else can be tested."
 DIGITS = (16, 50)
 POINTS = {True: 24, False: 8}  # points a step size, in double precision or not
+FAMILY_STEPS = 8
 #: scenes of the controls: one without a group, one without a base, two with both
 CONTROL_SCENES = ("pendulum", "rigid-body", "heavy-top", "rotor-body")
 
@@ -59,6 +61,7 @@ def cases(choice: Choice) -> list[Case]:
             f"the control {', '.join(choice.controls)} is run on {', '.join(names)}, by a method "
             "of its own: name one of these scenes, or none, and no rule."
         )
+    found += [] if choice.controls else family_cases(NAME, choice, FAMILY_STEPS, KEPT)
     return found + [
         Case(NAME, scene, discretisations.trapezoidal, digits, choice.steps, control)
         for digits in choice.digits or DIGITS

@@ -8,7 +8,7 @@ from typing import Any
 from ..report.grouping import by_scene, precisions
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View, measured_column
-from ..report.wording import NONE, Case, is_control, largest, limit, mapping, scientific
+from ..report.wording import NONE, Case, is_control, largest, limit, mapping, number, scientific
 from . import plot
 
 DEFECTS = (
@@ -36,6 +36,14 @@ NAMES = {"pullback": "pullback", "poisson": "Poisson", "change": "change less dÎ
 def _got(measured: dict[str, Any]) -> str:
     said = [f"{NAMES[k]} {scientific(measured[k])}" for k in NAMES if measured.get(k) is not None]
     return ", ".join(said) or NONE
+
+
+def _short(measured: dict[str, Any]) -> str:
+    """The largest; one that is no defect of a form is named."""
+    found = {k: v for k, v in measured.items() if number(v) is not None}
+    worst = max(found, key=lambda k: found[k], default="")
+    name = f"{NAMES[worst]} " if worst in ("residual", "constraint") else ""
+    return name + largest(measured)
 
 
 def _wanted(expected: dict[str, Any]) -> str:
@@ -71,5 +79,5 @@ VIEW = View(
         measured_column(key)
         for key in ("pullback", "poisson", "change", "residual", "constraint", "contraction")
     ],
-    got=_got, wanted=_wanted, short=largest, sketches=_sketches, compared=_compared,
+    got=_got, wanted=_wanted, short=_short, sketches=_sketches, compared=_compared,
 )  # fmt: skip

@@ -96,6 +96,7 @@ class Request:
                 ("peer", self.peers),
                 ("also_periods", self.also_periods),
                 ("not_meant", not_meant),
+                ("by_name", bool(self.studies)),
             ),
         )
 

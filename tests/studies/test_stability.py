@@ -11,12 +11,21 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from discmech.integrators import StepFailure, imex, midpoint, scenes, trapezoidal
+from discmech.integrators import (
+    Scene,
+    Scheme,
+    StepFailure,
+    imex,
+    midpoint,
+    pair,
+    scenes,
+    trapezoidal,
+)
 from discmech.integrators import rules as discretisations
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
 from discmech.studies.core.running import run_study
-from discmech.studies.stability import nonlinear_stability, plot_maps
+from discmech.studies.stability import nonlinear_stability, own_scene, plot_maps
 from discmech.studies.stability.nonlinear_stability import (
     CLASSES,
     limits,
@@ -211,3 +220,18 @@ def test_the_study_as_it_is_asked():
     assert [c["rule"] for c in found["cases"]] == ["midpoint", "imex"]
     assert found["verdict"] == "pass"
     assert get("stability").cases(Choice(scenes=(scenes.get("pendulum"),))) == []
+
+
+def test_a_scene_of_ones_own_is_linearised_at_an_equilibrium():
+    """At the bottom of a well, and of a body about its axis, whose frequency is Euler's."""
+    well = Scene(
+        name="well", groupoid=pair(1), x0=["1.2"], v0=[0], duration=10,
+        lagrangian=lambda x, v, p: v[0] ** 2 + x[0] ** 2 / 2 - x[0] ** 4 / 4,
+    )  # fmt: skip
+    at = own_scene.equilibrium(well)
+    assert not at.given and abs(at.z[0] - 1) < 1e-9 and abs(at.frequency - 1) < 1e-6
+    found = own_scene.Linearised(Scheme(well, trapezoidal), at).measured()
+    assert abs(found["stable_to"] - 2) < 1e-5 and found["runs"] and found["off_circle"] is None
+    spin = own_scene.equilibrium(scenes.get("rigid-body"))
+    ratio = spin.frequency / np.linalg.norm(spin.z)
+    assert min(abs(ratio - 1 / 3), abs(ratio - 3**-0.5)) < 1e-6

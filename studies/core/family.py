@@ -1,0 +1,47 @@
+"""Rules of orders 4 to 8 that join where nothing is chosen: one scene of each kind of groupoid.
+
+The built-in rules are of order 1 and 2, but for `imex`; beside them, at 50 digits, stand those that
+are used for accuracy. Runs are short, for a step costs as much as its order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from discmech.integrators import rules, scenes
+
+from .case import Case, Choice
+
+#: on the pair groupoid, a group, an action and a product, each on its cheapest scene
+FAMILY = {
+    "pendulum": ("gauss-2", "lobatto-3", "triple-jump:midpoint", "gauss-3", "gauss-4",
+                 "kahan-li-8:midpoint"),
+    "rigid-body": ("gauss-2", "lobatto-3", "triple-jump:midpoint", "gauss-3",
+                   "kahan-li-8:midpoint"),
+    "heavy-top": ("gauss-2", "lobatto-3", "triple-jump:midpoint", "kahan-li-8:midpoint"),
+    "reduced-kepler": ("gauss-2", "lobatto-3", "triple-jump:midpoint", "gauss-3", "gauss-4",
+                       "kahan-li-8:midpoint"),
+}  # fmt: skip
+DIGITS = 50
+#: of these the forms and momenta are judged too, where the other rules of the family say no more
+KEPT = {
+    "pendulum": ("gauss-2", "lobatto-3", "triple-jump:midpoint", "kahan-li-8:midpoint"),
+    "rigid-body": ("lobatto-3", "triple-jump:midpoint", "kahan-li-8:midpoint"),
+    "heavy-top": ("lobatto-3", "triple-jump:midpoint"),
+    "reduced-kepler": ("gauss-2", "lobatto-3", "triple-jump:midpoint", "kahan-li-8:midpoint"),
+}
+
+
+def family_cases(
+    study: str, choice: Choice, steps: int, family: Mapping[str, Sequence[str]] = FAMILY
+) -> list[Case]:
+    """The cases of the family in so many steps, unless scenes, rules or steps were chosen."""
+    if choice.scenes or choice.rules or choice.steps or choice.retractions:
+        return []
+    if DIGITS not in (choice.digits or (DIGITS,)):
+        return []
+    return [
+        Case(study, scenes.get(scene), rules.get(name), DIGITS, steps)
+        for scene, names in family.items()
+        for name in names
+    ]

@@ -1,0 +1,250 @@
+"""A scene of one's own: a step linearised at an equilibrium, and runs from its own start.
+
+The equilibrium of (ẋ, μ̇) = f is the scene's start where that is one, so it can be given; else it is
+looked for from there. Of several those are taken at which small motions oscillate (A = Df has
+imaginary eigenvalues); ω is the fastest of their frequencies. There a step is a matrix M(h), whose
+eigenvalues lie on the unit circle where it is stable.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scene, Scheme, StepFailure
+from discmech.integrators.equations import SceneSymbols
+from discmech.integrators.errors import CannotMeasure, DiscmechError
+from discmech.integrators.numbers import arithmetic, exact, numeric
+
+from ..core.modified_energy import Dual, dual_of
+from .stiff import Family
+
+FARTHEST, PART = 6.0, 0.05  # how far hω is looked at, and the parts of the grid
+WIDTH = 2.0**-18  # of a central difference, of a coordinate's size: off by its square, 10⁻¹¹
+NOTHING = 1e-13  # of a state: some hundred round-offs of a step
+STILL = 1e-9  # of the rates at the start, at which a state is at rest
+REAL = 1e-4  # of ω: the real part that differences leave at a double eigenvalue, √(10⁻¹¹) and more
+GROWS = 1e-4  # beyond 1, of an eigenvalue: the same root at double eigenvalues stays below
+#: beyond 1, of an eigenvalue: 10³ of a start are made of it in far fewer steps than `STEPS`
+CLEAR = 1e-3
+AREA = 1e-7  # of det M beside 1: some differences of 10⁻¹¹ in each of its columns
+TRIES = 12  # starts from which an equilibrium is looked for
+SMALL, STEPS = 1e-6, 20_000  # of a start beside the equilibrium, and steps of its run
+BEYOND = 1.002, 1.01, 1.02, 1.05  # times an end, of runs that have to grow
+MOST = 40  # of Newton's corrections, and halvings of each
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A state of rest z = (x, μ) at which small motions oscillate, the fastest with `frequency`.
+
+    given: whether it is the scene's own start.
+    """
+
+    z: np.ndarray
+    frequency: float
+    given: bool
+
+
+class Near:
+    """States near one, by coordinates (w, δμ): x moves along the groupoid, so it stays in orbit."""
+
+    def __init__(self, scene: Scene, dual: Dual) -> None:
+        s, numbers = SceneSymbols(scene), arithmetic(16)
+        self.dual, self.m = dual, len(s.mu)
+        self.moves = self.m if dual.n else 0
+        target = list(s.groupoid.target(s.position, s.u, s.h).subs(s.h, 1)) if dual.n else []
+        letters = {"x": s.position, "w": s.u, "p": s.parameter_list}
+        self._target = numeric(letters, [target], numbers) if dual.n else None
+        self._p = [numbers.number(p) for p in scene.parameter_values]
+
+    def state(self, z: np.ndarray, c: np.ndarray) -> np.ndarray:
+        x, mu = z[: self.dual.n], z[self.dual.n :]
+        if self._target is not None:
+            x = np.asarray(self._target(x, c[: self.moves], self._p), dtype=float)
+        return np.concatenate([x, mu + c[self.moves :]])
+
+    def slope(
+        self, of: Callable[[np.ndarray], np.ndarray], z: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(∂ of/∂c, ∂z/∂c) at c = 0, by central differences."""
+        size = self.moves + self.m
+        width = WIDTH * max(1.0, float(np.abs(z).max()))
+        ends, moved = [], []
+        for k in range(size):
+            a, b = (self.state(z, sign * width * np.eye(size)[k]) for sign in (1, -1))
+            ends.append((of(a) - of(b)) / (2 * width))
+            moved.append((a - b) / (2 * width))
+        return np.array(ends).T, np.array(moved).T
+
+    def tangent(self, of: Callable[[np.ndarray], np.ndarray], z: np.ndarray) -> np.ndarray:
+        """The derivative of a map, or a field, at z on the directions in which states can move."""
+        ends, moved = self.slope(of, z)
+        left, sizes, _ = np.linalg.svd(moved, full_matrices=False)
+        basis = left[:, sizes > 1e-6 * sizes[0]]
+        return np.asarray(basis.T @ ends @ np.linalg.pinv(moved, rcond=1e-6) @ basis)
+
+    def rest(self, of: Callable[[np.ndarray], np.ndarray], z: np.ndarray) -> np.ndarray:
+        """Where Newton's corrections, of least size and halved until they help, make a field 0.
+
+        They are along the symplectic leaf: of a body that spins the next axis is looked for, and
+        not the body at rest.
+        """
+        left = of(z)
+        for _ in range(MOST):
+            if np.abs(left).max() <= NOTHING * max(1.0, float(np.abs(z).max())):
+                break
+            ends, moved = self.slope(of, z)
+            ways = np.linalg.pinv(moved, rcond=1e-6)
+            if not self.dual.canonical:
+                across, sizes, _ = np.linalg.svd(self.dual.tensor(z[None])[0])
+                ways = ways @ across[:, sizes > 1e-9 * max(sizes[0], 1e-300)]
+            change = -ways @ np.linalg.pinv(ends @ ways, rcond=1e-8) @ left
+            for _ in range(MOST):
+                new = self.state(z, change)
+                after = of(new)
+                if np.abs(after).max() < np.abs(left).max():
+                    break
+                change = change / 2
+            else:
+                break
+            z, left = new, after
+        return z
+
+
+def judged_here(scene: Scene) -> bool:
+    """Whether a scene has states (x, μ) that are free, and a field f that is the same always."""
+    return bool(not scene.in_numbers and scene.contact is None and dual_of(scene) is not None)
+
+
+def equilibrium(scene: Scene) -> Equilibrium:
+    """The one nearest to the start, of those found from there and from random states beside it.
+
+    Raises `CannotMeasure` where none is found, with what is to be given.
+    """
+    dual = dual_of(scene)
+    assert dual is not None
+    near, start = Near(scene, dual), _start(scene, dual)
+
+    def field(z: np.ndarray) -> np.ndarray:
+        return np.asarray(dual(z[None])[2][0])
+
+    rest = _start(scene, dual, still=True)
+    drawn = np.random.default_rng(1)
+    scale = max(1.0, float(np.abs(start).max()))
+    size = near.moves + near.m
+    rates = max(float(np.abs(field(start)).max()), float(np.abs(field(rest)).max()), 1e-300)
+    found: list[tuple[float, Equilibrium]] = []
+    for k in range(TRIES):
+        z = (start, rest)[k % 2]
+        beside = np.zeros(size) if k < 2 else drawn.normal(size=size) * scale * 0.3
+        begun = near.state(z, beside)
+        given = k == 0 and float(np.abs(field(begun)).max()) <= STILL * rates
+        if not given:
+            begun = near.rest(field, begun)
+        if not float(np.abs(field(begun)).max()) <= STILL * rates:
+            continue
+        values = np.linalg.eigvals(near.tangent(field, begun))
+        fastest = float(np.abs(values.imag).max())
+        if fastest > 0 and float(np.abs(values.real).max()) <= REAL * fastest:
+            away = 0.0 if given else float(np.abs(begun - start).max())
+            found.append((away, Equilibrium(begun, fastest, given)))
+        if given or found:
+            break
+    if not found:
+        raise CannotMeasure(
+            f"{scene.name}: no equilibrium at which small motions oscillate was found from its "
+            "start; give one: let x0 and v0 of the scene be at rest there."
+        )
+    return min(found, key=lambda each: each[0])[1]
+
+
+def _start(scene: Scene, dual: Dual, still: bool = False) -> np.ndarray:
+    from discmech.integrators.equations import initial_momentum
+
+    numbers = arithmetic(16)
+    values = {"v0": (0,) * len(scene.v0), "mu0": None} if still and scene.v0 else {}
+    own = scene.with_values(**values) if values else scene
+    x = [float(exact(e, "x0")) for e in own.x0]
+    return np.array([*x, *map(float, initial_momentum(SceneSymbols(own), own, numbers))])
+
+
+class Linearised:
+    """A scheme's steps at an equilibrium: M(hω), and runs beside it."""
+
+    def __init__(self, scheme: Scheme, at: Equilibrium) -> None:
+        dual = dual_of(scheme.scene)
+        assert dual is not None
+        self.scheme, self.at, self.dual = scheme, at, dual
+        self.near = Near(scheme.scene, dual)
+
+    def _run(self, z: float, start: np.ndarray, steps: int, every: int) -> np.ndarray:
+        flow = self.scheme.flow(Fraction(z / self.at.frequency))
+        n = self.dual.n
+        run = flow.trajectory(steps, every=every, x0=start[:n] if n else None, mu0=start[n:])
+        return np.hstack([np.asarray(run.x, dtype=float), np.asarray(run.mu, dtype=float)])
+
+    def matrix(self, z: float) -> np.ndarray:
+        """M in the coordinates of `Near`; raises `StepFailure` where there is no step."""
+        return self.near.tangent(lambda at: self._run(z, at, 1, 1)[-1], self.fixed(z))
+
+    def fixed(self, z: float) -> np.ndarray:
+        """The state near the equilibrium to which a step comes back: on a group it moves with h."""
+        return self.near.rest(lambda at: self._run(z, at, 1, 1)[-1] - at, self.at.z)
+
+    def radius(self, z: float) -> float:
+        """The largest modulus of an eigenvalue; inf where there is no step."""
+        try:
+            found = np.abs(np.linalg.eigvals(self.matrix(z))).max()
+        except (StepFailure, DiscmechError, np.linalg.LinAlgError):
+            return math.inf
+        return float(found) if math.isfinite(found) else math.inf
+
+    def measured(self) -> dict[str, Any]:
+        """stable_to (None: at every hω of the grid), off_circle (a z below it at which det M is not
+        1) and runs (whether runs on both sides say the same)."""
+        last, end, off = 0.0, None, None
+        for z in np.arange(PART, FARTHEST, PART):
+            if self.radius(float(z)) > 1 + GROWS:
+                end = self._between(last, float(z))
+                break
+            if off is None and abs(float(np.linalg.det(self.matrix(float(z)))) - 1) > AREA:
+                off = float(z)
+            last = float(z)
+        inside = 0.98 * (end or FARTHEST)
+        agree = end == 0 or not self._grows(inside)
+        beyond = [end * f for f in BEYOND if end and self.radius(end * f) > 1 + CLEAR]
+        if beyond:
+            agree = agree and self._grows(beyond[0])
+        return {"stable_to": end, "off_circle": off, "runs": agree}
+
+    def _between(self, low: float, high: float) -> float:
+        while high - low > 1e-6 * high and high > 1e-9:
+            middle = (low + high) / 2
+            low, high = (low, middle) if self.radius(middle) > 1 + GROWS else (middle, high)
+        return 0.0 if high <= 1e-9 else (low + high) / 2
+
+    def _grows(self, z: float) -> bool:
+        size = SMALL * max(1.0, float(np.abs(self.at.z).max()))
+        signs = np.array([(-1.0) ** k for k in range(self.near.moves + self.near.m)])
+        try:
+            still = self.fixed(z)
+            begun = self.near.state(still, size * signs)
+            z_rows = self._run(z, begun, STEPS, 10)
+        except (StepFailure, DiscmechError):
+            return True
+        away = np.abs(z_rows - still).max(axis=1)
+        return not bool(away.max() < 1e3 * away[0])
+
+
+def family_of(scene: Scene, at: Equilibrium) -> Family:
+    """The scene's own motion, from its start, as a family of one member for the maps."""
+    return Family(
+        scene=scene.name, label="amplitude", stiffness=(Fraction(1),), values=lambda _: {},
+        frequency=lambda _: at.frequency, title=f"{scene.title or scene.name}, from its start",
+    )  # fmt: skip
