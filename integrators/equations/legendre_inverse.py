@@ -56,7 +56,7 @@ class LegendreInverse:
         found, size = np.empty(mu.shape), max(1, ENTRIES // mu.shape[1] ** 2)
         for first in range(0, len(mu), size):
             part = slice(first, first + size)
-            found[part] = self._rows(x[part], mu[part], p, start[part])
+            found[part] = self._rows(x[part], mu[part], _of(p, part), start[part])
         return found
 
     def _row(self, x: Any, mu: Any, start: Any, p: Any) -> Any:
@@ -87,6 +87,7 @@ class LegendreInverse:
                 break
             state = (rows, x, mu, xi, step, size, left)
             rows, x, mu, xi, step, size, left = (e[kept] for e in state)
+            p = _of(p, kept)
             part = np.ones(len(rows))  # the share of its correction that each row makes
             for _ in range(MOST):
                 new, mass = self._left(x, xi + part[:, None] * step, mu, p)
@@ -104,6 +105,11 @@ class LegendreInverse:
         # constant entries are integers, which beyond 2⁶³ numpy takes for objects
         value, mass = (np.asarray(e, dtype=float) for e in self._maps(x.T, xi.T, p))
         return mu - np.broadcast_to(value.T, mu.shape), np.moveaxis(mass, (0, 1), (-2, -1))
+
+
+def _of(p: Any, rows: Any) -> list[Any]:
+    """Parameters of some rows: of a lattice each row may have its own."""
+    return [e[rows] if np.ndim(e) else e for e in p]
 
 
 #: the inverse for a scene's symbols in an arithmetic

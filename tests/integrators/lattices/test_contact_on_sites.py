@@ -1,5 +1,6 @@
 """Contact at the sites of a lattice: as of its scene, whatever the number of sites."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +23,7 @@ from discmech.integrators.contact import ContactSteps
 from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.lattices import systems
 from discmech.integrators.lattices.site_gaps import SiteGaps
+from discmech.integrators.lattices.site_velocities import velocities
 from discmech.studies.lattices import contacts
 from discmech.studies.lattices.quantities import energies
 from tests.integrators.lattices import as_scenes
@@ -197,3 +199,17 @@ def test_a_step_that_is_not_found_has_the_rows_so_far():
     with pytest.raises(StepFailure, match="table with midpoint") as failure:
         Scheme(wild, midpoint).flow("1/2").trajectory(50)
     assert len(failure.value.trajectory.t) == failure.value.step_index
+
+
+def test_velocities_of_many_rows_have_each_its_own_mass(monkeypatch):
+    """Rows are solved for in parts, whose parameters are those of the part's sites."""
+    module = sys.modules["discmech.integrators.equations.legendre_inverse"]
+    monkeypatch.setattr(module, "ENTRIES", 3)
+    mass = np.array([1.0, 2.0, 3.0, 5.0])
+    chain = Lattice("masses", pair(1), 4, {"m": mass}, lambda x, v, p: p.m * v[0] ** 2 / 2,
+                    lambda x, y, p: -((y[0] - x[0]) ** 2) / 2, x0=np.zeros((4, 1)),
+                    v0=np.zeros((4, 1)), step="1/10")  # fmt: skip
+    flow = Scheme(chain, midpoint).flow("1/10")
+    mu = np.arange(1.0, 13.0).reshape(3, 4, 1)
+    found = velocities(flow, np.zeros((3, 4, 1)), mu, np.zeros((3, 4, 1)))
+    assert np.array_equal(found[:, :, 0], mu[:, :, 0] / mass)
