@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, field, replace
 from functools import lru_cache
 from typing import Any
@@ -14,6 +14,8 @@ from discmech.integrators.rules import Discretisation, OneStepMap
 from discmech.integrators.scene import Scene, remembered
 
 from . import lookup
+from .family import DIGITS as OF_FAMILY
+from .family import FAMILY
 
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: the studies that alone judge some scenes, and judge no others: what these scenes are
@@ -215,4 +217,19 @@ def plain_cases(
         for digits in choice.digits or default_digits
         for scene, rule in choice.pairs()
         if rule.runs_at(digits)
+    ]
+
+
+def family_cases(
+    study: str, choice: Choice, steps: int, family: Mapping[str, Sequence[str]] = FAMILY
+) -> list[Case]:
+    """The cases of the family in so many steps, unless scenes, rules or steps were chosen."""
+    if choice.scenes or choice.rules or choice.steps or choice.retractions:
+        return []
+    if OF_FAMILY not in (choice.digits or (OF_FAMILY,)):
+        return []
+    return [
+        Case(study, scenes.get(scene), discretisations.get(name), OF_FAMILY, steps)
+        for scene, names in family.items()
+        for name in names
     ]

@@ -6,12 +6,6 @@ are used for accuracy. Runs are short, for a step costs as much as its order.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-
-from discmech.integrators import rules, scenes
-
-from .case import Case, Choice
-
 #: on the pair groupoid, a group, an action and a product, each on its cheapest scene
 FAMILY = {
     "pendulum": ("gauss-2", "lobatto-3", "triple-jump:midpoint", "gauss-3", "gauss-4",
@@ -30,18 +24,3 @@ KEPT = {
     "heavy-top": ("lobatto-3", "triple-jump:midpoint"),
     "reduced-kepler": ("gauss-2", "lobatto-3", "triple-jump:midpoint", "kahan-li-8:midpoint"),
 }
-
-
-def family_cases(
-    study: str, choice: Choice, steps: int, family: Mapping[str, Sequence[str]] = FAMILY
-) -> list[Case]:
-    """The cases of the family in so many steps, unless scenes, rules or steps were chosen."""
-    if choice.scenes or choice.rules or choice.steps or choice.retractions:
-        return []
-    if DIGITS not in (choice.digits or (DIGITS,)):
-        return []
-    return [
-        Case(study, scenes.get(scene), rules.get(name), DIGITS, steps)
-        for scene, names in family.items()
-        for name in names
-    ]

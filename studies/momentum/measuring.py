@@ -12,9 +12,9 @@ from discmech.integrators.numbers import arithmetic
 from discmech.integrators.scene import Conserved
 
 from ..causes.round_off import lost_one_way, why_unknown
-from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
+from ..core.case import Case, Choice, Progress, Verdict, family_cases, plain_cases, silent
 from ..core.claims import claimed_names
-from ..core.family import KEPT, family_cases
+from ..core.family import KEPT
 from ..core.runs import (
     bins,
     interval,

@@ -16,8 +16,7 @@ from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import Composition
 
 from ..causes.round_off import gap, measure_round_off
-from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
-from ..core.family import family_cases
+from ..core.case import Case, Choice, Progress, Verdict, family_cases, plain_cases, silent
 from ..evidence import NEAR as BESIDE
 from . import multipliers, recorded, single_steps
 from .window import (

@@ -64,6 +64,7 @@ class Near:
         self._p = [numbers.number(p) for p in scene.parameter_values]
 
     def state(self, z: np.ndarray, c: np.ndarray) -> np.ndarray:
+        """The state at the coordinates c beside z."""
         x, mu = z[: self.dual.n], z[self.dual.n :]
         if self._target is not None:
             x = np.asarray(self._target(x, c[: self.moves], self._p), dtype=float)

@@ -21,9 +21,9 @@ from discmech.integrators.rules import OneStepMap
 from discmech.reference import ReferenceFailure
 
 from ..core import controls
-from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
+from ..core.case import Case, Choice, Progress, Verdict, family_cases, plain_cases, silent
 from ..core.claims import not_claimed
-from ..core.family import KEPT, family_cases
+from ..core.family import KEPT
 from ..core.runs import follow, largest_stable_step
 from ..evidence import evidence_of
 from ..evidence.verdicts import CONSISTENCY, consistency_of, demand_consistency
