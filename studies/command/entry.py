@@ -116,9 +116,9 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     new.add_to(commands)
     studies = {name: study for name, study in every_study().items() if study.usual}
     if words and re.search(r"\.py(:|$)", words[0]):  # a study in a file of the user's
-        from ..core import lookup
+        from ..core.study_lookup import study_called
 
-        studies[words[0]] = lookup.study(words[0])
+        studies[words[0]] = study_called(words[0])
     for word, study in studies.items():
         if study.usual:
             asked = commands.add_parser(word, help=study.summary)
@@ -169,11 +169,11 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _study(options: argparse.Namespace) -> int:
-    from ..core import lookup
     from ..core.running import run_study
+    from ..core.study_lookup import study_called
     from ..report.tables import print_result
 
-    study = lookup.study(options.study)
+    study = study_called(options.study)
     with progress_shown(f"{study.name}: loading") as show:
         choice = choice_of(options)
         look = look_of(options, choice)

@@ -16,6 +16,7 @@ from discmech.integrators.scene import Scene, remembered
 from . import lookup
 from .family import DIGITS as OF_FAMILY
 from .family import FAMILY
+from .userfile import word_for_study
 
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: the studies that alone judge some scenes, and judge no others: what these scenes are
@@ -176,7 +177,7 @@ class Case:
     @property
     def command(self) -> str:
         """What reproduces this case."""
-        study = shlex.quote(lookup.word_for_study(self.study))
+        study = shlex.quote(word_for_study(self.study))
         parts = ["discmech", study, shlex.quote(lookup.address_of(self.scene))]
         if self.control is None:
             parts += ["--rule", shlex.quote(lookup.address_of(self.rule))]

@@ -13,7 +13,6 @@ from discmech.integrators.lattices import systems
 from discmech.integrators.rules import METHODS, Composition, compose
 
 from .notebook import place_of
-from .study import Study, every_study
 from .userfile import UserFile, load, loaded
 
 _Held = TypeVar("_Held")
@@ -41,13 +40,13 @@ def named(word: str) -> tuple[tuple[Discretisation, ...], tuple[Scene, ...]]:
 
     Any other word is a rule's. Raises `BadInput` as `rules`.
     """
-    file, name = _in_file(word)
+    file, name = in_file(word)
     if file is None:
         return _rules(word), ()
     if not name:
         return tuple(file.rules.values()), tuple(file.scenes.values())
     both: dict[str, Any] = {**file.scenes, **file.rules}
-    called = _of(file, both, name, "rule or scene")[0].name
+    called = of_file(file, both, name, "rule or scene")[0].name
     rule, scene = file.rules.get(called), file.scenes.get(called)
     return (rule,) if rule else (), (scene,) if scene else ()
 
@@ -73,11 +72,11 @@ def control(word: str) -> Any:
     """The problem of optimal control of that name: a built-in one's scene, or FILE.py:VARIABLE."""
     from discmech.integrators import control as room
 
-    file, name = _in_file(word)
+    file, name = in_file(word)
     if file is None:
         return room.get(word)
     held = {v: thing for v, thing in file.variables.items() if isinstance(thing, room.Control)}
-    return _of(file, held, name, "Control(...)")[0]
+    return of_file(file, held, name, "Control(...)")[0]
 
 
 def problem_of(scene: Scene) -> Any:
@@ -97,38 +96,6 @@ def problem_of(scene: Scene) -> Any:
         if held:
             return next(iter(held.values()))
     return None
-
-
-def study(word: str) -> Study:
-    """The study of that name, or of FILE.py:NAME; raises `BadInput` for an unknown one."""
-    file, name = _in_file(word)
-    if file is None:
-        known = every_study()
-        if word not in known:
-            raise unknown("study", word, [n for n, s in known.items() if s.usual])
-        return known[word]
-    found = _of(file, file.studies, name, "study")
-    if len(found) > 1:
-        names = ", ".join(s.name for s in found)
-        raise BadInput(f"{word} has several studies ({names}): say {word}:{found[0].name}.")
-    return found[0]
-
-
-def word_for_study(name: str) -> str:
-    """The word that `study` finds the study of that name by: with its file, if it is in one."""
-    for file in reversed(loaded()):
-        if name in file.studies:
-            return f"{file.path}:{name}"
-    return name
-
-
-def words_for_studies(asked: Sequence[Study]) -> tuple[str, ...] | None:
-    """The words for these studies in another process; None if one of them has none."""
-    words = tuple(word_for_study(s.name) for s in asked)
-    known = every_study()
-    found = [study(word) if word != s.name or s.name in known else None
-             for word, s in zip(words, asked, strict=True)]  # fmt: skip
-    return words if all(a is b for a, b in zip(found, asked, strict=True)) else None
 
 
 def rule_given(thing: Any) -> Discretisation:
@@ -207,17 +174,19 @@ def _rules(word: str) -> tuple[Discretisation, ...]:
     method, colon, base = word.partition(":")
     if colon and method in METHODS:
         return tuple(compose(rule, method) for rule in _rules(base))
-    file, name = _in_file(word)
+    file, name = in_file(word)
     if file is None:
         return (_called(word, "rule"),)
-    return _of(file, file.rules, name, "rule")
+    return of_file(file, file.rules, name, "rule")
 
 
 def _scenes(word: str) -> tuple[Scene, ...]:
-    file, name = _in_file(word)
+    file, name = in_file(word)
     if file is not None:
         steered = getattr(file.variables.get(name), "scene", None)  # of a Control(...)
-        return (steered,) if isinstance(steered, Scene) else _of(file, file.scenes, name, "scene")
+        return (
+            (steered,) if isinstance(steered, Scene) else of_file(file, file.scenes, name, "scene")
+        )
     return (_called(word, "scene"),)
 
 
@@ -250,7 +219,7 @@ def _scene_called(word: str) -> Any:
     raise unknown("scene", word, (*scenes.every_name(), *room.NAMES, *systems.NAMES))
 
 
-def _in_file(word: str) -> tuple[UserFile | None, str]:
+def in_file(word: str) -> tuple[UserFile | None, str]:
     """(the file, the name in it) of FILE.py:NAME or FILE.py; no file for any other word."""
     path, found, name = word.partition(".py:")
     if found:
@@ -258,7 +227,11 @@ def _in_file(word: str) -> tuple[UserFile | None, str]:
     return (load(word), "") if word.endswith(".py") else (None, word)
 
 
-def _of(file: UserFile, held: Mapping[str, _Held], name: str, kind: str) -> tuple[_Held, ...]:
+def of_file(file: UserFile, held: Mapping[str, _Held], name: str, kind: str) -> tuple[_Held, ...]:
+    """What is held by that name, or by the name of its variable; all where no name is given.
+
+    Raises `BadInput` for a name that nothing of this kind has.
+    """
     variable = getattr(file.variables.get(name), "name", "")
     names = (name, variable, name.replace("_", "-"))
     others: dict[str, tuple[str, Mapping[str, Any]]]

@@ -1,4 +1,4 @@
-"""A study of the user's: what its functions give may be anything, and is looked through here."""
+"""A `Study` of the user's: what its functions give may be anything, and is looked through here."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from discmech.integrators.numbers import arithmetic
 
 if TYPE_CHECKING:
     from .case import Case, Progress, Verdict
-    from .study import Study
 
 
-def measured_by(study: Study, case: Case, progress: Progress) -> dict[str, Any]:
+def measured_by(study: Any, case: Case, progress: Progress) -> dict[str, Any]:
     """`Study.measure` with the case's digits, as numbers that JSON can hold.
 
     Raises `BadInput` for an error in it, and for what is no {"measured": {name: number}}.
@@ -30,7 +29,7 @@ def measured_by(study: Study, case: Case, progress: Progress) -> dict[str, Any]:
     return {"rows": [], **found}
 
 
-def judged_by(study: Study, case: Case, measurement: dict[str, Any]) -> Verdict:
+def judged_by(study: Any, case: Case, measurement: dict[str, Any]) -> Verdict:
     """`Study.judge`; raises `BadInput` for an error in it, and for what is no verdict."""
     from .case import VERDICTS, Verdict
 
@@ -44,7 +43,7 @@ def judged_by(study: Study, case: Case, measurement: dict[str, Any]) -> Verdict:
     return said
 
 
-def _asked(study: Study, function: Callable[..., Any], *given: Any) -> Any:
+def _asked(study: Any, function: Callable[..., Any], *given: Any) -> Any:
     try:
         return function(*given)
     except DiscmechError:
@@ -61,7 +60,7 @@ def _asked(study: Study, function: Callable[..., Any], *given: Any) -> Any:
         ) from None
 
 
-def _plain(study: Study, name: str, value: Any) -> Any:
+def _plain(study: Any, name: str, value: Any) -> Any:
     """The value in Python's own numbers, words, lists and dicts."""
     if value is None or isinstance(value, bool | str | int | float):
         return float(value) if isinstance(value, float) else value

@@ -15,7 +15,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, Scheme
 
-from . import fingerprint, lookup
+from . import fingerprint
 from .baseline import SCHEMA
 from .case import Case, Choice, Progress, silent, worst
 from .cluster import Cluster
@@ -26,6 +26,7 @@ from .shrinking import shrunk
 from .side_by_side import REMEMBERED, finished, found_by, key_of, measured
 from .store import Store
 from .study import Study, counts
+from .userfile import word_for_study
 
 Told = Callable[[str, dict[str, Any]], None]
 
@@ -133,7 +134,7 @@ def run_studies(
             "schema": SCHEMA,
             "study": study.name,
             "verdict": worst(c["verdict"] for c in whole if counts(c)),
-            "command": f"discmech {shlex.quote(lookup.word_for_study(study.name))}",
+            "command": f"discmech {shlex.quote(word_for_study(study.name))}",
             "record": record(sum(c["seconds"] for c in whole), {"steps": choice.steps}),
             "remembered": remembered[i],
             "notes": [

@@ -15,13 +15,14 @@ from discmech.integrators.errors import CannotMeasure, CouldNotRun
 from discmech.integrators.flows import cores
 from discmech.integrators.scene import Opaque
 
-from . import fingerprint, lookup
+from . import fingerprint
 from .case import Case, Choice, Progress, scheme_of, silent
 from .cluster import Cluster
 from .one_case import run_case
 from .plan import Place, Plan, Task
 from .store import Store
 from .study import Study
+from .study_lookup import study_called, words_for_studies
 from .userfile import expect_unchanged, stamps
 from .workers import tell, worker_pool
 
@@ -90,7 +91,7 @@ def finished(
     workers = jobs if isinstance(jobs, Cluster) else min(jobs or cores(), len(tasks)) - 1
     few = not workers or sum(len(t.places) for t in tasks) < WORTH_WORKERS
     spoken = plan.choice.by_name()
-    names = lookup.words_for_studies(plan.studies)
+    names = words_for_studies(plan.studies)
     if not tasks or spoken is None or names is None or (few and not elsewhere):
         yield from _in_turn(plan, tasks, also, progress, store)
         return
@@ -210,4 +211,4 @@ def _in_worker(
 @lru_cache(maxsize=1)
 def _plan(names: tuple[str, ...], spoken: tuple[Any, ...]) -> Plan:
     """The same plan again in a worker, from names."""
-    return Plan([lookup.study(name) for name in names], Choice.of_names(spoken))
+    return Plan([study_called(name) for name in names], Choice.of_names(spoken))

@@ -63,6 +63,7 @@ class Study:
     options: tuple[Option, ...] = ()
     digits: tuple[int, ...] = (16,)
     limits: ClassVar[Mapping[str, float]] = {}
+    is_study: ClassVar[bool] = True  # to a file of the user's, which is read without this module
 
     @property
     def needs(self) -> str:
@@ -109,6 +110,19 @@ class Study:
         from .own_study import judged_by
 
         return judged_by(self, case, measurement)
+
+    def trouble(self) -> str:
+        """Why it cannot be used, without a full stop; "" if it can."""
+        if not isinstance(self.name, str) or not re.fullmatch(NAME, self.name):
+            return f"its name is {self.name!r}: use small letters, digits and dashes between them"
+        if type(self).measure is Study.measure:
+            return f"{self.name} has no measure(self, case, progress)"
+        return ""
+
+    def clash(self) -> str:
+        """Why its name cannot be that of a study in a file, without a full stop; "" if it can."""
+        taken = every_study().get(self.name, self) is not self
+        return f"the name {self.name} is taken; choose another name" if taken else ""
 
     def timed(self, case: Case) -> bool:
         """Whether a case takes times, so that the machine counts."""
@@ -301,14 +315,10 @@ def every_study() -> dict[str, Study]:
 
 def refusal(study: Any) -> str:
     """Why something can be no study, without a full stop; "" if it can be one."""
-    if not isinstance(study, Study):
-        made = isinstance(study, type) and issubclass(study, Study)
-        return f"it is the class: give {study.__name__}()" if made else "it is no Study"
-    if not isinstance(study.name, str) or not re.fullmatch(NAME, study.name):
-        return f"its name is {study.name!r}: use small letters, digits and dashes between them"
-    if type(study).measure is Study.measure:
-        return f"{study.name} has no measure(self, case, progress)"
-    return ""
+    if isinstance(study, Study):
+        return study.trouble()
+    made = isinstance(study, type) and issubclass(study, Study)
+    return f"it is the class: give {study.__name__}()" if made else "it is no Study"
 
 
 def known_study(name: str) -> Study | None:

@@ -17,8 +17,6 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import RAISED
 from discmech.integrators.lattices import systems
 
-from .study import Study, StudyFolder, every_study, refusal
-
 
 @dataclass(frozen=True)
 class UserFile:
@@ -32,7 +30,7 @@ class UserFile:
     digest: str
     rules: dict[str, Discretisation]
     scenes: dict[str, Scene]
-    studies: dict[str, Study]
+    studies: dict[str, Any]  # `Study`, which says what it is itself
     variables: dict[str, Any]  # all that the file's variables hold
 
 
@@ -42,6 +40,14 @@ _loaded: dict[tuple[Path, bytes], UserFile] = {}
 def loaded() -> tuple[UserFile, ...]:
     """The files that this process has run; the one that was asked for last is the last."""
     return tuple(_loaded.values())
+
+
+def word_for_study(name: str) -> str:
+    """The word that finds the study of that name: with its file, if it is in one."""
+    for file in reversed(loaded()):
+        if name in file.studies:
+            return f"{file.path}:{name}"
+    return name
 
 
 def stamps(words: Iterable[str]) -> tuple[tuple[str, str], ...]:
@@ -85,10 +91,10 @@ def load(path: str) -> UserFile:
 
 def _collect(
     path: str, module: ModuleType
-) -> tuple[dict[str, Discretisation], dict[str, Scene], dict[str, Study]]:
+) -> tuple[dict[str, Discretisation], dict[str, Scene], dict[str, Any]]:
     rules: dict[str, Discretisation] = {}
     own: dict[str, Scene] = {}
-    studies: dict[str, Study] = {}
+    studies: dict[str, Any] = {}
     for thing in list(vars(module).values()):
         known: Any = None
         names: dict[str, Any]
@@ -102,10 +108,10 @@ def _collect(
                 scenes.get(thing.name) if thing.name in scenes.every_name() else None,
                 own,
             )
-        elif _is_study(thing, module):
-            if trouble := refusal(thing):
+        elif getattr(type(thing), "is_study", False) and type(thing).__module__ == module.__name__:
+            if trouble := thing.trouble() or thing.clash():
                 raise BadInput(f"{path}: {trouble}.")
-            known, names = every_study().get(thing.name), studies
+            names = studies
         else:
             continue
         if thing is known:
@@ -114,10 +120,13 @@ def _collect(
             whose = "discmech's own" if known is not None else "given twice in this file"
             raise BadInput(f"{path}: the name {thing.name} is {whose}; choose another name.")
         names[thing.name] = thing
-    classes = [e for e in vars(module).values() if isinstance(e, type) and issubclass(e, Study)
-               and e.__module__ == module.__name__]  # fmt: skip
+    classes = [e for e in vars(module).values() if isinstance(e, type)
+               and getattr(e, "is_study", False) and e.__module__ == module.__name__]  # fmt: skip
     if classes and not studies:
-        raise BadInput(f"{path}: {refusal(classes[-1])}, at the top level.")
+        raise BadInput(
+            f"{path}: {classes[-1].__name__} is a class: write STUDY = {classes[-1].__name__}() at "
+            "the top level."
+        )
     if not (rules or own or studies):
         plain = [
             name
@@ -133,12 +142,6 @@ def _collect(
             "Scene(...), a Lattice(...) or external([...]) at the top level."
         )
     return rules, own, studies
-
-
-def _is_study(thing: Any, module: ModuleType) -> bool:
-    """Whether it is a study that was made in this file."""
-    made = isinstance(thing, Study) and not isinstance(thing, StudyFolder)
-    return made and type(thing).__module__ == module.__name__
 
 
 def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType]:

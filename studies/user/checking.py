@@ -14,6 +14,7 @@ from ..core.case import Choice
 from ..core.options import digits_in, listed, whole
 from ..core.running import run_study
 from ..core.study import Study, refusal
+from ..core.study_lookup import study_called
 
 if TYPE_CHECKING:
     from discmech.integrators import Discretisation, Scene
@@ -55,7 +56,7 @@ def check(
 def _study(thing: Study | str) -> Study:
     """The study itself; raises `BadInput` for what is none and names none."""
     if isinstance(thing, str):
-        return lookup.study(thing) if ".py" in thing else studies.get(thing)
+        return study_called(thing) if ".py" in thing else studies.get(thing)
     if trouble := refusal(thing):
         raise BadInput(f"{shown(thing)}: {trouble}.")
     return thing

@@ -124,7 +124,7 @@ def rule(L, G, x, u, h):
 
 RULES = {
     "name": "other", "formula": lambda L, G, x, u, h: 2 * h * L(x, u), "order": 3,
-    "source": "a book", "stages": 1, "splits": True, "groupoids": ("pair",),
+    "source": "a book", "stages": 1, "splits": True, "groupoids": ("pair",), "effective": 4,
     "nodes": Nodes("gauss", 2),
 }  # fmt: skip
 QUANTITIES = {"name": "K", "formula": lambda x, mu, p: 2 * mu[0], "kind": "Casimir",

@@ -102,10 +102,9 @@ MISTAKES = {
     "raises": ("1e3", {"abs(run.mu).max()": "1 / 0"}, "ZeroDivisionError: division by zero (own"),
     "no-dict": ("1e3", {"return {": "return []; {"}, "measure() gave []: return"),
     "no-number": ("1e3", {"abs(run.mu).max()": "object()"}, "give numbers, words, lists and dicts"),
-    "a-class": ("1e3", {"STUDY = Energy()": "STUDY = Energy"}, "it is the class: give Energy()"),
+    "a-class": ("1e3", {"STUDY = Energy()": "STUDY = Energy"}, "write STUDY = Energy()"),
     "a-name": ("1e3", {'"own-energy"': '"Own Energy"'}, "use small letters, digits and dashes"),
     "no-measure": ("1e3", {"def measure": "def measures"}, "has no measure(self, case, progress)"),
-    "a-name-of-ours": ("1e3", {'"own-energy"': '"energy"'}, "discmech's own"),
     "a-verdict": ("1e3", {"STUDY =": "    def judge(self, case, measurement):\n"
                                      "        return 'good'\n\nSTUDY ="}, "gave 'good': return"),
 }  # fmt: skip
@@ -116,6 +115,12 @@ def test_a_mistake_is_one_sentence(file, capsys, limit, replaced, said):
     assert main([*file(limit, **replaced), "pendulum", "--rule", "midpoint"]) == 2
     told = capsys.readouterr().err
     assert said in told and told.count("\n") == 1
+
+
+def test_a_name_of_ours_is_refused(file, capsys):
+    file("1e3", **{'"own-energy"': '"energy"'})
+    assert main(["own.py", "pendulum", "--rule", "midpoint"]) == 2
+    assert "the name energy is taken" in capsys.readouterr().err
 
 
 def test_what_is_no_study_is_refused():

@@ -90,7 +90,7 @@ def wrong(formula, **how):
         (lambda s, z, Z, h: z - h * s.f(z), {"implicit": True}, "does not determine the new Z"),
         (lambda s, z, h, K: z, {"stages": 1}, r"return Z, \[1 residuals\]"),
         (lambda s, z, h, K: (z, [z]), {"stages": 1}, "does not determine its stages"),
-        (lambda s, z, h: ["a"] * 4, {}, "not an expression"),
+        (lambda s, z, h: ["a"] * 4, {}, "is the text 'a'"),
         (lambda s, z, h: z + h * s.f(z).jacobian(z) * s.f(z), {}, "s.df is the derivative of s.f"),
         (lambda s, z, h: z + h * s.f(z).subs(z[0], 1), {}, "ask s again, at the other state"),
     ],
