@@ -12,7 +12,6 @@ with their values at the start, to the same digits.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -74,9 +73,7 @@ def certified_integration(
     ``form`` is a closed form of the motion, which has to agree. ``thorough`` runs the second
     method where it is dear, and beside a closed form.
     """
-    ask: Any = derived
-    derive = ask if isinstance(scene, Hashable) else ask.__wrapped__
-    equations, program, invariants = derive(scene, attitude)
+    equations, program, invariants = derived(scene, attitude)
     asked = Question(equations, program, times, digits, parameter_values(scene), form)
     alone = form is None or (attitude and not form.attitude)
     try:

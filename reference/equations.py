@@ -31,8 +31,7 @@ from typing import Any
 import mpmath
 import sympy
 
-from discmech.integrators.errors import BadInput
-from discmech.integrators.numbers import refuse_unwritten, short_numbers
+from discmech.integrators.scene import BadInput, refuse_unwritten, short_numbers
 
 from .algebroid import Algebroid, algebroid_of
 from .constrained_start import on_constraints

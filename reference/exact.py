@@ -17,7 +17,7 @@ import mpmath
 import sympy
 from mpmath.libmp import from_man_exp
 
-from discmech.integrators.numbers import refuse_unwritten
+from discmech.integrators.scene import refuse_unwritten
 
 from .failures import ReferenceFailure, shown
 

@@ -14,7 +14,7 @@ from typing import Any
 import mpmath
 import sympy
 
-from discmech.integrators.numbers import short_numbers
+from discmech.integrators.scene import short_numbers
 
 from .agreement import EXACT, Blocks, said
 from .equations import Equations

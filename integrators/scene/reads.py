@@ -13,7 +13,7 @@ import importlib
 import inspect
 import pickle
 import sys
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Callable, Hashable, Mapping, Set
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial, wraps
@@ -72,7 +72,7 @@ def reads(*things: Any, pure: bool = False) -> str:
 def remembered(maxsize: int) -> Callable[[_Made], _Made]:
     """Decorator: `lru_cache` that is also asked by what functions among the arguments read.
 
-    What is opaque is made anew each time.
+    What is opaque, or has no hash, is made anew each time.
     """
 
     def decorate(function: _Made) -> _Made:
@@ -86,7 +86,8 @@ def remembered(maxsize: int) -> Callable[[_Made], _Made]:
                 seen = reads(*given)
             except Opaque:
                 return function(*given)
-            return made(seen, *given)
+            known = all(isinstance(e, Hashable) for e in given)
+            return made(seen, *given) if known else function(*given)
 
         asked.cache_clear = made.cache_clear  # type: ignore[attr-defined]
         return asked  # type: ignore[return-value]

@@ -232,7 +232,8 @@ def test_the_drift_is_relative_to_the_terms_here_or_at_the_start():
 
 
 def quantity(name, formula, **more):
-    return SimpleNamespace(name=name, formula=formula, attitude=False, kind="momentum", **more)
+    given = {"attitude": False, "kind": "momentum", "at": lambda x, mu, p, h: formula(x, mu, p)}
+    return SimpleNamespace(name=name, formula=formula, **given | more)
 
 
 def declared(*quantities, scene, attitude=False, **changes):
