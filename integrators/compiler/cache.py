@@ -27,6 +27,7 @@ _TEMPORARY = "DISCMECH_TEMPORARY_CACHE"
 DAY = 86400.0
 KEPT = 90 * DAY  # what nobody asked for in so many seconds is removed
 _SEAL = b"discmech "
+_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 #: folders of the cache that hold what cannot be made again
 _NOT_PRUNED = ("baselines", "results")
 
@@ -91,18 +92,23 @@ def make_private(folder: Path) -> None:
 
 
 def _refuse_others(folder: Path) -> None:
+    if why := _whose(found := folder.stat()):
+        others = found.st_mode & _OTHERS_WRITE
+        raise BadInput(
+            f"the cache folder {folder} is not used, because {why}, and what lies there is run as "
+            f"code: {f'say chmod go-w {folder}, or ' if others else ''}name a folder of your own "
+            "in DISCMECH_CACHE."
+        )
+
+
+def _whose(found: os.stat_result) -> str:
+    """Why a file or folder is not the user's alone; empty where it is."""
     if not hasattr(os, "geteuid"):  # its rights are no bits
-        return
-    found = folder.stat()
-    others = found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
-    if found.st_uid in (0, os.geteuid()) and not others:
-        return
-    why = "others can write into it" if others else f"it belongs to another user ({found.st_uid})"
-    raise BadInput(
-        f"the cache folder {folder} is not used, because {why}, and what lies there is run as "
-        f"code: {f'say chmod go-w {folder}, or ' if others else ''}name a folder of your own in "
-        "DISCMECH_CACHE."
-    )
+        return ""
+    if found.st_mode & _OTHERS_WRITE:
+        return "others can write into it"
+    own = found.st_uid in (0, os.geteuid())
+    return "" if own else f"it belongs to another user ({found.st_uid})"
 
 
 @cache
@@ -187,12 +193,15 @@ def seal(path: Path, content: str | bytes) -> None:
 def unsealed(path: Path) -> bytes | None:
     """What `seal` wrote there; None if there is nothing, or it cannot be read.
 
-    Raises `Damaged` for anything else.
+    Raises `Damaged` for anything else, and for what another user put or can put there.
     """
     try:
-        found = path.read_bytes()
+        with path.open("rb") as file:
+            whose, found = _whose(os.fstat(file.fileno())), file.read()
     except OSError:
         return None
+    if whose:
+        raise Damaged(path)
     head, newline, content = found.partition(b"\n")
     earlier = hashlib.sha256(content).hexdigest().encode()  # seals of before: of the content alone
     if newline and head + newline in (_seal(path.name, content), earlier + newline):
@@ -233,7 +242,9 @@ def find(name: str) -> bytes | None:
         try:
             content = unsealed(path)
         except Damaged:
-            say_once(f"a file of the cache was damaged, and is made anew ({path}).")
+            say_once(
+                f"a file of the cache was damaged or is not yours alone, and is made anew ({path})."
+            )
             continue
         if content is not None:
             _asked_for(path)

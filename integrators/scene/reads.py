@@ -17,6 +17,7 @@ from collections.abc import Callable, Hashable, Mapping, Set
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial, wraps
+from itertools import pairwise
 from types import (
     BuiltinFunctionType,
     CodeType,
@@ -40,7 +41,18 @@ _LIBRARIES = sys.stdlib_module_names - {"__main__"} | {
     "numpy", "scipy", "sympy", "torch",
 }  # fmt: skip
 #: by these a function reads what its text does not name
-_ANYTHING = frozenset(("globals", "eval", "exec", "__import__", "import_module"))
+_ANYTHING = frozenset((
+    "__import__", "eval", "exec", "globals", "import_module", "input", "modules", "open",
+    "read_bytes", "read_text",
+))  # fmt: skip
+#: what these say may change while all that can be seen here stays the same
+_CHANGING = frozenset((
+    "io", "os", "posix", "random", "secrets", "socket", "sqlite3", "subprocess", "time", "urllib",
+))  # fmt: skip
+#: so do these of numpy and scipy
+_OF_FILES = frozenset((
+    "fromfile", "genfromtxt", "load", "loadmat", "loadtxt", "memmap", "random",
+))  # fmt: skip
 _SLOTS = (GetSetDescriptorType, MemberDescriptorType)
 _PLAIN = (type(None), bool, int, float, complex, str, bytes, Fraction, type(...))
 MOST = 20_000  # parts; what has more is not remembered
@@ -170,7 +182,7 @@ class _Reader:
         known = thing.__module__ if _is_library(thing.__module__) else ""
         self.say("function", known, thing.__qualname__)
         if known or not isinstance(thing, FunctionType):
-            self.known(known or thing.__qualname__)
+            self.known(known or thing.__qualname__, {thing.__name__})
         if not isinstance(thing, FunctionType):
             return
         self.add([thing.__defaults__, thing.__kwdefaults__])
@@ -186,16 +198,29 @@ class _Reader:
             names = _names(thing.__code__)
             if hidden := names & (_ANYTHING | _OUTSIDE if self.pure else _ANYTHING):
                 raise Opaque(f"{thing.__qualname__}, which may read anything by {min(hidden)}")
-            for module in sorted(_imported(thing.__code__)):
-                self.global_(_module(module, thing), names)
+            asked = names | _texts(thing.__code__)
+            for imported in sorted(_imported(thing.__code__)):
+                module = _module(imported, thing)
+                self.global_(module, asked)
+                if isinstance(module, str):  # the name of a library
+                    self.known(module, asked)
             for name in sorted(names & thing.__globals__.keys()):
                 self.say(name)
-                self.global_(thing.__globals__[name], names)
+                held = thing.__globals__[name]
+                self.global_(held, asked)
+                if isinstance(held, ModuleType) and _is_library(held.__name__):
+                    self.known(held.__name__, _attributes(thing.__code__, name))
 
-    def known(self, name: str) -> None:
-        """Of what is known by its name alone: Opaque where that is not enough."""
-        if self.pure and name.partition(".")[0] not in _PURE:
+    def known(self, name: str, asked: Set[str] = frozenset()) -> None:
+        """Of what is known by its name alone: Opaque where that is not enough.
+
+        asked: what is read of it.
+        """
+        package = name.partition(".")[0]
+        if package in _CHANGING or (self.pure and package not in _PURE):
             raise Opaque(f"{name}, of which nothing but the name is known")
+        if package in ("numpy", "scipy") and (read := asked & _OF_FILES):
+            raise Opaque(f"{min(read)} of {name}, which reads what may change")
 
     def global_(self, thing: Any, names: frozenset[str]) -> None:
         """What a name stands for; of a module of the user's what may be read of it."""
@@ -278,6 +303,22 @@ def _names(code: CodeType) -> frozenset[str]:
     """All names that it and the functions within it look up."""
     inner = (_names(c) for c in code.co_consts if isinstance(c, CodeType))
     return frozenset(code.co_names).union(*inner)
+
+
+def _attributes(code: CodeType, name: str) -> frozenset[str]:
+    """What it and the functions within it look up in what a global name stands for."""
+    inner = (_attributes(c, name) for c in code.co_consts if isinstance(c, CodeType))
+    found = (after.argval for step, after in pairwise(dis.get_instructions(code))
+             if step.argval == name and after.opname in ("LOAD_ATTR", "LOAD_METHOD"))  # fmt: skip
+    return frozenset(found).union(*inner)
+
+
+@lru_cache(maxsize=4096)
+def _texts(code: CodeType) -> frozenset[str]:
+    """The words of all texts in it, one of which may be a name for getattr."""
+    inner = (_texts(c) for c in code.co_consts if isinstance(c, CodeType))
+    texts = (c.split(".") for c in code.co_consts if isinstance(c, str))
+    return frozenset(word for several in (*texts, *inner) for word in several)
 
 
 @lru_cache(maxsize=4096)

@@ -12,11 +12,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from discmech.integrators.compiler import cache_folder, digest, write_atomically
+from discmech.integrators.compiler import cache_folder, digest, make_private, write_atomically
 
 
 def place_of(thing: Any, function: Any) -> str | None:
-    """FILE.py of what the function's script or the notebook's cells define; None of other things.
+    """FILE.py of what the function's script or the notebook's cells define; None of other things,
+    and where the disk takes no file.
 
     function: what makes the thing: a rule's formula, a scene's Lagrangian.
     """
@@ -33,9 +34,12 @@ def place_of(thing: Any, function: Any) -> str | None:
     if not text:
         return None
     path = cache_folder() / "notebooks" / f"{digest(text)[:16]}.py"
-    if not path.is_file():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, text)
+    try:
+        if not path.is_file() or path.read_bytes() != text.encode():  # damaged, or not there
+            make_private(path.parent)
+            write_atomically(path, text)
+    except OSError:  # a full disk: there is no file to name
+        return None
     return str(path)
 
 

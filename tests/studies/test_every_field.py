@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import abc
 import enum
+import os
+import random
 import subprocess
 import sys
+import time
 import typing
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
 import sympy
+from numpy import loadtxt
 
 from discmech import (
     Conserved,
@@ -306,8 +311,25 @@ def of_a_local_import():
     return a_package.part.strength
 
 
-def of_anything():
-    return eval("Base.strength")
+def of_a_text():
+    return getattr(PART, "strength"), vars(PACKAGE)["part"]  # noqa: B009
+
+
+def of_an_import():
+    from os import environ
+
+    return environ["HOME"]
+
+
+#: functions of which nobody can see whether what they read has changed
+HIDING = {
+    "eval": lambda: eval("Base.strength"), "a file": lambda: open(__file__),  # noqa: SIM115
+    "a path": lambda: Path(__file__).read_text(), "the environment": lambda: os.environ["HOME"],
+    "an imported name": of_an_import, "an array of a file": lambda: np.load("a.npy"),
+    "a table of a file": lambda: loadtxt("a.txt"), "chance": lambda: random.random(),
+    "chance of numpy": lambda: np.random.default_rng(), "the time": lambda: time.time(),
+    "modules": lambda: sys.modules["a_package"].part,
+}  # fmt: skip
 
 
 READERS = {
@@ -317,6 +339,7 @@ READERS = {
     "class of a dictionary": (lambda: TABLE.strength, Table),
     "module of a package": (lambda: PACKAGE.part.strength, PART),
     "import in a function": (of_a_local_import, PART),
+    "name in a text": (of_a_text, PART),
 }
 
 
@@ -334,9 +357,15 @@ def test_what_a_function_reads_counts_wherever_it_stands(name, monkeypatch):
     assert len(keys) == 2
 
 
-def test_a_function_that_may_read_anything_is_not_remembered():
+@pytest.mark.parametrize("name", HIDING)
+def test_a_function_that_may_read_anything_is_not_remembered(name):
     with pytest.raises(Opaque):
-        reads(of_anything)
+        reads(HIDING[name])
+
+
+def test_names_of_parameters_and_paths_hide_nothing():
+    place, word = Path("a"), "time"
+    assert reads(lambda p: (p.load, p.fromfile, np.pi, place, word, "random", "os"))
 
 
 def test_usual_classes_can_be_read():

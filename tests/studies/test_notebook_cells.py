@@ -5,11 +5,12 @@ from __future__ import annotations
 import shlex
 import subprocess
 import sys
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
 
-from discmech.studies.core.notebook import text_of
+from discmech.studies.core.notebook import place_of, text_of
 
 CELLS = [
     "%matplotlib inline\nimport sympy\nfrom discmech import *",
@@ -66,6 +67,21 @@ def test_the_command_of_a_rule_in_a_notebook_names_a_file_with_it(notebook):
     assert word.endswith(".py:thirds")
     (again,) = rules([word])
     assert again.order == 2 and again.name == "thirds"
+
+
+def test_a_damaged_file_of_a_notebook_is_written_again(notebook, monkeypatch):
+    file = Path(place_of(notebook["thirds"], notebook["thirds"].formula))
+    wanted = file.read_text()
+    file.write_text(wanted.replace("/ 2", "/ 3"))
+    assert place_of(notebook["thirds"], notebook["thirds"].formula) == str(file)
+    assert file.read_text() == wanted
+    file.unlink()
+    monkeypatch.setattr("discmech.studies.core.notebook.write_atomically", _full)
+    assert place_of(notebook["thirds"], notebook["thirds"].formula) is None
+
+
+def _full(path, content):
+    raise OSError(28, "No space left on device")
 
 
 def test_a_script_is_named_itself(tmp_path):

@@ -111,6 +111,19 @@ def test_another_users_folder_is_refused(folder):
         cache.cache_folder()
 
 
+@posix
+@pytest.mark.parametrize("change", [
+    lambda path: path.chmod(0o666), lambda path: path.chmod(0o660),
+    pytest.param(lambda path: os.chown(path, 12345, -1), marks=pytest.mark.skipif(
+        not hasattr(os, "geteuid") or os.geteuid() != 0, reason="gives a file away")),
+])  # fmt: skip
+def test_a_file_that_another_user_wrote_or_can_write_is_made_anew(folder, change, caplog):
+    cache.keep("a.py", b"text")
+    change(folder / "a.py")
+    assert cache.find("a.py") is None and "is not yours alone" in caplog.text
+    assert cache.cached("a.py", lambda: b"text") == b"text" == cache.find("a.py")
+
+
 def test_a_cache_that_can_only_be_read_is_read(folder, caplog, monkeypatch):
     wanted = run()
     before = sorted(p.name for p in folder.iterdir())

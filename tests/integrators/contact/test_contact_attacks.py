@@ -69,6 +69,19 @@ def test_a_slip_that_jams_sticks_at_once(impacts):
     assert abs(sliding / 1e-4 - 6.25) < 2e-3  # g/(1.6 − 1.2 κ)
 
 
+@pytest.mark.parametrize(("speed", "restitution"), [("3", "1/2"), ("1/4", "1/2"), ("3", 0)])
+def test_a_spinning_disc_meets_the_floor_as_coulomb_says(speed, restitution):
+    """It lands obliquely and slips by κP, or sticks by a third of the slip (Keller 1986)."""
+    disc = attacks.rolling(
+        Fraction(1, 2), "1/5", slope=(0, 0), x0=[0, 1, 0], v0=[speed, -1, "1/2"],
+        restitution=restitution, impacts="located",
+    )  # fmt: skip
+    bounce, v = 1 + float(Fraction(restitution)), float(Fraction(speed))
+    along = -bounce * min(0.2, (v + 0.5) / 3)
+    found = run(disc, "0.1", 15).mu[-1]
+    assert abs(found - [v + along, -1 + bounce, 0.25 + along]).max() < 1e-13
+
+
 @pytest.mark.slow
 def test_rolling_slipping_and_jamming_at_random_steps():
     """500 steps drawn over four scenes, none refused and none off; DISCMECH_SEED: others."""
