@@ -190,19 +190,24 @@ def _rows(case: Case, largest: Fraction) -> tuple[list[dict[str, Any]], Fraction
         try:
             return rows + _rows_at(case, largest), largest
         except StepFailure:
-            if not (len(case.scheme.s.stages) or case.scheme.one_step) or largest < own:
+            if not _several(case) or largest < own:
                 raise
-            largest /= 2  # so long a step has several solutions in the stages: maps and run differ
+            largest /= 2  # so long a step has several solutions: maps and run differ
     return rows, largest
+
+
+def _several(case: Case) -> bool:
+    """Whether a long step may have several solutions in its substeps or stages.
+
+    A run does not keep which ones it took; u it keeps.
+    """
+    return not case.scheme.has_arrows or len(case.scheme.s.stages) > 0
 
 
 def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
     count = POINTS[case.digits == 16]
     steps = case.steps or 8 * count
-    # at a long step substeps and stages have several solutions, and a run does not keep which
-    # ones it took; u it keeps
-    several = not case.scheme.has_arrows or len(case.scheme.s.stages)
-    followed = step <= case.scene.step or not several
+    followed = step <= case.scene.step or not _several(case)
     flow = case.scheme.flow(step, case.digits)
     run = follow(case, flow, steps)
     rows = []
