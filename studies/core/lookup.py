@@ -40,6 +40,8 @@ def named(word: str) -> tuple[tuple[Discretisation, ...], tuple[Scene, ...]]:
 
     Any other word is a rule's. Raises `BadInput` as `rules`.
     """
+    if word.partition(":")[0] in METHODS:
+        return _rules(word), ()
     file, name = in_file(word)
     if file is None:
         return _rules(word), ()
@@ -222,9 +224,13 @@ def _scene_called(word: str) -> Any:
 def in_file(word: str) -> tuple[UserFile | None, str]:
     """(the file, the name in it) of FILE.py:NAME or FILE.py; no file for any other word."""
     path, found, name = word.partition(".py:")
-    if found:
-        return load(f"{path}.py"), name
-    return (load(word), "") if word.endswith(".py") else (None, word)
+    path += ".py" if found else ""
+    if not path.endswith(".py"):
+        return None, word
+    method, colon, base = path.partition(":")
+    if colon and not Path(path).exists() and Path(base).exists():
+        raise unknown("composition", method, METHODS)
+    return load(path), name
 
 
 def of_file(file: UserFile, held: Mapping[str, _Held], name: str, kind: str) -> tuple[_Held, ...]:

@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -183,9 +184,10 @@ class Linearised:
         assert dual is not None
         self.scheme, self.at, self.dual = scheme, at, dual
         self.near = Near(scheme.scene, dual)
+        self._flow = lru_cache(maxsize=1)(lambda z: scheme.flow(Fraction(z / at.frequency)))
 
     def _run(self, z: float, start: np.ndarray, steps: int, every: int) -> np.ndarray:
-        flow = self.scheme.flow(Fraction(z / self.at.frequency))
+        flow = self._flow(z)
         n = self.dual.n
         run = flow.trajectory(steps, every=every, x0=start[:n] if n else None, mu0=start[n:])
         return np.hstack([np.asarray(run.x, dtype=float), np.asarray(run.mu, dtype=float)])
@@ -198,23 +200,28 @@ class Linearised:
         """The state near the equilibrium to which a step comes back: on a group it moves with h."""
         return self.near.rest(lambda at: self._run(z, at, 1, 1)[-1] - at, self.at.z)
 
+    def eigenvalues(self, z: float) -> np.ndarray:
+        """Of M; infinite where there is no step."""
+        try:
+            found = np.asarray(np.linalg.eigvals(self.matrix(z)))
+        except (StepFailure, DiscmechError, np.linalg.LinAlgError):
+            return np.array([math.inf])
+        return found if np.isfinite(found).all() else np.array([math.inf])
+
     def radius(self, z: float) -> float:
         """The largest modulus of an eigenvalue; inf where there is no step."""
-        try:
-            found = np.abs(np.linalg.eigvals(self.matrix(z))).max()
-        except (StepFailure, DiscmechError, np.linalg.LinAlgError):
-            return math.inf
-        return float(found) if math.isfinite(found) else math.inf
+        return float(np.abs(self.eigenvalues(z)).max())
 
     def measured(self) -> dict[str, Any]:
         """stable_to (None: at every hω of the grid), off_circle (a z below it at which det M is not
         1) and runs (whether runs on both sides say the same)."""
         last, end, off = 0.0, None, None
         for z in np.arange(PART, FARTHEST, PART):
-            if self.radius(float(z)) > 1 + GROWS:
+            values = self.eigenvalues(float(z))
+            if np.abs(values).max() > 1 + GROWS:
                 end = self._between(last, float(z))
                 break
-            if off is None and abs(float(np.linalg.det(self.matrix(float(z)))) - 1) > AREA:
+            if off is None and abs(np.prod(values) - 1) > AREA:  # the determinant
                 off = float(z)
             last = float(z)
         inside = 0.98 * (end or FARTHEST)

@@ -60,7 +60,10 @@ def _got(measured: dict[str, Any]) -> str:
         return f"stable {to}{on_grid}{but if gaps else ''}"
     said = [", ".join(f"{count} {name}" for name, count in measured["classes"].items())]
     if "equilibrium" in measured:
-        at = ", ".join(f"{e:.4g}" for e in measured["equilibrium"])
+        largest = max(1.0, *map(abs, measured["equilibrium"]))  # what is less is round-off
+        at = ", ".join(
+            f"{e if abs(e) > 1e-12 * largest else 0:.4g}" for e in measured["equilibrium"]
+        )
         end = number(measured.get("stable_to"))
         to = "up to hω = 6" if end is None else f"to hω = {end:.4f}"
         said.insert(0, f"at the equilibrium (x, μ) = ({at}), ω = {measured['frequency']:.4g}, "

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
@@ -13,6 +14,7 @@ from ..report.wording import Case, mapping, number, rows, rule_name, verdict
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+FLOOR = "rounding of the start"  # what the line of the floor is called
 SHEET = Sheet(width=3.5, height=2.75, right=1.0)
 WORK = {
     "seconds": "run time in seconds",
@@ -53,7 +55,7 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         if floor:
             axes.axhline(floor, color=INK, lw=0.7, ls=(0, (3, 2)))
             axes.annotate(
-                "rounding of the start", (0, floor), (2, 2), fontsize=6.4,
+                FLOOR, (_clear(axes, curves.values(), floor), floor), (2, 2), fontsize=6.4,
                 xycoords=axes.get_yaxis_transform(), textcoords="offset points",
                 ha="left", va="bottom", color=MUTED,
             )  # fmt: skip
@@ -73,6 +75,25 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
     spoken = f"{title}: {ERRORS.get(y, y)} against {WORK.get(x, x)} on logarithmic axes. "
     spoken += "; ".join(rule_name(case) for case in cases)
     return Panel(title, ERRORS.get(y, y), WORK.get(x, x), spoken, draw)
+
+
+def _clear(axes: Axes, curves: Iterable[list[Point]], floor: float) -> float:
+    """Where on the floor's line, as a part of it, its words touch no curve; the left end, if
+    nowhere."""
+    import numpy as np
+
+    to_axes = axes.transData + axes.transAxes.inverted()
+    points = 72 / axes.figure.dpi
+    wide, high = 66 / (axes.bbox.width * points), 12 / (axes.bbox.height * points)
+    low = to_axes.transform((1.0, floor))[1]
+    near = []
+    for curve in curves:
+        ends = to_axes.transform([point[:2] for point in curve]) if curve else np.empty((0, 2))
+        for a, b in pairwise(ends):
+            along = a + (b - a) * np.linspace(0, 1, 200)[:, None]
+            near += [x for x, y in along if low - high / 3 <= y <= low + high]
+    spots = np.linspace(0, 1 - wide, 40)
+    return float(next((x for x in spots if not any(x - 0.02 < e < x + wide for e in near)), 0.0))
 
 
 def _points(case: Case, x: str, y: str) -> list[Point]:

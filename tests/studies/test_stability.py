@@ -25,7 +25,7 @@ from discmech.integrators import rules as discretisations
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
 from discmech.studies.core.running import run_study
-from discmech.studies.stability import nonlinear_stability, own_scene, plot_maps
+from discmech.studies.stability import nonlinear_stability, own_scene, plot_maps, view
 from discmech.studies.stability.nonlinear_stability import (
     CLASSES,
     limits,
@@ -235,3 +235,5 @@ def test_a_scene_of_ones_own_is_linearised_at_an_equilibrium():
     spin = own_scene.equilibrium(scenes.get("rigid-body"))
     ratio = spin.frequency / np.linalg.norm(spin.z)
     assert min(abs(ratio - 1 / 3), abs(ratio - 3**-0.5)) < 1e-6
+    measured = {"classes": {"bounded": 1}, "equilibrium": [1.5, 3e-17], "frequency": 2.0}
+    assert "(x, μ) = (1.5, 0), ω = 2" in view._got(measured)

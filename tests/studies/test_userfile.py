@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from discmech.integrators import BadInput, Scheme, scenes
@@ -62,6 +64,14 @@ def test_words_name_things_and_things_have_words(file):
     rule = lookup.rule(f"{name}:two_thirds")
     assert lookup.rule(f"{name}:two-thirds") is rule and lookup.rules([name]) == (rule,)
     composed = lookup.rule(f"triple-jump:{name}:two_thirds")
+    assert lookup.named(f"triple-jump:{name}:two_thirds") == ((composed,), ())
+    for word, said in (
+        (f"triple-jump:{name}:none", 'mine.py has no rule "none"'),
+        (f"triple-jmp:{name}:two_thirds", "did you mean triple-jump?"),
+    ):
+        for ask in (lookup.rule, lookup.named):
+            with pytest.raises(BadInput, match=re.escape(said)):
+                ask(word)
     for thing, word in (
         (rule, "mine.py:two-thirds"),
         (composed, "triple-jump:mine.py:two-thirds"),

@@ -118,3 +118,16 @@ def test_text_of_an_exported_figure_is_text():
 def test_a_rule_keeps_its_mark_whatever_else_is_drawn():
     alone = marks([LONG])[LONG]
     assert marks(["my-rule", "newmark-1-2", LONG])[LONG] == alone
+
+
+def test_words_of_the_floor_touch_no_curve():
+    """A curve that comes to the floor at its left end, where its words would stand."""
+    from matplotlib.figure import Figure
+
+    from discmech.studies.work_precision.plot import _clear
+
+    axes = Figure(figsize=(3.5, 2.75)).add_subplot()
+    axes.set(xscale="log", yscale="log", xlim=(1e-4, 1), ylim=(1e-16, 1))
+    steep = [(1e-4, 1e-2, {}), (1e-3, 1.5e-15, {}), (2e-3, 1e-15, {})]
+    assert _clear(axes, [], 1e-15) == 0
+    assert 0.3 < _clear(axes, [steep], 1e-15) < 0.5
