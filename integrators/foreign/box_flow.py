@@ -200,7 +200,7 @@ class BoxFlow:
         """(x, μ) of the box's own coordinates."""
         box = self.scheme.rule
         if box.read is not None:
-            q, p = _checked(box, "read", box.read(q, p))
+            q, p = _checked(box, "read", box.read(q.copy(), p.copy()))
         if q.shape[:1] != (self.system.n,) or p.shape[:1] != (self.system.m,):
             raise BadInput(
                 f"the black box {box.name}: read gives shapes {q.shape} and {p.shape}, but x and μ "

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadInput, line_of
+from ..errors import RAISED, BadInput, line_of
 from .signatures import METHODS, takes_system
 
 DOUBLE = np.dtype(np.float64)
@@ -94,7 +94,7 @@ class Calls:
                     row(k + 1, q, p)
         except (BadInput, BoxRaised):
             raise
-        except Exception as error:
+        except RAISED as error:
             raise self._raised(k, error) from error
 
     def _with_memory(self, q: Any, p: Any, steps: int, every: int, at: Any, row: Any) -> None:
@@ -119,7 +119,7 @@ class Calls:
                         row(k + 1, q.copy(), p.copy())
         except (BadInput, BoxRaised):
             raise
-        except Exception as error:
+        except RAISED as error:
             raise self._raised(k, error) from error
 
     def _whole(self, q: Any, p: Any, steps: int, every: int, at: Any, row: Any) -> None:
@@ -128,7 +128,7 @@ class Calls:
             given = self.box.formula(q.copy(), p.copy(), self.h, steps, every, *self._last)
         except BadInput:
             raise
-        except Exception as error:
+        except RAISED as error:
             raise self._raised(0, error) from error
         rows = steps // every + 1
         qs, ps = self._arrays(*self._pair(given), ((rows, *q.shape), (rows, *p.shape)))
@@ -156,7 +156,6 @@ class Calls:
         found = []
         for name, given, shape in zip("qv" if self.box.state == "qv" else "qp",
                                       (q, p), shapes, strict=True):  # fmt: skip
-            name = {"v": "v"}.get(name, "q" if given is q else "p")
             if not isinstance(given, np.ndarray):
                 raise BadInput(
                     f"{self.what} gives {name} as {_kind(given)}, but must give an array of numpy "
@@ -189,10 +188,10 @@ class Calls:
         if not fine:
             raise NotFinite(k, "the black box gives numbers that are not finite")
 
-    def _raised(self, k: int, error: Exception) -> Exception:
+    def _raised(self, k: int, error: BaseException) -> Exception:
         """What is said of an exception of the box's own."""
         place = line_of(self._function(), error)
-        if "read-only" in str(error) or "assignment destination" in str(error):
+        if isinstance(error, ValueError) and str(error).endswith(" is read-only"):
             return BadInput(
                 f"{f'{place}: ' if place else ''}the black box {self.box.name} changes its "
                 "argument in place; work on a copy: q = q + ..., not q += ...."

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -31,6 +31,7 @@ SEEN = 1e-6  # of the rate of the motion: by so much an extrapolated entry is of
 SAME = 1e-4  # relative difference of factors at all places that are one factor
 NOISE = SEEN / 10  # of what an extrapolated entry is usually off
 SINGLE = 2.0**-24
+MOST_DECIMALS = 13  # with fewer, that all numbers of a step are round is no chance
 #: a low power of h whose coefficient is less than this part of what a Taylor series without that
 #: term leaves is there by rounded coefficients: wrong ones leave a twentieth of it, or more
 FEW = 1e-2
@@ -67,10 +68,18 @@ class Beginning:
     span: Vector
 
 
-def of_step(case: Case, order: bool = True) -> dict[str, Any] | None:
+def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict[str, Any] | None:
     """{"cause", "sentence", "evidence"} of a step that is no step of the scene's motion, or, where
-    the order is asked, of less order than is claimed; None where nothing of it is known."""
-    if case.rule.unit(16) > 2.0**-50:  # single precision hides the beginning of an error
+    the order is asked, of less order than is claimed; None where nothing of it is known.
+
+    finest: the order that runs show at their finest steps, where it is known.
+    """
+    single = getattr(case.rule, "numbers", "") == "float32"
+    if single:  # which hides the beginning of an error: the same function shows it in doubles
+        made = replace(case, rule=replace(case.rule, numbers="double"))  # type: ignore[call-arg]
+        given = of_step(made, order)  # whose runs' errors may be round-off
+        return None if given and given["cause"] in _OF_NUMBERS else given
+    if case.rule.unit(16) > 2.0**-50:  # so do the few digits of a file
         return None
     try:
         found = list(_beginnings(case, order))
@@ -80,7 +89,7 @@ def of_step(case: Case, order: bool = True) -> dict[str, Any] | None:
         return None
     n = case.scheme.s.n
     told = _of_numbers(case, found) or _late(found, n) or _of_limit(case, found, n)
-    told = told or (_of_second(case, found, n) if order else None)
+    told = told or (_of_second(case, found, n, finest) if order else None)
     if told is None:
         return None
     evidence = {"limit": [float(e) for e in found[0].first_error / found[0].span],
@@ -272,6 +281,8 @@ def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
     return _of_entries(case, found, n)
 
 
+#: causes that say of which kind the numbers are
+_OF_NUMBERS = ("single precision", "noise", "rounded")
 _NAMED = {
     "velocities for momenta": 'it takes and gives velocities where (q, p) is said: say state="qv".',
     "momentum for velocity": "x moves by the momentum p in place of the velocity ∂H/∂p: it is off "
@@ -359,6 +370,9 @@ def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
         )
     if np.isfinite(image).all() and bool((image == image.astype(np.float32)).all()):
         return "single precision", "all that it gives are numbers of single precision."
+    for decimals in range(MOST_DECIMALS):
+        if np.isfinite(image).all() and bool((image == np.round(image, decimals)).all()):
+            return "rounded", f"all that it gives is rounded to {decimals} decimals."
     scale = np.maximum(np.abs(z), found[0].span * float(place.length))
     noise = noise_of(f, z, scale, 2.0**-53)
     level = float((noise.level / scale).max())
@@ -387,18 +401,20 @@ def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
     return None
 
 
-def _of_second(case: Case, found: list[Beginning], n: int) -> Told | None:
+def _of_second(
+    case: Case, found: list[Beginning], n: int, finest: float | None = None
+) -> Told | None:
     """e₂ as a part of z̈/2: what the step takes from its start, or half a step early or late."""
     wanted = case.scheme.order
     if wanted is None or wanted < 2:
         return None
     if _small(found):
-        if wanted > 2 and (share := _rounded_share(case, found)):
+        if wanted > 2 and (share := _rounded_share(case, found, finest)):
             return "few digits", (
                 f"the error of a step begins with a low power of h, by {share:.1e} of what is "
                 "usual for it: coefficients that should cancel it have too few digits."
             )
-        return None if wanted == 2 else (
+        return None if wanted == 2 or not _is_low(case, finest) else (
             "order conditions",
             f"the error of a step begins later than with h², and earlier than with h^{wanted + 1}: "
             "look at the coefficients, their signs, and the order of substeps.",
@@ -431,11 +447,20 @@ def _of_second(case: Case, found: list[Beginning], n: int) -> Told | None:
             return "stale " + what.removeprefix("the "), (
                 f"{what} of the step's start is used for all of the step: ask for it again."
             )
+    if a is not None and b is not None and abs(a - b) < 1e-2:
+        ends = {-0.5: "start (explicit Euler)", 0.5: "end (implicit Euler)"}
+        for share, end in ends.items():
+            if abs(a - share) < 1e-2:
+                return "first order", f"it is a step along the field at its {end}."
+        if abs(a) > 1e-3:
+            said = _of_square("x and mu", a).removesuffix(".")
+            return "order conditions", f"{said}: look at the shares of its stages, which make it."
     for own, other, what in ((a, b, "x"), (b, a, "mu")):
-        if own is not None and abs(own + 1) < 1e-2 and (other is None or abs(other) < 1e-2):
+        if own is None or abs(own) < 1e-2 or not (other is None or abs(other) < 1e-2):
+            continue
+        if abs(own + 1) < 1e-2:
             return "flipped sign", f"the term with h² of {what} has its sign flipped."
-    if a is not None and b is not None and abs(a + 0.5) < 1e-2 and abs(b + 0.5) < 1e-2:
-        return "first order", "it is a step along the field at its start (explicit Euler)."
+        return "factor", _of_square(what, own)
     order = evidence_of(case.scheme).order.order
     if order is not None and order < 1 - NEAR:
         return None  # the limit is another field, by less than is seen here
@@ -445,10 +470,25 @@ def _of_second(case: Case, found: list[Beginning], n: int) -> Told | None:
     )
 
 
-def _rounded_share(case: Case, found: list[Beginning]) -> float | None:
+def _is_low(case: Case, finest: float | None) -> bool:
+    """Whether single steps, or else the finest runs, are of a lower order than is claimed."""
+    order, wanted = evidence_of(case.scheme).order.order, case.scheme.order or 1
+    if order is not None:
+        return order < wanted - NEAR
+    return finest is not None and finest < wanted - 0.5
+
+
+def _of_square(what: str, share: float) -> str:
+    """Of an error that is this share of z̈ h²."""
+    return f"the term with h² of {what} comes {1 + 2 * share:.4g} times in the step."
+
+
+def _rounded_share(case: Case, found: list[Beginning], finest: float | None) -> float | None:
     """By how little of what is usual the error begins with h², or with h³; None where it does not,
-    or by what is usual."""
+    or by what is usual. Where single steps show no order, finest, the runs' own, is taken."""
     order = evidence_of(case.scheme).order.order
+    if order is None:
+        order = finest
     if order is None or not order < 3 - NEAR:
         return None
     low = order < 2 - NEAR

@@ -25,6 +25,7 @@ from .window import (
     approaches,
     decided,
     departure,
+    finest_order,
     fit,
     floor,
     slope,
@@ -255,10 +256,10 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
                 "of its order; take another scene."
             )
         more = 50 if case.digits == 16 else case.digits + 30
+        digits = f", or judge it by --digits {more}" if case.rule.runs_at(more) else ""
         return unknown(
             "fewer than four step sizes lie on a straight line above round-off; start the ladder "
-            f"elsewhere with --steps (the reference has {certain} certain digits), or judge it by "
-            f"--digits {more}."
+            f"elsewhere with --steps (the reference has {certain} certain digits){digits}."
         )
     if expected["order"] is None:
         return Verdict("pass", "the rule declares no order: measured only.", expected)
@@ -297,7 +298,7 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     if case.scheme.one_step and not (as_wanted and case.rule.is_formula):
         from ..causes import one_step
 
-        if (told := one_step.of_step(case)) is not None:
+        if (told := one_step.of_step(case, finest=finest_order(case, measurement))) is not None:
             return told
     processed = (measurement.get("local") or {}).get("effective") or {}
     if as_wanted and processed.get("cause"):

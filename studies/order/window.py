@@ -97,6 +97,13 @@ def departure(case: Case, rows: list[dict[str, Any]], certain: int) -> str:
     return ""
 
 
+def finest_order(case: Case, measurement: dict[str, Any]) -> float | None:
+    """The local order of the two finest runs whose errors are clear of round-off, if there are."""
+    bent = BENT * floor(case, measurement["certain"])
+    clear = [r for r in measurement["rows"] if r["error"] is not None and r["error"] > bent]
+    return _local_orders(clear[-2:])[0] if len(clear) > 1 else None
+
+
 def is_bent(case: Case, row: dict[str, Any]) -> bool:
     """Whether round-off, where it was measured, moves log₂ of the error by more than a line may."""
     return bool(row["error"] <= bent_below(row.get("round_off", 0.0), STRAIGHT[case.digits == 16]))

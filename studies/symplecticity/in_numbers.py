@@ -7,6 +7,7 @@ symplectic, would leave. All else is inconclusive.
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -47,6 +48,7 @@ CLEARLY = 10  # times finer than a pass needs, what is looked for at further pla
 UNKNOWN_ORDER = 4  # of a method that claims none: what few would leave less than
 SMOOTH = 64 * 2.0**-53  # noise beside the values, above which it is said to be one
 AGAIN = 1024  # units of round-off by which a step that is made again may differ
+RUN = 32  # steps of a run whose steps are made again, each alone, after other states
 
 
 def measure(case: Case, progress: Progress) -> dict[str, Any]:
@@ -99,7 +101,7 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, 
     embed, reach = along(flow.system, look.z, scale, case.scene.constrained)
     around = embedded(g, look.z, embed, case.scene.constrained)
     noise = noise_of(around, 0 * reach, reach, scheme.rule.unit(16), seed + k)
-    row["again"] = _again(g, look.z, after, scale)
+    row["again"] = max(_again(g, look.z, after, scale), _in_a_run(flow, look, scale))
     rough = np.maximum(noise.jump, noise.level * (noise.level > SMOOTH * np.abs(after).max()))
     row["noise"] = float((rough / scale).max())
     row["left"] = left_by(case, look)
@@ -193,6 +195,28 @@ def _again(g: Any, z: Vector, after: Vector, scale: Vector) -> float:
     return worst
 
 
+def _in_a_run(flow: Any, look: Look, scale: Vector) -> float:
+    """How far the steps of a run are from the same steps each made alone, after another state.
+
+    A step that knows where the one before has ended can be another one in a run. What remembers by
+    its class, or makes whole runs, may be; 0 of these, and where the run does not end.
+    """
+    rule, n = flow.scheme.rule, flow.system.n
+    if look.count == 1 or rule.remembers or rule.runs:
+        return 0.0
+    try:
+        run = flow.trajectory(RUN, x0=look.z[:n], mu0=look.z[n:], t0=look.time)
+    except StepFailure:
+        return 0.0
+    states, worst = np.hstack([run.x, run.mu]).astype(float), 0.0
+    for k, (z, after) in enumerate(itertools.pairwise(states)):
+        g = guarded(flow.map_of(1, t0=look.time + k * look.step), len(z))
+        g(z + 0.01 * scale)
+        gap = np.abs(g(z) - after) / (np.abs(after) + scale)
+        worst = max(worst, float(gap.max()) if np.isfinite(gap).all() else 1.0)
+    return worst
+
+
 def left_by(case: Case, look: Look) -> float:
     """The defect that a method of the order, but not symplectic, would leave: the rest of the
     series of exp(hA) after the power p, A of the rate of the motion there, as that of a Taylor
@@ -242,10 +266,13 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         said += "is no map of (q, p) and h, but keeps something between calls, or is random; a "
         said += "method with memory is a class with start, step and read."
         return Verdict("fail", said, expected)
-    if reason:
-        return Verdict("pass", "", {**expected, "not_demanded": reason})
-    if (unkept := _volume(case, rows)) and measured["certain"] == 0:
+    unkept = _volume(case, rows)
+    if unkept and (reason or measured["certain"] == 0):
         return Verdict("fail", unkept, expected)
+    if reason:
+        if unknown := _volume_unknown(case, rows):
+            return Verdict("inconclusive", unknown, expected)
+        return Verdict("pass", "", {**expected, "not_demanded": reason})
     rough = ""
     if noise:
         rough = f"; the box is not smooth: it jumps by {noise:.1e} of the motion, as an iteration "
@@ -298,14 +325,32 @@ def rounded(case: Case) -> float:
 
 def _volume(case: Case, rows: list[dict[str, Any]]) -> str:
     """Why volume, if it is claimed, is not kept, a sentence; empty where it is."""
-    if case.rule.claims is None or "volume" not in case.rule.claims.keeps:
+    if not _claims_volume(case):
         return ""
     worst = max(
         (r for r in rows if r["volume"]), key=lambda r: r["volume"]["certain"], default=None
     )
-    if worst is None or not worst["volume"]["certain"]:
+    if worst is None or not worst["volume"]["certain"] > rounded(case):
         return ""
     return (
         f"volume is not kept: a step changes it by {worst['volume']['measured']:.2g}, beyond every "
         f"error of the differences, at step {worst['step']:.3g}, t = {worst['time']:.3g}."
     )
+
+
+def _volume_unknown(case: Case, rows: list[dict[str, Any]]) -> str:
+    """Why a claim of volume is not known to hold where no form is claimed; empty where it is."""
+    if not _claims_volume(case):
+        return ""
+    told = [r for r in rows if r["volume"]
+            and r["volume"]["resolution"] <= resolved(case) * r["left"]]  # fmt: skip
+    if len(told) >= min(ENOUGH, len(rows)):
+        return ""
+    return (
+        f"no change of volume is seen, but {len(told)} of {len(rows)} places alone resolve what a "
+        f"method of this order that does not keep it would leave; {ENOUGH} are needed."
+    )
+
+
+def _claims_volume(case: Case) -> bool:
+    return case.rule.claims is not None and "volume" in case.rule.claims.keeps

@@ -128,6 +128,53 @@ def own_step(q, p, h, s):
     return kick_drift_kick(q, p, h * (1 + 0.1 * np.cos(q[0])), s)
 
 
+def taylor(of_x=1.0, of_mu=1.0):
+    """Velocity Verlet, whose terms with h² come so many times."""
+
+    def step(q, p, h, s):
+        g = s.gradient(q, p)
+        Q = q + h * s.velocity(q, p - of_x * h / 2 * g)
+        return Q, p - h * ((1 - of_mu / 2) * g + of_mu / 2 * s.gradient(Q, p))
+
+    return step
+
+
+for number, (cause, made) in enumerate((
+    ("factor", taylor(of_x=2.0)), ("factor", taylor(of_x=2 / 3)), ("factor", taylor(of_mu=1.2)),
+)):  # fmt: skip
+    MISTAKES.append((cause, black_box(order=2, name=f"taylor-{number}")(made)))
+
+
+@mistake("stored half step", numbers="float32")
+def late_in_single_precision(q, p, h, s):
+    p = p - h * s.gradient(q, p)
+    return q + h * s.velocity(q, p), p
+
+
+@mistake("rounded")
+def rounded(q, p, h, s):
+    q, p = kick_drift_kick(q, p, h, s)
+    return np.round(q, 8), np.round(p, 8)
+
+
+@mistake("another field")
+def pole(q, p, h, s):
+    """A force 1/q, which is steep beside 0, and does not jump."""
+    p = p - h / 2 / q
+    q = q + h * s.velocity(q, p)
+    return q, p - h / 2 / q
+
+
+@mistake("few digits", order=4)
+def weights_of_five_digits(q, p, h, s):
+    a, b = s.f(q, p)
+    c, d = s.f(q + h / 2 * a, p + h / 2 * b)
+    e, g = s.f(q + h / 2 * c, p + h / 2 * d)
+    k, m = s.f(q + h * e, p + h * g)
+    u, v = 0.16667, 0.33333
+    return q + h * (u * (a + k) + v * (c + e)), p + h * (u * (b + m) + v * (d + g))
+
+
 @mistake("order conditions", order=4)
 def swapped_weights(q, p, h, s):
     f = s.f

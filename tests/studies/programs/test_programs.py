@@ -195,6 +195,41 @@ def test_a_step_that_keeps_something_between_calls_is_no_map():
     assert found["verdict"] == "fail" and "between calls" in found["reason"]
 
 
+@pytest.mark.slow
+def test_a_step_that_is_another_one_in_a_run_is_no_map():
+    last = {"length": 0, "end": ()}
+
+    @black_box(order=2, symplectic=True)
+    def damped_in_runs(q, p, h, s):
+        goes_on = last["end"] == (*q, *p)
+        last["length"] = last["length"] + 1 if goes_on else 0
+        q, p = kick_drift_kick(q, p, h, s)
+        p = p * (1 - abs(h) ** 3 / 10 * (last["length"] > 6))
+        last["end"] = (*q, *p)
+        return q, p
+
+    found = judged("symplecticity", "pendulum", damped_in_runs, causes=False)
+    assert found["verdict"] == "fail" and "between calls" in found["reason"]
+
+
+@pytest.mark.slow
+def test_volume_is_judged_where_no_form_is_claimed():
+    claimed = dataclasses.replace(methods.rk4, claims=rules.Claims(keeps=("volume",)))
+    found = judged("symplecticity", "pendulum", claimed, causes=False)
+    assert found["verdict"] == "fail" and "volume is not kept" in found["reason"]
+    claimed = dataclasses.replace(methods.verlet, claims=claimed.claims)
+    found = judged("symplecticity", "pendulum", claimed, causes=False)
+    assert found["verdict"] == "pass" and "does not claim" in found["expected"]["not_demanded"]
+
+
+@pytest.mark.slow
+def test_a_sound_method_without_a_verdict_has_no_cause():
+    single = dataclasses.replace(methods.rk4, numbers="float32")
+    found = judged("order", "pendulum", single)
+    assert found["verdict"] == "inconclusive" and "diagnosis" not in found
+    assert "--digits" not in found["reason"]
+
+
 def test_a_step_that_looks_at_h_is_seen_at_others():
     @black_box(order=2)
     def looking(q, p, h, s):
@@ -253,6 +288,21 @@ def test_a_step_that_raises_is_a_failure_with_the_rows_so_far():
     with pytest.raises(StepFailure, match="RuntimeError: no table there") as caught:
         flow.trajectory(200)
     assert len(caught.value.trajectory.t) == caught.value.step_index + 1 > 3
+    ends = black_box(name="ends")(lambda q, p, h, s: sys.exit(3))
+    with pytest.raises(StepFailure, match="SystemExit: 3"):
+        Scheme(scenes.get("pendulum"), ends).flow("0.1").trajectory(1)
+
+
+def test_a_way_back_may_change_what_it_is_given():
+    def read(q, p):
+        p *= 0.5
+        return q, p
+
+    doubled = black_box(write=lambda x, mu: (x, 2 * mu), read=read, name="doubled")(
+        lambda q, p, h, s: (q, p)
+    )
+    run = Scheme(scenes.get("kepler"), doubled).flow("0.1").trajectory(3)
+    assert np.array_equal(run.mu[0], run.mu[-1])
 
 
 @pytest.mark.parametrize(("step", "said"), [
