@@ -81,7 +81,8 @@ class LocalOrder:
 
     order: None where nothing but round-off is seen: the method is exact there. step: the larger of
     the two steps compared. components: all of them, at all places. unknown: why there is no
-    evidence, a sentence; empty where there is some.
+    evidence, a sentence; empty where there is some. refused: whether that is because the rule
+    made no small step anywhere, where its scene has exact motion.
     """
 
     order: float | None
@@ -90,6 +91,7 @@ class LocalOrder:
     place: Place | None = None
     components: tuple[ComponentOrder, ...] = ()
     unknown: str = ""
+    refused: bool = False
 
     @property
     def exact(self) -> bool:
@@ -360,9 +362,9 @@ def _round_off_rates(flow: Any, place: Place) -> list[float]:
     return [float(e) for e in np.nan_to_num(found, posinf=0.0)]
 
 
-def unknown(why: str) -> LocalOrder:
+def unknown(why: str, refused: bool = False) -> LocalOrder:
     """No evidence, for that reason."""
-    return LocalOrder(None, "", 0.0, unknown=why)
+    return LocalOrder(None, "", 0.0, unknown=why, refused=refused)
 
 
 def of_scheme(
@@ -372,4 +374,4 @@ def of_scheme(
     try:
         return local_order(scheme, places, seed, along)
     except (BadInput, StepFailure, reference.ReferenceFailure) as failure:
-        return unknown(" ".join(str(failure).split()))
+        return unknown(" ".join(str(failure).split()), isinstance(failure, StepFailure))

@@ -37,11 +37,14 @@ def consistency_of(case: Case) -> dict[str, Any] | None:
 def demand_consistency(measurement: dict[str, Any], told: Verdict) -> Verdict:
     """The verdict of the runs, or a fail where a single step is not consistent.
 
-    For studies that a rule of any order passes. Where the single steps are not known, the verdict
-    of the runs stands.
+    For studies that a rule of any order passes. Where the scene has no exact motion to hold single
+    steps against, the verdict of the runs stands; where the rule makes none, nothing passes, for
+    what it follows as the step goes to 0 is not known.
     """
     local = measurement.get(CONSISTENCY)
-    if local is None or local["order"] is None or local["order"] >= 1 - NEAR:
+    if local is None or (local["order"] is None and not local.get("refused")):
+        return told
+    if local["order"] is not None and local["order"] >= 1 - NEAR:
         return told
     return judge(local, told, None, "the scene")
 
@@ -56,7 +59,10 @@ def of_evidence(scheme: Scheme, least: int | None = None, settled: bool = False)
     evidence = evidence_of(scheme)
     found = _settled(evidence.order) if settled else evidence.order
     if found.unknown:
-        return {"order": None, "unknown": found.unknown, "seed": evidence.seed}
+        return {
+            "order": None, "unknown": found.unknown, "seed": evidence.seed,
+            "refused": found.refused and scheme.rule.is_formula,
+        }  # fmt: skip
     least = least or scheme.order or 1
     low = found.order is not None and found.order < least - NEAR
     return {

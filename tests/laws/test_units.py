@@ -304,9 +304,12 @@ def _chain(units):
 
 OF_SYSTEMS = [Units(), Units(length=-12, time=5), Units(time=-9, action=20), Units(length=60),
               Units(action=-60), Units(length=-6, time=3, action=-25)]  # fmt: skip
+#: kernels are compiled for each: in `make test` the last, which changes all units, stands for all
+SYSTEMS = [pytest.param(e, id=str(e), marks=[pytest.mark.slow] * (e is not OF_SYSTEMS[-1]))
+           for e in OF_SYSTEMS]  # fmt: skip
 
 
-@pytest.mark.parametrize("units", OF_SYSTEMS, ids=str)
+@pytest.mark.parametrize("units", SYSTEMS)
 def test_a_lattice_with_contact_moves_alike_in_every_unit(units):
     run, plain = (Scheme(e, rules.midpoint).flow(e.step).trajectory(40)
                   for e in (_chain(units), _chain(Units())))  # fmt: skip
@@ -316,7 +319,7 @@ def test_a_lattice_with_contact_moves_alike_in_every_unit(units):
     assert abs(run.mu / momentum - plain.mu).max() < 1e-12
 
 
-@pytest.mark.parametrize("units", OF_SYSTEMS, ids=str)
+@pytest.mark.parametrize("units", SYSTEMS)
 def test_a_control_problem_has_the_same_solution_in_every_unit(units):
     X, T, A = (sympy.sympify(units.of(e)) for e in UNITS)
 
@@ -330,7 +333,7 @@ def test_a_control_problem_has_the_same_solution_in_every_unit(units):
 
 
 @pytest.mark.parametrize("rule", ["newmark-0.5-0", "implicit-midpoint"])
-@pytest.mark.parametrize("units", OF_SYSTEMS, ids=str)
+@pytest.mark.parametrize("units", SYSTEMS)
 def test_maps_solve_for_x_and_mu_in_units_of_their_own(rule, units):
     """Slopes of μ that are 1e-16 of those of x, and less, were once not corrected any more."""
     scheme = Scheme(in_units("pendulum", units).scene, rules.get(rule))

@@ -62,3 +62,11 @@ def test_controls_are_asked_for_no_consistency():
     found = get("symplecticity").measuring.cases(Choice(own=(("control", ("damped",)),)))
 
     assert found and all(consistency_of(case) is None for case in found)
+
+
+def test_nothing_passes_where_the_rule_makes_no_single_step():
+    refused = {"order": None, "unknown": "its numbers are not finite.", "refused": True}
+
+    for verdict, wanted in (("pass", "inconclusive"), ("fail", "fail")):
+        told = demand_consistency({"consistency": refused}, Verdict(verdict, "", {}))
+        assert told.verdict == wanted
