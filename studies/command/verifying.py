@@ -16,8 +16,9 @@ from discmech.integrators import BadInput
 from .. import NAMES
 from ..core.options import digits_in, whole
 from ..core.store import Store
+from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import RULE_HELP, add_fresh, add_jobs, jobs, typed
-from .output import console, exit_code, progress_shown, writable, write
+from .output import EXIT, console, exit_code, progress_shown, writable, write
 
 EPILOG = "A bar says what is left; after Ctrl-C the same command goes on where it stopped. "
 EPILOG += "Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive, "
@@ -36,11 +37,13 @@ def add_to(commands: Any) -> None:
     )
     badge = "write the verdict as a small picture, for the first page of a repository"
     verify.add_argument("--badge", metavar="FILE.svg", help=badge)
+    add_baselines(verify)
     compare = commands.add_parser("compare", help="methods side by side", epilog=EPILOG)
     compare.add_argument("rules", metavar="RULE", nargs="+", help=f"FILE.py, {RULE_HELP}")
     for parser, name in ((verify, "verify"), (compare, "compare")):
         _add_selection(parser)
-        parser.set_defaults(action=_answer, name=name, badge=None)
+        parser.set_defaults(action=_answer, name=name, study=name)
+    compare.set_defaults(badge=None, baseline=None, save_baseline=None)
 
 
 def _add_selection(parser: argparse.ArgumentParser) -> None:
@@ -82,6 +85,7 @@ def _answer(options: argparse.Namespace) -> int:
         steps=None if options.steps is None else whole("--steps")(options.steps),
         every_scene=options.all,
     )
+    before = earlier(options)
     quiet = options.json == "-"
     barred = sys.stderr.isatty()  # a bar says how many are done, so a line is for what did not pass
     reasons: set[str] = set()
@@ -98,6 +102,7 @@ def _answer(options: argparse.Namespace) -> int:
     with progress_shown("loading") as show:
         result = ask(request, show, told, jobs(options), Store(options.fresh))
         result["command"] = _typed(options, options.studies)
+        notes = beside_baseline(options, result, before)
         if options.json:
             write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
         if options.html:
@@ -107,7 +112,10 @@ def _answer(options: argparse.Namespace) -> int:
             write(options.badge, badge(result))
     if not quiet:
         _show(result, time.perf_counter() - begun)
-    return exit_code(result, told=not quiet)
+        for note in notes:
+            print(note)
+    code = exit_code(result, told=not quiet)
+    return EXIT["fail"] if is_worse(result) else code
 
 
 def _show(result: dict[str, Any], seconds: float) -> None:

@@ -11,12 +11,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene, Scheme, scenes
+from discmech.integrators.errors import nearest, shown
 from discmech.integrators.foreign import Recorded
 
 from .. import NAMES, get
 from ..core import lookup
 from ..core.baseline import SCHEMA
 from ..core.case import APART, Choice, Progress, judged_alone, silent, worst
+from ..core.claims import EVERY
 from ..core.cluster import Cluster
 from ..core.record import record
 from ..core.running import Told, about_remembered, run_studies, unheard
@@ -152,6 +154,7 @@ def verify(
     Raises `BadInput` for wrong files and names, and for rules that no chosen scene can use.
     """
     choice = request.choice()
+    not_judged = _claims_of_nothing(choice)
     asked = [get(name) for name in request.studies or studies()]
     if not request.studies and any(r.claims and r.claims.reversible for r in choice.rules):
         asked.append(every_study()["reversibility"])
@@ -165,9 +168,32 @@ def verify(
         held, choice, progress, store=store, jobs=jobs, told=told, also=about_scheme
     )
     result = joined("verify", results)
-    notes = [*result["notes"], *_left_out(request, choice, asked, result["cases"])]
+    notes = [*result["notes"], *not_judged, *_left_out(request, choice, asked, result["cases"])]
     result["notes"] = list(dict.fromkeys(notes))
     return {**result, "schemes": schemes}
+
+
+def _claims_of_nothing(choice: Choice) -> list[str]:
+    """Names of keeps= that no chosen scene has, a sentence of each rule.
+
+    Raises `BadInput` for one that is written almost like a name that there is.
+    """
+    said, kept = [], {q.name for scene, _ in choice.pairs() for q in scene.symmetries}
+    for rule in choice.rules:
+        names = () if rule.claims is None else rule.claims.keeps
+        for name in names:
+            if name in (*kept, "energy", "volume", EVERY):
+                continue
+            if near := nearest(name, (*kept, "energy", "volume", EVERY)):
+                raise BadInput(
+                    f"{rule.name} says keeps={shown(name)}, which no scene here has: did you mean "
+                    f"{shown(near)}?"
+                )
+            said.append(
+                f"{rule.name} claims to keep {name}, which no scene here has: it is not judged; "
+                "name a scene that has it by --scene."
+            )
+    return said
 
 
 def _left_out(

@@ -226,6 +226,17 @@ def test_a_rule_without_machine_code_is_bad_input_to_verify_as_to_run(folder, as
         assert code == 2 and "complex.py, line" in err and said in err
 
 
+def test_a_claim_that_no_scene_can_judge_is_told(folder):
+    claimed = "from discmech import black_box\n\n\n@black_box(keeps={!r})\ndef still(q, p, h):\n"
+    claimed += "    return q, p\n"
+    (folder / "slip.py").write_text(claimed.format("enregy"))
+    with pytest.raises(BadInput, match="'enregy', which no scene here has: did you mean 'energy'"):
+        verify(Request(files=("slip.py",), scenes=("pendulum",)))
+    (folder / "other.py").write_text(claimed.format("my charge"))
+    choice = Request(files=("other.py",), scenes=("pendulum",)).choice()
+    assert "not judged" in verifying._claims_of_nothing(choice)[0]
+
+
 def test_a_scene_that_no_study_can_use_is_bad_input_and_not_inconclusive(folder, ask):
     (folder / "flat.py").write_text(SCENE.replace("v[0] ** 2 / 2", "v[0]"))
     code, out, err = ask("verify", "flat.py", *QUICK)
