@@ -46,6 +46,6 @@ def test_verify_writes_it_with_the_exit_code_of_the_verdict(tmp_path, capsys):
     assert main([*words, "--badge", "-"]) == 2
     assert main([*words, "--badge", str(tmp_path / "none" / "badge.svg")]) == 2
     capsys.readouterr()
-    for said in ("saved as the baseline verified", "1 equal"):
-        assert main([*words, "--baseline", "verified"]) == 0
+    for option, said in (("--save-baseline", "saved as the baseline"), ("--baseline", "1 equal")):
+        assert main([*words, option, "verified"]) == 0
         assert said in capsys.readouterr().out
