@@ -301,7 +301,7 @@ def compose(
     over = rule.order or 1
     own = OwnNumbers(tuple(numbers), tuple(rounded), adjoint is not None,
                      over if adjoint is not None else over + over % 2)  # fmt: skip
-    check_sum(what, numbers, rounded)
+    check_sum(f"{what}:", numbers, rounded)
     return with_own(what, rule, own, order, name, source)
 
 

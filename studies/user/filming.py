@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from discmech.integrators.errors import BadInput
+from discmech.integrators.errors import BadInput, shown
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
 
 MOST_FRAMES = 120
 INCHES = 3.6
+EXAMPLE = "lambda x: [[0, 0], [sin(x[0]), -cos(x[0])]]"
 
 
 def film(
@@ -23,8 +25,9 @@ def film(
 
     run: a trajectory of `flow.trajectory`. bodies: a function of x, an array of n numbers, that
     gives the points of one row, k×2 or k×3, which a line joins, or a list of such rows: of a double
-    pendulum its joints. Left out, x itself is a point (n = 2, 3), and an attitude (`with_attitude`)
-    three axes at the body's place. seconds: how long the film is; it has at most 120 frames.
+    pendulum its joints. Left out, x itself is a point (n = 2, 3), of a body in a field (an action,
+    n = 3) a line from the origin, and an attitude (`with_attitude`) three axes at the body's place.
+    seconds: how long the film is; it has at most 120 frames.
 
     Raises `BadInput` for anything else than a trajectory, without bodies where x is no place, and
     for bodies that give no such points.
@@ -42,6 +45,10 @@ def film(
         raise BadInput(
             f"film takes a trajectory of flow.trajectory(...), not {type(run).__name__}."
         )
+    if not (isinstance(seconds, int | float) and 0 < seconds < math.inf):
+        raise BadInput(f"seconds is {shown(seconds)}: give the film's length, such as 6.")
+    if bodies is not None and not callable(bodies):
+        raise BadInput(f"bodies is {shown(bodies)}: give a function of x, such as {EXAMPLE}.")
     shape = bodies or _usual(run)
     rows = np.unique(np.linspace(0, len(run.t) - 1, MOST_FRAMES).astype(int))
     frames = [_polylines(shape, np.asarray(run.x[row], dtype=float)) for row in rows]
@@ -85,15 +92,20 @@ def _usual(run: Any) -> Callable[..., Any]:
         return axes
     if n in (2, 3) and groupoid.kind == "pair":
         return lambda x: x[None]
+    if n == 3 and groupoid.kind == "action":
+        return lambda x: np.array([np.zeros(3), x])
     raise BadInput(
-        f"{run.scheme.scene.name}: x has {n} numbers, which need be no place: say where its bodies "
-        "are, as film(run, lambda x: [[0, 0], [sin(x[0]), -cos(x[0])]])."
+        f"{run.scheme.scene.name}: x has {n} numbers, which need not be a place: say where its "
+        f"bodies are, as film(run, {EXAMPLE})."
     )
 
 
 def _polylines(bodies: Callable[..., Any], x: Any) -> list[Any]:
     """The rows of points that a function gives, as arrays k×2 or k×3."""
-    given = bodies(x)
+    try:
+        given = bodies(x)
+    except Exception as error:  # of a user's function, which may raise anything
+        raise BadInput(f"bodies(x) raises {type(error).__name__}: {error}.") from error
     try:
         rows = [np.asarray(given, dtype=float)]
     except (TypeError, ValueError):  # rows of other lengths
