@@ -3,7 +3,7 @@
 Begun again on what is left, it has to give the numbers of an undisturbed run, and leave no litter.
 
     python -m tests.kill_points [publish|beside|lattice|study|baseline|report ...]
-                                [--every N] [--first K]
+                                [--every N] [--first K] [--last L]
 """
 
 from __future__ import annotations
@@ -223,15 +223,18 @@ PROGRAMS: dict[str, tuple[Callable[[], int], Callable[[Path], Any]]] = {
 WARM = (publish, beside, lattice)
 
 
-def every_point(name: str, folder: Path, every: int = 1, from_point: int = 1) -> Iterator[str]:
-    """Kill a program at each (every-th) point from one on and begin it again: what went wrong."""
+def every_point(
+    name: str, folder: Path, every: int = 1, from_point: int = 1, last: int | None = None
+) -> Iterator[str]:
+    """Kill a program at each (every-th) point of these and begin it again: what went wrong."""
     program, result = PROGRAMS[name]
     first = run(program, folder / "undisturbed")
     if first.code:
         yield f"{name}: undisturbed it ends with {first.code}: {first.said}"
         return
     wanted, kills, wrong = result(folder / "undisturbed"), 0, 0
-    for point in range(from_point, first.points + 1, every):
+    end = first.points if last is None else min(last, first.points)
+    for point in range(from_point, end + 1, every):
         where = folder / str(point)
         kills += run(program, where, point).code == KILLED
         for said in _again(program, result, wanted, where):
@@ -264,6 +267,7 @@ def main(words: list[str]) -> int:
     parser.add_argument("names", nargs="*", choices=[*PROGRAMS, []], metavar="PROGRAM")
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--first", type=int, default=1)
+    parser.add_argument("--last", type=int)
     asked, bad = parser.parse_args(words), 0
     import discmech.studies.command.entry
     import discmech.studies.core.running
@@ -272,7 +276,8 @@ def main(words: list[str]) -> int:
     with TemporaryDirectory(prefix="kill-points-") as folder:
         for name in asked.names or PROGRAMS:
             (Path(folder) / name).mkdir()
-            for said in every_point(name, Path(folder).resolve() / name, asked.every, asked.first):
+            where, some = Path(folder).resolve() / name, (asked.every, asked.first, asked.last)
+            for said in every_point(name, where, *some):
                 bad += 1
                 print(said, flush=True)
     return min(bad, 1)

@@ -87,6 +87,14 @@ def rolling(inertia, friction="1/2", **more):
     )  # fmt: skip
 
 
+#: slides on a table in space, askew to its axes, and stops after v²/2κ
+puck = Scene(
+    name="puck", groupoid=pair(3), lagrangian=lambda x, v, p: v.dot(v) / 2 - x[2],
+    contact=lambda x, p: [x[2]], friction="0.3", impacts="located", x0=[0, 0, 0],
+    v0=["0.6", "0.8", 0], duration=5,
+)  # fmt: skip
+
+
 def rod(friction, **more):
     """Painlevé's rod at tan θ = 2, whose lower end slides at −1: from κ = 4/3 on no sliding has a
     pressure, and the end sticks by the impulse (0.3, 0.4), whatever the step."""

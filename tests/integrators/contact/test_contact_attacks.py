@@ -69,6 +69,11 @@ def test_a_slip_that_jams_sticks_at_once(impacts):
     assert abs(sliding / 1e-4 - 6.25) < 2e-3  # g/(1.6 − 1.2 κ)
 
 
+def test_a_puck_slides_along_its_line_and_stops_where_its_energy_is_spent():
+    puck = attacks.puck
+    assert abs(run(puck, "0.01", 500).x[-1] - [1, 4 / 3, 0]).max() < 1e-12  # v²/2κ = 5/3
+
+
 @pytest.mark.parametrize(("speed", "restitution"), [("3", "1/2"), ("1/4", "1/2"), ("3", 0)])
 def test_a_spinning_disc_meets_the_floor_as_coulomb_says(speed, restitution):
     """It lands obliquely and slips by κP, or sticks by a third of the slip (Keller 1986)."""
