@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
+
+from discmech.integrators.scene import remembered
 
 from .failures import MotionEnds, ReferenceFailure
 from .result import Solution
@@ -30,7 +31,7 @@ def solutions_in_numbers(scene: Any, times: Sequence[Fraction]) -> list[Solution
     return [_solution(scene, t) for t in times]
 
 
-@lru_cache(maxsize=256)
+@remembered(maxsize=256)
 def _solution(scene: Any, t: Fraction) -> Solution:
     import mpmath
 

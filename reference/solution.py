@@ -9,9 +9,9 @@ exact; a float t is its exact binary value.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache as once
 from typing import TYPE_CHECKING, Any
 
 from . import cache, frozen
@@ -89,15 +89,21 @@ def follow(scene: Any, t: Any, max_steps: int = 10_000) -> None:
     integrate(equations, program, [exact_time(t)], TaylorSettings(30), max_steps)
 
 
-@lru_cache(maxsize=64)
 def surroundings(scene: Any) -> Surroundings:
     """The motion of a scene from states of one's own, in short pieces (`Surroundings`).
 
     Raises `ReferenceFailure` for a scene that can have no reference.
     """
+    return _surroundings()(scene)
+
+
+@once
+def _surroundings() -> Callable[[Any], Surroundings]:
+    from discmech.integrators.scene import remembered
+
     from .local_motion import Surroundings
 
-    return Surroundings(scene)
+    return remembered(maxsize=64)(lambda scene: Surroundings(scene))
 
 
 def multipliers(scene: Any, at: Solution) -> list[Any]:
@@ -113,7 +119,7 @@ def multipliers(scene: Any, at: Solution) -> list[Any]:
     from .equations import T
 
     scene = scene_of(scene)
-    balance = _balance(scene)
+    balance = _balance()(scene)
     k = balance.mechanics.admitted.rows
     if not k:
         raise ReferenceFailure(f"scene {scene.name} has no constraints, so no multipliers")
@@ -152,23 +158,14 @@ def _units(matrix: Any, k: int) -> list[Any]:
     return found
 
 
-def _balance(scene: Any) -> Balance:
-    """Its equations, derived once as long as nothing changes that its functions read."""
-    from discmech.integrators.scene import Opaque, reads
+@once
+def _balance() -> Callable[[Any], Balance]:
+    """Of a scene its equations, derived once as long as nothing changes that its functions read."""
+    from discmech.integrators.scene import remembered
 
     from .equations import balance_of
 
-    try:
-        return _balance_of(scene, reads(scene))
-    except Opaque:
-        return balance_of(scene)
-
-
-@lru_cache
-def _balance_of(scene: Any, seen: str) -> Balance:
-    from .equations import balance_of
-
-    return balance_of(scene)
+    return remembered(maxsize=128)(lambda scene: balance_of(scene))
 
 
 def _answers(

@@ -19,7 +19,6 @@ import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
 from math import factorial, sqrt
 from typing import Any
 
@@ -37,6 +36,7 @@ from discmech.integrators.equations import (
 from discmech.integrators.errors import DiscmechError
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import arithmetic, jacobian, numeric, sympy
+from discmech.integrators.scene import remembered
 
 NUMBERS = arithmetic(16)
 EPS = 2.0**-53
@@ -128,7 +128,7 @@ class Dual:
         return np.einsum("rij,rj->ri", self.tensor(z), self.covector(z, v, size))
 
 
-@lru_cache(maxsize=64)
+@remembered(maxsize=64)
 def dual_of(scene: Scene) -> Dual | None:
     """`Dual` of a scene; None where z = (x, μ) is no free state, or the energy has to change.
 

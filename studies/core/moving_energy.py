@@ -8,7 +8,6 @@ is made without any run of a method that is judged.
 from __future__ import annotations
 
 from contextlib import suppress
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from discmech.integrators import Scene
 from discmech.integrators.equations import SceneSymbols, momentum
 from discmech.integrators.errors import DiscmechError
 from discmech.integrators.numbers import numeric
+from discmech.integrators.scene import remembered
 
 from .modified_energy import NUMBERS, dual_of
 
@@ -26,7 +26,7 @@ MOST = 300  # steps of it
 TIMES = 32  # at which a certified motion is looked at, where there is no plain field
 
 
-@lru_cache(maxsize=256)
+@remembered(maxsize=256)
 def moving_energy(scene: Scene) -> float:
     """Half the largest Σ |(μ − μ⁰)_i ξ_i| along the motion over the scene's duration.
 
@@ -102,7 +102,7 @@ def may_end(scene: Scene) -> bool:
         return False
 
 
-@lru_cache(maxsize=64)
+@remembered(maxsize=64)
 def _followed(scene: Scene) -> tuple[np.ndarray, float]:
     """The motion's (x, μ), a row each, and the time to which it came.
 

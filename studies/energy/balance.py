@@ -27,7 +27,7 @@ from discmech.integrators.equations import (
 from discmech.integrators.errors import DiscmechError
 from discmech.integrators.flows import Trajectory
 from discmech.integrators.numbers import Arithmetic, arithmetic, numeric
-from discmech.integrators.scene import takes_fourth
+from discmech.integrators.scene import remembered, takes_fourth
 from discmech.reference import ReferenceFailure
 
 from ..causes.round_off import unit
@@ -44,7 +44,7 @@ def applies(case: Case) -> bool:
     return case.scene.force is not None or case.scene.timed
 
 
-@lru_cache(maxsize=64)
+@remembered(maxsize=64)
 def acts(scene: Scene, duration: float) -> bool:
     """Whether the force, or the time, does more to the energy in that time than round-off would.
 

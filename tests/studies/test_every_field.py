@@ -262,6 +262,29 @@ def test_a_global_that_changes_in_one_process_is_seen(monkeypatch):
     assert abs(float(discmech.solution(scene, 1, digits=20).x[0]) - np.cos(1)) < 1e-12
 
 
+def test_scales_and_references_in_one_process_see_a_changed_global():
+    from discmech.reference import solution, surroundings
+    from discmech.studies.core.moving_energy import moving_energy
+    from discmech.studies.energy.balance import acts
+
+    pushed = SCENE.with_values(force=lambda x, v, p: [STRENGTH[0] - 1], v0=[1])
+    numeric = replace(NUMERIC, numeric_hamiltonian=lambda q, p: (p @ p + STRENGTH[0] * q @ q) / 2,
+                      gradient=lambda q, p: (STRENGTH[0] * q, p))  # fmt: skip
+    heavy = SCENE.with_values(lagrangian=lambda x, v, p: STRENGTH[0] * v[0] ** 2 / 2, v0=[1])
+
+    def found():
+        ask = (acts(pushed, 2), solution(numeric, 1, 10).x[0], moving_energy(heavy))
+        return ask, surroundings(pushed)
+
+    before, motion = found()
+    STRENGTH[0] = 4
+    after, another = found()
+    STRENGTH[0] = 1
+    assert not before[0] and after[0] and motion is not another
+    assert abs(float(before[1]) - np.cos(1)) < 1e-9 and abs(float(after[1]) - np.cos(2)) < 1e-9
+    assert after[2] == pytest.approx(4 * before[2])
+
+
 def test_the_processor_counts(monkeypatch):
     def key():
         return fingerprint.of_case(get("order"), Case("order", SCENE, midpoint, 16), timed=False)
