@@ -333,7 +333,11 @@ def _round_off(flow: Flow, place: Place) -> list[Any]:
     s = flow.scheme.s
     if not flow.scheme.rule.is_formula:  # of one operation, beside the rounded start
         unit = flow.scheme.rule.unit(flow.digits)
-        return [2 * unit * abs(e) for e in (*place.x, *place.mu)]
+        sizes = [[abs(e) for e in part] for part in (place.x, place.mu)]
+        if getattr(flow.scheme.rule, "read", None) is not None:
+            # coordinates of its own, such as quaternions: a rounding there moves all entries alike
+            sizes = [[max(part)] * len(part) if part else part for part in sizes]
+        return [2 * unit * e for part in sizes for e in part]
     with flow.numbers.working():
         x, mu = flow.context.vectors(s.with_time(place.x, place.t), place.mu)
         near = flow.context.vector(place.u, len(mu))

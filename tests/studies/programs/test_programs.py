@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import dataclasses
 import sys
+import types
 
 import numpy as np
 import pytest
@@ -38,6 +39,7 @@ from discmech.studies.core.one_case import run_case
 from discmech.studies.core.side_by_side import key_of
 from discmech.studies.core.study import every_study
 from discmech.studies.evidence import evidence_of
+from discmech.studies.evidence.order import _round_off
 from tests.imports import ROOT
 
 from . import methods
@@ -428,6 +430,15 @@ def test_a_small_coordinate_is_seen_beside_a_large_one():
 def test_a_momentum_of_0_has_the_round_off_of_what_it_becomes():
     found = evidence_of(Scheme(scenes.get("pendulum"), methods.yoshida)).order
     assert found.order == pytest.approx(4, abs=0.1)
+
+
+def test_a_rounding_in_coordinates_of_ones_own_moves_all_entries():
+    """Of a quaternion an entry of its matrix that is small is off by what the large ones are."""
+    place = types.SimpleNamespace(x=(0.1, -0.9), mu=(0.0, 2.0))
+    own = dataclasses.replace(methods.verlet, write=lambda *z: z, read=lambda *z: z)
+    found = [_round_off(Scheme(scenes.get("kepler"), box).flow("0.1"), place)
+             for box in (own, methods.verlet)]  # fmt: skip
+    assert [[e * 2**52 for e in sizes] for sizes in found] == [[0.9, 0.9, 2, 2], [0.1, 0.9, 0, 2]]
 
 
 def split_body(q, p, h, s):
