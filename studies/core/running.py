@@ -153,7 +153,7 @@ def run_studies(
 
 def _dropped(study: Study, choice: Choice, cases: Sequence[Case]) -> list[str]:
     """A sentence for each chosen rule that the study has no case of, and none has spoken of."""
-    seen = {case.rule.name for case in cases}
+    seen = {name for case in cases for name in (case.rule.name, case.label)}  # a race's are labels
     spoken = " ".join((*choice.unheeded(), *choice.apart(study.name), *study.notes(choice)))
     found = []
     for rule in choice.rules:

@@ -51,7 +51,7 @@ def hold_race(
     a second time, with steps chosen for tolerances. `first`: steps of the rules' first run.
     """
     scheme = scheme_of(scene, rules[0])
-    equations = equations_of(scheme)
+    equations = equations_of(scheme, timed=bool(peers))
     problem = Problem(scene, scheme, scene.duration)
     if periods is not None:
         duration = Fraction(periods * characteristic_period(problem, equations))

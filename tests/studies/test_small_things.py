@@ -6,10 +6,12 @@ import pytest
 
 from discmech import Scene, pair
 from discmech.integrators import rules as discretisations
+from discmech.integrators import scenes
 from discmech.studies import check, get
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.lookup import rules
 from discmech.studies.core.one_case import run_case
+from discmech.studies.core.running import _dropped
 from discmech.studies.report import tables
 
 ROUGH = """
@@ -73,6 +75,10 @@ def test_the_order_study_says_which_rules_it_leaves_out_at_16_digits():
 def test_a_rule_that_a_study_drops_is_said():
     notes = check("order", ["pendulum"], ["imex", "rectangle"], [16], steps=16)["notes"]
     assert "imex is left out of order: it needs a scene that names a fast potential." in notes
+    race, choice = get("work-precision"), Choice(
+        scenes=(scenes.get("pendulum"),), rules=rules(["midpoint", "trapezoidal"])
+    )  # fmt: skip
+    assert not _dropped(race, choice, list(race.cases(choice)))
 
 
 def test_a_band_that_resolves_nothing_is_called_so():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import math
 from functools import cached_property, lru_cache
+from types import SimpleNamespace
 from typing import Any
 
 from discmech.integrators import Scheme
@@ -26,6 +27,7 @@ R, PI = float, pi
 inner = njit(error_model="numpy", fastmath={"contract", "arcp", "nsz", "reassoc"})
 outer = njit(error_model="numpy", cache=True)
 '''
+_PLAIN = "njit = lambda **_: lambda function: function"
 #: f and ∂f/∂z where ξ(x, μ) has no short closed form: Newton, halved until what is left shrinks
 _BY_NEWTON = """
 @inner
@@ -69,10 +71,13 @@ class Equations:
     `field` is the sympy column f of `states`; `f(t, z)` → (n+m,) and `df(t, z)` → (n+m)×(n+m) are
     compiled, without any Python inside. Where ξ(x, μ) has no short closed form there is no `field`
     (`CannotMeasure`), and the compiled functions solve for ξ.
+
+    timed: whether a peer is timed with them. Without one nothing pays for numba, which takes
+    seconds to load and to compile, and the same text runs as Python.
     """
 
-    def __init__(self, scheme: Scheme) -> None:
-        s = scheme.s
+    def __init__(self, scheme: Scheme, timed: bool = True) -> None:
+        s, self.timed = scheme.s, timed
         self.name = scheme.scene.name.replace("-", "_").replace(".", "_")
         self.states = [*s.x, *s.mu]
         values = [float(v) for v in scheme.scene.parameter_values]
@@ -97,11 +102,15 @@ class Equations:
     def _compiled(self) -> Any:
         closed = closed_velocity(self._s) is not None
         text = "\n".join([
-            _HEADER,
+            _HEADER if self.timed else _HEADER.replace("from numba import njit", _PLAIN),
             *(f"{p} = {v!r}" for p, v in self.constants.items()),
             *(self._in_closed_form() if closed else self._by_newton()),
         ])  # fmt: skip
-        return module_of(f"field_{self.name}", text)
+        if self.timed:
+            return module_of(f"field_{self.name}", text)
+        plain: dict[str, Any] = {}
+        exec(text, plain)
+        return SimpleNamespace(f=_in_numbers(plain["f"], 1), df=_in_numbers(plain["df"], 2))
 
     def _by_newton(self) -> list[str]:
         """Parts of the module where ξ is solved for."""
@@ -128,13 +137,27 @@ class Equations:
 
     @property
     def f(self) -> Any:
-        """f(t, z) as machine code."""
+        """f(t, z)."""
         return self._compiled.f
 
     @property
     def df(self) -> Any:
-        """∂f/∂z as machine code."""
+        """∂f/∂z at (t, z)."""
         return self._compiled.df
+
+
+def _in_numbers(function: Any, axes: int) -> Any:
+    """f or df as Python: nan where Python raises, and machine code has nan or inf."""
+    import numpy as np
+
+    def asked(t: float, z: Any) -> Any:
+        try:
+            with np.errstate(all="ignore"):
+                return function(t, z)
+        except (ArithmeticError, ValueError):
+            return np.full((len(z),) * axes, np.nan)
+
+    return asked
 
 
 def _array_function(
@@ -162,5 +185,5 @@ def _array_function(
     ]
 
 
-#: the equations of motion of a scheme's scene, derived and compiled once
+#: the equations of motion of a scheme's scene, derived once
 equations_of = lru_cache(maxsize=64)(Equations)

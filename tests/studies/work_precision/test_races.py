@@ -27,7 +27,7 @@ from discmech.studies.work_precision.contestants import (
 )
 from discmech.studies.work_precision.enough import FEWEST, PATIENT
 from discmech.studies.work_precision.measuring import HIGH_ORDER
-from discmech.studies.work_precision.peers.equations import equations_of
+from discmech.studies.work_precision.peers.equations import Equations, equations_of
 from tests.studies.work_precision.races import SCIPY, choice, race, race_on
 
 
@@ -43,6 +43,17 @@ def test_everybody_takes_part_and_comes_to_the_truth(pendulum):
         assert case["verdict"] == "pass", (name, case["reason"])
         assert case["kind"] == ("peer" if name in SCIPY else "rule")
         assert case["command"].startswith("discmech work-precision pendulum --peer DOP853")
+
+
+def test_without_peers_the_same_equations_run_as_python(pendulum):
+    """And give the same floors, without a second of numba."""
+    problem, compiled = race_on(scenes.get("pendulum"))
+    plain, z = Equations(problem.scheme, timed=False), np.array([0.3, -0.7])
+    assert np.abs(plain.f(0.0, z) - compiled.f(0.0, z)).max() < 1e-15
+    assert np.abs(plain.df(0.0, z) - compiled.df(0.0, z)).max() < 1e-15
+    kepler = Equations(scheme_of(scenes.get("kepler"), BUILT_IN["midpoint"]), timed=False)
+    assert not np.isfinite(kepler.f(0.0, np.zeros(4))).all()  # where Python divides by zero
+    assert kepler.df(0.0, np.zeros(4)).shape == (4, 4)
 
 
 def test_rows_hold_every_metric_and_every_count(pendulum):
