@@ -80,15 +80,17 @@ class _Run:
 
         name = run.scheme.rule.name
         self.scheme, self.t, self.x, self.mu, self.run = run.scheme, run.t, run.x, run.mu, run
-        self.label, self.colour = dict(look.labels).get(name, name), marks([name])[name].colour
+        labels = dict(look.labels)
+        self.label, self.colour = labels.get(name, name), marks([name])[name].colour
+        self.asked = name in labels  # for its name
 
 
 def _curves(axes: Axes, runs: Sequence[_Run], columns: Sequence[tuple[Any, Any]]) -> None:
-    """A curve a run; where they are of several rules, in the colours of these, which are named."""
+    """A curve a run; of several rules, or with a label, in the colours of these, and named."""
     from ..report.palette import THEME, WORDS
 
     found = {run.label: run.colour for run in runs}
-    several, taken = len(found) > 1, set[str]()
+    several, taken = len(found) > 1 or any(run.asked for run in runs), set[str]()
     for label, colour in found.items():  # a line has no mark to tell it from another of its colour
         free = (other for other in (colour, *THEME) if other in WORDS and other not in taken)
         found[label] = next(free, colour)

@@ -68,6 +68,11 @@ def test_a_run_is_a_figure(scene, kind, panels):
     assert all(len(axes.lines[0].get_xdata()) == 201 for axes in figure.axes)
 
 
+def test_a_label_that_was_asked_for_is_shown_beside_one_run_too():
+    assert "Gauss" in words(plot(run_of("kepler"), labels={"midpoint": "Gauss"}))
+    assert "midpoint" not in words(plot(run_of("kepler")))
+
+
 def test_the_energy_drawn_is_that_of_the_run():
     figure = plot([run_of("pendulum"), run_of("pendulum", trapezoidal)], "energy")
     (axes,) = figure.axes
