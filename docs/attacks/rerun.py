@@ -31,8 +31,9 @@ OWN_UNIT = ("small_action", "large_action", "tiny_action")
 
 
 def rows():
-    """(attack, words of its command, verdict) of each row of the table."""
-    table = (HERE.parent / "verdicts.md").read_text(encoding="utf-8")
+    """(attack, words of its command, verdict) of each row of the first table."""
+    page = (HERE.parent / "verdicts.md").read_text(encoding="utf-8")
+    table, _, _ = page.partition("## The second attack")
     return [
         (attack, shlex.split(command), verdict) for attack, command, verdict in ROW.findall(table)
     ]
