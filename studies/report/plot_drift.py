@@ -65,7 +65,8 @@ def drift(
         ends = [factor * math.sqrt(step / last) for step in (first, last)]
         axes.plot([first, last], ends, color=MUTED, lw=0.9, ls=(0, (1, 1.6)))
         labels = [(last, factor, "ε√N", MUTED)]
-        labels += [(last, limit, "limit", MUTED) for limit in limits]
+        word = "limit" if len(limits) == 1 else "limits, one a rule"
+        labels += [(last, limit, word, MUTED) for limit in limits[-1:]]  # the highest names all
         drawn = [
             list(zip(steps, accumulate([max(v, floor) for v in values], max), strict=True))
             for steps, values in (
