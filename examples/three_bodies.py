@@ -5,7 +5,7 @@
 Burrau's problem (Szebehely 1967), which adaptive methods such as IRKGL16 are shown on, is the hard
 case for constant steps. At t = 1.88 two bodies are 0.01 apart and at t = 15.83 they are 4e-4 apart,
 and a constant step has to be the one that these encounters need. So the race here ends at t = 10;
-published runs go on to 63 (docs/studies/races.md).
+published runs go on to 63 (docs/notes/races.md).
 """
 
 from itertools import combinations

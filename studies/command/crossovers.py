@@ -39,8 +39,9 @@ _HEAD = f"""# crossovers: who is fastest, and where it changes
 
 Made by `{COMMAND}`, on {{machine}}.
 Processor time, one race a scene: read ratios, not seconds. What stands behind them, published
-figures and how far two runs agree: [races](races.md). The rules are {", ".join(RULES)}, those with
-stages also with steps chosen by tolerance; the peers {{peers}}, each by its own settings.
+figures and how far two runs agree: [races](../notes/races.md). The rules are
+{", ".join(RULES)}, those
+with stages also with steps chosen by tolerance; the peers {{peers}}, each by its own settings.
 
 A cell has the fastest rule and the fastest of these peers that come to an error of 10⁻⁴, 10⁻⁸,
 10⁻¹², and the peer's time over the rule's: above 1 (bold) the rule is faster. A dash: none of them

@@ -101,12 +101,13 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
         prog="discmech",
         description="Verification bench for variational integrators on Lie groupoids.",
         epilog="Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive, 4 could not "
-        "run.",
+        "run. Words such as control, band or pullback: discmech list --words.",
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
 
     listing = commands.add_parser("list", help="names of scenes, rules, groupoids and studies")
     listing.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    listing.add_argument("--words", action="store_true", help="the bench's words and their meaning")
     listing.set_defaults(action=_list)
 
     single_run.add_to(commands)
@@ -152,6 +153,15 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
 
 
 def _list(options: argparse.Namespace) -> int:
+    if options.words:
+        from ..report.glossary import WORDS
+
+        meanings = {word: meaning for word, _, meaning in WORDS}
+        if options.json:
+            write_json(options.json, meanings, indent=1)
+        else:
+            print("\n".join(f"{word}: {meaning}." for word, meaning in meanings.items()))
+        return PASS
     found = {"scenes": list(scenes.every_name()), "rules": list(discretisations.names()),
              "groupoids": list(GROUPOIDS), "studies": list(NAMES),
              "one_step_maps": list(discretisations.MAPS),

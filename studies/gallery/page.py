@@ -12,7 +12,7 @@ Methods of other people's libraries, run through adapters of a few lines
 precision. This page is written by
 
 ```sh
-discmech gallery --page docs/gallery.md
+discmech gallery --page gallery.md
 ```
 
 on the machine and with the versions that it names; a job that runs each week measures them anew.

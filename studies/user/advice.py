@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 Case = Mapping[str, Any]
-#: two runs of one race give ratios within 9.2 % of each other (docs/studies/races.md), so
+#: two runs of one race give ratios within 9.2 % of each other (docs/notes/races.md), so
 #: nothing within a tenth tells two methods apart, however narrow the quartiles of a run are; half
 #: of it (of its logarithm) goes to each of the two
 AGREE = math.sqrt(1.1)

@@ -124,3 +124,9 @@ def test_each_study_has_its_row_in_the_pages():
         if isinstance(study, StudyFolder) and study.name != "reversibility":
             assert f"| {study.name} | {study.asks} |" in readme
             assert f"| {study.name} | {study.measured} | {study.judged} |" in judged
+
+
+def test_the_glossary_has_a_row_for_each_word():
+    from discmech.studies.report.glossary import rows
+
+    assert rows() in (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
