@@ -7,10 +7,10 @@
 
 from __future__ import annotations
 
+from .answer.result import Solution
+from .answer.solution import follow, multipliers, solution, solutions, surroundings
 from .failures import MotionEnds, ReferenceFailure
 from .progress import progress_to
-from .result import Solution
-from .solution import follow, multipliers, solution, solutions, surroundings
 
 __all__ = [
     "MotionEnds", "ReferenceFailure", "Solution", "follow", "multipliers", "progress_to",

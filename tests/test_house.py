@@ -124,6 +124,17 @@ def test_no_chain_of_imports_is_longer_than_fourteen_files():
     assert max(depth.values()) <= 14
 
 
+#: the rooms of reference/, likewise
+REFERENCE = ("failures", "progress", "equations", "taylor", "enclosure", "closed_forms", "answer")
+
+
+@pytest.mark.parametrize("room", REFERENCE)
+def test_rooms_of_the_references_import_downwards_only(room):
+    above = REFERENCE[REFERENCE.index(room) + 1 :]
+    here = under(f"reference/{room}", f"reference/{room}.py")
+    assert here and not offences(here, [f"discmech.reference.{other}" for other in above])
+
+
 @pytest.mark.parametrize("room", ROOMS)
 def test_rooms_import_downwards_only(room):
     below = {*ROOMS[: ROOMS.index(room) + 1]}

@@ -28,7 +28,7 @@ assert not {"sympy", "numba"} & set(sys.modules), "importing is light"
 from discmech.studies.command import main
 from discmech.studies.report.page import environment
 environment().get_template("report.html.j2")
-assert reference.frozen.FOLDER.joinpath("heavy-top.json").is_file()
+assert reference.answer.frozen.FOLDER.joinpath("heavy-top.json").is_file()
 print(main(["list"]))
 print(*filter(importlib.util.find_spec, %r))
 """

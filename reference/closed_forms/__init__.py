@@ -40,7 +40,7 @@ def closed_form_of(scene: Any, mechanics: Mechanics) -> ClosedForm | None:
     """The closed form that solves exactly this scene, or None."""
     import sympy
 
-    from ..exact import parameter_values
+    from ..equations import parameter_values
 
     form, structure = registry().get(scene.name), mechanics.structure
     if form is None or form.kind != scene.groupoid.kind:

@@ -10,7 +10,7 @@ from typing import Any
 
 import mpmath
 
-from ..exact import number_to_mpf
+from ..equations import number_to_mpf
 from .form import ClosedForm, Motion, Numbers, sign
 
 

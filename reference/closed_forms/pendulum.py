@@ -17,7 +17,7 @@ from typing import Any
 import mpmath
 import sympy
 
-from ..exact import number_to_mpf
+from ..equations import number_to_mpf
 from .elliptic import first_kind, jacobi
 from .form import ClosedForm, Motion, Numbers, is_zero, sign
 

@@ -22,7 +22,7 @@ from typing import Any
 
 import mpmath
 
-from ..exact import number_to_mpf
+from ..equations import number_to_mpf
 from .elliptic import first_kind, jacobi, third_kind
 from .form import ClosedForm, Motion, Numbers, is_zero, sign
 from .rigid_body import basis

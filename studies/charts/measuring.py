@@ -215,8 +215,8 @@ def _factorised(case: Case, g: Any, after: Any) -> float | None:
     """The distance of a step from the factorisation's; None for other scenes, or on its edge."""
     if case.scene.name != "moser-veselov":
         return None
+    from discmech.reference.closed_forms.moser_veselov import step
     from discmech.reference.failures import ReferenceFailure
-    from discmech.reference.moser_veselov import step
 
     with mpmath.workdps(case.digits + 15):
         inertia = [mpmath.mpf(e.numerator) / e.denominator

@@ -141,7 +141,8 @@ def _print(result: dict[str, Any]) -> None:
 
 def _tables(options: argparse.Namespace) -> int:
     """Rebuild or check frozen tables."""
-    from discmech.reference import frozen, progress_to
+    from discmech.reference import progress_to
+    from discmech.reference.answer import frozen
 
     asked = options.rebuild or options.check
     names = frozen.names() if "all" in asked else [scenes.get(name).name for name in asked]

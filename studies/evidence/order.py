@@ -27,7 +27,7 @@ from discmech.reference import surroundings
 from .places import Place, random_fraction
 
 if TYPE_CHECKING:
-    from discmech.reference.local_motion import ExactState
+    from discmech.reference.answer.local_motion import ExactState
 
 GUARD = 15
 #: the part of the digits, less 14, by which the error of a step is below the motion at the expected

@@ -32,7 +32,7 @@ from discmech.integrators.scene import remembered
 from discmech.reference import surroundings
 
 if TYPE_CHECKING:
-    from discmech.reference.local_motion import Surroundings
+    from discmech.reference.answer.local_motion import Surroundings
 
 DIGITS = 170  # of a place: more than any study looks at it with
 ON, BESIDE = 1, 3  # how many places lie on the motion, and how many beside it

@@ -70,9 +70,9 @@ def notes(choice: Choice) -> list[str]:
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """One certified integration, without any table or cache; the better of two if it is short."""
-    from discmech.reference.bounded import bounded_integration
+    from discmech.reference.answer.bounded import bounded_integration
     from discmech.reference.equations import equations_of
-    from discmech.reference.series import compile_series
+    from discmech.reference.taylor import compile_series
 
     assert isinstance(case, Integration)
     equations = equations_of(case.scene)

@@ -12,12 +12,10 @@ import mpmath
 import pytest
 
 from discmech.integrators import scenes
-from discmech.reference.bounded import bounded_integration
-from discmech.reference.equations import equations_of
-from discmech.reference.exact import to_mpf
-from discmech.reference.extrapolation import extrapolate
-from discmech.reference.series import compile_series
-from discmech.reference.taylor import TaylorSettings, integrate
+from discmech.reference.answer.bounded import bounded_integration
+from discmech.reference.answer.extrapolation import extrapolate
+from discmech.reference.equations import equations_of, to_mpf
+from discmech.reference.taylor import TaylorSettings, compile_series, integrate
 
 DIGITS = 50
 

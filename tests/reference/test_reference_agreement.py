@@ -7,8 +7,8 @@ import mpmath
 import pytest
 from mpmath import mpf
 
-from discmech.reference.agreement import EXACT, agreement, said
-from discmech.reference.result import Finding, Solution
+from discmech.reference.answer.agreement import EXACT, agreement, said
+from discmech.reference.answer.result import Finding, Solution
 
 TENTH = Fraction(1, 10)
 

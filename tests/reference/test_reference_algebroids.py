@@ -6,9 +6,8 @@ from sympy import Matrix, Rational
 
 from discmech.integrators import Scene, scenes
 from discmech.reference import ReferenceFailure, solution
-from discmech.reference.algebroid import Algebroid, algebroid_of, in_frame
-from discmech.reference.equations import equations_of
-from discmech.reference.exact import parameter_values
+from discmech.reference.equations import Algebroid, algebroid_of, equations_of, parameter_values
+from discmech.reference.equations.algebroid import in_frame
 from tests.objects import GROUPOIDS, OWN_SCENES, frame
 
 

@@ -9,7 +9,7 @@ from sympy import sin
 
 from discmech.integrators import Scene, pair, scenes
 from discmech.reference import MotionEnds, ReferenceFailure, follow, solution, solutions
-from discmech.reference.problem import Problem
+from discmech.reference.answer.problem import Problem
 
 
 def test_times_are_exact():
@@ -91,7 +91,7 @@ def test_a_second_method_that_disagrees_lowers_the_certain_digits(monkeypatch):
     """Negative control: extrapolation of equations that are wrong in the 30th digit."""
     import gmpy2
 
-    from discmech.reference import extrapolation
+    from discmech.reference.answer import extrapolation
 
     right = extrapolation.compile_field
 

@@ -12,14 +12,13 @@ import sympy
 from flint import arb
 
 from discmech.integrators import scenes
-from discmech.reference import bounded, enclosure, frozen, remainders, solution
-from discmech.reference.balls import BallRates, upper, working
-from discmech.reference.enclosure import enclose
-from discmech.reference.equations import equations_of
-from discmech.reference.exact import to_mpf
+from discmech.reference import solution
+from discmech.reference.answer import bounded, frozen
+from discmech.reference.enclosure import enclose, remainders, tube
+from discmech.reference.equations import equations_of, to_mpf
 from discmech.reference.failures import Unproven
-from discmech.reference.series import compile_series
-from discmech.reference.taylor import TaylorSettings, integrate
+from discmech.reference.taylor import TaylorSettings, compile_series, integrate
+from discmech.reference.taylor.balls import BallRates, upper, working
 from tests.reference.elementary import FUNCTIONS, X, one_equation
 
 CUT_OFF = TaylorSettings(18, guard=20)  # the truncation makes the error
@@ -109,7 +108,7 @@ def test_bounds_for_a_better_arithmetic_are_caught(monkeypatch, rate):
     def rougher(equations, program, times, settings, watch):
         return integrate(equations, program, times, replace(settings, guard=-10), watch=watch)
 
-    monkeypatch.setattr(enclosure, "integrate", rougher)
+    monkeypatch.setattr(tube, "integrate", rougher)
     assert overshoot(one_equation(rate), TIMES, ROUNDED)[0] > 10
 
 
@@ -185,7 +184,7 @@ def test_a_path_near_a_pole_of_a_step_is_no_proof():
     with gmpy2.context(gmpy2.get_context(), precision=100):
         state, size = [gmpy2.mpfr(1)], gmpy2.mpfr(-3) / 4  # x^2 = 1 + 2t is zero at t = -1/2
         nodes = program.nodes(20, state, [])
-    from discmech.reference.majorants import upward
+    from discmech.reference.enclosure.majorants import upward
     from discmech.reference.taylor import Step
 
     with upward(), pytest.raises(Unproven, match="near zero"):

@@ -10,10 +10,11 @@ import pytest
 from mpmath import mpf
 
 from discmech.integrators import scenes
-from discmech.reference import ReferenceFailure, certify, multipliers, solution
+from discmech.reference import ReferenceFailure, multipliers, solution
+from discmech.reference.answer import certify
+from discmech.reference.answer.invariants import Invariants
+from discmech.reference.answer.problem import Problem
 from discmech.reference.closed_forms import registry
-from discmech.reference.invariants import Invariants
-from discmech.reference.problem import Problem
 
 T = Fraction(3)
 EQUATIONS = SimpleNamespace(name="made up", dim_x=1, dim_u=0, start=(), attitude_size=0)
@@ -95,7 +96,7 @@ def test_one_setting_is_raised_until_the_form_agrees(runs, monkeypatch, given, c
 def test_a_second_method_has_a_second_try(runs, monkeypatch, given, agreed, tolerances):
     made, right = runs
     right |= given
-    monkeypatch.setattr("discmech.reference.certify.extrapolate",
+    monkeypatch.setattr("discmech.reference.answer.certify.extrapolate",
                         lambda e, times, digits, max_steps: certify.integrate(
                             e, None, times, certify.TaylorSettings(digits)))  # fmt: skip
     trusted = {t: {"x": [mpf(1)]} for t in (Fraction(0), T)}
@@ -108,7 +109,7 @@ def test_a_second_method_that_cannot_be_run_is_said(monkeypatch, failure):
     def fails(*_, **__):
         raise failure("no")
 
-    monkeypatch.setattr("discmech.reference.certify.extrapolate", fails)
+    monkeypatch.setattr("discmech.reference.answer.certify.extrapolate", fails)
     found = solution("henon-heiles", "1/7", 20)
     assert "extrapolation could not be run" in found.evidence and found.certain_digits == 20
 

@@ -10,18 +10,16 @@ import sympy
 
 from discmech.integrators import scenes
 from discmech.reference import solution
-from discmech.reference.agreement import agreement
-from discmech.reference.certify import form_at
+from discmech.reference.answer.agreement import agreement
+from discmech.reference.answer.certify import form_at
+from discmech.reference.answer.problem import Problem
 from discmech.reference.closed_forms import registry
 from discmech.reference.closed_forms.form import is_zero, sign
 from discmech.reference.closed_forms.kepler import increasing_root
 from discmech.reference.enclosure import enclose
-from discmech.reference.equations import equations_of
-from discmech.reference.exact import parameter_values, to_mpf
+from discmech.reference.equations import equations_of, parameter_values, to_mpf
 from discmech.reference.failures import Unproven
-from discmech.reference.problem import Problem
-from discmech.reference.series import compile_series
-from discmech.reference.taylor import TaylorSettings
+from discmech.reference.taylor import TaylorSettings, compile_series
 
 PENDULUM = {
     "libration": {},

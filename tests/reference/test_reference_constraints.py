@@ -5,8 +5,9 @@ import pytest
 import sympy
 
 from discmech.integrators import Scene, pair, rules
-from discmech.reference import ReferenceFailure, independence, multipliers, solution
-from discmech.reference.constrained_start import on_constraints
+from discmech.reference import ReferenceFailure, multipliers, solution
+from discmech.reference.equations.constrained_start import on_constraints
+from discmech.reference.taylor import independence
 from discmech.studies import check
 
 

@@ -7,8 +7,8 @@ import sympy
 
 from discmech.integrators import scenes
 from discmech.reference import ReferenceFailure, solution
-from discmech.reference.elimination import explicit_rates
 from discmech.reference.equations import equations_of
+from discmech.reference.equations.elimination import explicit_rates
 
 ALL = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
 

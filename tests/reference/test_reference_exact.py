@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech.reference import ReferenceFailure, exact
+from discmech.reference import ReferenceFailure
+from discmech.reference.equations import exact
 
 TENTH = Fraction(1, 10)
 

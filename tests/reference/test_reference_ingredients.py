@@ -8,13 +8,11 @@ import pytest
 import sympy
 from flint import arb, arb_mat, arb_poly
 
-from discmech.reference import enclosure, majorants, propagation, remainders
-from discmech.reference.balls import BallRates, working
-from discmech.reference.enclosure import enclose
+from discmech.reference.enclosure import enclose, majorants, propagation, remainders, tube
+from discmech.reference.enclosure.majorants import Majorant, abs_exact, majorant, upward
 from discmech.reference.failures import Unproven
-from discmech.reference.majorants import Majorant, abs_exact, majorant, upward
-from discmech.reference.series import compile_series
-from discmech.reference.taylor import Step, TaylorSettings
+from discmech.reference.taylor import Step, TaylorSettings, compile_series
+from discmech.reference.taylor.balls import BallRates, working
 from tests.reference.elementary import X, one_equation
 
 
@@ -111,9 +109,7 @@ def test_jacobians_hold_the_whole_box(monkeypatch):
 def box_holds_the_path():
     """t^2 from 0 to 1 in four parts; and what was cut off, 1/1000."""
     path = arb_poly([0, 0, 1])
-    piece = enclosure._Piece(
-        arb(1), [path], [path.derivative()], [arb("0.001")], [arb(0)], [arb(0)], []
-    )
+    piece = tube._Piece(arb(1), [path], [path.derivative()], [arb("0.001")], [arb(0)], [arb(0)], [])
     with working():
         for i in range(4):
             (box,) = piece.box(Fraction(2 * i + 1, 8), Fraction(1, 4), [arb(0)])
@@ -125,16 +121,16 @@ def box_holds_the_path():
 
 def test_the_tube_holds_the_path(monkeypatch):
     assert box_holds_the_path()
-    right = enclosure.around_zero
+    right = tube.around_zero
     for weak in (lambda size: arb(0), lambda size: right(size) / 2):
-        monkeypatch.setattr(enclosure, "around_zero", weak)
+        monkeypatch.setattr(tube, "around_zero", weak)
         assert not box_holds_the_path()
 
 
 def test_constants_are_as_near_as_the_bounds_take_them_to_be():
     program, settings = compile_series(one_equation(sympy.sqrt(2) * X)), TaylorSettings(18)
     with working(settings.precision + 32):
-        enclosure._check_constants(program, settings)
+        tube._check_constants(program, settings)
 
     def off(digits):
         return [c * (1 + gmpy2.mpfr(4) / 2**settings.precision)
@@ -142,7 +138,7 @@ def test_constants_are_as_near_as_the_bounds_take_them_to_be():
 
     wrong = SimpleNamespace(constants=program.constants, constants_at=off)
     with pytest.raises(Unproven, match="known well enough"), working(settings.precision + 32):
-        enclosure._check_constants(wrong, settings)
+        tube._check_constants(wrong, settings)
 
 
 def test_a_bound_wider_than_the_tube_is_no_proof(monkeypatch):
@@ -150,5 +146,5 @@ def test_a_bound_wider_than_the_tube_is_no_proof(monkeypatch):
     equations, t = one_equation(X**2), Fraction(1, 4)
     program, settings = compile_series(equations), TaylorSettings(6)
     assert enclose(equations, program, [t], settings).held == {0}
-    monkeypatch.setattr(enclosure, "ROOM", 1e-3)
+    monkeypatch.setattr(tube, "ROOM", 1e-3)
     assert enclose(equations, program, [t], settings).held == {0, t}

@@ -11,18 +11,13 @@ import sympy
 from sympy import Rational
 
 from discmech.integrators import scenes
-from discmech.reference import (
-    MotionEnds,
-    ReferenceFailure,
-    extrapolation,
-)
-from discmech.reference.agreement import agreement
-from discmech.reference.equations import equations_of
-from discmech.reference.exact import number_to_mpfr
-from discmech.reference.extrapolation import extrapolate
-from discmech.reference.series import compile_series
-from discmech.reference.states import all_blocks
-from discmech.reference.taylor import TaylorSettings, integrate, safe_step
+from discmech.reference import MotionEnds, ReferenceFailure
+from discmech.reference.answer import extrapolation
+from discmech.reference.answer.agreement import agreement
+from discmech.reference.answer.extrapolation import extrapolate
+from discmech.reference.answer.states import all_blocks
+from discmech.reference.equations import equations_of, number_to_mpfr
+from discmech.reference.taylor import TaylorSettings, compile_series, integrate, safe_step
 from tests.reference.elementary import FUNCTIONS, X, one_equation
 
 ALL = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")

@@ -10,11 +10,11 @@ import pytest
 import sympy
 from flint import arb, arb_mat, arb_poly
 
-from discmech.reference import bounded, enclosure, propagation
-from discmech.reference.balls import BallRates, working
+from discmech.reference.answer import bounded
+from discmech.reference.enclosure import propagation, tube
 from discmech.reference.failures import Unproven
-from discmech.reference.series import compile_series
-from discmech.reference.taylor import TaylorSettings
+from discmech.reference.taylor import TaylorSettings, compile_series
+from discmech.reference.taylor.balls import BallRates, working
 from tests.reference.elementary import X, one_equation
 
 
@@ -210,14 +210,14 @@ def test_errors_of_steps_are_carried_in_units_of_their_scale():
     path = arb_poly([1, 1])
 
     def piece(time):
-        return enclosure._Piece(
+        return tube._Piece(
             arb(1), [path], [path.derivative()], [arb(0)], [arb(2) ** -50], [arb(2) ** -48],
             [(time, Fraction(1))],
         )  # fmt: skip
 
     program = compile_series(one_equation(sympy.Integer(1)))
     with working():
-        found = enclosure._carry(program, [piece(1), piece(2)], [arb(2) ** -49], [arb(4)], True)
+        found = tube._carry(program, [piece(1), piece(2)], [arb(2) ** -49], [arb(4)], True)
         told = [(t, float(error) * 2**50, safe) for t, (error,), safe in found]
     # the start's 2, each step's own 1 and its jump of 4, which the next one has carried
     assert told == [(1, pytest.approx(7), True), (2, pytest.approx(12), True)]
@@ -225,17 +225,17 @@ def test_errors_of_steps_are_carried_in_units_of_their_scale():
 
 @pytest.mark.parametrize("count", [1, 4])
 def test_the_boxes_of_a_step_cover_it_without_a_gap(monkeypatch, count):
-    path, shares, box = arb_poly([1, 1]), [], enclosure._Piece.box
-    monkeypatch.setattr(enclosure, "_balanced", lambda *_: ([arb(1)], 0.0))
-    monkeypatch.setattr(enclosure, "_stretches", lambda *_: count)
+    path, shares, box = arb_poly([1, 1]), [], tube._Piece.box
+    monkeypatch.setattr(tube, "_balanced", lambda *_: ([arb(1)], 0.0))
+    monkeypatch.setattr(tube, "_stretches", lambda *_: count)
     monkeypatch.setattr(
-        enclosure._Piece, "box", lambda self, *at: (shares.append(at[:2]), box(self, *at))[1]
+        tube._Piece, "box", lambda self, *at: (shares.append(at[:2]), box(self, *at))[1]
     )
-    piece = enclosure._Piece(
+    piece = tube._Piece(
         arb(1), [path], [path.derivative()], [arb(0)], [arb(0)], [arb(0)], [(1, Fraction(1))]
     )
     program = compile_series(one_equation(sympy.Integer(1)))
     with working():
-        assert list(enclosure._carry(program, [piece], [arb(0)], [arb(1)], True))
+        assert list(tube._carry(program, [piece], [arb(0)], [arb(1)], True))
     ends = [(middle - width / 2, middle + width / 2) for middle, width in shares]
     assert [a for a, _ in ends] + [1] == [0] + [b for _, b in ends] and len(ends) == count

@@ -10,13 +10,11 @@ import pytest
 import sympy
 from flint import arb, ctx
 
-from discmech.reference import remainders
-from discmech.reference.balls import enclosed, exact, working
-from discmech.reference.enclosure import enclose
+from discmech.reference.enclosure import enclose, remainders
+from discmech.reference.enclosure.majorants import majorant, upward
 from discmech.reference.failures import Unproven
-from discmech.reference.majorants import majorant, upward
-from discmech.reference.series import compile_series
-from discmech.reference.taylor import TaylorSettings
+from discmech.reference.taylor import TaylorSettings, compile_series
+from discmech.reference.taylor.balls import enclosed, exact, working
 from tests.reference.elementary import X, one_equation
 
 

@@ -12,11 +12,13 @@ import pytest
 import sympy
 from mpmath import mpf
 
-from discmech.reference import ReferenceFailure, cache, exact, store
-from discmech.reference.cache import folder as chosen_folder
+from discmech.reference import ReferenceFailure
+from discmech.reference.answer import cache, store
+from discmech.reference.answer.cache import folder as chosen_folder
+from discmech.reference.answer.result import Solution
+from discmech.reference.equations import exact
 from discmech.reference.failures import Damaged
 from discmech.reference.progress import progress_to, tell
-from discmech.reference.result import Solution
 
 TENTH = Fraction(1, 10)
 

@@ -13,10 +13,11 @@ import pytest
 import sympy
 
 from discmech.integrators import scenes
-from discmech.reference import ReferenceFailure, cache, certify, frozen, solution, store
+from discmech.reference import ReferenceFailure, solution
+from discmech.reference.answer import cache, certify, frozen, store
+from discmech.reference.answer.problem import Problem
+from discmech.reference.answer.solution import forget
 from discmech.reference.failures import Uncertain
-from discmech.reference.problem import Problem
-from discmech.reference.solution import forget
 
 
 @pytest.fixture

@@ -94,7 +94,8 @@ def append(file):
 
 TEXT_OF_IT = (
     "integrators/flows/flow.py", "integrators/compiler/driver.py", "integrators/scene/scene.py",
-    "integrators/rules/composition.py", "integrators/groupoids/pair.py", "reference/taylor.py",
+    "integrators/rules/composition.py", "integrators/groupoids/pair.py",
+    "reference/taylor/integration.py",
     "studies/order/measuring.py", "studies/core/fitting.py", "studies/core/side_by_side.py",
     "studies/core/fingerprint.py", "studies/causes/diagnosis.py",
     "integrators/scenes/kepler.py", "reference/tables/kepler.json",

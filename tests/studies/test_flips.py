@@ -15,8 +15,9 @@ import pytest
 from discmech import BadInput, Scheme, midpoint
 from discmech.integrators.compiler import Damaged, seal, unsealed
 from discmech.integrators.lattices import systems
-from discmech.reference import ReferenceFailure, store
-from discmech.reference.frozen import file_of
+from discmech.reference import ReferenceFailure
+from discmech.reference.answer import store
+from discmech.reference.answer.frozen import file_of
 from discmech.studies.core import baseline
 
 FLIPS = int(os.environ.get("DISCMECH_FLIPS", "60"))

@@ -7,8 +7,9 @@ from dataclasses import replace
 import mpmath
 import pytest
 
-from discmech.reference import frozen, solution, store
-from discmech.reference.solution import forget
+from discmech.reference import solution
+from discmech.reference.answer import frozen, store
+from discmech.reference.answer.solution import forget
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Choice
 from discmech.studies.references import measuring as costs
@@ -18,7 +19,7 @@ from discmech.studies.references import published
 @pytest.fixture(autouse=True)
 def own_references(tmp_path, monkeypatch):
     (tmp_path / "references").mkdir()
-    monkeypatch.setattr("discmech.reference.cache.folder", lambda: tmp_path / "references")
+    monkeypatch.setattr("discmech.reference.answer.cache.folder", lambda: tmp_path / "references")
 
 
 def ask(capsys, *words):

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from discmech.integrators import rectangle, scenes
 from discmech.integrators.geometry import regularity
-from discmech.reference.moser_veselov import step
+from discmech.reference.closed_forms.moser_veselov import step
 from tests.objects import scheme_of
 
 MASS = ("1.75", "1.25", "0.75")

@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from discmech.integrators import Scheme, rectangle, scenes
-from discmech.reference.moser_veselov import step
+from discmech.reference.closed_forms.moser_veselov import step
 from tests.objects import scheme_of
 from tests.test_examples import example
 

@@ -1,0 +1,109 @@
+"""An integration with a bound of its error: the precision is raised until that is small enough."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+
+from ..enclosure import Enclosed, enclose
+from ..equations import Equations
+from ..failures import Unproven
+from ..taylor import SeriesProgram, Sweep, TaylorSettings
+from ..taylor.balls import exact, largest, upper, working
+from .agreement import EXACT, Blocks
+from .result import Certainty, Finding
+from .states import BlockBounds, all_blocks
+
+ATTEMPTS = 3
+PILOT = 18  # digits of the run that finds out how many the bound will lose
+MOST_LOST = 150  # digits that a bound may cost before agreement is the better choice
+PRICE = 30  # digits that a proof may cost more than its first-order estimate
+
+
+def bounded_integration(
+    equations: Equations, program: SeriesProgram, times: list[Fraction], digits: int
+) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
+    """Findings at the times and at 0, from one sweep; raises `Unproven` if that is too dear."""
+    bounds = BlockBounds(equations)
+
+    def run(settings: TaylorSettings, proving: bool) -> tuple[dict[Fraction, Finding], Enclosed]:
+        found = enclose(equations, program, times, settings, proving)
+        return _findings(equations, bounds, found, settings), found
+
+    pilot = TaylorSettings(PILOT)
+    lost, proving = _lost(run(pilot, True)[0], pilot), True
+    if lost > PRICE:
+        guess = _lost(run(pilot, False)[0], pilot)
+        if not lost <= guess + PRICE:
+            lost, proving = guess, False
+    if not lost <= MOST_LOST:
+        raise Unproven(f"it would cost {lost:.0f} digits")
+    settings, more = TaylorSettings(digits + math.ceil(lost) + 1), 0
+    #: digits asked for and had at the last attempt: of many components the bound loses some of each
+    before: tuple[int, int] | None = None
+    for _ in range(ATTEMPTS):
+        settings = TaylorSettings(settings.digits + more)
+        findings, found = run(settings, proving)
+        worst = min(finding.certain for finding in findings.values())
+        held = not proving or len(found.held) == len(findings)
+        if worst >= digits and held:
+            break
+        more = max(2, digits - worst + 1) if held else 15
+        if held and before is not None and worst > before[1]:
+            gained = Fraction(worst - before[1], settings.digits - before[0])
+            more = math.ceil(more / min(gained, Fraction(1)))
+        before = settings.digits, worst
+    return findings, found.sweep, settings
+
+
+def _lost(findings: dict[Fraction, Finding], settings: TaylorSettings) -> float:
+    """Digits between the tolerance and the largest bound."""
+    worst = max(finding.bound for finding in findings.values())
+    return max(0.0, float(mpmath.log10(worst)) + settings.digits) if worst else 0.0
+
+
+def _findings(
+    equations: Equations, bounds: BlockBounds, found: Enclosed, settings: TaylorSettings
+) -> dict[Fraction, Finding]:
+    """What the bounds say at each time."""
+    blocks = all_blocks(equations, found.sweep, settings.working)
+    findings = {}
+    for t, errors in found.bounds.items():
+        with working(settings.precision + 32):
+            each = bounds.of(errors, blocks[t])
+            worst = _relative(each, blocks[t], blocks[Fraction(0)])
+            bound, certain = upper(worst), whole_digits(worst)
+        proven = t in found.held
+        how = (
+            "their error is enclosed" if proven
+            else "their defect is bounded, its growth estimated to first order"
+        )  # fmt: skip
+        evidence = (
+            f"Taylor polynomials {settings.said}: {how}, "
+            f"at most {mpmath.nstr(bound, 2)} of the largest component"
+        )
+        certainty: Certainty = "enclosure" if proven else "defect bound"
+        findings[t] = Finding(t, blocks[t], certain, certainty, "Taylor series", evidence, bound)
+    return findings
+
+
+def _relative(bounds: dict[str, Any], here: Blocks, start: Blocks) -> Any:
+    """The worst block's bound over its largest component at the start or here."""
+    parts = []
+    for name, bound in bounds.items():
+        scale = largest(exact(b) for b in (*here[name], *start.get(name, ())))
+        parts.append(bound / (scale if scale > 0 else 1))
+    return largest(parts)
+
+
+def whole_digits(error: Any) -> int:
+    """The largest D for which |error| <= 10^-D is certain, or 0; `EXACT` without error."""
+    end = error.abs_upper()
+    if end == 0:
+        return EXACT
+    if not end < 1:
+        return 0
+    return int((-end.log_base(10)).lower().floor().unique_fmpz())

@@ -1,0 +1,222 @@
+"""How many digits are certain, and why: a proof where one is affordable, agreement elsewhere.
+
+    enclosure      the error is proven to stay below a bound (`enclosure`)
+    defect bound   the defect is proven, its growth estimated to first order
+    agreement      two settings agree, and a second method where it is cheap
+
+Whatever the certainty, the closed form has to agree where there is one; elsewhere an independent
+method is run beside a cheap integration. Energy and the scene's conserved quantities are compared
+with their values at the start, to the same digits.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+
+from discmech.integrators.scene import remembered
+
+from ..closed_forms import ClosedForm
+from ..equations import Equations, equations_of, parameter_values
+from ..failures import ReferenceFailure, Unproven
+from ..taylor import SeriesProgram, Sweep, TaylorSettings, compile_series, integrate
+from .agreement import Blocks, agreement, said
+from .bounded import bounded_integration
+from .extrapolation import extrapolate
+from .invariants import Invariants, invariants_of
+from .result import Finding, Solution
+from .states import all_blocks, blocks_of
+
+ATTEMPTS = 4
+PATIENCE = 50  # steps of the second method for each of the first
+CHEAP = 4e6  # products of coefficients; a few tenths of a second
+
+
+@dataclass(frozen=True)
+class Question:
+    """States at the times, to so many digits; ``form`` is the closed form that has to agree."""
+
+    equations: Equations
+    program: SeriesProgram
+    times: list[Fraction]
+    digits: int
+    parameters: Any = None
+    form: ClosedForm | None = None
+
+    def run(self, settings: TaylorSettings) -> tuple[Sweep, dict[Fraction, Blocks]]:
+        """A Taylor integration, and its states at the times and at 0."""
+        sweep = integrate(self.equations, self.program, [*self.times, Fraction(0)], settings)
+        return sweep, all_blocks(self.equations, sweep, settings.working)
+
+    def by_form(self, t: Fraction, working: int) -> Blocks:
+        """What the closed form says at t, in ``working`` digits."""
+        return form_at(self.equations, self.parameters, self.form, t, working)
+
+
+def certified_integration(
+    scene: Any,
+    times: list[Fraction],
+    digits: int,
+    attitude: bool,
+    thorough: bool = False,
+    proof: bool = True,
+    form: ClosedForm | None = None,
+) -> dict[Fraction, Solution]:
+    """All times in one sweep with a bound; where none is affordable or asked for, two that agree.
+
+    ``form`` is a closed form of the motion, which has to agree. ``thorough`` runs the second
+    method where it is dear, and beside a closed form.
+    """
+    equations, program, invariants = derived(scene, attitude)
+    asked = Question(equations, program, times, digits, parameter_values(scene), form)
+    alone = form is None or (attitude and not form.attitude)
+    try:
+        if not proof:
+            raise Unproven("none was asked for")
+        findings, sweep, settings = bounded_integration(equations, program, times, digits)
+    except Unproven as failure:
+        findings, sweep, settings = (
+            _two_settings(asked, str(failure)) if alone else _one_setting(asked)
+        )
+    start = findings[Fraction(0)].blocks
+    cheap = sweep.steps * sweep.order**2 * max(1, program.products) < CHEAP
+    if thorough or (cheap and alone):
+        trusted = {t: finding.blocks for t, finding in findings.items()}
+        most = PATIENCE * (sweep.steps + 10)
+        other = _second_method(asked, settings.digits, trusted, most)
+        for t in times:
+            if other is None:
+                findings[t] = findings[t].remarked("extrapolation could not be run")
+            else:
+                remark = f"Gragg-Bulirsch-Stoer extrapolation agrees {said(other[t])}"
+                findings[t] = findings[t].limited(other[t], remark, digits)
+    found = {}
+    for t in times:
+        finding = _kept(equations.name, findings[t], invariants, start, settings.working)
+        if form is not None:
+            finding = _beside(asked, finding, start)
+        found[t] = finding.solution(digits, attitude)
+    return found
+
+
+@remembered(maxsize=64)
+def motion_of(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram]:
+    """The equations of a scene and their series: they need no time and no digits."""
+    equations = equations_of(scene, attitude)
+    return equations, compile_series(equations)
+
+
+@remembered(maxsize=64)
+def derived(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram, Invariants]:
+    """`motion_of` and what is kept along the motion: one scene is asked at several times."""
+    equations, program = motion_of(scene, attitude)
+    return equations, program, invariants_of(scene, equations)
+
+
+def _beside(asked: Question, finding: Finding, start: Blocks) -> Finding:
+    """The finding, no more certain than the digits to which the closed form agrees with it.
+
+    The form's own round-off is seen as a disagreement: more working digits are tried.
+    """
+    assert asked.form is not None
+    working, agreed = asked.digits + 15, 0
+    for _ in range(ATTEMPTS):
+        agreed = agreement(finding.blocks, asked.by_form(finding.t, working), start)
+        if agreed >= asked.digits:
+            break
+        working += working + asked.digits - agreed
+    remark = f"closed form: {asked.form.formula} agrees {said(agreed)}"
+    return finding.limited(agreed, remark, asked.digits)
+
+
+def form_at(equations: Equations, parameters: Any, form: Any, t: Fraction, working: int) -> Blocks:
+    """What the closed form says at t, in ``working`` digits; with the attitude if both have it."""
+    n, m = equations.dim_x, equations.dim_u
+    with mpmath.workdps(working):
+        time = mpmath.mpf(t.numerator) / t.denominator
+        moved = form.motion(parameters, equations.start[:n], equations.start[n : n + m], time)
+        turned = list(moved.attitude) if equations.attitude_size and form.attitude else []
+        return blocks_of(equations, [*moved.x, *moved.v, *turned], working)
+
+
+def _kept(
+    name: str, finding: Finding, invariants: Invariants, start: Blocks, working: int
+) -> Finding:
+    """The finding with its invariants compared.
+
+    Raises `ReferenceFailure` where the equations have no value, between steps that have passed it.
+    """
+    try:
+        kept, words = invariants.digits(finding.blocks, start, working)
+    except ZeroDivisionError:
+        raise ReferenceFailure(
+            f"the reference of scene {name} has no rates at t = {finding.t}: the equations are "
+            "singular there (a pole, or constraints of which one vanishes or follows from the "
+            "others); ask for an earlier time or start elsewhere"
+        ) from None
+    return finding.limited(kept, words, kept)
+
+
+def _one_setting(asked: Question) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
+    """One integration, its tolerance lowered until the closed form agrees: no bound."""
+    digits, settings = asked.digits, TaylorSettings(asked.digits + 4)
+    wanted = {t: asked.by_form(t, digits + 30) for t in asked.times}
+    for attempt in range(ATTEMPTS):
+        sweep, found = asked.run(settings)
+        worst = min(agreement(found[t], wanted[t], found[Fraction(0)]) for t in asked.times)
+        if worst >= digits or attempt == ATTEMPTS - 1:
+            break
+        settings = TaylorSettings(settings.digits + digits - worst + 4)
+    evidence = f"one Taylor integration, {settings.said} and a closed form; no bound"
+    findings = {t: _agreeing(t, found[t], settings.digits, evidence) for t in found}
+    return findings, sweep, settings
+
+
+def _two_settings(
+    asked: Question, why: str
+) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
+    """Two orders, tolerances and precisions, raised until they agree."""
+    first = TaylorSettings(asked.digits + 4)
+    second = TaylorSettings(asked.digits + 12, guard=12, stretch=1.2)
+    rough = asked.run(first)[1]
+    for attempt in range(ATTEMPTS + 1):
+        sweep, fine = asked.run(second)
+        agreed = {t: agreement(rough[t], fine[t], fine[Fraction(0)]) for t in fine}
+        worst = min(agreed.values())
+        if worst >= asked.digits or attempt == ATTEMPTS:
+            break
+        more = second.digits + math.ceil(asked.digits - worst) + 4 + 10 * attempt
+        first, rough = second, fine
+        second = TaylorSettings(more, guard=12 + attempt, stretch=2.2 - first.stretch)
+    settings = f"two Taylor integrations, {first.said} and {second.said}"
+    findings = {
+        t: _agreeing(t, fine[t], agreed[t], f"{settings}, agree {said(agreed[t])}; no bound: {why}")
+        for t in fine
+    }
+    return findings, sweep, second
+
+
+def _agreeing(t: Fraction, blocks: Blocks, certain: int, evidence: str) -> Finding:
+    return Finding(t, blocks, certain, "agreement", "Taylor series", evidence)
+
+
+def _second_method(
+    asked: Question, tolerance: int, trusted: dict[Fraction, Blocks], most: int
+) -> dict[Fraction, int] | None:
+    """The digits to which extrapolation agrees; once more with a smaller tolerance if need be."""
+    equations, times = asked.equations, asked.times
+    agreed: dict[Fraction, int] = {}
+    for more in (0, 10):
+        try:
+            sweep = extrapolate(equations, [*times, Fraction(0)], tolerance + more, max_steps=most)
+        except (ReferenceFailure, NameError):  # NameError: a function the second printer lacks
+            return None
+        found = all_blocks(equations, sweep, tolerance + more + 14)
+        agreed = {t: agreement(found[t], trusted[t], trusted[Fraction(0)]) for t in times}
+        if min(agreed.values()) >= asked.digits:
+            break
+    return agreed

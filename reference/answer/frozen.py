@@ -1,0 +1,129 @@
+"""The frozen tables: each scene at its duration and three inner times, to 50 certain digits.
+
+They lie in reference/tables/, one file a scene, and are read only if the fingerprint of the scene
+that asks is the table's. Rebuilding one proves its rows as any answer is proven, with the second
+method beside it however dear that is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from ..failures import Damaged, ReferenceFailure, Uncertain, WrongDigits
+from .agreement import agreement
+from .problem import Problem, scene_of
+from .result import Solution
+from .store import Table, read, write
+
+FOLDER = Path(__file__).parent.parent / "tables"
+DIGITS = 50
+LATER = 20  # chaotic scenes are followed up to here
+CHAOTIC = ("double-pendulum", "henon-heiles", "heavy-top", "kirchhoff")
+
+
+def file_of(name: str) -> Path:
+    """The file of a scene's table."""
+    return FOLDER / f"{name}.json"
+
+
+def names() -> list[str]:
+    """The scenes that have a table: those with a continuous Lagrangian."""
+    from discmech.integrators import scenes
+
+    return [name for name in scenes.names() if scenes.get(name).lagrangian is not None]
+
+
+def times_of(scene: Any) -> list[Fraction]:
+    """Each quarter of the duration; of chaotic scenes also `LATER`."""
+    times = [scene.duration * Fraction(k, 4) for k in range(1, 5)]
+    return sorted({*times, Fraction(LATER)}) if scene.name in CHAOTIC else times
+
+
+def fitting(name: str, key: str) -> Table | None:
+    """The table that answers for the scene of this name and fingerprint, or None.
+
+    Raises `ReferenceFailure` if the file is damaged, or if it does not fit the scene that bears
+    its name although that is the one which is asked for.
+    """
+    table = _read(file_of(name))
+    if table is None or table.key == key:
+        return table
+    if _registered(name) == key:
+        raise Damaged(
+            f"the frozen table {file_of(name).name} was made for another {name}: the scene was "
+            f"changed since; {_mend(name)}"
+        )
+    return None  # a variation of the scene, which has no table
+
+
+def _mend(name: str) -> str:
+    return f"say discmech reference --rebuild {name}"
+
+
+def _read(path: Path) -> Table | None:
+    if not path.exists():
+        return None
+    try:
+        return read(path)
+    except Damaged as damage:
+        raise Damaged(f"the frozen table {damage}; {_mend(path.stem)}") from None
+
+
+@cache
+def _registered(name: str) -> str | None:
+    """The fingerprint of the scene that comes with discmech under this name."""
+    from discmech.integrators import scenes
+
+    return Problem.of(scenes.get(name)).key if name in scenes.names() else None
+
+
+def build(name: str) -> Table:
+    """Compute the table of a scene and write it; nothing is written if it is not certain."""
+    problem = Problem.of(scene_of(name))
+    times, attitude = times_of(problem.scene), problem.has_attitude
+    found = problem.solve(times, DIGITS, attitude, thorough=True)
+    rows = [found[t] for t in times]
+    poor = [row for row in rows if row.certain_digits < DIGITS]
+    if poor:
+        raise Uncertain(
+            f"{name} at t = {poor[0].t} has only {poor[0].certain_digits} certain digits "
+            f"({poor[0].evidence}); its table was left as it is"
+        )
+    table = Table(name, problem.key, tuple(rows))
+    write(file_of(name), table)
+    return table
+
+
+def _blocks(row: Solution, attitude: bool) -> dict[str, list[Any]]:
+    blocks = {"x": row.x, "v": row.v, "mu": row.mu}
+    return blocks | ({"attitude": list(row.attitude)} if attitude else {})
+
+
+def check(name: str, some: Callable[[Sequence[Solution]], Sequence[Solution]] = tuple) -> int:
+    """Recompute some rows of a table (all, by default); the fewest digits that are right.
+
+    Raises `ReferenceFailure` if the table is missing, damaged or stale, or has a wrong digit.
+    """
+    from .certify import certified_integration
+
+    problem = Problem.of(scene_of(name))
+    table = fitting(problem.scene.name, problem.key)
+    if table is None:
+        raise ReferenceFailure(f"there is no frozen table of {name}; {_mend(name)}")
+    rows = some(table.rows)
+    attitude = all(row.attitude is not None for row in rows)
+    fresh = certified_integration(problem.scene, [row.t for row in rows], DIGITS + 4, attitude)
+    fewest = DIGITS + 4
+    for row in rows:
+        right = agreement(_blocks(row, attitude), _blocks(fresh[row.t], attitude), {})
+        fewest = min(fewest, right)
+        if right < row.certain_digits - 1:  # two roundings of half a unit
+            raise WrongDigits(
+                f"the frozen table {file_of(name).name} is wrong at t = {row.t}: only {right} of "
+                f"its {row.certain_digits} digits are right; {_mend(name)}"
+            )
+    return fewest

@@ -1,0 +1,150 @@
+"""References of scenes whose Hamiltonian is a function of numbers: two methods that agree.
+
+Nothing can be proven of a function whose formula nobody knows, so an answer has the digits in which
+two methods that share nothing agree: scipy's DOP853, and extrapolation of the explicit midpoint
+rule (Gragg, Bulirsch, Stoer; Hairer, Nørsett, Wanner, II.9), each at tolerances near to round-off.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.scene import remembered
+
+from ..failures import MotionEnds, ReferenceFailure
+from .result import Solution
+
+TOLERANCE = 1e-13  # of the local error of either method, relative
+COLUMNS = 8  # of an extrapolation: order 16
+SMALLEST = 2.0**-40  # of the whole time: a step that is shorter meets an end of the motion
+MOST = 200_000  # steps
+Field = Callable[[float, np.ndarray], np.ndarray]
+
+
+def solutions_in_numbers(scene: Any, times: Sequence[Fraction]) -> list[Solution]:
+    """The states at the times, each with the digits in which both methods agree."""
+    return [_solution(scene, t) for t in times]
+
+
+@remembered(maxsize=256)
+def _solution(scene: Any, t: Fraction) -> Solution:
+    import mpmath
+
+    n = scene.groupoid.dim_x
+    start = np.array([float(e) for e in (*scene.x0, *scene.mu0)])
+    f, end = field(scene), float(t)
+    first = start if not end else _dormand_prince(f, start, end, scene.name)
+    second = start if not end else _extrapolated(f, start, end, scene.name)
+    certain = 15
+    for part in (slice(0, n), slice(n, None)):
+        size = np.abs(second[part]).max(initial=0.0)
+        gap = np.abs(first - second)[part].max(initial=0.0)
+        if gap > 0:
+            certain = min(certain, math.floor(-math.log10(gap / size)) if size else 0)
+    if certain < 2:
+        raise ReferenceFailure(
+            f"scene {scene.name}: two methods of tight tolerance agree in no digit at "
+            f"t = {end:.4g}; its Hamiltonian is too rough, or the motion chaotic: take a shorter "
+            "duration"
+        )
+    x, mu = ([mpmath.mpf(float(e)) for e in part] for part in (second[:n], second[n:]))
+    v = [mpmath.mpf(float(e)) for e in _slopes(scene, second)[n:]]
+    evidence = f"DOP853 and extrapolation agree to {certain} digits"
+    return Solution(t, x, mu, v, None, certain, "extrapolation", evidence)
+
+
+def field(scene: Any) -> Field:
+    """The vector field B dH in doubles, of (t, z)."""
+    tensor = _tensor(scene)
+
+    def f(t: float, z: np.ndarray) -> np.ndarray:
+        return np.asarray(tensor(z) @ _slopes(scene, z))
+
+    return f
+
+
+def _slopes(scene: Any, z: np.ndarray) -> np.ndarray:
+    n = scene.groupoid.dim_x
+    given = scene.gradient(z[:n].copy(), z[n:].copy())
+    return np.concatenate([np.ravel(np.asarray(e, dtype=float)) for e in given])
+
+
+def _tensor(scene: Any) -> Callable[[np.ndarray], np.ndarray]:
+    """B(z), (n+m, n+m), derived from the groupoid's data."""
+    import sympy
+
+    from ..equations import algebroid_of
+
+    n, m = scene.groupoid.dim_x, scene.groupoid.dim_u
+    x = sympy.Matrix(sympy.symbols(f"x:{n}", real=True)) if n else sympy.zeros(0, 1)
+    of = algebroid_of(scene, x)
+    anchor = sympy.lambdify([list(x)], of.rho, "numpy")
+    constants = {k: sympy.lambdify([list(x)], e, "numpy") for k, e in of.constants.items()}
+
+    def tensor(z: np.ndarray) -> np.ndarray:
+        q, p, found = list(z[:n]), z[n:], np.zeros((n + m, n + m))
+        if n:
+            rho = np.asarray(anchor(q), dtype=float).reshape(n, m)
+            found[:n, n:], found[n:, :n] = rho, -rho.T
+        for (g, i, j), value in constants.items():
+            found[n + i, n + j] -= float(value(q)) * p[g]
+        return found
+
+    return tensor
+
+
+def _dormand_prince(f: Field, z: np.ndarray, end: float, name: str) -> np.ndarray:
+    from scipy.integrate import solve_ivp
+
+    scale = np.abs(z).max()
+    found = solve_ivp(f, (0.0, end), z, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE * scale)
+    if not found.success or not np.isfinite(found.y[:, -1]).all():
+        raise MotionEnds(f"scene {name}: DOP853 stops at t = {float(found.t[-1]):.4g}",
+                         float(found.t[-1]))  # fmt: skip
+    return np.asarray(found.y[:, -1])
+
+
+def _extrapolated(f: Field, z: np.ndarray, end: float, name: str) -> np.ndarray:
+    """By steps whose last two columns differ by the tolerance; the rest of each step is summed up
+    with what rounding leaves out."""
+    t, h, steps = 0.0, end / 64, 0
+    left = np.zeros_like(z)
+    while abs(t) < abs(end) * (1 - 2.0**-50):
+        h = end - t if abs(end - t) < abs(h) else h
+        grown, error = _step(f, t, z, h)
+        size = np.abs(z).max() + np.abs(grown).max()
+        steps += 1
+        if steps > MOST or abs(h) < SMALLEST * abs(end):
+            raise MotionEnds(f"scene {name}: extrapolation stops at t = {t:.4g}", t)
+        if not np.isfinite(grown).all() or error > TOLERANCE * size:
+            h /= 2
+            continue
+        total = grown + left
+        new = z + total
+        left = total - (new - z)
+        t, z = t + h, new
+        h *= 1.5 if error < TOLERANCE * size / 1e3 else 1.0
+    return z
+
+
+def _step(f: Field, t: float, z: np.ndarray, h: float) -> tuple[np.ndarray, float]:
+    """(z(t+h) − z, how far the last two columns differ), by Aitken and Neville in h²."""
+    row: list[np.ndarray] = []
+    for j in range(1, COLUMNS + 1):
+        n = 2 * j
+        d = h / n
+        with np.errstate(all="ignore"):
+            before, at = z, z + d * f(t, z)
+            for k in range(1, n):
+                before, at = at, before + 2 * d * f(t + k * d, at)
+            new = [(before + at + d * f(t + h, at)) / 2 - z]
+            for k, earlier in enumerate(row):
+                ratio = (j / (j - k - 1)) ** 2
+                new.append(new[-1] + (new[-1] - earlier) / (ratio - 1))
+        row = new
+    return row[-1], float(np.abs(row[-1] - row[-2]).max())

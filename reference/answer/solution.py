@@ -1,0 +1,196 @@
+"""solution(scene, t): from a frozen table where one fits, else computed and kept.
+
+Where no table has the answer, the Taylor integrator gives it, with a proven bound if one is
+affordable; a closed form counts only by agreeing with it. Agreement is measured relative to the
+largest component of a block (base, velocity, momentum, attitude), at the start or at t, whichever
+is larger: a component that passes through zero does not count as a loss. Numbers of a scene are
+exact; a float t is its exact binary value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+from functools import cache as once
+from typing import TYPE_CHECKING, Any
+
+from ..failures import ReferenceFailure, shown
+from . import cache, frozen
+from .problem import Problem, scene_of
+from .result import Solution
+
+if TYPE_CHECKING:
+    from ..equations import Balance
+    from .local_motion import Surroundings
+
+_known: dict[tuple[Any, ...], dict[Fraction, Solution]] = {}
+
+
+def solution(
+    scene: Any, t: Any, digits: int = 50, attitude: bool = False, proof: bool = True
+) -> Solution:
+    """The reference of a scene (or of the scene of that name) at time t.
+
+    t is an int, Fraction, float (its exact binary value) or decimal string; negative t runs
+    backwards. ``certain_digits`` is ``digits`` unless the result could not be certified; without
+    ``proof`` it rests on two integrations that agree, which on stiff motions is far cheaper. Raises
+    `ReferenceFailure` for bad questions, singular motions, and damaged or stale tables.
+    """
+    return solutions(scene, [t], digits, attitude, proof)[0]
+
+
+def solutions(
+    scene: Any,
+    times: Iterable[Any],
+    digits: int = 50,
+    attitude: bool = False,
+    proof: bool = True,
+) -> list[Solution]:
+    """The references at several times, computed in one sweep and kept for later calls."""
+    from ..equations import exact_time
+
+    if isinstance(digits, bool) or not isinstance(digits, int) or digits < 1:
+        raise ReferenceFailure(
+            f"digits={shown(digits)} is no positive whole number; ask for e.g. 50"
+        )
+    for name, given in (("attitude", attitude), ("proof", proof)):
+        if not isinstance(given, bool):
+            raise ReferenceFailure(f"{name} is no True or False: say one of them")
+    exact_times = [exact_time(t) for t in times]
+    if getattr(scene, "in_numbers", False):
+        from .in_numbers import solutions_in_numbers
+
+        return solutions_in_numbers(scene, exact_times)
+    problem = Problem.of(scene_of(scene))
+    if attitude and not problem.has_attitude:
+        raise ReferenceFailure(
+            f"scene {problem.scene.name} lives on a {problem.scene.groupoid.kind} groupoid, which "
+            "has no attitude; ask with attitude=False"
+        )
+    found = _known.setdefault((problem.scene.name, problem.key, attitude, digits, proof), {})
+    missing = sorted(set(exact_times) - set(found))
+    if missing:
+        answers = _answers(problem, missing, digits, attitude, proof)
+        found.update(problem.with_velocity(answers))
+    return [found[t] for t in exact_times]
+
+
+def follow(scene: Any, t: Any, max_steps: int = 10_000) -> None:
+    """Go along a scene's motion to time t, once and without proof: one Taylor integration.
+
+    Raises `MotionEnds` where the motion itself ends before, and another `ReferenceFailure` where
+    that takes more steps or the scene has no reference.
+    """
+    from ..equations import exact_time
+    from ..taylor import TaylorSettings, integrate
+    from .certify import motion_of
+
+    equations, program = motion_of(scene_of(scene), False)
+    integrate(equations, program, [exact_time(t)], TaylorSettings(30), max_steps)
+
+
+def surroundings(scene: Any) -> Surroundings:
+    """The motion of a scene from states of one's own, in short pieces (`Surroundings`).
+
+    Raises `ReferenceFailure` for a scene that can have no reference.
+    """
+    return _surroundings()(scene)
+
+
+@once
+def _surroundings() -> Callable[[Any], Surroundings]:
+    from discmech.integrators.scene import remembered
+
+    from .local_motion import Surroundings
+
+    return remembered(maxsize=64)(lambda scene: Surroundings(scene))
+
+
+def multipliers(scene: Any, at: Solution) -> list[Any]:
+    """lambda (k) of a scene (or of the scene of that name) at one of its references, as mpf.
+
+    They follow from (x, v, t) by one linear system, M xi' - A^T lambda = f and A xi' = -(dA/dt) xi,
+    to the digits of the reference but for what that system loses. Raises `ReferenceFailure` for a
+    scene without constraints, and where they are dependent.
+    """
+    import mpmath
+    import sympy
+
+    from ..equations import T
+
+    scene = scene_of(scene)
+    balance = _balance()(scene)
+    k = balance.mechanics.admitted.rows
+    if not k:
+        raise ReferenceFailure(f"scene {scene.name} has no constraints, so no multipliers")
+    symbols = [*balance.mechanics.x, *balance.mechanics.v, T]
+    functions = sympy.lambdify(symbols, [balance.mass, balance.force], "mpmath")
+    with mpmath.workdps(at.certain_digits + 15):
+        t = mpmath.mpf(at.t.numerator) / at.t.denominator
+        mass, force = functions(*at.x, *at.v, t)
+        units = mpmath.diag(_units(mass, k))
+        try:
+            found = units * mpmath.lu_solve(units * mass * units, units * force)
+        except ZeroDivisionError:
+            raise ReferenceFailure(
+                f"the constraints of scene {scene.name} are dependent at t = {float(at.t):.3g}"
+            ) from None
+        return list(found)[-k:]
+
+
+def _units(matrix: Any, k: int) -> list[Any]:
+    """Powers of two for the m velocities and k multipliers of [[M, −Aᵀ], [A, 0]].
+
+    By them rows and columns are multiplied, so that the diagonal of M and the largest entry of
+    each row of A are near 1: mpmath calls a pivot zero that is small beside the largest entry,
+    whatever their units are.
+    """
+    import mpmath
+
+    m, one = matrix.rows - k, mpmath.mpf(1)
+    found = list[Any]()
+    for i in range(m):
+        size = abs(matrix[i, i]) or max(abs(matrix[i, j]) for j in range(m)) or one
+        found.append(mpmath.ldexp(one, -(mpmath.frexp(size)[1] // 2)))
+    for i in range(m, m + k):
+        size = max(abs(matrix[i, j] * found[j]) for j in range(m)) or one
+        found.append(mpmath.ldexp(one, -mpmath.frexp(size)[1]))
+    return found
+
+
+@once
+def _balance() -> Callable[[Any], Balance]:
+    """Of a scene its equations, derived once as long as nothing changes that its functions read."""
+    from discmech.integrators.scene import remembered
+
+    from ..equations import balance_of
+
+    return remembered(maxsize=128)(lambda scene: balance_of(scene))
+
+
+def _answers(
+    problem: Problem, times: list[Fraction], digits: int, attitude: bool, proof: bool
+) -> dict[Fraction, Solution]:
+    """From the frozen table, from the user's cache, and the rest computed."""
+    name, key = problem.scene.name, problem.key
+    found: dict[Fraction, Solution] = {}
+    tables = [lambda: frozen.fitting(name, key), lambda: cache.kept(name, key)]
+    own = key if proof else f"{key}, without proof"  # which is no answer to who asks for one
+    if not proof:
+        tables.append(lambda: cache.kept(name, own))
+    for table in tables:
+        if len(found) < len(times):
+            held = table()
+            rows = {t: held and held.row(t, digits, attitude) for t in set(times) - set(found)}
+            found |= {t: row for t, row in rows.items() if row}
+    missing = sorted(set(times) - set(found))
+    if missing:
+        solved = problem.solve(missing, digits, attitude, proof)
+        found |= solved
+        cache.keep(name, own, solved.values())
+    return found
+
+
+def forget() -> None:
+    """Empty the memory of solutions computed in this process; files stay."""
+    _known.clear()

@@ -1,0 +1,94 @@
+"""A start on its constraints, phi(x0) = 0 and A(x0) v0 = 0.
+
+What is off by no more than the rounding of its numbers to doubles is put there by Newton's method
+with the least change, first x0, then v0. What is off by more is refused.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mpmath
+import sympy
+from mpmath.libmp import to_rational
+
+from ..failures import ReferenceFailure
+
+DIGITS = 130  # of the arithmetic
+MET = 100  # digits to which a start that is left alone meets its constraints
+CORRECTIONS = 60
+
+
+def on_constraints(
+    name: str,
+    start: tuple[sympy.Expr, ...],
+    phi: sympy.Matrix,
+    matrix: sympy.Matrix,
+    x: Any,
+    v: Any,
+) -> tuple[sympy.Expr, ...]:
+    """(x0, v0) on phi = 0 and matrix v = 0: the start itself, or the one that round-off hides.
+
+    An entry of x0 counts as known to 4 units of round-off of the largest, and so does v0. Raises
+    `ReferenceFailure` for a start that is farther off, with one that is not.
+    """
+    n, both = len(x), [*x, *v]
+    found, said = start, ""
+    with mpmath.workdps(DIGITS):
+        for what, rows, own in (
+            ("phi(x0)", phi, range(n)),
+            ("A(x0) v0", matrix * v, range(n, len(both))),
+        ):
+            off, ratio, moved = _projected(rows, both, found, own, n)
+            if ratio > 4 * mpmath.mpf(2) ** -53 and not said:
+                said = f"{what} = 0 of scene {name} is off by {float(off):.3g}"
+            if moved is None:
+                break
+            found = moved
+    if said:
+        end = " that satisfies it"
+        if moved is not None:
+            x0, v0 = ([float(e) for e in part] for part in (found[:n], found[n:]))
+            end += f", such as x0={x0}, v0={v0}"
+        raise ReferenceFailure(f"the constraint {said}; give a start{end}")
+    return found
+
+
+def _projected(
+    rows: sympy.Matrix, letters: list[Any], start: tuple[sympy.Expr, ...], own: range, n: int
+) -> tuple[Any, Any, tuple[sympy.Expr, ...] | None]:
+    """(the largest |row|, the largest in units of its size, the start where the rows are 0).
+
+    Only the letters at ``own`` change; None where Newton's method does not converge. A row's size
+    is the sum of its terms and of what a relative change by one of each block's largest entry does.
+    """
+    if not len(rows):
+        return 0, 0, start
+    terms = [sum((abs(e) for e in sympy.Add.make_args(row)), sympy.S.Zero) for row in rows]
+    values = sympy.lambdify([letters], [rows, rows.jacobian(letters), terms], "mpmath")
+    z = mpmath.matrix([mpmath.mpf(str(e.evalf(DIGITS))) for e in start])
+    first = mpmath.nan, mpmath.inf
+    for corrections in range(CORRECTIONS):
+        try:
+            off, slope, sizes = values(list(z))
+            largest = [max(map(abs, part), default=0) for part in (z[:n], z[n:])]
+            for i in range(len(rows)):
+                sizes[i] += sum(abs(slope[i, j]) * largest[j >= n] for j in range(len(z)))
+            ratio = max(abs(e) / s if e else 0 for e, s in zip(off, sizes, strict=True))
+            first = first if corrections else (max(map(abs, off)), ratio)
+            if ratio <= mpmath.mpf(10) ** -MET:
+                break
+            moving = slope[:, own.start : own.stop]
+            step = moving.T * mpmath.lu_solve(moving * moving.T, off)
+        except (ArithmeticError, TypeError, ValueError):  # singular, or no real number
+            return *first, None
+        for j, change in zip(own, step, strict=True):
+            z[j] -= change
+    else:
+        return *first, None
+    if first[1] <= mpmath.mpf(10) ** -MET:
+        return *first, start
+    return *first, tuple(
+        sympy.Rational(*map(int, to_rational(z[j]._mpf_))) if j in own else start[j]
+        for j in range(len(z))
+    )

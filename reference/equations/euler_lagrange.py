@@ -1,0 +1,355 @@
+"""The continuous Euler-Lagrange equations of a scene on its Lie algebroid.
+
+    dx/dt = rho(x) xi,
+    d/dt dl/dxi^g = rho^i_g dl/dx^i - C^n_{gm} xi^m dl/dxi^n + f_g
+
+(Weinstein 1996; Martinez 2001), f the scene's force and A^T lambda that of its constraints, with
+anchor rho and structure functions C derived here, from the matrices of the algebra or from the
+target and product that a user gave:
+
+    pair     rho = 1,                      C = 0
+    group    rho = 0 (no base),            [e_m, e_n] = C^g_{mn} e_g
+    action   rho^i_g = (x e_g)^i (row vectors x), else d/ds x.(e + s e_g), the same C
+    product  both side by side; with a connection A in the frame e_i - A^a_i e_a, e_a
+    local    rho = db/du / h at u = 0,     C^g_{mn} = (d2p^g/du^m dv^n - d2p^g/dv^m du^n) / h
+
+Of a scene that gives its Hamiltonian,
+
+    dx/dt = rho(x) dH/dmu,   dmu_g/dt = -rho^i_g dH/dx^i - C^n_{gm} dH/dmu_m mu_n + f_g,
+
+and mu stands wherever these pages say xi.
+
+Everything is exact: sympy expressions with rational (or algebraic) coefficients.
+"""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass
+from typing import Any
+
+import mpmath
+import sympy
+
+from discmech.integrators.scene import BadInput, refuse_unwritten, short_numbers
+
+from ..failures import ReferenceFailure
+from .algebroid import Algebroid, algebroid_of
+from .constrained_start import on_constraints
+from .elimination import explicit_rates
+from .exact import exact_number, parameter_values, without_floats
+
+
+@dataclass(frozen=True)
+class Equations:
+    """dz/dt = rates(z), z = (x, xi, attitude row by row, t if it counts): exact and explicit.
+
+    ``assignments`` are intermediate values, to be evaluated in this order before ``rates``.
+    """
+
+    name: str
+    states: tuple[sympy.Symbol, ...]
+    start: tuple[sympy.Expr, ...]
+    assignments: tuple[tuple[sympy.Symbol, sympy.Expr], ...]
+    rates: tuple[sympy.Expr, ...]
+    lagrangian: sympy.Expr
+    momentum: tuple[sympy.Expr, ...]
+    energy: sympy.Expr
+    dim_x: int
+    dim_u: int
+    attitude_size: int
+    timed: bool = False
+    forced: bool = False
+    #: the rows A(x) of the constraints A(x) xi = 0, one after another
+    constraints: tuple[sympy.Expr, ...] = ()
+
+    def block(self, name: str) -> slice:
+        """Where a block of states stands: x, v, attitude or time."""
+        ends = [0, self.dim_x, self.dim_x + self.dim_u]
+        ends += [ends[-1] + self.attitude_size**2, len(self.states)]
+        at = ("x", "v", "attitude", "time").index(name)
+        return slice(ends[at], ends[at + 1])
+
+
+#: of which a Lagrangian or a force may be a function
+T = sympy.Symbol("t", real=True)
+
+
+@dataclass(frozen=True)
+class Mechanics:
+    """What a scene says, exactly: l(x, v) or l(x, v, t), its force's components (none where none
+    acts), the start, and A (k x dim_u) of the constraints A xi = 0.
+    """
+
+    x: sympy.Matrix
+    v: sympy.Matrix
+    structure: Algebroid
+    lagrangian: sympy.Expr
+    acting: tuple[sympy.Expr, ...]
+    admitted: sympy.Matrix
+    start: tuple[sympy.Expr, ...]
+    #: whether v is the momentum, and the Lagrangian the Hamiltonian
+    hamiltonian: bool = False
+
+    @property
+    def timed(self) -> bool:
+        """Whether something depends on the time."""
+        return any(e.has(T) for e in (self.lagrangian, *self.acting))
+
+
+def mechanics_of(scene: Any) -> Mechanics:
+    """Raises `ReferenceFailure` for a scene that no reference can be of."""
+    x = sympy.Matrix(scene.groupoid.dim_x, 1, lambda i, _: sympy.Symbol(f"x{i}", real=True))
+    v = sympy.Matrix(scene.groupoid.dim_u, 1, lambda i, _: sympy.Symbol(f"v{i}", real=True))
+    if scene.lagrangian is None:
+        raise ReferenceFailure(
+            f"scene {scene.name} has no continuous Lagrangian, so nothing to refer to; "
+            "give it lagrangian=..., or measure it without a reference"
+        )
+    energy = getattr(scene, "hamiltonian", None)
+    if energy is not None:
+        lagrangian = _exact(scene, "Hamiltonian", energy, x, v)[0]
+    else:
+        lagrangian = _exact(scene, "Lagrangian", scene.lagrangian, x, v)[0]
+    structure = algebroid_of(scene, x)
+    phi = _phi(scene, x)
+    admitted = _constraints(scene, structure, x, phi)
+    start = _start(scene, x, v, phi, admitted, energy is not None)
+    acting: tuple[sympy.Expr, ...] = ()
+    if getattr(scene, "force", None) is not None:
+        acting = _exact(scene, "force", scene.force, x, v)
+        if energy is not None:  # a function of the velocity
+            speeds = [lagrangian.diff(e) for e in v]
+            acting = tuple(e.xreplace(dict(zip(v, speeds, strict=True))) for e in acting)
+        if len(acting) != len(v):
+            raise ReferenceFailure(
+                f"the force of scene {scene.name} has {len(acting)} components where its groupoid "
+                f"has dim_u = {len(v)}; give {len(v)}"
+            )
+    return Mechanics(
+        x, v, structure, lagrangian, acting, admitted, start, energy is not None
+    )  # fmt: skip
+
+
+def velocity_of(mechanics: Mechanics, at: Any) -> list[Any]:
+    """dH/dmu at a solution, mpf, in the digits of its momentum."""
+    letters = [*mechanics.x, *mechanics.v, T]
+    rows = [mechanics.lagrangian.diff(e) for e in mechanics.v]
+    with mpmath.workdps(at.certain_digits + 20):
+        time = mpmath.mpf(at.t.numerator) / at.t.denominator
+        found = sympy.lambdify(letters, rows, "mpmath")(*at.x, *at.mu, time)
+        return [mpmath.mpf(e) for e in found]
+
+
+def _constraints(
+    scene: Any, structure: Algebroid, x: sympy.Matrix, phi: sympy.Matrix
+) -> sympy.Matrix:
+    """phi' rho of phi(x) = 0, or rows as given."""
+    if len(phi):
+        return phi.jacobian(x) * structure.rho
+    if getattr(scene, "nonholonomic", None) is None:
+        return sympy.zeros(0, structure.dim_u)
+    with short_numbers(f"the constraint of scene {scene.name}"):
+        rows = scene.nonholonomic(x, parameter_values(scene))
+    return sympy.Matrix([[without_floats(sympy.sympify(e)) for e in row] for row in rows])
+
+
+def _phi(scene: Any, x: sympy.Matrix) -> sympy.Matrix:
+    """phi(x), k x 1; none where no constraint is holonomic."""
+    given = getattr(scene, "holonomic", None)
+    with short_numbers(f"the constraint of scene {scene.name}"):
+        entries = given(x, parameter_values(scene)) if given is not None else []
+    return sympy.Matrix(len(entries), 1, [without_floats(sympy.sympify(e)) for e in entries])
+
+
+def _exact(
+    scene: Any, what: str, function: Any, x: sympy.Matrix, v: sympy.Matrix
+) -> tuple[sympy.Expr, ...]:
+    """The entries of a function of (x, v, p) or (x, v, p, t)."""
+    values = parameter_values(scene)
+    try:
+        given = list(inspect.signature(function).parameters.values())
+    except (TypeError, ValueError):  # of a callable that tells nothing: then without the time
+        given = []
+    timed = sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given) == 4
+
+    def entries(parameters: Any) -> list[sympy.Expr]:
+        value = function(x, v, parameters, *([T] if timed else []))
+        many = hasattr(value, "shape") or isinstance(value, (list, tuple))
+        return [sympy.sympify(e) for e in (list(value) if many else [value])]
+
+    try:
+        with short_numbers(f"the {what} of scene {scene.name}"):
+            found = entries(values)
+            for entry in found:
+                refuse_unwritten(entry, f"the {what} of scene {scene.name}")
+            if any(e.has(sympy.Float) for e in found):  # that they eat no exact parameters
+                found = _with_symbolic_parameters(values, entries)
+    except BadInput:
+        raise
+    except Exception as error:
+        raise ReferenceFailure(
+            f"the {what} of scene {scene.name} cannot be evaluated on symbols "
+            f"({type(error).__name__}: {error}); write it with sympy functions of x, v and p"
+        ) from error
+    unknown = set().union(*(e.free_symbols for e in found)) - {*x, *v, *([T] if timed else [])}
+    if unknown:
+        raise ReferenceFailure(
+            f"the {what} of scene {scene.name} contains unknown symbols "
+            f"{', '.join(sorted(map(str, unknown)))}; make them parameters of the scene"
+        )
+    if any(e.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo) for e in found):
+        raise ReferenceFailure(
+            f"the {what} of scene {scene.name} is not finite with these parameters; "
+            "change the parameter that makes it so"
+        )
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class Balance:
+    """mass · (xi', multipliers) = force: the equations before they are solved for their rates.
+
+    Under k constraints the multipliers are further unknowns, and A xi' = -(dA/dt) xi further rows.
+    """
+
+    mechanics: Mechanics
+    momentum: sympy.Matrix
+    x_rates: sympy.Matrix
+    mass: sympy.Matrix
+    force: sympy.Matrix
+
+
+def balance_of(scene: Any) -> Balance:
+    """The Euler-Lagrange equations of a scene, with its forces and constraints."""
+    mechanics = mechanics_of(scene)
+    x, v, structure, lagrangian = (
+        mechanics.x, mechanics.v, mechanics.structure, mechanics.lagrangian,
+    )  # fmt: skip
+    n, m = structure.dim_x, structure.dim_u
+    momentum = sympy.Matrix([lagrangian.diff(v[g]) for g in range(m)])
+    if mechanics.hamiltonian:
+        return _by_hamiltonian(mechanics)
+    x_rates = structure.rho * v if n else sympy.zeros(0, 1)
+    force = sympy.Matrix([_force(structure, lagrangian, momentum, x, v, g) for g in range(m)])
+    for g, component in enumerate(mechanics.acting):
+        if not isinstance(component, sympy.Expr):
+            raise ReferenceFailure(f"component {g} of the force is {component}: give a number")
+        force[g] += component
+    for g in range(m):
+        force[g] -= momentum[g].diff(T)
+        force[g] -= sum((momentum[g].diff(x[i]) * x_rates[i] for i in range(n)), sympy.S.Zero)
+    mass = sympy.Matrix(m, m, lambda i, j: momentum[i].diff(v[j]))
+    admitted = mechanics.admitted
+    if k := admitted.rows:
+        turning = (admitted * v).jacobian(x) * x_rates if n else sympy.zeros(k, 1)
+        mass = mass.row_join(-admitted.T).col_join(admitted.row_join(sympy.zeros(k, k)))
+        force = force.col_join(-turning)
+    return Balance(mechanics, momentum, x_rates, mass, force)
+
+
+def _by_hamiltonian(mechanics: Mechanics) -> Balance:
+    """The equations in (x, mu), whose mass matrix is 1."""
+    x, mu, structure, energy = (
+        mechanics.x, mechanics.v, mechanics.structure, mechanics.lagrangian,
+    )  # fmt: skip
+    n, m = structure.dim_x, structure.dim_u
+    speed = sympy.Matrix([energy.diff(e) for e in mu])
+    force = sympy.zeros(m, 1)
+    for (a, b, c), constant in structure.constants.items():
+        # C^a_{bc} in the order of `_force`: of component b, with the speed c
+        force[b] -= constant * speed[c] * mu[a]
+    for g in range(m):
+        force[g] -= sum((structure.rho[i, g] * energy.diff(x[i]) for i in range(n)), sympy.S.Zero)
+        force[g] += mechanics.acting[g] if mechanics.acting else 0
+    x_rates = structure.rho * speed if n else sympy.zeros(0, 1)
+    return Balance(mechanics, mu, x_rates, sympy.eye(m), force)
+
+
+def equations_of(scene: Any, attitude: bool = False) -> Equations:
+    """The explicit Euler-Lagrange equations of a scene, with dA/dt = A xi^ if asked for."""
+    balance = balance_of(scene)
+    mechanics, momentum, mass, force = (
+        balance.mechanics, balance.momentum, balance.mass, balance.force,
+    )  # fmt: skip
+    x, v, structure, admitted = mechanics.x, mechanics.v, mechanics.structure, mechanics.admitted
+    n, m, start = structure.dim_x, structure.dim_u, mechanics.start
+    at_start = dict(zip([*x, *v, T], [*start, sympy.S.Zero], strict=True))
+    assignments, v_rates = explicit_rates(scene.name, mass, force, at_start, m)
+    if admitted.rows and not mass[:m, :m].free_symbols:
+        turned = mass[:m, :m].inv() * admitted.T
+        tied = admitted * turned
+        size = sympy.simplify(tied.det())
+        if not size.free_symbols:  # written out, for the terms of an elimination may have poles
+            free = mass[:m, :m].inv() * force[:m, :]
+            v_rates = free + turned * tied.adjugate() * (force[m:, :] - admitted * free) / size
+            assignments, v_rates = [], list(v_rates.applyfunc(sympy.simplify))
+    states, rates, size = [*x, *v], [*balance.x_rates, *v_rates[:m]], 0
+    if attitude:
+        size = structure.basis[0].rows
+        matrix = sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"A{i}_{j}", real=True))
+        speed = [mechanics.lagrangian.diff(e) for e in v] if mechanics.hamiltonian else v
+        velocity = sum((structure.basis[g] * speed[g] for g in range(m)), sympy.zeros(size, size))
+        states += list(matrix)
+        rates += list(matrix * velocity)
+        start = (*start, *sympy.eye(size))
+    if mechanics.timed:
+        states, rates, start = [*states, T], [*rates, sympy.S.One], (*start, sympy.S.Zero)
+    energy = sum((momentum[g] * v[g] for g in range(m)), sympy.S.Zero) - mechanics.lagrangian
+    if mechanics.hamiltonian:
+        energy = mechanics.lagrangian
+    return Equations(
+        scene.name, tuple(states), start, tuple(assignments), tuple(rates), mechanics.lagrangian,
+        tuple(momentum), energy, n, m, size, mechanics.timed, bool(mechanics.acting),
+        tuple(admitted),
+    )  # fmt: skip
+
+
+def _start(
+    scene: Any,
+    x: sympy.Matrix,
+    v: sympy.Matrix,
+    phi: sympy.Matrix,
+    admitted: sympy.Matrix,
+    hamiltonian: bool = False,
+) -> tuple[sympy.Expr, ...]:
+    """(x0, v0), or (x0, mu0), as exact sympy numbers, on the scene's constraints."""
+    start: tuple[sympy.Expr, ...] = ()
+    second = ("mu0", scene.mu0, len(v)) if hamiltonian else ("v0", scene.v0, len(v))
+    for name, given, wanted in (("x0", scene.x0, len(x)), second):
+        if len(given) != wanted:
+            raise ReferenceFailure(
+                f"{name} of scene {scene.name} has {len(given)} entries where its groupoid "
+                f"has {wanted}; give {wanted}"
+            )
+        start += tuple(
+            exact_number(e, f"{name}[{i}] of scene {scene.name}") for i, e in enumerate(given)
+        )
+    return on_constraints(scene.name, start, phi, admitted, x, v) if admitted.rows else start
+
+
+def _with_symbolic_parameters(values: Any, entries: Any) -> list[sympy.Expr]:
+    substitution: dict[Any, Any] = {}
+    symbols = type(values)()
+    for name, value in vars(values).items():
+        if isinstance(value, sympy.MatrixBase):
+            held = sympy.Matrix(*value.shape, lambda i, j: sympy.Dummy(real=True))
+            substitution.update(zip(held, value, strict=True))
+        else:
+            held = sympy.Dummy(real=True)
+            substitution[held] = value
+        setattr(symbols, name, held)
+    return [without_floats(e).subs(substitution) for e in entries(symbols)]
+
+
+def _force(
+    structure: Algebroid, lagrangian: Any, momentum: Any, x: Any, v: Any, g: int
+) -> sympy.Expr:
+    """rho^i_g dl/dx^i - C^n_{gm} xi^m dl/dxi^n."""
+    terms = [structure.rho[i, g] * lagrangian.diff(x[i]) for i in range(structure.dim_x)]
+    terms += [
+        -constant * v[b] * momentum[n]
+        for (n, a, b), constant in structure.constants.items()
+        if a == g
+    ]
+    return sympy.expand(sympy.Add(*terms)) if not structure.dim_x else sympy.Add(*terms)
