@@ -261,7 +261,7 @@ def test_wrong_files(stranger, name):
 
 def test_a_new_study(stranger):
     """In a copy of the bench, as its developers do."""
-    for name in ("integrators", "reference", "studies", "reports/templates"):
+    for name in ("integrators", "reference", "studies", "tests/bench", "reports/templates"):
         shutil.copytree(ROOT / name, stranger.folder / name,
                         ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
     for name in ("discmech.py", "pyproject.toml"):

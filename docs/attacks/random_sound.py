@@ -18,7 +18,7 @@ import sympy
 
 from discmech import Scene, check, scenes
 from discmech.integrators import BadInput, rules
-from discmech.studies.power.valid import random_rule
+from discmech.tests.bench.power.valid import random_rule
 
 #: units of length, time and mass, as powers of ten
 UNITS = [(0, 0, 0), (6, 0, 0), (-9, 0, 0), (0, 4, 0), (0, -6, 0), (0, 0, 12), (-6, 3, -10)]

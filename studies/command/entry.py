@@ -20,14 +20,12 @@ from discmech.integrators.lattices import systems
 from .. import NAMES
 from ..core.options import THOROUGH
 from ..core.store import Store
-from ..core.study import every_study
-from . import control, explain, gallery, new, power, single_run, verifying
+from . import control, explain, gallery, new, single_run, studying, verifying
 from . import reference as references
-from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .interrupts import GOES_ON, GOES_ON_FRESH, Farewell, ended_soon
 from .last_words import told
 from .options import add_choices, add_look, add_own, as_typed, choice_of, jobs, look_of, page_of
-from .output import console, exit_code, progress_shown, writable, writable_folder, write_json
+from .output import console, exit_code, progress_shown, writable_folder, write_json
 
 PASS, FAIL, BAD_INPUT, INCONCLUSIVE = 0, 1, 2, 3
 GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
@@ -115,28 +113,9 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     explain.add_to(commands)
     gallery.add_to(commands)
     new.add_to(commands)
-    studies = {name: study for name, study in every_study().items() if study.usual}
-    if words and re.search(r"\.py(:|$)", words[0]):  # a study in a file of the user's
-        from ..core.study_lookup import study_called
-
-        studies[words[0]] = study_called(words[0])
-    for word, study in studies.items():
-        if study.usual:
-            asked = commands.add_parser(word, help=study.summary)
-            add_choices(asked)
-            add_own(asked, study.options)
-            asked.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
-            asked.add_argument(
-                "--folder", metavar="DIR",
-                help="write a page there, figures (SVG, PDF, PNG) and tables (CSV, TeX, JSON)",
-            )  # fmt: skip
-            add_look(asked)
-            add_baselines(asked)
-            asked.set_defaults(action=_study, study=word)
-
+    studying.add_to(commands, words[0] if words else "")
     verifying.add_to(commands)
     references.add_to(commands)
-    power.add_to(commands)
     report = commands.add_parser("report", help="all studies on one page with its figures")
     add_choices(report)
     report.add_argument("--folder", metavar="DIR", help="default: reports/build")
@@ -176,38 +155,6 @@ def _list(options: argparse.Namespace) -> int:
             title = scenes.get(name).title if kind == "scenes" else ""
             print(f"  {name:<{width}}  {title}".rstrip())
     return PASS
-
-
-def _study(options: argparse.Namespace) -> int:
-    from ..core.running import run_study
-    from ..core.study_lookup import study_called
-    from ..report.tables import print_result
-
-    study = study_called(options.study)
-    with progress_shown(f"{study.name}: loading") as show:
-        choice = choice_of(options)
-        look = look_of(options, choice)
-        before = earlier(options)
-        writable(options.json)
-        writable_folder(options.folder)
-        result = run_study(study, choice, show, store=Store(options.fresh), jobs=jobs(options))
-        result["command"] = as_typed(options)
-        notes = beside_baseline(options, result, before)
-        if options.folder:
-            from .report import write_study
-
-            show("figures", None)
-            command = page_of(options, result["command"])
-            page = write_study(result, choice, Path(options.folder), look, command)
-    if options.json:
-        write_json(options.json, result)
-    if options.json != "-":
-        print_result(console(), result)
-        for note in (*result["notes"], *notes):
-            print(note)
-        if options.folder:
-            print(f"page: {page}")
-    return FAIL if is_worse(result) else exit_code(result, told=options.json != "-")
 
 
 def _report(options: argparse.Namespace) -> int:

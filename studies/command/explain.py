@@ -175,7 +175,7 @@ def _work(scheme: Scheme) -> list[str]:
     from discmech.integrators.compiler import SAVINGS
     from discmech.integrators.errors import CannotMeasure, StepFailure
 
-    from ..savings.measuring import operations, savings_made
+    from ..work_precision.kernel_work import operations, savings_made
     from ..work_precision.racing import race
 
     flow = scheme.flow(scheme.scene.step)

@@ -22,8 +22,13 @@ if TYPE_CHECKING:
 RULE_HELP = "midpoint, gauss-3, kahan-li-8:midpoint (all: discmech list) or FILE.py:NAME"
 
 
-def add_choices(parser: argparse.ArgumentParser) -> None:
-    """Declare what every study is asked."""
+def add_choices(parser: argparse.ArgumentParser, of_scenes: bool = True) -> None:
+    """Declare what every study is asked; one that is about no scene is asked for none."""
+    add_jobs(parser)
+    add_fresh(parser)
+    if not of_scenes:
+        parser.set_defaults(scenes=[], rules=[], retraction=[], digits=[], steps=None)
+        return
     parser.add_argument(
         "scenes", nargs="*", metavar="SCENE", help="a name or FILE.py:NAME; default: all that apply"
     )
@@ -39,10 +44,8 @@ def add_choices(parser: argparse.ArgumentParser) -> None:
         help="16 is double precision; may be repeated",
     )
     parser.add_argument(
-        "--steps", metavar="N", help="of a run; of the coarsest where a study runs several"
+        "--steps", metavar="N", help="number of steps (of the coarsest run, if there are several)"
     )
-    add_jobs(parser)
-    add_fresh(parser)
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from pathlib import Path
+from importlib import import_module
 from typing import Any
 
 from discmech.integrators import BadInput, scenes
@@ -12,9 +12,9 @@ from discmech.integrators.errors import shown
 from discmech.integrators.numbers import MOST_DIGITS
 
 from ..core import lookup
-from ..core.store import Store
+from ..core.study import every_study
 from .options import add_fresh
-from .output import EXIT, console, progress_shown, writable, write_json
+from .output import console, progress_shown, writable, write_json
 
 PASS, FAIL, INCONCLUSIVE = 0, 1, 3
 
@@ -165,8 +165,10 @@ def _tables(options: argparse.Namespace) -> int:
 
 def _published(options: argparse.Namespace) -> int:
     """The table of published digits."""
-    from ..references import published
     from ..report.tables import rich_table
+
+    of_the_bench: Any = every_study()["references"]
+    published = import_module(f"{of_the_bench.package}.published")
 
     with progress_shown() as show:
         found = published.measure(show)
@@ -186,31 +188,11 @@ def _published(options: argparse.Namespace) -> int:
 
 
 def _costs(options: argparse.Namespace) -> int:
-    """The growth of the cost: a table, and the page with the picture."""
-    from ..core.case import Choice
-    from ..core.running import run_study
-    from ..core.study import every_study
-    from ..report.page import write_report
-    from ..report.tables import print_result
-    from .report import about
+    """`discmech references --thorough`, which this was called before."""
+    from .studying import run
 
-    with progress_shown() as show:
-        study, choice = every_study()["references"], Choice(own=(("thorough", True),))
-        found = run_study(study, choice, show, store=Store(options.fresh))
-    if options.json:
-        write_json(options.json, found, indent=1)
-    if options.json != "-":
-        print_result(console(), found)
-        console().print("\n".join(found["notes"]), highlight=False)
-    if not options.folder:
-        return EXIT[found["verdict"]]
-    try:
-        scene = about(scenes.get(found["cases"][0]["scene"]))
-        place = write_report([found], [], [scene], Path(options.folder), found["command"])
-    except OSError as error:
-        raise BadInput(
-            f"{options.folder} cannot be written ({error.strerror}); name another --folder."
-        ) from None
-    if options.json != "-":
-        console().print(f"page: {place}", highlight=False, soft_wrap=True)
-    return EXIT[found["verdict"]]
+    asked = every_study()["references"].options
+    given = {"study": "references", "own": asked, "thorough": True, "labels": [], "style": None,
+             "scenes": [], "rules": [], "retraction": [], "steps": None, "jobs": None,
+             "scheduler": None, "baseline": None, "save_baseline": None}  # fmt: skip
+    return run(argparse.Namespace(**{**vars(options), **given, "digits": []}))

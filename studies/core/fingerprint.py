@@ -25,6 +25,7 @@ from .study import Study, StudyFolder
 from .userfile import loaded
 
 ROOT = Path(__file__).resolve().parents[2]
+STUDIES = (ROOT / "studies", ROOT / "tests" / "bench")
 #: what is data of single scenes and rules: each has its own text in the fingerprints of its cases
 RULES = tuple(Path("integrators/rules") / name for name in ("simple.py", "galerkin.py"))
 DATA = (Path("integrators/scenes"), *RULES, Path("reference/tables"))
@@ -187,13 +188,13 @@ def of_views(*words: str) -> str:
 
 @cache
 def _text_of_views() -> str:
-    files = sorted((ROOT / "studies").rglob("*.py"))
+    files = sorted(p for folder in STUDIES for p in folder.rglob("*.py"))
     return _digest(*(p.read_text("utf-8") for p in files if _shows(p)))
 
 
 @cache
 def _text_of_all() -> str:
-    folders = (ROOT / name for name in ("integrators", "reference", "studies"))
+    folders = (ROOT / name for name in ("integrators", "reference", "studies", "tests/bench"))
     files = (p for folder in folders for p in sorted(folder.rglob("*")))
     return _digest(*(p.read_text("utf-8") for p in files if p.suffix in (".py", ".json", ".c")))
 
@@ -234,7 +235,7 @@ def _files(file: Path, node: ast.ImportFrom) -> Iterator[Path]:
     words = (node.module or "").split(".") if node.module else []
     if node.level:
         folder = file.parents[node.level - 1]
-    elif words[0] == "discmech" and words[1:2] == ["studies"]:
+    elif words[0] == "discmech" and words[1:2] in (["studies"], ["tests"]):
         folder, words = ROOT, words[1:]
     else:
         return
@@ -246,7 +247,7 @@ def _files(file: Path, node: ast.ImportFrom) -> Iterator[Path]:
 
 
 def _shows(file: Path) -> bool:
-    of_a_study = file.parent.parent == ROOT / "studies" and any(map(file.match, VIEW_FILES))
+    of_a_study = file.parent.parent in STUDIES and any(map(file.match, VIEW_FILES))
     return _within(file, VIEWS) or of_a_study
 
 

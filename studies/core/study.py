@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 #: behind the name of a rule whose steps were chosen for tolerances
 BY_TOLERANCE = ", tolerance"
 FOLDER = Path(__file__).resolve().parents[1]
+OF_THE_BENCH = FOLDER.parent / "tests" / "bench"  # what tests the bench itself
 NAME = r"[a-z][a-z0-9]*(-[a-z0-9]+)*"  # of a study, and of what `discmech new` writes
 
 
@@ -293,12 +294,13 @@ def counts(case: Mapping[str, Any]) -> bool:
 
 @cache
 def every_study() -> dict[str, Study]:
-    """All studies by name, in the order of the report: folders that say so, and of packages."""
+    """All studies by name, in the order of the report: those of folders, and those of packages."""
     found = {}
-    for file in sorted(FOLDER.glob("*/__init__.py")):
-        if "STUDY" in file.read_text(encoding="utf-8"):
-            study = import_module(f"{_PARENT}.{file.parent.name}").STUDY
-            found[study.name] = study
+    for folder, package in ((FOLDER, _PARENT), (OF_THE_BENCH, f"{_ROOT}.tests.bench")):
+        for file in sorted(folder.glob("*/__init__.py")):
+            if "STUDY" in file.read_text(encoding="utf-8"):
+                study = import_module(f"{package}.{file.parent.name}").STUDY
+                found[study.name] = study
     for point in entry_points(group="discmech.studies"):
         try:
             study = point.load()
@@ -337,6 +339,7 @@ def view_of(name: str) -> Any:
 
 
 _PARENT = __name__.rpartition(".core.")[0]
+_ROOT = _PARENT.rpartition(".")[0]
 
 
 def _plain_view() -> Any:

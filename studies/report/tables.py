@@ -271,7 +271,13 @@ def terminal_table(result: Result) -> Table:
 
 
 def print_result(screen: Console, result: Result) -> None:
-    """The table, then a paragraph for each case that did not pass: a column has no room for it."""
+    """The table, then a paragraph for each case that did not pass: a column has no room for it.
+
+    A view may have its own way (`View.printed`).
+    """
+    if (printed := view_of(str(result.get("study"))).printed) is not None:
+        printed(screen, result)
+        return
     screen.print(terminal_table(result))
     print_trouble(screen, result)
 

@@ -6,9 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .wording import Case, mapping, pairs, scientific
+from .wording import Case, Result, mapping, pairs, scientific
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from .canvas import Panel, Sheet
     from .palette import Mark
 
@@ -46,7 +48,7 @@ class View:
     the verdict if `whole`. got, wanted: one line of what was measured and what was expected. short:
     the one figure that a verdict hangs on (default: got). line: what a line of `verify` says of a
     case (default: got). sketches: its figures. compared: what
-    `compare` holds side by side.
+    `compare` holds side by side. printed: how a terminal shows the result, in place of its table.
     """
 
     columns: Sequence[Column] | None = None
@@ -57,3 +59,4 @@ class View:
     line: Callable[[Case], str] | None = None
     sketches: Callable[[Sequence[Case], dict[str, Mark], Titles], list[Sketch]] = no_figures
     compared: Callable[[Case], dict[str, Any]] | None = None
+    printed: Callable[[Console, Result], None] | None = None

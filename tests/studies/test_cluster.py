@@ -93,7 +93,7 @@ def test_a_cluster_gives_the_numbers_of_one_machine_though_a_worker_is_killed(sc
 
 @pytest.mark.slow
 def test_a_worker_with_another_text_is_refused_by_name(scheduler, tmp_path, capsys):
-    for name in ("integrators", "reference", "studies"):
+    for name in ("integrators", "reference", "studies", "tests/bench"):
         shutil.copytree(ROOT / name, tmp_path / name,
                         ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
     shutil.copy(ROOT / "discmech.py", tmp_path)

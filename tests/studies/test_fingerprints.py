@@ -25,8 +25,8 @@ from discmech.integrators.rules import (
 from discmech.studies import NAMES, get
 from discmech.studies.core import fingerprint, lookup
 from discmech.studies.core.case import Case, Choice
-from discmech.studies.power import STUDY as POWER
-from discmech.studies.power import measuring as power
+from discmech.tests.bench.power import STUDY as POWER
+from discmech.tests.bench.power import measuring as power
 
 
 def key(name="order", scene="kepler", rule=midpoint, digits=16, steps=None, timed=False, **more):
@@ -69,7 +69,7 @@ def test_retractions_have_their_own():
 @pytest.fixture
 def checkout(tmp_path, monkeypatch):
     """A copy of our text that may be changed; fingerprints are of it."""
-    for name in ("integrators", "reference", "studies"):
+    for name in ("integrators", "reference", "studies", "tests/bench"):
         shutil.copytree(fingerprint.ROOT / name, tmp_path / "tree" / name,
                         ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
     here = Path(fingerprint.ROOT)
@@ -202,11 +202,11 @@ def test_a_fault_rests_on_its_scene_and_on_the_studies_that_look_for_it(checkout
     before = keys()
     append(tree / "integrators/scenes/kepler.py")
     append(tree / "studies/contact/measuring.py")  # no study of those
-    append(tree / "studies/power/view.py")
+    append(tree / "tests/bench/power/view.py")
     forget()
     after = keys()
     assert [scene for scene in before if after[scene] != before[scene]] == ["kepler"]
-    for file in ("studies/momentum/measuring.py", "studies/power/catalogue.py",
+    for file in ("studies/momentum/measuring.py", "tests/bench/power/catalogue.py",
                  "studies/core/one_case.py", "integrators/flows/flow.py"):  # fmt: skip
         append(tree / file)
         forget()

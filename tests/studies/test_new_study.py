@@ -71,7 +71,7 @@ VIEW = View(columns=[measured_column("length", "Length at the start")], wanted=l
 def discmech(tmp_path_factory):
     """The command of a copy of the bench with one more folder in it."""
     tree = tmp_path_factory.mktemp("tree")
-    for name in ("integrators", "reference", "studies", "reports/templates"):
+    for name in ("integrators", "reference", "studies", "tests/bench", "reports/templates"):
         shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("discmech.py", "pyproject.toml"):
         shutil.copy(ROOT / name, tree)

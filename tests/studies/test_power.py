@@ -15,15 +15,15 @@ from discmech.integrators.numbers import first_violation, vanishes_as
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Choice, worst
 from discmech.studies.core.one_case import run_case
-from discmech.studies.power import STUDY, measuring
-from discmech.studies.power.catalogue import SOLVER, STAGED, everything
-from discmech.studies.power.equivalents import proof
-from discmech.studies.power.faults import Fault, NoPlace
-from discmech.studies.power.measuring import RULES, of_fault, of_rule, sampled
-from discmech.studies.power.operators import OPERATORS
-from discmech.studies.power.sites import faulty_scheme, sound_scheme
-from discmech.studies.power.valid import KINDS, random_rule
 from discmech.studies.report.page import lone_page
+from discmech.tests.bench.power import STUDY, measuring
+from discmech.tests.bench.power.catalogue import SOLVER, STAGED, everything
+from discmech.tests.bench.power.equivalents import proof
+from discmech.tests.bench.power.faults import Fault, NoPlace
+from discmech.tests.bench.power.measuring import RULES, of_fault, of_rule, sampled
+from discmech.tests.bench.power.operators import OPERATORS
+from discmech.tests.bench.power.sites import faulty_scheme, sound_scheme
+from discmech.tests.bench.power.valid import KINDS, random_rule
 
 CATALOGUE = everything()
 

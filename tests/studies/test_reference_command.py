@@ -12,8 +12,8 @@ from discmech.reference.answer import frozen, store
 from discmech.reference.answer.solution import forget
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Choice
-from discmech.studies.references import measuring as costs
-from discmech.studies.references import published
+from discmech.tests.bench.references import measuring as costs
+from discmech.tests.bench.references import published
 
 
 @pytest.fixture(autouse=True)
@@ -183,4 +183,4 @@ def test_digits_that_are_not_proven_fail():
     found = {"measured": costs.measure(case)["measured"] | {"proven": 14}}
     said = costs.judge(case, found)
     assert said.verdict == "fail" and "only 14 digits" in said.reason
-    assert costs.notes(Choice()) == ["discmech reference --costs goes on to more."]
+    assert costs.notes(Choice()) == ["discmech references --thorough goes on to more."]

@@ -10,7 +10,7 @@ from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
 from discmech.studies.core.one_case import run_case
 from discmech.studies.report import tables
-from discmech.studies.savings import measuring as savings
+from discmech.tests.bench.savings import measuring as savings
 from tests.studies.cached_results import case
 
 

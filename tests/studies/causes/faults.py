@@ -12,7 +12,7 @@ from discmech.integrators.flows import Flow, Start
 from discmech.studies import get
 from discmech.studies.core.case import Case
 from discmech.studies.core.one_case import run_case
-from discmech.studies.power.catalogue import SOLVER
+from discmech.tests.bench.power.catalogue import SOLVER
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from discmech.studies.contact import measuring as contact
-from discmech.studies.savings.measuring import SAME
 from discmech.studies.work_precision.measuring import STALLED
+from discmech.tests.bench.savings.measuring import SAME
 from tests.studies.judges.by_hand import ABOVE, case, judged
 
 

@@ -16,7 +16,7 @@ from discmech.integrators import Scene, one_step, pair, scenes
 from discmech.studies.core.case import Case
 from discmech.studies.core.one_case import run_case
 from discmech.studies.core.study import every_study
-from discmech.studies.power.valid import random_rule
+from discmech.tests.bench.power.valid import random_rule
 
 DRIVEN = Scene(
     "driven", pair(1),

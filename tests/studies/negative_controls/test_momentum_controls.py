@@ -14,9 +14,9 @@ from discmech.studies.core.one_case import run_case
 from discmech.studies.momentum import measuring as momentum
 from discmech.studies.momentum import work
 from discmech.studies.momentum.view import VIEW
-from discmech.studies.power.catalogue import everything
-from discmech.studies.power.faults import scene_of
-from discmech.studies.power.sites import FaultyCase
+from discmech.tests.bench.power.catalogue import everything
+from discmech.tests.bench.power.faults import scene_of
+from discmech.tests.bench.power.sites import FaultyCase
 from tests.objects import PLAIN, with_wrong_force
 from tests.studies.cached_results import measured
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from discmech.studies.command import crossovers as page
+from tests.benchmarks import crossovers as page
 
 
 def case(rule, kind, *runs):

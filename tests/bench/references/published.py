@@ -19,8 +19,7 @@ from typing import Any
 from discmech import reference
 from discmech.integrators import Scene, pair, scenes
 from discmech.integrators.numbers import mpmath, sympy
-
-from ..core.case import Progress, silent
+from discmech.studies.core.case import Progress, silent
 
 MARGIN = 8  # certain digits beyond the printed ones
 

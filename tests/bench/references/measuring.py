@@ -17,8 +17,7 @@ from typing import Any
 
 from discmech.integrators import rules as discretisations
 from discmech.integrators import scenes
-
-from ..core.case import Case, Choice, Progress, Verdict, silent
+from discmech.studies.core.case import Case, Choice, Progress, Verdict, silent
 
 NAME, SCENE = "references", "heavy-top"
 NEEDS = "it is about references, and not about a scene."
@@ -27,7 +26,7 @@ SHORT = Fraction(1, 2)  # the time at which digits are compared
 TIMES = (1, 2, 5, 10, 20, 50, 100)
 USUAL = 6  # of each, unless time is no matter
 SURE = 0.5  # seconds of processor time, beside which what disturbs a run is small
-COMMAND = "discmech reference --costs"
+COMMAND = "discmech references --thorough"
 
 
 @dataclass(frozen=True)

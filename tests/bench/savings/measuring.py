@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -10,14 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.compiler import SAVINGS, kernel_text
-from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.compiler import SAVINGS
 from discmech.integrators.flows import Flow
 from discmech.integrators.groupoids import LieGroup
 from discmech.integrators.rules import Composition
-
-from ..core.case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
-from ..work_precision.racing import race
+from discmech.studies.core.case import (
+    Case,
+    Choice,
+    Progress,
+    Verdict,
+    plain_cases,
+    scheme_of,
+    silent,
+)
+from discmech.studies.work_precision.kernel_work import operations, savings_made
+from discmech.studies.work_precision.racing import race
 
 NAME = "savings"
 NEEDS = "it needs a Lagrangian, a rule of one step (no composition), and double precision."
@@ -99,24 +105,6 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
                 "outliers": timing.outliers,
                 "times": timing.median / timings[0].median}  # fmt: skip
     return {"rows": rows, "measured": {"times": {r["variant"]: r["times"] for r in rows[1:]}}}
-
-
-def savings_made(flow: Flow) -> dict[str, bool]:
-    """Which of `SAVINGS` the flow's kernels make."""
-    kernels = flow._kernels
-    return {"direct": kernels.affine[0], "carried": kernels.layout.reused > 0, "coefficients": True}
-
-
-def operations(flow: Flow) -> tuple[int, int]:
-    """(of one correction, of one update): arithmetic operations and functions in the kernel."""
-    text = kernel_text(flow.system, flow.without)
-    counts = {}
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.FunctionDef) and node.name in ("solver", "update"):
-            counts[node.name] = sum(isinstance(n, ast.BinOp | ast.Call) for n in ast.walk(node))
-    if len(counts) < 2:
-        raise CannotMeasure("the kernel's operations cannot be counted.")
-    return counts["solver"], counts["update"]
 
 
 def kept_bytes(flow: Flow) -> int:

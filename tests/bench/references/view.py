@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..report.palette import Mark
-from ..report.view import Sketch, Titles, View, measured_column
-from ..report.wording import Case
+from discmech.studies.report.palette import Mark
+from discmech.studies.report.view import Sketch, Titles, View, measured_column
+from discmech.studies.report.wording import Case
+
 from . import plot
 
 COSTS = (

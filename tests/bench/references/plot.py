@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..report.canvas import Panel, Sheet, log_axis, log_limits
-from ..report.labels import end_labels
-from ..report.palette import BLUE, MUTED
+from discmech.studies.report.canvas import Panel, Sheet, log_axis, log_limits
+from discmech.studies.report.labels import end_labels
+from discmech.studies.report.palette import BLUE, MUTED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..report.wording import Case
+    from discmech.studies.report.wording import Case
 
 SHEET = Sheet(width=3.4, right=1.1, columns=2)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ..report.view import View
-from ..report.wording import NONE, Case, duration, rows, scientific
+from discmech.studies.report.view import View
+from discmech.studies.report.wording import NONE, Case, duration, rows, scientific
 
 
 def _variants(case: Case, key: str, written: Callable[[Any], str]) -> str:

@@ -1,7 +1,7 @@
 """Seeded faults that must be caught, and random valid rules that must not be."""
 
-from ..core.options import Option, refuse
-from ..core.study import StudyFolder
+from discmech.studies.core.options import Option, refuse
+from discmech.studies.core.study import StudyFolder
 
 
 def _unit(text: str) -> int:

@@ -1,7 +1,7 @@
 """What leaving out work that a scene does not need is worth."""
 
-from ..core.options import THOROUGH
-from ..core.study import StudyFolder
+from discmech.studies.core.options import THOROUGH
+from discmech.studies.core.study import StudyFolder
 
 STUDY = StudyFolder(
     name="savings",

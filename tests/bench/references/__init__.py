@@ -1,6 +1,7 @@
 """Processor time of proven digits, against digits and time."""
 
-from ..core.study import StudyFolder
+from discmech.studies.core.options import THOROUGH
+from discmech.studies.core.study import StudyFolder
 
 STUDY = StudyFolder(
     name="references",
@@ -21,4 +22,5 @@ STUDY = StudyFolder(
     ),
     alone=True,
     usual=False,
+    options=(THOROUGH,),
 )

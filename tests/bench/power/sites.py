@@ -28,8 +28,8 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators.numbers import first_violation, mpmath, sympy
 from discmech.integrators.rules import Composition, Discretisation
 from discmech.integrators.scene import Scene
+from discmech.studies.core.case import Case
 
-from ..core.case import Case
 from .faults import Fault, NoPlace, scene_of
 from .faulty_scheme import FaultyScheme
 

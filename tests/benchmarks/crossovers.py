@@ -1,6 +1,6 @@
 """The page of crossovers: who is fastest at which accuracy, measured anew by one command.
 
-python -m discmech.studies.command.crossovers [FILE.md] [SCENE ...]
+python -m tests.benchmarks.crossovers [FILE.md] [SCENE ...]
 """
 
 from __future__ import annotations
@@ -13,17 +13,16 @@ from typing import Any
 
 from discmech.integrators import BadInput, rules, scenes
 from discmech.integrators.scene import Scene
+from discmech.studies.command.output import writable
+from discmech.studies.core.case import Choice
+from discmech.studies.core.record import machine, versions
+from discmech.studies.core.running import run_study
+from discmech.studies.core.study import every_study
+from discmech.studies.report.wording import NONE, duration, scientific
+from discmech.studies.work_precision.peers import chosen
+from discmech.studies.work_precision.standings import REACHED, cost
 
-from ..core.case import Choice
-from ..core.record import machine, versions
-from ..core.running import run_study
-from ..core.study import every_study
-from ..report.wording import NONE, duration, scientific
-from ..work_precision.peers import chosen
-from ..work_precision.standings import REACHED, cost
-from .output import writable
-
-COMMAND = "python -m discmech.studies.command.crossovers"
+COMMAND = "python -m tests.benchmarks.crossovers"
 RULES = ("trapezoidal", "gauss-8", "gauss-10")
 FAST = ("heyoka", "WHFast", "IAS15")  # the peers that the page is about
 #: where nobody asks for others

@@ -18,12 +18,12 @@ from typing import Any
 from discmech.integrators import BadInput, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation
+from discmech.studies import get
+from discmech.studies.core.case import Case, Choice, Progress, Verdict, silent
+from discmech.studies.core.environment import environment
+from discmech.studies.core.fingerprint import text_of_study
+from discmech.studies.core.one_case import run_case
 
-from .. import get
-from ..core.case import Case, Choice, Progress, Verdict, silent
-from ..core.environment import environment
-from ..core.fingerprint import text_of_study
-from ..core.one_case import run_case
 from . import STUDY
 from .catalogue import everything
 from .equivalents import proof

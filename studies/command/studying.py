@@ -1,0 +1,68 @@
+"""`discmech STUDY`: one study of what was chosen, shown, as JSON, or as a page."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+from typing import Any
+
+from ..core.store import Store
+from ..core.study import every_study
+from .baselines import add_baselines, beside_baseline, earlier, is_worse
+from .options import add_choices, add_look, add_own, as_typed, choice_of, jobs, look_of, page_of
+from .output import EXIT, console, exit_code, progress_shown, writable, writable_folder, write_json
+
+
+def add_to(commands: Any, word: str = "") -> None:
+    """Declare a command for every study, and for the one that a word names as FILE.py:NAME."""
+    studies = every_study()
+    if re.search(r"\.py(:|$)", word):
+        from ..core.study_lookup import study_called
+
+        studies = {**studies, word: study_called(word)}
+    for name, study in studies.items():
+        asked = commands.add_parser(name, help=study.summary)
+        add_choices(asked, of_scenes=study.usual)
+        add_own(asked, study.options)
+        asked.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+        asked.add_argument(
+            "--folder", metavar="DIR",
+            help="write a page there, figures (SVG, PDF, PNG) and tables (CSV, TeX, JSON)",
+        )  # fmt: skip
+        add_look(asked)
+        add_baselines(asked)
+        asked.set_defaults(action=run, study=name)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the study and show its result; returns the exit code."""
+    from ..core.running import run_study
+    from ..core.study_lookup import study_called
+    from ..report.tables import print_result
+
+    study = study_called(options.study)
+    with progress_shown(f"{study.name}: loading") as show:
+        choice = choice_of(options)
+        look = look_of(options, choice)
+        before = earlier(options)
+        writable(options.json)
+        writable_folder(options.folder)
+        result = run_study(study, choice, show, store=Store(options.fresh), jobs=jobs(options))
+        result["command"] = as_typed(options)
+        notes = beside_baseline(options, result, before)
+        if options.folder:
+            from .report import write_study
+
+            show("figures", None)
+            command = page_of(options, result["command"])
+            page = write_study(result, choice, Path(options.folder), look, command)
+    if options.json:
+        write_json(options.json, result)
+    if options.json != "-":
+        print_result(console(), result)
+        for note in (*result["notes"], *notes):
+            print(note)
+        if options.folder:
+            print(f"page: {page}")
+    return EXIT["fail"] if is_worse(result) else exit_code(result, told=options.json != "-")
