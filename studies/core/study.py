@@ -39,8 +39,8 @@ class Study:
 
     Of a study of one's own `name` and `measure` are needed, and `limits` or `judge`.
 
-    title, about: the heading and a paragraph of its page. summary: a line of help; asks: its
-    question in the README; measured, judged: the columns of docs/judged.md. place: where it comes
+    title, about: the heading and a paragraph of its page. summary: a line of help; asks,
+    measured, judged: the columns of docs/judged.md. place: where it comes
     in the report. digits: the precisions that are measured if none is asked for. limits: the most
     that each measured quantity may be in a case that passes. needs: a sentence that says why it may
     apply to nothing that was chosen. alone: it takes times, so its cases, or those that are
