@@ -166,7 +166,8 @@ def test_a_changed_program_has_another_digest(made):
 
 #: a command of a user's that is at a run when it ends; the program has a child of its own
 USER = """
-import sys, time
+import signal, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it in the background
 from pathlib import Path
 import numpy as np
 from discmech.integrators.foreign.program import Program
