@@ -63,12 +63,12 @@ def _reference(module: str, *tests: str) -> Target:
 
 REFERENCE = (
     # what a proven digit rests on
-    _reference("taylor/balls", "ingredients", "remainders", "bounds"),
-    _reference("answer/bounded", "ingredients", "propagation", "bounds"),
-    _reference("enclosure/majorants", "ingredients", "remainders", "bounds"),
-    _reference("enclosure/propagation", "ingredients", "propagation", "bounds"),
-    _reference("enclosure/remainders", "ingredients", "remainders", "bounds"),
-    _reference("enclosure/tube", "ingredients", "propagation", "bounds"),
+    _reference("taylor/balls", "proof", "bounds"),
+    _reference("answer/bounded", "proof", "bounds"),
+    _reference("enclosure/majorants", "proof", "bounds"),
+    _reference("enclosure/propagation", "proof", "bounds"),
+    _reference("enclosure/remainders", "proof", "bounds"),
+    _reference("enclosure/tube", "proof", "bounds"),
     # equations, series, and other ways to the same digits
     _reference("equations/algebroid", "equations", "algebroids", "answers"),
     _reference("equations/constrained_start", "constraints", "answers"),

@@ -4,7 +4,7 @@ import sympy
 
 from discmech.reference.equations import Equations
 
-X = sympy.Symbol("x0", real=True)
+X, Y = sympy.symbols("x0 x1", real=True)
 FUNCTIONS = [
     X**3, X**-1, X**-3, sympy.sqrt(X), X ** sympy.Rational(-3, 2), X ** sympy.Rational(1, 3),
     X ** sympy.pi, X**X, 2**X, sympy.exp(-X), sympy.log(X), sympy.sin(X), sympy.cos(2 * X),
@@ -14,10 +14,17 @@ FUNCTIONS = [
 ]  # fmt: skip
 
 
+def system(*rates, start=("3/4", 0), **more):
+    """dx/dt = rates(x, y), x(0) = 3/4 and y(0) = 0, in the form that the integrators take."""
+    n = len(rates)
+    given = {
+        "name": "test", "states": (X, Y)[:n], "start": tuple(map(sympy.sympify, start[:n])),
+        "assignments": (), "rates": rates, "lagrangian": sympy.S.Zero, "momentum": (),
+        "energy": sympy.S.Zero, "dim_x": n, "dim_u": 0, "attitude_size": 0,
+    }  # fmt: skip
+    return Equations(**given | more)
+
+
 def one_equation(rate):
-    """dx/dt = rate(x), x(0) = 3/4, in the form that the integrators take."""
-    return Equations(
-        name="test", states=(X,), start=(sympy.Rational(3, 4),), assignments=(), rates=(rate,),
-        lagrangian=sympy.S.Zero, momentum=(), energy=sympy.S.Zero, dim_x=1, dim_u=0,
-        attitude_size=0,
-    )  # fmt: skip
+    """dx/dt = rate(x), x(0) = 3/4."""
+    return system(rate)
