@@ -83,12 +83,12 @@ test-peers:  ## other people's libraries in .venv-peers, and the tests that skip
 	@$(MAKE) --no-print-directory VENV=.venv-peers .venv-peers/.peers
 	@.venv-peers/bin/python -m pytest -q -rs --benchmark-disable $(PEERS)
 
-PEERS := tests/studies/work_precision/test_peers.py tests/studies/test_cluster.py \
+PEERS := tests/studies/work_precision/test_peers.py \
 	tests/integrators/contact/test_siconos.py tests/studies/test_gallery.py \
 	tests/integrators/foreign/test_recordings.py
 
 $(VENV)/.peers: $(READY)
-	@$(BIN)/python $(PIP) install -q --no-build-isolation -e '.[gallery,cluster]' pyarrow
+	@$(BIN)/python $(PIP) install -q --no-build-isolation -e '.[gallery]' pyarrow
 	@touch $@
 
 # The oldest packages that pyproject.toml allows, in an environment of their own.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
-from discmech.integrators import BadInput, Lattice, Scheme, retractions, scenes
+from discmech.integrators import Lattice, Scheme, retractions, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation, OneStepMap
 from discmech.integrators.scene import Scene, remembered
@@ -101,29 +101,6 @@ class Choice:
         if scene.groupoid.retraction is None or not self.retractions:
             return [scene]
         return [in_chart(scene, name) for name in dict.fromkeys(self.retractions)]
-
-    def by_name(self) -> tuple[Any, ...] | None:
-        """The choice in words, for another process; None if it holds objects of the user's."""
-        try:
-            words = replace(
-                self,
-                scenes=tuple(map(lookup.word_for, self.scenes)),  # type: ignore[arg-type]
-                rules=tuple(map(lookup.word_for, self.rules)),  # type: ignore[arg-type]
-            )
-            again = Choice.of_names(astuple(words))
-        except BadInput:
-            return None
-        return astuple(words) if again == self else None
-
-    @classmethod
-    def of_names(cls, words: tuple[Any, ...]) -> Choice:
-        """The choice that `by_name` said; raises `BadInput` for unknown names."""
-        chosen = cls(*words)
-        return replace(
-            chosen,
-            scenes=lookup.scenes_of(chosen.scenes),  # type: ignore[arg-type]
-            rules=lookup.rules(chosen.rules),  # type: ignore[arg-type]
-        )
 
 
 def judged_alone(scene: Any) -> str:

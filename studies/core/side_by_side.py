@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future
@@ -16,13 +17,12 @@ from discmech.integrators.flows import cores
 from discmech.integrators.scene import Opaque
 
 from . import fingerprint
-from .case import Case, Choice, Progress, scheme_of, silent
+from .case import Case, Progress, scheme_of, silent
 from .cluster import Cluster
 from .one_case import run_case
 from .plan import Place, Plan, Task
 from .store import Store
 from .study import Study
-from .study_lookup import study_called, words_for_studies
 from .userfile import expect_unchanged, stamps
 from .workers import tell, worker_pool
 
@@ -90,15 +90,14 @@ def finished(
     elsewhere = isinstance(jobs, Cluster)
     workers = jobs if isinstance(jobs, Cluster) else min(jobs or cores(), len(tasks)) - 1
     few = not workers or sum(len(t.places) for t in tasks) < WORTH_WORKERS
-    spoken = plan.choice.by_name()
-    names = words_for_studies(plan.studies)
-    if not tasks or spoken is None or names is None or (few and not elsewhere):
+    sent = _packed(plan) if tasks and (elsewhere or not few) else None
+    if sent is None:
         yield from _in_turn(plan, tasks, also, progress, store)
         return
     from concurrent.futures.process import BrokenProcessPool
 
     left, ended = deque(plan.spread(tasks)), SimpleQueue[tuple[Task, Any]]()
-    kept, files = None if elsewhere else store, stamps((*spoken[0], *spoken[1], *names))
+    kept = None if elsewhere else store
 
     def following() -> Task | None:
         try:
@@ -109,7 +108,7 @@ def finished(
     def give(pool: Executor) -> None:
         if (task := following()) is not None:
             try:
-                future = pool.submit(_in_worker, names, spoken, files, task, also, kept)
+                future = pool.submit(_in_worker, *sent, task, also, kept)
             except RuntimeError as error:  # the pool has ended, or has no thread for it
                 future = Future()
                 future.set_exception(error)
@@ -191,16 +190,27 @@ def _said(plan: Plan, task: Task, also: Also, store: Store | None) -> dict[int, 
         return {}
 
 
+def _packed(plan: Plan) -> tuple[bytes, tuple[tuple[str, str], ...]] | None:
+    """The studies and the choice for another process, and the files of the user's that it needs.
+
+    None where something cannot go there: functions of a notebook, or of the script that runs.
+    """
+    try:
+        packed = pickle.dumps((plan.studies, plan.choice))
+        return None if b"__main__" in packed else (packed, stamps(packed))
+    except (pickle.PicklingError, AttributeError, TypeError, BadInput):
+        return None
+
+
 def _in_worker(
-    names: tuple[str, ...],
-    spoken: tuple[Any, ...],
+    packed: bytes,
     files: tuple[tuple[str, str], ...],
     task: Task,
     also: Also,
     store: Store | None,
 ) -> tuple[list[dict[str, Any]], dict[int, Any]]:
-    plan = _plan(names, spoken)
-    expect_unchanged(files)
+    expect_unchanged(files)  # which loads them: the plan has things of theirs
+    plan = _plan(packed)
     results = []
     for i, k in task.places:
         results.append(measured(plan.studies[i], plan.cases[i][k], store=store))
@@ -209,6 +219,7 @@ def _in_worker(
 
 
 @lru_cache(maxsize=1)
-def _plan(names: tuple[str, ...], spoken: tuple[Any, ...]) -> Plan:
-    """The same plan again in a worker, from names."""
-    return Plan([study_called(name) for name in names], Choice.of_names(spoken))
+def _plan(packed: bytes) -> Plan:
+    """The same plan again, of which a worker has all tasks one after another."""
+    studies, choice = pickle.loads(packed)
+    return Plan(studies, choice)

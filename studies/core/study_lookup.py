@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import pickle
 
 from discmech.integrators import BadInput
 from discmech.integrators.errors import unknown
@@ -27,10 +27,14 @@ def study_called(word: str) -> Study:
     return found[0]
 
 
-def words_for_studies(asked: Sequence[Study]) -> tuple[str, ...] | None:
-    """The words for these studies in another process; None if one of them has none."""
-    words = tuple(word_for_study(s.name) for s in asked)
-    known = every_study()
-    found = [study_called(word) if word != s.name or s.name in known else None
-             for word, s in zip(words, asked, strict=True)]  # fmt: skip
-    return words if all(a is b for a, b in zip(found, asked, strict=True)) else None
+def word_of(study: Study) -> str:
+    """The word that finds the study in another process.
+
+    Raises `pickle.PicklingError` for one that is in no file and in no package.
+    """
+    word = word_for_study(study.name)
+    if (word == study.name and word not in every_study()) or study_called(word) is not study:
+        raise pickle.PicklingError(
+            f"the study {study.name} cannot go to another process: write it in a file."
+        )
+    return word

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import pickle
 import sys
 import traceback
 from collections.abc import Iterable
@@ -50,15 +51,18 @@ def word_for_study(name: str) -> str:
     return name
 
 
-def stamps(words: Iterable[str]) -> tuple[tuple[str, str], ...]:
-    """(path, digest) of the last texts of files that these words name (`lookup.word_for`).
+def stamps(packed: bytes) -> tuple[tuple[str, str], ...]:
+    """(path, digest) of the files whose things are among what was pickled.
 
-    For `expect_unchanged` in another process, which needs no other file.
+    For `expect_unchanged` in another process, which needs no other file. Raises
+    `pickle.PicklingError` for things of a text that is not its file's last one.
     """
-    asked = tuple(words)
-    last = {file.path: file.digest for file in loaded()}
-    return tuple((path, digest) for path, digest in last.items()
-                 if any(f"{path}:" in word for word in asked))  # fmt: skip
+    last = {file.path: file for file in loaded()}
+    needed = [f for f in loaded() if f.variables["__name__"].encode() in packed]
+    if any(last[f.path].digest != f.digest for f in needed):
+        raise pickle.PicklingError("a file was changed; the other process would read its new text.")
+    words = [f for f in last.values() if f"{f.path}:".encode() in packed]  # of its studies
+    return tuple({(f.path, f.digest): None for f in (*needed, *words)})
 
 
 def expect_unchanged(files: Iterable[tuple[str, str]]) -> None:

@@ -38,7 +38,6 @@ def process(*words, **more):
 
 @pytest.fixture(scope="module")
 def scheduler():
-    pytest.importorskip("distributed")
     words = ("distributed.cli.dask_scheduler", "--port", "0",
              "--no-dashboard")  # fmt: skip
     with process(*words) as made:
@@ -104,6 +103,7 @@ def test_a_worker_with_another_text_is_refused_by_name(scheduler, tmp_path, caps
     assert "has another text of discmech" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_without_a_scheduler_or_workers_it_is_said(scheduler, capsys):
     assert main([*ASKED, "--scheduler", "tcp://[::1]:1"]) == 2
     assert "no Dask scheduler answers at tcp://[::1]:1" in capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 
 import pytest
@@ -54,9 +55,11 @@ def test_a_text_is_run_once_and_a_changed_one_anew(file):
     assert load("mine.py") is first
     again = load(file(RULE.replace("order=2", "order=1")))
     assert again.rules["two-thirds"].order == 1 and again.digest != first.digest
-    assert dict(stamps(["mine.py:it"]))["mine.py"] == again.digest
-    assert not stamps(["midpoint", "yours.py:it"])
-    assert load(file(RULE)) is first and dict(stamps(["mine.py:it"]))["mine.py"] == first.digest
+    older, newer = (pickle.dumps(f.rules["two-thirds"]) for f in (first, again))
+    assert stamps(newer) == (("mine.py", again.digest),) and not stamps(b"midpoint yours.py:it")
+    with pytest.raises(pickle.PicklingError, match="was changed"):
+        stamps(older)
+    assert load(file(RULE)) is first and stamps(older) == (("mine.py", first.digest),)
 
 
 def test_words_name_things_and_things_have_words(file):
@@ -99,10 +102,12 @@ stop = Control(mine, cost=lambda x, v, f, p: f.dot(f), end=([0], [0]))
         lookup.control(f"{name}:mine")
 
 
-def test_a_choice_and_a_case_of_a_file_can_be_said(file):
+def test_a_choice_of_a_file_can_be_sent_and_a_case_said(file):
     name = file(RULE + SCENE)
     choice = Choice(scenes=lookup.scenes_of([name, "kepler"]), rules=lookup.rules([name]))
-    assert Choice.of_names(choice.by_name()) == choice
+    packed = pickle.dumps(choice)
+    assert pickle.loads(packed) == choice
+    assert [path for path, _ in stamps(packed)] == ["mine.py"]
     case = Case("order", choice.scenes[0], choice.rules[0], 16)
     assert case.command == (
         "discmech order mine.py:my-pendulum --rule mine.py:two-thirds --digits 16"
