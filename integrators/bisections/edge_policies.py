@@ -169,7 +169,7 @@ class Shrink(EdgePolicy):
         status = machine.one_step(run)
         if status != OK or here == run.steps:
             return status
-        rest = machine.buffers(run.lead, count, 2 * count)
+        rest = machine.buffers(run.resume_point, count, 2 * count)
         rest.totals = run.totals
         status = machine.advance(rest, count - 1)  # of `count`: its last row is not reached
         if status != OK:

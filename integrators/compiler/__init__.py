@@ -1,6 +1,6 @@
-"""From one step as plain data to machine code, or to functions of numbers of any precision.
+"""Compile one step, given as plain data, to machine code or to functions at any precision.
 
-`compile(system, numbers, omit)` is all of it; a `KernelsAtStep` runs what it gives.
+`compile(system, numbers, omit)` does all of it; a `KernelsAtStep` runs the result.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""A private folder of the user's for what is generated: nothing is derived or compiled twice.
+"""The user's private folder of generated files: nothing is derived or compiled twice.
 
-What lies there is run as code, so it is believed only where nobody else can have put it, and as far
-as it is what was written: every file begins with the digest of its name and of what follows.
+The files there are run as code. So one is trusted only if nobody else can have written it and if it
+still has the content that was written: every file begins with the digest of its name and content.
 """
 
 from __future__ import annotations
@@ -22,35 +22,35 @@ from pathlib import Path
 from ..errors import BadInput
 
 _LOG = logging.getLogger("discmech")
-#: where a process tells those that it starts which temporary folder serves in place of a cache
+#: the environment variable by which a process names its temporary folder to the processes it starts
 _TEMPORARY = "DISCMECH_TEMPORARY_CACHE"
 DAY = 86400.0
-KEPT = 90 * DAY  # what nobody asked for in so many seconds is removed
+KEPT = 90 * DAY  # an unused file is removed after so many seconds
 _SEAL = b"discmech "
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-#: folders of the cache that hold what cannot be made again
+#: folders of the cache whose content cannot be generated again
 _NOT_PRUNED = ("baselines", "results")
 
 
 @cache  # once a process
 def say_once(sentence: str) -> None:
-    """Tell the user: on standard error, unless the program that uses us has other plans."""
+    """Warn the user once, through the logger "discmech" (by default on standard error)."""
     _LOG.warning("discmech: %s", sentence)
 
 
 def cache_folder() -> Path:
-    """Where to write: DISCMECH_CACHE, or discmech in the user's cache folder, made private.
+    """Return the folder to write to: DISCMECH_CACHE, or discmech in the user's cache folder.
 
-    A temporary folder, which goes with the process, where that one cannot be written to. Raises
-    `BadInput` for a folder that others own or can write to: they could have this user run their
-    code.
+    The folder is made private. If it cannot be written to, this is a temporary folder that is
+    removed when the process ends. Raises `BadInput` for a folder that other users own or can write
+    to: they could make this user run their code.
     """
     folder = _chosen()
     return folder if folder is not None and _usable(folder, os.W_OK) else _temporary_folder()
 
 
 def cache_folders() -> tuple[Path, ...]:
-    """Where to look: the folder to write to, and the chosen one where that can only be read."""
+    """Return the folders to read: the one to write to, then the chosen one if it is read-only."""
     written, chosen = cache_folder(), _chosen()
     if chosen is None or written == chosen or not _usable(chosen, os.R_OK):
         return (written,)
@@ -58,12 +58,12 @@ def cache_folders() -> tuple[Path, ...]:
 
 
 def is_temporary() -> bool:
-    """Whether what is written to the cache goes with this process."""
+    """Return True if the cache is a temporary folder that is removed when this process ends."""
     return cache_folder() != _chosen()
 
 
 def _chosen() -> Path | None:
-    """The folder that is asked for; None for a user without a home."""
+    """Return the folder that the environment names, or None for a user without a home."""
     if chosen := os.environ.get("DISCMECH_CACHE"):
         return Path(chosen)
     try:
@@ -74,7 +74,7 @@ def _chosen() -> Path | None:
 
 
 def _usable(folder: Path, how: int) -> bool:
-    """Whether the folder is there, or can be made, and can be read or written."""
+    """Return True if the folder exists or can be made, and allows the access `how`."""
     try:
         make_private(folder)
         _refuse_others(folder)
@@ -84,7 +84,7 @@ def _usable(folder: Path, how: int) -> bool:
 
 
 def make_private(folder: Path) -> None:
-    """Make a folder and those above it, for the user alone where they are new."""
+    """Make a folder and its missing parents, with access for this user alone."""
     if not folder.is_dir():
         if folder.parent != folder:
             make_private(folder.parent)
@@ -102,8 +102,8 @@ def _refuse_others(folder: Path) -> None:
 
 
 def _whose(found: os.stat_result) -> str:
-    """Why a file or folder is not the user's alone; empty where it is."""
-    if not hasattr(os, "geteuid"):  # its rights are no bits
+    """Return why a file or folder is not the user's alone, or "" if it is."""
+    if not hasattr(os, "geteuid"):  # permissions are not given as bits here
         return ""
     if found.st_mode & _OTHERS_WRITE:
         return "others can write into it"
@@ -113,7 +113,7 @@ def _whose(found: os.stat_result) -> str:
 
 @cache
 def _temporary_folder() -> Path:
-    """One for this process and those that it starts; it goes when this one ends."""
+    """Return a folder for this process and those it starts; it is removed when this one ends."""
     given = os.environ.get(_TEMPORARY)
     if given and Path(given).is_dir():
         with suppress(BadInput):
@@ -137,7 +137,7 @@ def _temporary_folder() -> Path:
 
 
 def _sweep_temporary() -> None:
-    """Remove the folders of processes that were killed."""
+    """Remove the temporary folders of processes that were killed."""
     for folder in Path(tempfile.gettempdir()).glob("discmech-cache-*-*"):
         number = folder.name.split("-")[2]
         if (
@@ -148,29 +148,29 @@ def _sweep_temporary() -> None:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-#: folders whose text is in the equations that it makes, and so in each name by itself
+#: folders whose text is part of the equations, so that the key of every kernel holds it already
 IN_EQUATIONS = ("scenes", "rules")
-#: but not these: Gauss and Lobatto nodes are numbers in machine code, of which no text says more
-#: than how many there are
+#: the exceptions: machine code holds the numbers of Gauss and Lobatto nodes, but the text of a
+#: kernel gives only how many nodes there are
 IN_TABLES = ("quadrature.py",)
 
 
 @cache
 def sources() -> str:
-    """Digest of all of our own text that generates: changed mathematics makes new files."""
+    """Return the digest of our own generating sources: changed mathematics makes new files."""
     files = sorted(Path(__file__).parents[1].rglob("*.py"))
     return digest(*(p.read_bytes() for p in files
                     if p.parent.name not in IN_EQUATIONS or p.name in IN_TABLES))  # fmt: skip
 
 
 def digest(*parts: str | bytes) -> str:
-    """A name that no other text has."""
+    """Return a name that depends on all the parts (24 hexadecimal digits of SHA-256)."""
     whole = b"\0".join(part.encode() if isinstance(part, str) else part for part in parts)
     return hashlib.sha256(whole).hexdigest()[:24]
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write to another name, then rename: nobody ever sees half a file, even after a crash."""
+    """Write under another name, then rename, so that no reader or crash leaves half a file."""
     handle, draft = tempfile.mkstemp(dir=path.parent, prefix=path.name[:40], suffix=".new")
     try:
         with os.fdopen(handle, "wb") as file:
@@ -191,9 +191,9 @@ def seal(path: Path, content: str | bytes) -> None:
 
 
 def unsealed(path: Path) -> bytes | None:
-    """What `seal` wrote there; None if there is nothing, or it cannot be read.
+    """Return the content that `seal` wrote, or None if the file is missing or unreadable.
 
-    Raises `Damaged` for anything else, and for what another user put or can put there.
+    Raises `Damaged` if the digest is wrong, or if another user owns the file or can write to it.
     """
     try:
         with path.open("rb") as file:
@@ -203,14 +203,14 @@ def unsealed(path: Path) -> bytes | None:
     if whose:
         raise Damaged(path)
     head, newline, content = found.partition(b"\n")
-    earlier = hashlib.sha256(content).hexdigest().encode()  # seals of before: of the content alone
+    earlier = hashlib.sha256(content).hexdigest().encode()  # older seals cover only the content
     if newline and head + newline in (_seal(path.name, content), earlier + newline):
         return content
     raise Damaged(path)
 
 
 class Damaged(Exception):
-    """A file that is not what was written; its argument is the path."""
+    """A cached file whose content is not what was written; its argument is the path."""
 
 
 def _seal(name: str, content: bytes) -> bytes:
@@ -219,9 +219,9 @@ def _seal(name: str, content: bytes) -> bytes:
 
 
 def cached(name: str, build: Callable[[], bytes]) -> bytes:
-    """The content of a file of the cache, built if it is not there or damaged.
+    """Return the content of a cached file; build it if it is missing or damaged.
 
-    A disk that takes nothing costs no more than building it again another time.
+    If the disk cannot store it, it is built again the next time.
     """
     found = find(name)
     if found is None:
@@ -231,12 +231,12 @@ def cached(name: str, build: Callable[[], bytes]) -> bytes:
 
 
 def cached_text(name: str, build: Callable[[], str]) -> str:
-    """`cached` of a text."""
+    """Return `cached` for a text."""
     return cached(name, lambda: build().encode()).decode()
 
 
 def find(name: str) -> bytes | None:
-    """The content of a file of the cache; None if it is not there, or damaged."""
+    """Return the content of a cached file, or None if it is missing or damaged."""
     for folder in cache_folders():
         path = folder / name
         try:
@@ -253,7 +253,7 @@ def find(name: str) -> bytes | None:
 
 
 def keep(name: str, content: bytes) -> None:
-    """Write a file of the cache, where that can be."""
+    """Write a file of the cache; if that fails, warn once."""
     folder = cache_folder()
     try:
         seal(folder / name, content)
@@ -266,18 +266,17 @@ def keep(name: str, content: bytes) -> None:
 
 
 def _asked_for(path: Path) -> None:
-    """Note, at most once a day, that a file is in use."""
+    """Record, at most once a day, that a file is in use."""
     with suppress(OSError):
         if time.time() - path.stat().st_mtime > DAY:
             os.utime(path)
 
 
-@cache  # a process looks once
+@cache  # checked once in a process
 def prune() -> None:
-    """Remove what nobody asked for in 90 days, and what killed processes left a day ago.
+    """Remove files that nobody used for 90 days, and day-old drafts of killed processes.
 
-    Looked at once a day. Results have a rule of their own (`studies.core.store`), and baselines
-    stay.
+    This happens once a day. Results have their own rule (`studies.core.store`); baselines stay.
     """
     folder, now = cache_folder(), time.time()
     stamp = folder / "pruned"

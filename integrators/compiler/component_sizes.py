@@ -1,27 +1,27 @@
-"""How far a sweep changed each component of the stages, and whether that is round-off.
+"""Measure how far a sweep changed each component of the stages, and whether that is round-off.
 
-As `stage_driver` this is text of a module, behind it.
+Like `stage_driver`, whose text it follows, this file is part of a generated module's text.
 """
 
-# ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
+# ruff: noqa: F821, B905 (names are supplied; the compiled language has no strict=)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
 def sizes_of(parts):
-    """The largest |component| at a node, of each component."""
+    """Return, for each component, the largest absolute value over all nodes."""
     return tuple(
         [largest(largest_of(tuple([abs(part[i]) for part in parts]))) for i in range(len(parts[0]))]
     )
 
 
 def scales(sizes):
-    """1/size, none beyond a thousand times the smallest of them."""
+    """Return 1/size of each component, at most about 1024 times that of the largest."""
     most = largest_of(sizes)
     return tuple([1 / larger(e, most / 1024 + 1 / HUGE) for e in sizes])
 
 
 def differ(sizes):
-    """Whether a component is so small that `scales` does not see its last digits."""
+    """Return True if some component is so small that `scales` hides its last digits."""
     most, least = largest_of(sizes), HUGE
     for e in sizes:
         least = e if e > 0 and e < least else least
@@ -29,17 +29,17 @@ def differ(sizes):
 
 
 def changes_of(parts, new):
-    """The largest change of each component."""
+    """Return the largest change of each component over all nodes."""
     return sizes_of(
         tuple([tuple([a - e for a, e in zip(one, two)]) for one, two in zip(parts, new)])
     )
 
 
 def settle(change, before, best, stale, count, pending):
-    """(whether sweeps are at their end, the least change, for how many sweeps it has been so).
+    """Return (True if the sweeps have ended, the least change, sweeps since it last shrank).
 
-    They are where the next change would be less than round-off, or changes are round-off and do
-    not shrink; pending: unless a component still does.
+    Sweeps end when the next change would be below round-off, or when changes are round-off and no
+    longer shrink. While `pending` (some component still shrinks) they do not end.
     """
     rate = change / before if before < HUGE else 1.0
     stale = 0 if change < best else stale + 1
@@ -49,10 +49,11 @@ def settle(change, before, best, stale, count, pending):
 
 
 def any_shrinks(moved, left, sizes):
-    """Whether a component's change is above its own round-off, and less than half the least one.
+    """Return True if some component still shrinks above its own round-off.
 
-    The next change is taken to be smaller than this one by as much as this one is. What is
-    round-off of larger components does not shrink, however large it is.
+    Its change must be less than half its least change so far. The next change is estimated to be
+    smaller than this one by the same factor. Round-off of larger components, however large, does
+    not shrink and so does not count.
     """
     found = 1 < 0
     for e, least, size in zip(moved, left, sizes):
@@ -61,7 +62,7 @@ def any_shrinks(moved, left, sizes):
 
 
 def largest_of(numbers):
-    """The largest of some numbers, or in each lane."""
+    """Return the largest number, or the largest in each lane."""
     most = numbers[0]
     for e in numbers[1:]:
         most = larger(most, e)
@@ -69,7 +70,7 @@ def largest_of(numbers):
 
 
 def smallest(numbers):
-    """The least of some numbers."""
+    """Return the least of the numbers."""
     least = HUGE
     for e in numbers:
         least = e if e < least else least
@@ -77,7 +78,7 @@ def smallest(numbers):
 
 
 def largest_change(w, new_w, of_w, p, new_p, of_p):
-    """The largest change of a component at a node, by the component's size."""
+    """Return the largest change of any component at any node, relative to the component's size."""
     changes = 0 * w[0][0]
     for a, b, e, f in zip(w, new_w, p, new_p):
         for old, new, scale in zip(a + e, b + f, of_w + of_p):

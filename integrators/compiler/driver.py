@@ -1,27 +1,28 @@
-"""The trajectory driver: one text, compiled with each system's kernels or run as it is.
+"""The trajectory driver: one text, compiled with each system's kernels or run by Python.
 
-These functions are not called from here. `kernel_text` puts this text behind the generated kernels
-of a system, so that the compiler sees one unit: the state stays in registers, and a step costs no
-call (measured on the Störmer–Verlet pendulum: 22 ns, against 42 ns by first-class functions). Run
-by Python on gmpy2 numbers it is the driver of high precision. Vectors are tuples.
+Nothing here is called directly. `kernel_text` appends this text to the generated kernels of a
+system, so that the compiler sees one unit: the state stays in registers, and a step costs no
+function call (Störmer–Verlet pendulum: 22 ns, against 42 ns by first-class functions). Run by
+Python on gmpy2 numbers, the same text is the driver of high precision. Vectors are tuples.
 
-Names that are supplied: RULE and ADJOINT, records of the kernels `solver`, `update`, `carry`,
-`extents`, `branch` with the facts `affine`, `watched`, `branched`, `width`; SINGLE (a step is one
-substep), MIXED (substeps of the adjoint occur); LAYOUT and all names of `layout`; EPS (unit
-round-off), ROOT_EPS, HUGE, DECAY, MARGIN.
+Supplied names: RULE and ADJOINT, records of the kernels `solver`, `update`, `carry`, `extents`,
+`branch` with the facts `affine`, `watched`, `branched`, `width`; SINGLE (a step is one substep),
+MIXED (substeps of the adjoint occur); LAYOUT and all names of `layout`; EPS (unit round-off),
+ROOT_EPS, HUGE, DECAY, MARGIN.
 """
 
-# ruff: noqa: F821 (names are supplied; strict= is not of the compiled language)
+# ruff: noqa: F821 (names are supplied; the compiled language has no strict=)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
 def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mus, counts, totals):
-    """Step from `index` to `stop`, write each every-th row; returns (index, status).
+    """Step from `index` to `stop` and write every `every`-th row; return (index, status).
 
-    A step is one substep, or a row of them, each with its row of coefficients and its memory of
-    past solutions; kinds: 0 the rule, 1 its adjoint. `state` (`layout.Layout`) is read at the start
-    and written at the end, so a run in pieces is the run in one. A row's u is that of the first
-    substep, its count the corrections of all. z is (x, μ, what their sums lost, functions of x).
+    A step is one substep or several, each with its own row of coefficients and its own memory of
+    past solutions; kinds: 0 for the rule, 1 for its adjoint. `state` (`layout.Layout`) is read at
+    the start and written at the end, so a run in pieces equals the run in one. A row's u is that of
+    the first substep; its count is the number of corrections of all substeps. z is (x, μ, the
+    rounding errors of their sums, reused functions of x).
     """
     z = tuple([load(state, at) for at in LAYOUT.parts])
     if SINGLE:
@@ -47,7 +48,7 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
         if status != OK:
             break
         if wait == 0:
-            save(us[row], 0, w[: LAYOUT.shown])
+            save(us[row], 0, w[: LAYOUT.row_width])
             counts[row] = count
             row += 1
             wait = every
@@ -61,7 +62,7 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
 
 
 def composed_step(z, guard, state, coefficients, kinds, substeps):
-    """Substeps one after another; where one is not solved, x and μ stay as they were."""
+    """Do the substeps one after another; if one is not solved, x and μ stay as they were."""
     start, counted, size, status, first = z, 0, EPS, OK, (EPS,) * LAYOUT.solved
     for j in range(substeps):
         if not MIXED or kinds[j] == 0:
@@ -78,9 +79,10 @@ def composed_step(z, guard, state, coefficients, kinds, substeps):
 
 
 def remembered(system, z, guard, state, coefficients, j):
-    """Substep j with its own coefficients and memory.
+    """Do substep j with its own coefficients and memory.
 
-    Substeps of two kinds alternate, and have different functions of x: they compute them anew.
+    The rule and its adjoint reuse different functions of x, so where both occur each substep
+    computes its own.
     """
     c = load(coefficients[j], slice(0, system.width))
     at = LAYOUT.memory + j * LAYOUT.row
@@ -92,7 +94,7 @@ def remembered(system, z, guard, state, coefficients, j):
 
 
 def substep(system, z, memo, guard, c):
-    """Solve for w, look whether the chart ends there, and grow x and μ by compensated sums."""
+    """Solve for w, check the edge of the chart, and add the increments by compensated sums."""
     x, mu, ex, emu, k = z
     w, memo, count, size, status = solve(system, x, mu, k, memo, c)
     if status == OK:
@@ -107,18 +109,18 @@ def substep(system, z, memo, guard, c):
 
 
 def forget(memo):
-    """Forget what was seen of u near a chart's edge: it is large there and nowhere else.
+    """Forget the sizes and convergence seen near a chart's edge, where u is exceptionally large.
 
-    Otherwise a step of u = 10⁸ lets the next ones, of u = 100, end at corrections of 10⁻⁸.
+    Otherwise a step with u = 10⁸ would let the next ones, with u = 100, end at corrections of 10⁻⁸.
     """
     u1, u2, u3, u4, u5, order, age, kappa, scale = memo
     return u1, u2, u3, u4, u5, order, 0 * age, kappa, 0 * scale
 
 
 def solve(system, x, mu, k, memo, c):
-    """(w, memory, corrections, size of the last, status) of one substep.
+    """Return (w, memory, corrections, size of the last one, status) of one substep.
 
-    Where the equations are affine in w one correction from w = 0 is the solution.
+    If the equations are affine in w, one correction from w = 0 is the solution.
     """
     if system.affine:
         w = system.solver(x, mu, k, c)

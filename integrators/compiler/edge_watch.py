@@ -1,14 +1,15 @@
-"""Whether a step is beyond the edge of its chart: text of a module, behind its driver."""
+"""The check whether a step is beyond the edge of its chart; text of a module, behind its driver."""
 
 # ruff: noqa: F821 (names are supplied)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
 def watch(system, x, w, guard, c):
-    """(guard, status, whether an edge is near): the largest size so far, and whether it is too big.
+    """Return (guard with the largest size so far, status, True if an edge is near).
 
-    After every step: near the singular set of FL one small correction may lead to another branch
-    (looked at only where Newton took more, a million steps of moser-veselov hold wrong ones).
+    This runs after every step: near the singular set of FL one small correction may lead to another
+    branch. (When it ran only after steps with many corrections, a million steps of moser-veselov
+    contained wrong ones.)
     """
     if not system.watched:
         return guard, OK, False
@@ -29,5 +30,5 @@ def watch(system, x, w, guard, c):
 
 
 def of_rest(rest):
-    """The size of what is 0 at the edge and negative beyond."""
+    """Return the size 1/rest² of a quantity that is 0 at the edge and negative beyond it."""
     return 1 / (rest * rest) if rest > 0 else HUGE

@@ -1,8 +1,9 @@
-"""Linear equations in generated code: what a Newton correction solves.
+"""Generated code that solves the linear equations of a Newton correction.
 
-Small or sparse systems are unrolled, so that zeros cost nothing; a large dense one (many bodies by
-an implicit rule) is solved by a loop (`tuple_operations.eliminate`), whose text stays short. The
-loop exchanges rows, an unrolled elimination cannot: where pivots may vanish the loop solves, too.
+Small or sparse systems are unrolled, so that zeros cost nothing. A large dense one (many bodies
+with an implicit rule) is solved by a loop (`tuple_operations.eliminate`), whose text stays short.
+The loop exchanges rows, which unrolled elimination cannot do, so it also solves systems whose
+pivots may vanish.
 """
 
 from __future__ import annotations
@@ -10,12 +11,12 @@ from __future__ import annotations
 from ..numbers import Coefficients, Together, sympy
 from ..numbers.types import Assignment, Column, Expression, Letter, SymbolicMatrix
 
-#: multiplications up to which a system is unrolled: a dense one of 12 unknowns
+#: number of multiplications up to which a system is unrolled: a dense one of 12 unknowns
 UNROLLED = 600
-#: unknowns up to which a block of parameters alone is: it is solved once a flow, but nothing in it
-#: gets a name, and its expressions grow
+#: number of unknowns up to which a block that depends on parameters alone is unrolled: it is solved
+#: once a flow, but its intermediate values get no names, so its expressions grow
 NAMELESS = 9
-#: unknowns up to which a block is solved by its adjugate, which has no pivots
+#: number of unknowns up to which a block is solved by its adjugate, which has no pivots
 ADJUGATE = 3
 
 
@@ -26,12 +27,13 @@ def solve(
     rows: list[int],
     exchange: bool = False,
 ) -> tuple[Column, list[Assignment]]:
-    """Solution of matrix·dw = rhs: (dw, [(symbols, values)] in order).
+    """Solve matrix·dw = rhs: return (dw, [(symbols, values)] in order of computation).
 
-    Unknowns that no equation ties together are solved apart, so a product of groupoids costs what
-    its parts cost. Each block up to 3×3 by the adjugate (one division), above by elimination in the
-    order of `rows`, or by the loop; what depends on parameters alone is done once per flow.
-    exchange: whether a pivot in that order may vanish at some point, so that rows are exchanged.
+    Unknowns that no equation couples are solved separately, so a product of groupoids costs the sum
+    of its parts. A block up to 3×3 is solved by the adjugate (one division), a larger one by
+    elimination in the order of `rows` or by the loop. Anything that depends on parameters alone is
+    computed once per flow. exchange: True if a pivot in that order may vanish at some point, so
+    that rows are exchanged.
     """
     steps = Steps(coefficients)
     matrix = matrix.applyfunc(lambda e: _multiplied_out(e, steps.q))
@@ -50,10 +52,10 @@ def solve(
 
 
 def _multiplied_out(e: Expression, q: set[Letter]) -> Expression:
-    """`e` with the parameters in front of sums multiplied into the terms that have some as well.
+    """Return `e` with parameters multiplied into sums whose terms have parameters as well.
 
     In the equations themselves this would let energy drift (`Coefficients`). In their derivatives
-    it does no harm, and shortens the longest path of a correction (Kepler, midpoint: by 7 %).
+    it is harmless, and it shortens the longest path of a correction (Kepler, midpoint: by 7 %).
     """
 
     def constants(term: Expression) -> list[Expression]:
@@ -70,10 +72,10 @@ def _multiplied_out(e: Expression, q: set[Letter]) -> Expression:
 
 
 class Equations(Together):
-    """The unknowns of m linear equations, solved by `tuple_operations.eliminate`."""
+    """The unknowns of m linear equations, which `tuple_operations.eliminate` solves."""
 
     def lines(self, names: list[str], texts: list[str]) -> list[str]:
-        """Fill a matrix, solve, and read the unknowns off."""
+        """Return the lines that fill a matrix, solve, and read the unknowns."""
         m, a = len(names), f"rows_{names[0]}"
         places = (f"{a}[{i}][{j}]" for i in range(m) for j in range(m + 1))
         filled = [f"{at} = {text}" for at, text in zip(places, texts, strict=True) if text != "0"]
@@ -89,7 +91,8 @@ class Steps:
         self.done: list[Assignment] = []
 
     def name(self, letter: str, value: Expression) -> Expression:
-        """A symbol for the value; what depends on parameters alone stays as it is."""
+        """Return a new symbol for the value; a value that depends on parameters alone stays
+        unnamed."""
         if not value.free_symbols - self.q:
             return value
         symbol = sympy.Symbol(f"{letter}{len(self.done)}", real=True)
@@ -97,21 +100,21 @@ class Steps:
         return symbol
 
     def together(self, block: SymbolicMatrix, right: Column) -> list[Letter]:
-        """Symbols of the unknowns of a block that is solved by the loop."""
+        """Return the symbols of the unknowns of a block that the loop solves."""
         start = len(self.done)
         symbols = [sympy.Symbol(f"s{start}_{i}", real=True) for i in range(len(right))]
         self.done.append((symbols, Equations(block.row_join(right))))
         return symbols
 
     def matrix(self, letter: str, entries: SymbolicMatrix) -> SymbolicMatrix:
-        """A matrix of names."""
+        """Return the matrix with a name for each entry."""
         return sympy.Matrix(*entries.shape, [self.name(letter, e) for e in entries])
 
 
 def blocks(matrix: SymbolicMatrix, rows: list[int]) -> list[tuple[list[int], list[int]]]:
-    """[(equations in the order of `rows`, unknowns)] that non-zero entries tie together.
+    """Split into [(equations in the order of `rows`, unknowns)], coupled by non-zero entries.
 
-    A block with more equations than unknowns is singular: then all is one block.
+    If a block has more equations than unknowns, it is singular, and everything is one block.
     """
     m = matrix.cols
     group = list(range(m))  # of each unknown
@@ -128,7 +131,7 @@ def blocks(matrix: SymbolicMatrix, rows: list[int]) -> list[tuple[list[int], lis
 
 
 def work(block: SymbolicMatrix) -> int:
-    """Multiplications of an elimination in this order that leaves zeros out."""
+    """Count the multiplications of an elimination in this order that skips zeros."""
     m, count = block.rows, 0
     filled = [[entry != 0 for entry in row] for row in block.tolist()]
     for p in range(m):

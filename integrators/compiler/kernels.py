@@ -1,4 +1,4 @@
-"""Kernels of a step: their text from the cache, run by Python or written as machine code."""
+"""Kernels of a step: their text comes from the cache; Python runs it, or LLVM compiles it."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from .stage_system import StageSource
 from .stage_text import stage_text
 from .system import System, written
 
-LONGEST = 60  # letters of a scene's name in that of a file, which the digest makes unique
+LONGEST = 60  # longest part of a scene's name in a file name, which the digest makes unique
 
 
 @dataclass(frozen=True, eq=False)
 class LatticeKernels:
     """The functions of a lattice (`lattice_driver`): `advance`, and `prepare` of each system.
 
-    widths: columns of the arrays that `advance` takes. affine: whether a site that is solved by
-    itself is so without iterations.
+    widths: columns of the arrays that `advance` takes. affine: True if a site that is solved by
+    itself needs no iteration.
     """
 
     advance: Callable[..., tuple[int, int]]
@@ -46,10 +46,10 @@ class LatticeKernels:
 class Kernels:
     """The functions of one system in one arithmetic.
 
-    advance: the driver (`driver.advance`). prepare, carry: one of each system, of the rule and of
-    its adjoint; q ↦ c and (x, c) ↦ k. affine: whether one correction solves a substep of it.
-    huge: what no size reaches. exchanging: gives the kernels with row exchanges in each
-    elimination, None where these have no other.
+    advance: the driver (`driver.advance`). prepare: q ↦ c, and carry: (x, c) ↦ k, one each for the
+    rule and for its adjoint. affine: for each, True if one correction solves a substep. huge: a
+    number larger than any size. exchanging: returns kernels with row exchanges in each elimination,
+    or None if these kernels have them everywhere already.
     """
 
     advance: Callable[..., tuple[int, int]]
@@ -63,15 +63,16 @@ class Kernels:
 
 @lru_cache(maxsize=512)
 def compile(system: System, numbers: Arithmetic, omit: frozenset[str] = frozenset()) -> Kernels:
-    """The kernels of a system: machine code in double precision, else functions of its numbers.
+    """Return a system's kernels: machine code in double precision, else Python functions.
 
-    omit: as `KernelText` takes it.
+    omit: see `KernelText`.
     """
     text = kernel_text(system, omit)
     multiple = isinstance(numbers, Multiple)
     if multiple:
-        # when the sum of |w| shows no more change, velocities beside impulses of another unit may
-        more = {"MARGIN": numbers.number(2**120)} if system.more else {}
+        # Newton ends when the sum of |w| shows no change, but velocities beside impulses, which
+        # have another unit, may still change: hence the wide margin
+        more = {"MARGIN": numbers.number(2**120)} if system.multipliers else {}
         kernels = interpreted(text, numbers, **more)
     else:
         kernels = compiled_text(system, text)
@@ -87,7 +88,7 @@ def _exchanging(system: System, numbers: Arithmetic, omit: frozenset[str]) -> Ke
 
 @lru_cache(maxsize=16)
 def compiled_text(system: System, text: str) -> Kernels:
-    """Kernels in machine code, of a text as `kernel_text` gives it."""
+    """Compile a text that `kernel_text` made to machine code."""
     return _compiled(system, text, names_of(text, Double()))
 
 
@@ -102,22 +103,22 @@ def _compiled(
 
 
 def _arrays(at: Layout) -> dict[str, Array]:
-    """The arrays among the arguments of `advance`."""
+    """Return the arrays among the arguments of `advance`."""
     arrays = {"state": Array("f"), "totals": Array("f"), "kinds": Array("i"), "counts": Array("i")}
-    columns = {"coefficients": at.width, "xs": at.n, "us": at.shown, "mus": at.m}
+    columns = {"coefficients": at.width, "xs": at.n, "us": at.row_width, "mus": at.m}
     return arrays | {name: Array("f", columns=width) for name, width in columns.items()}
 
 
 def interpreted(text: str, numbers: Arithmetic, **given: Any) -> Kernels:
-    """Kernels that Python runs, of a text as `kernel_text` gives it and names it is `given`."""
+    """Return kernels that Python runs, from a text of `kernel_text` and additional names."""
     names = names_of(text, numbers, **given)
     return _kernels(names, names["advance"])
 
 
 @lru_cache(maxsize=512)
 def kernel_text(system: System, omit: frozenset[str] = frozenset()) -> str:
-    """The text of a system's kernels and driver, derived if the cache does not hold it."""
-    # what is left out may depend on the constants' values (`omissions`)
+    """Return the text of a system's kernels and driver, derived if the cache does not hold it."""
+    # the constants' values may decide what is omitted (`omissions`)
     constants = [str(value(60)) for value in system.constants.values()]
     path = f"{_file_name(system)}_{text_key(system, *sorted(omit), *constants)}.py"
     return cached_text(path, lambda: module_text(system, omit))
@@ -125,9 +126,9 @@ def kernel_text(system: System, omit: frozenset[str] = frozenset()) -> str:
 
 @lru_cache(maxsize=512)
 def compile_stages(source: StageSource, numbers: Arithmetic) -> Kernels:
-    """The kernels of a collocation step, as `compile` gives those of a system.
+    """Return the kernels of a collocation step, like `compile` for a system.
 
-    Raises `NoShortForm` where many velocities are tied together.
+    Raises `NoShortForm` if the mass matrix couples too many velocities.
     """
     nodes = source.nodes
     path = f"{_file_name(source)}_stages_{text_key(nodes, source.given)}.py"
@@ -141,9 +142,10 @@ def compile_stages(source: StageSource, numbers: Arithmetic) -> Kernels:
 
 @lru_cache(maxsize=512)
 def compile_lattice(system: LatticeSystem, shape: str, composed: bool) -> LatticeKernels:
-    """The kernels and the driver of a lattice, in double precision.
+    """Return the kernels and the driver of a lattice, in double precision.
 
-    shape: chain, ring or list, of the bonds; composed: a step is several substeps.
+    shape: "chain", "ring" or "list", the arrangement of the bonds; composed: True if a step has
+    several substeps.
     """
     path = f"{_file_name(system)}_lattice_{text_key(system, shape, composed)}.py"
     text = cached_text(path, lambda: lattice_text(system, shape, composed))
@@ -152,7 +154,7 @@ def compile_lattice(system: LatticeSystem, shape: str, composed: bool) -> Lattic
 
 @lru_cache(maxsize=512)
 def compile_lattice_stages(system: LatticeStages) -> LatticeKernels:
-    """The kernels of a lattice's collocation; raises `NoShortForm` as `compile_stages`."""
+    """Return the kernels of a lattice's collocation; raises `NoShortForm` like `compile_stages`."""
     source, numbers = system.source, Double()
     path = f"{_file_name(source)}_lattice_stages_{text_key(*system.key)}.py"
     text = cached_text(path, lambda: collocation_text(system))
@@ -177,17 +179,17 @@ def _of_lattice(
 
 
 def text_key(*parts: Any) -> str:
-    """Part of the name of a file that is generated from systems, expressions and words."""
+    """Return a digest of systems, expressions and words, for the name of a generated file."""
     return digest(sources(), written(*parts))
 
 
 def _file_name(system: System | StageSource | LatticeSystem) -> str:
-    # the rule's name is left out: on a group all simple rules share their kernels
+    # the name has no rule in it: on a group all simple rules share their kernels
     return re.sub(r"\W", "_", system.name)[:LONGEST]
 
 
 def names_of(text: str, numbers: Arithmetic, **more: Any) -> dict[str, Any]:
-    """The functions and constants of a text, run by Python; more: names that it may use."""
+    """Run a text with Python and return its functions and constants; more: names it may use."""
     known = {name: value for name, value in vars(_layout).items() if name.isupper()}
     given = {"Layout": Layout, "StageLayout": StageLayout, "Record": SimpleNamespace, **known}
     return run_text(text, {**given, **numbers.namespace(), **more})

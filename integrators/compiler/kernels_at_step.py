@@ -16,17 +16,17 @@ from ..numbers import Arithmetic, Matrix, Number, Numbers, Vector
 from .kernels import Kernels
 from .layout import BRANCH, ENTRIES, OK, PAST, REACH, SINGULAR, SLACK
 
-#: a state and the coefficients in use: what a run goes on from
-Lead: TypeAlias = tuple[Vector, Matrix]
+#: the point from which a run continues: the state and the coefficients in use
+ResumePoint: TypeAlias = tuple[Vector, Matrix]
 
 
 @dataclass
 class Run:
-    """The arrays that the driver works on, and where it is; rows as in `run.Trajectory`.
+    """The arrays that the driver works on, and its position; rows as in `run.Trajectory`.
 
-    state: x, μ and what stands behind them (`Layout`); c: the coefficients in use, one row each
-    substep. translates: of each row, the translate that its u is written in; changes: how often
-    an edge was met; by_newton: steps taken by Newton's method.
+    state: x, μ and the rest of `Layout`; c: the coefficients in use, one row for each substep.
+    translates: for each row, the number of the translate in which its u is written; changes: how
+    often an edge was met; by_newton: number of steps solved by Newton's method.
     """
 
     state: Vector
@@ -45,21 +45,21 @@ class Run:
     by_newton: int = 0
 
     @property
-    def lead(self) -> Lead:
-        """What a further run would go on from."""
+    def resume_point(self) -> ResumePoint:
+        """(state, coefficients) from which the next call continues."""
         return self.state, self.c
 
     @property
     def rows(self) -> tuple[Vector, ...]:
-        """What the driver writes."""
+        """The arrays that the driver writes."""
         return self.xs, self.us, self.mus, self.counts, self.totals
 
 
 class KernelsAtStep:
     """Kernels, coefficients and buffers of a flow.
 
-    qs: the values of q, one list each substep, of which kinds says 0 for the rule and 1 for its
-    adjoint. name: how messages call it.
+    qs: the values of q, one list for each substep; kinds: for each, 0 if it is the rule and 1 if it
+    is the adjoint. name: the name in messages.
     """
 
     def __init__(
@@ -75,25 +75,26 @@ class KernelsAtStep:
         self.layout = kernels.layout
         self._known: dict[tuple[int, int], Matrix] = {}
         self._translates: dict[int, tuple[Matrix, Matrix] | None] = {}
-        self._lock = RLock()  # members of an ensemble share what is known
+        self._lock = RLock()  # the members of an ensemble share the caches
 
     @cached_property
     def c(self) -> Matrix:
-        """The coefficients of a whole step, in the chart of e."""
+        """The coefficients of a whole step in the chart of e."""
         return self.coefficients()
 
     def coefficients(
         self, key: int = 0, translate: tuple[Matrix, Matrix] | None = None, halvings: int = 0
     ) -> Matrix:
-        """c at h/2^halvings, one row each substep, and the translate (B, B⁻¹) of number `key`.
+        """Return c at h/2^halvings, one row for each substep.
 
-        A translate of None is e. Raises `BadInput` if a coefficient is not finite.
+        translate: the pair (B, B⁻¹) with the number `key`; None stands for e. Raises `BadInput` if
+        a coefficient is not finite.
         """
         with self._lock:
             if (key, halvings) not in self._known:
                 table = self.numbers.zeros(len(self.qs), self.layout.width)
                 letters = [e for matrix in translate or () for e in matrix.ravel()]
-                rows: dict[tuple[int, Number], Vector] = {}  # substeps of one size are many
+                rows: dict[tuple[int, Number], Vector] = {}  # many substeps have the same size
                 for entries, kind, (h, *rest) in zip(table, self.kinds, self.qs, strict=True):
                     if (kind, h) not in rows:
                         q = [h / 2**halvings, *rest[: len(rest) - len(letters)], *letters]
@@ -113,12 +114,12 @@ class KernelsAtStep:
 
     # -- the state ------------------------------------------------------------------------------
 
-    def buffers(self, lead: Lead, steps: int, every: int) -> Run:
-        """Empty rows for a run; raises `BadInput` if they do not fit into memory."""
-        state, c = lead
-        rows, n, m, w = steps // every + 1, self.layout.n, self.layout.m, self.layout.shown
+    def buffers(self, point: ResumePoint, steps: int, every: int) -> Run:
+        """Return empty rows for a run; raises `BadInput` if they do not fit into memory."""
+        state, c = point
+        rows, n, m, w = steps // every + 1, self.layout.n, self.layout.m, self.layout.row_width
         ends = [*accumulate((ENTRIES, rows * n, rows * w, rows * m))]
-        try:  # all in two blocks: a short run should not take long to begin
+        try:  # two allocations in all, so that a short run begins quickly
             block = np.zeros(ends[-1], dtype=self.numbers.dtype)
             whole = np.zeros(2 * rows, dtype=np.int64)
         except (MemoryError, ValueError):  # ValueError: more entries than an array can have
@@ -134,8 +135,9 @@ class KernelsAtStep:
         )
         return Run(state, c, steps, every, xs, us, mus, whole[:rows], totals, whole[rows:])
 
-    def lead(self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers) -> Lead:
-        """(state, c) at (x, μ), nothing lost yet, one guess of each substep's u."""
+    def start_at(self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers) -> ResumePoint:
+        """Return (state, c) at (x, μ), without rounding errors yet, with `guess` as each substep's
+        u."""
         at = self.layout
         state = self.numbers.zeros(at.memory + len(self.qs) * at.row)
         self.place(state, x, mu, c)
@@ -143,13 +145,13 @@ class KernelsAtStep:
         return state, c
 
     def place(self, state: Vector, x: Numbers, mu: Numbers, c: Matrix) -> None:
-        """Put (x, μ) into a state."""
+        """Write (x, μ) into a state."""
         first, second = self.layout.parts[:2]
         state[first], state[second] = x, mu
         self.recarry(state, c)
 
     def point(self, state: Vector) -> tuple[Vector, Vector]:
-        """(x, μ) of a state."""
+        """Return copies of (x, μ) from a state."""
         x, mu, *_ = (state[part].copy() for part in self.layout.parts)
         return x, mu
 
@@ -160,7 +162,7 @@ class KernelsAtStep:
             state[at[-1]] = self.kernels.carry[0](state[at[0]], c[0])
 
     def seed(self, state: Vector, guess: Numbers) -> None:
-        """Forget past solutions: Newton starts from the guess, with stages of 0 (straight path)."""
+        """Replace past solutions by the guess, from which Newton starts, with stages of 0."""
         for memory in self._memories(state):
             past = self._past(memory)
             past[:] = 0
@@ -168,47 +170,48 @@ class KernelsAtStep:
             memory[-4:] = [0, 0, self.kernels.huge, sum(abs(g) for g in guess)]
 
     def history(self, state: Vector) -> list[Vector]:
-        """The first substep's past solutions, latest first (none where no step is iterated)."""
+        """Return the first substep's past solutions, latest first ([] if no step is iterated)."""
         if self.kernels.affine[self.kinds[0]]:
             return []
         return list(self._past(self._memories(state)[0])[:, : self.layout.m].copy())
 
-    def last_solution(self, lead: Lead) -> dict[str, Vector]:
-        """{"u": that from which Newton started}, empty where no step is solved iteratively."""
-        past = self.history(lead[0])
+    def last_solution(self, point: ResumePoint) -> dict[str, Vector]:
+        """Return {"u": the u from which Newton started}, or {} if no step is solved iteratively."""
+        past = self.history(point[0])
         return {"u": past[0]} if past else {}
 
     def _memories(self, state: Vector) -> Matrix | tuple[Vector, ...]:
         return state[self.layout.memory :].reshape(-1, self.layout.row) if self.layout.row else ()
 
     def _past(self, memory: Vector) -> Matrix:
-        """View of the past solutions; order, age, κ and scale stand behind them."""
+        """Return a view of the past solutions; order, age, κ and scale stand behind them."""
         return memory[:-4].reshape(PAST, self.layout.solved)
 
     # -- steps ----------------------------------------------------------------------------------
 
     def advance(self, run: Run, stop: int) -> int:
-        """Run the compiled loop up to `stop`; returns the status it ended with.
+        """Run the compiled loop up to `stop` and return its status.
 
-        The row at the run's end gets its u, but no step.
+        At the end of the run the last row gets its u, but no further step is taken.
         """
         status = self._loop(run, stop, len(self.kinds)) if run.index < stop else OK
         if status != OK or stop < run.steps:
             return status
         before = run.state[: self.layout.memory].copy()
-        status = self._loop(run, stop + 1, 1)  # its first substep has the row's u
+        status = self._loop(run, stop + 1, 1)  # the row's u is that of the first substep
         run.state[: self.layout.memory], run.index = before, run.steps
         return status
 
     def _loop(self, run: Run, stop: int, substeps: int) -> int:
-        """Steps up to `stop`; where a pivot is zero, one step with row exchanges."""
+        """Step up to `stop`; if a pivot is zero, take that one step with row exchanges."""
         status = self._driven(run, stop, substeps)
         while status == SINGULAR and self._exchanged(run, substeps):
             status = self._driven(run, stop, substeps) if run.index < stop else OK
         return status
 
     def _exchanged(self, run: Run, substeps: int) -> bool:
-        """Whether a step that was not solved is taken by the kernels that exchange rows."""
+        """Repeat a step that failed with kernels that exchange rows; return True if that
+        succeeds."""
         used = next((key for key, c in self._known.items() if c is run.c), None)
         if used is None or self._exchanging is None:
             return False
@@ -234,7 +237,7 @@ class KernelsAtStep:
         return int(status)
 
     def one_step(self, run: Run) -> int:
-        """One step and no more; at the run's end the u of its last row."""
+        """Take exactly one step; at the end of the run compute the u of the last row instead."""
         if run.index == run.steps:
             return self.advance(run, run.steps)
         return self._loop(run, run.index + 1, len(self.kinds))
@@ -242,10 +245,10 @@ class KernelsAtStep:
     def solve(
         self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers
     ) -> tuple[Vector, Number] | None:
-        """(u, number of its branch) of F⁻ = hμ from a guess, in the chart of c, or None.
+        """Solve F⁻ = hμ from a guess in the chart of c: return (u, its branch number) or None.
 
-        Nothing is watched, so the chart's edge is no obstacle.
+        The edge of the chart is not checked, so it is no obstacle.
         """
-        run = self.buffers(self.lead(x, mu, c, guess), 0, 1)
+        run = self.buffers(self.start_at(x, mu, c, guess), 0, 1)
         status = self.advance(run, 0)
         return None if status != OK else (run.us[0], run.totals[BRANCH])

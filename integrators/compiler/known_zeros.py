@@ -1,7 +1,7 @@
-"""Arithmetic of generated elimination that leaves out what Python knows to be 0.
+"""Arithmetic of generated elimination that skips structural zeros.
 
-While instructions are written, an entry that no equation holds is the number 0 of Python's. LLVM
-may not drop 0·x, which could be no number; an elimination may, where the zero is one by structure.
+While instructions are written, an entry that no equation contains is Python's number 0. LLVM may
+not drop 0·x, because x could be infinite or NaN; an elimination may, if the zero is structural.
 """
 
 from __future__ import annotations
@@ -13,34 +13,34 @@ from typing import Any
 
 
 def known_zero(e: Any) -> bool:
-    """Whether it is the number 0 of Python's."""
+    """Return True if `e` is a number 0 of Python's."""
     return isinstance(e, (int, float)) and e == 0
 
 
 def multiplied(a: Any, b: Any) -> Any:
-    """a b."""
+    """Return a b."""
     return 0.0 if known_zero(a) or known_zero(b) else a * b
 
 
 def added(a: Any, b: Any) -> Any:
-    """a + b."""
+    """Return a + b."""
     return b if known_zero(a) else a if known_zero(b) else a + b
 
 
 def subtracted(a: Any, b: Any) -> Any:
-    """a − b."""
+    """Return a − b."""
     return a if known_zero(b) else -b if known_zero(a) else a - b
 
 
 def added_up(numbers: Iterable[Any]) -> Any:
-    """The sum of numbers."""
+    """Return the sum of the numbers."""
     return reduce(added, numbers, 0.0)
 
 
 def inverse(e: Any) -> Any:
-    """1/e."""
+    """Return 1/e."""
     return math.inf if known_zero(e) else 1 / e
 
 
-#: names of a lattice's text
+#: the names that a lattice's text uses
 KNOWN_ZEROS = {f.__name__: f for f in (multiplied, added, subtracted, added_up, inverse)}

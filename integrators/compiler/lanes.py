@@ -1,6 +1,6 @@
-"""Vectors of lanes as numpy's arrays: what Python runs where machine code has vectors.
+"""Vectors of lanes as numpy arrays, for Python, and the tables of Gauss and Lobatto nodes.
 
-And the tables of Gauss and Lobatto nodes, which machine code has as constants.
+Machine code has vectors in place of these arrays, and the tables as constants.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from ..numbers.types import Mpf, Number, Vector
 
 mpmath: Any = LazyModule("mpmath")
 
-#: digits ↦ (node, weight) in order, on [0, 1]
+#: digits ↦ [(node, weight)] in order, on [0, 1]
 Nodes: TypeAlias = Callable[[int], Sequence[tuple[Mpf, Mpf]]]
-#: sweeps of a fixed point for each digit: more, and Newton's method is the better one
+#: sweeps of a fixed point for each digit; if more are needed, Newton's method is faster
 SWEEPS = 4
 
 
 def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> dict[str, Any]:
-    """What the text of a collocation step uses, beside its own functions and `tables`.
+    """Return the names that the text of a collocation step uses beside its own and `tables`.
 
-    widest: lanes of a vector in machine code.
+    widest: the number of lanes in a vector in machine code.
     """
     width = count if numbers.digits > 16 else min(widest, 2 ** (count - 1).bit_length())
     functions = {
@@ -51,7 +51,7 @@ def _write(array: Vector, index: int, lanes: Vector, count: int) -> None:
 
 
 def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of numbers, also of arrays: of each lane by itself."""
+    """Return the function extended to arrays: it is applied to each lane separately."""
 
     def of_lanes(*given: Any) -> Any:
         length = next((len(g) for g in given if isinstance(g, np.ndarray)), None)
@@ -69,11 +69,11 @@ def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def tables(nodes: Nodes, count: int, width: int, numbers: Arithmetic) -> dict[str, Any]:
-    """The tables of `stage_driver`, MU and others: of each part, columns of lanes.
+    """Return the tables of `stage_driver`: of each part, columns of lanes.
 
-    MU: μ_ij = a_ij/b_j of positions; MU_OF_MOMENTUM: 1 − μ_ji, on Gauss nodes the same table. The
-    smaller one of such a pair is 1 less the other: exact in binary. LEGENDRE: (2j + 1) P_j at the
-    nodes, for each degree j.
+    MU: μ_ij = a_ij/b_j for positions; MU_OF_MOMENTUM: 1 − μ_ji, on Gauss nodes the same table. The
+    smaller number of such a pair is 1 minus the larger, which is exact in binary. LEGENDRE: (2j +
+    1) P_j at the nodes, for each degree j.
     """
     with working_digits(numbers.digits + 30):
         c, b = zip(*nodes(numbers.digits + 30), strict=True)
@@ -83,7 +83,7 @@ def tables(nodes: Nodes, count: int, width: int, numbers: Arithmetic) -> dict[st
         mu = [[pair[0] for pair in row] for row in pairs]
         dual = [[pairs[j][i][1] for j in range(count)] for i in range(count)]
         later = [1 + e for e in c]
-        # the end of a step is a node more, unless it is one of them
+        # the end of a step is one more node, unless the last node is there already
         inner = c[-1] < 1
         ends = (*c, mpmath.mpf(1)) if inner else c
         extended = [_lagrange(ends, j) for j in range(len(ends))] + [[mpmath.mpf(0)]] * (not inner)
@@ -108,7 +108,7 @@ def tables(nodes: Nodes, count: int, width: int, numbers: Arithmetic) -> dict[st
 
 
 def _pair(mu: Mpf, numbers: Arithmetic) -> tuple[Number, Number]:
-    """μ and 1 − μ, rounded: the smaller one is 1 less the larger."""
+    """Return μ and 1 − μ, rounded so that the smaller is exactly 1 minus the larger."""
     larger = numbers.number(max(mu, 1 - mu))
     return (larger, 1 - larger) if 2 * mu > 1 else (1 - larger, larger)
 
@@ -116,7 +116,7 @@ def _pair(mu: Mpf, numbers: Arithmetic) -> tuple[Number, Number]:
 def _parts(
     rows: list[list[Number]], width: int, numbers: Arithmetic, last: list[Number]
 ) -> tuple[tuple[Vector, ...], ...]:
-    """The columns of each `width` rows as lanes; `last` fills lanes without a row."""
+    """Return the columns of each group of `width` rows as lanes; `last` fills the rest."""
     filled = rows + [last] * (-len(rows) % width)
     return tuple(
         tuple(np.array(column, dtype=numbers.dtype) for column in zip(*part, strict=True))
@@ -125,6 +125,7 @@ def _parts(
 
 
 def _lagrange(nodes: Sequence[Mpf], j: int) -> np.ndarray:
-    """Coefficients, from the constant on, of the polynomial that is 1 at node j, 0 at others."""
+    """Return coefficients, from the constant on, of the polynomial that is 1 at node j, 0 at
+    others."""
     p = polyfromroots([node for k, node in enumerate(nodes) if k != j])
     return np.asarray(p / polyval(nodes[j], p))

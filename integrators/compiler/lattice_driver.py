@@ -1,30 +1,30 @@
 """The driver of lattices: loops over sites and bonds, whose text does not grow with their number.
 
-As `driver` this is text of a module, behind the generated kernels of one site and of one bond.
-Names that are supplied: RULE and ADJOINT, records of kernels, and FIRST, that of a step's first
-substep; COMPOSED (a step is several substeps), MIXED (substeps of the adjoint occur); LOCAL (no
-bond ties unknowns of two sites), SPLIT, RING, LISTED; n, m and S, the entries of a site's x, of its
-μ and of its unknowns w; ORDER, in which elimination takes a site's equations; WIDTH, SITES and
-BONDS, entries of coefficients and of the parameters of a site and of a bond; BLOCK. The arrays go
-from function to function as one record a.
+Like `driver` this is part of a module's text, behind the generated kernels of a site and of a bond.
+Supplied names: RULE and ADJOINT, records of kernels, and FIRST, that of a step's first substep;
+COMPOSED (a step has several substeps), MIXED (substeps of the adjoint occur); LOCAL (no bond
+couples the unknowns of two sites), SPLIT, RING, LISTED; n, m and S, the lengths of a site's x, of
+its μ and of its unknowns w; ORDER, in which elimination takes a site's equations; WIDTH, SITES and
+BONDS, the numbers of coefficients and of parameters of a site and of a bond; BLOCK. The arrays
+reach the functions as one record `a`.
 
 A segment is a row (a, b, length, k): bonds k, k+1, … join sites a and b, a+1 and b+1, …, so that a
-chain is one segment and a grid in the plane a few. Free sites are those of `ranges`.
-Where LOCAL, the state is (x, ν), ν = μ − F⁻/h of all that holds no velocity: between two steps ν
-grows by F⁺ of the one less F⁻ of the next, each force computed once. Else ν is μ.
+chain is one segment and a grid in the plane a few. The free sites are those of `ranges`.
+If LOCAL, the state is (x, ν), where ν = μ − F⁻/h of all terms without a velocity: between two steps
+ν grows by F⁺ of the one minus F⁻ of the next, and each force is computed once. Otherwise ν is μ.
 """
 
-# ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
+# ruff: noqa: F821, B905 (names are supplied; the compiled language has no strict=)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
 def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficients, kinds, substeps,
             ranges, parts, segments, pieces, totals):  # fmt: skip
-    """Begin (task 0), do `steps` steps (1), or show μ and u of now (2): (steps done, status).
+    """Begin (task 0), do `steps` steps (1), or write the present μ and u (2): (steps done, status).
 
-    Where not LOCAL, w is always the solution of the substep that comes. Of a general list of bonds
-    substep `steps` is assembled and done by tasks 3 and 4; 5 does so many steps, or of none solves
-    the first substep, site by site (`lattice_newton`).
+    If not LOCAL, w is always the solution of the coming substep. For a general list of bonds tasks
+    3 and 4 assemble and finish substep number `steps`; task 5 does `steps` steps, or, if that is 0,
+    solves the first substep site by site (`lattice_newton`).
     """
     a = Record(
         x=x, nu=nu, mu=mu, w=w, w1=w1, w2=w2, w3=w3, work=work, ties=ties, p=p, q=q,
@@ -57,14 +57,14 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
 
 
 def by_kind(function, a, j, c):
-    """function(RULE, a, c), or of the ADJOINT where substep j is one of its."""
+    """Call `function` with RULE, or with ADJOINT if substep j belongs to the adjoint."""
     if not MIXED or a.kinds[j] == 0:
         return function(RULE, a, c)
     return function(ADJOINT, a, c)
 
 
 def local_steps(steps, a):
-    """Steps where each site is solved by itself: (steps done, status)."""
+    """Do steps in which each site is solved by itself: return (steps done, status)."""
     done, status = 0, OK
     while done < steps:
         for j in range(a.substeps):
@@ -87,7 +87,7 @@ def local_steps(steps, a):
 
 
 def to_show(task, a):
-    """ν from μ (task 0), or μ from ν, and u into w1; the status."""
+    """Compute ν from μ (task 0), or μ from ν and put u into w1; return the status."""
     c, status = load(a.coefficients[0], slice(0, WIDTH)), OK
     if task == 0:
         copy(a.nu, a.mu, m, a.ranges, a.parts)
@@ -100,7 +100,7 @@ def to_show(task, a):
 
 
 def coefficients_of(a, j):
-    """The coefficients of substep j, those of the one after it, and that one's number."""
+    """Return the coefficients of substep j, those of the substep after it, and its number."""
     after = j + 1
     if after == a.substeps:
         after = 0
@@ -112,7 +112,7 @@ def coefficients_of(a, j):
 
 
 def drift(system, a, c):
-    """The step of every free site without its kicks; the status."""
+    """Do the step of every free site without its kicks; return the status."""
     status, most, sum_ = OK, 0, 0
     for r in range(a.parts):
         for i in range(a.ranges[r, 0], a.ranges[r, 1]):
@@ -137,7 +137,7 @@ def drift(system, a, c):
 
 
 def move(system, a, c, i, w, gain):
-    """x and μ of a site at the end of a substep; gain: what its bonds add to μ, if they do."""
+    """Update x and μ of a site at the end of a substep; gain: what its bonds add to μ, or ()."""
     here, given = row(a.x, i, n), row(a.nu, i, m)
     zero_x, zero = (0.0,) * n, (0.0,) * m
     dx, own, none = system.update(here, w, given, (), zero_x, zero, c, row(a.p, i, SITES))
@@ -146,7 +146,7 @@ def move(system, a, c, i, w, gain):
 
 
 def alone(system, a, c, i):
-    """(w, corrections, status) of one site by itself, from a start that is near."""
+    """Return (w, corrections, status) of one site by itself, from a start nearby."""
     here, given, w, own = row(a.x, i, n), row(a.nu, i, m), row(a.w, i, S), row(a.p, i, SITES)
     if system.affine:
         return system.solver(here, given, (), c, own), 0, OK
@@ -154,7 +154,7 @@ def alone(system, a, c, i):
 
 
 def by_newton(system, x, mu, w, c, own):
-    """(w, corrections, status) of one site, from a start that is near (`newton_iteration`)."""
+    """Return (w, corrections, status) of one site by Newton's method (`newton_iteration`)."""
     before, count, scale, kappa, status = HUGE, 0, norm(w), 0.0, NOT_CONVERGED
     while status == NOT_CONVERGED and count < 40:
         dw, size = system.solver(x, w, mu, (), c, own)
@@ -166,7 +166,7 @@ def by_newton(system, x, mu, w, c, own):
 
 
 def velocities(system, a, c):
-    """Solve for the w of the step that begins here; w1 then holds the start of that search."""
+    """Solve for the w of the coming step and write it into w1."""
     status = OK
     for r in range(a.parts):
         for i in range(a.ranges[r, 0], a.ranges[r, 1]):
@@ -191,7 +191,7 @@ def kick(way, one, other, a, out, c, d):
 
 
 def forces(way, one, other, x, own, c, d):
-    """F⁻ of a substep (way 1), −F⁻ (−1), or F⁺ of one substep less F⁻ of the other (0)."""
+    """Return F⁻ of a substep (way 1), −F⁻ (−1), or F⁺ of one substep minus F⁻ of another (0)."""
     if way == 0 and not COMPOSED:
         return one.whole(x, c, own)
     minus = other.minus(x, d, own)
@@ -203,14 +203,16 @@ def forces(way, one, other, x, own, c, d):
 
 
 def on_bonds(way, one, other, a, out, c, d):
-    """Add the forces of the bonds.
+    """Add the forces of the bonds to `out`.
 
-    SPLIT: forces are cheap, and computed twice, for one end and then for the other: such loops are
-    taken by the compiler for several bonds at once, a block at a time that stays in the cache.
+    SPLIT: forces are cheap and are computed twice, for one end and then for the other. The compiler
+    turns such loops into vector instructions over several bonds; a block of bonds stays in the
+    processor's cache.
     """
     for s in range(a.pieces):
         i, j, length, first = row(a.segments, s, 4)
-        if j - i == 1:  # each force goes on to the next bond: vectors take that in one loop
+        # each force also acts on the next bond's site: one loop does that in vectors
+        if j - i == 1:
             ahead = (0.0,) * m
             for k in range(length):
                 f = of_bond(way, one, other, a, c, d, i + k, j + k, first + k)
@@ -238,6 +240,6 @@ def on_bonds(way, one, other, a, out, c, d):
 
 
 def of_bond(way, one, other, a, c, d, i, j, k):
-    """The forces of bond k on its sites i and j."""
+    """Return the forces of bond k on its sites i and j."""
     ends = row(a.x, i, n) + row(a.x, j, n)
     return forces(way, one.bond, other.bond, ends, row(a.q, k, BONDS), c, d)

@@ -1,11 +1,11 @@
 """Elimination along a chain or a ring: one Newton correction of all sites, block by block.
 
-Text of a lattice's module, as `lattice_driver`, which says what the names stand for. Bond i joins
-sites i and i + 1; of a RING bond 0 closes it, so that the others come one later, and its last site
-is eliminated last, with a column and a row of its own in every step of the elimination.
-Entries that are 0 by structure are left out (`known_zeros`): HERE, AHEAD, BEHIND and THERE are the
-places of the others in the slopes of a bond, i·S + j of its blocks ii, ij, ji and jj, and
-ELIMINATED in what is left of a site's equations. Carried from one site to the next are these alone.
+Part of the text of a lattice's module; `lattice_driver` explains the supplied names. Bond i joins
+sites i and i + 1. In a RING bond 0 closes the ring, so the others are numbered one higher, and the
+last site is eliminated last, with a column and a row of its own in every step of the elimination.
+Structural zeros are skipped (`known_zeros`). HERE, AHEAD, BEHIND and THERE are the places i·S + j
+of the other entries in the blocks ii, ij, ji and jj of a bond's slopes; ELIMINATED are those of a
+site's eliminated block. Only these entries are carried from one site to the next.
 """
 
 # ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
@@ -16,69 +16,70 @@ ELIMINATED in what is left of a site's equations. Carried from one site to the n
 
 
 def block(flat, i, j, width):
-    """The S×S block (i, j) of a matrix given row by row, entries that are whole as floats too."""
+    """Return the S×S block (i, j) of a matrix stored by rows, as floats."""
     return tuple([tuple([1.0 * flat[(i * S + k) * width + j * S + l] for l in range(S)])
                   for k in range(S)])  # fmt: skip
 
 
 def zero_block():
-    """S×S zeros."""
+    """Return S×S zeros."""
     return ((0.0,) * S,) * S
 
 
 def summed(A, B):
-    """A + B."""
+    """Return A + B."""
     return tuple([tuple([added(a, b) for a, b in zip(r, s)]) for r, s in zip(A, B)])
 
 
 def less(A, B):
-    """A − B."""
+    """Return A − B."""
     return tuple([tuple([subtracted(a, b) for a, b in zip(r, s)]) for r, s in zip(A, B)])
 
 
 def times(A, B):
-    """A B."""
+    """Return A B."""
     return tuple([tuple([added_up([multiplied(e, b[j]) for e, b in zip(r, B)])
                          for j in range(len(B[0]))]) for r in A])  # fmt: skip
 
 
 def as_column(v):
-    """A vector as a matrix of one column."""
+    """Return a vector as a matrix with one column."""
     return tuple([(e,) for e in v])
 
 
 def as_vector(A):
-    """A matrix of one column as a vector."""
+    """Return a matrix with one column as a vector."""
     return tuple([r[0] for r in A])
 
 
 def applied(A, v):
-    """A v."""
+    """Return A v."""
     return as_vector(times(A, as_column(v)))
 
 
 def minus(a, b):
-    """a − b of vectors."""
+    """Return the difference a − b of two vectors."""
     return tuple([p - q for p, q in zip(a, b)])
 
 
 def beside(A, B):
-    """The columns of A, then those of B."""
+    """Return the columns of A followed by those of B."""
     return tuple([a + b for a, b in zip(A, B)])
 
 
 def part(A, start, stop):
-    """Columns of A."""
+    """Return the columns from `start` up to `stop` of A."""
     return tuple([r[start:stop] for r in A])
 
 
 def solved(D, B):
-    """D⁻¹ B by elimination, in the order of rows in which a site's pivots are large."""
+    """Return D⁻¹ B by elimination, with the rows in the order in which a site's pivots are
+    large."""
     return reduced(tuple([D[i] for i in ORDER]), tuple([B[i] for i in ORDER]))
 
 
 def reduced(D, B):
-    """D⁻¹ B, by the first unknown and what is left of the others."""
+    """Return D⁻¹ B: eliminate the first unknown, then solve recursively for the others."""
     over = inverse(D[0][0])
     head = tuple([multiplied(over, e) for e in D[0][1:]])
     first = tuple([multiplied(over, e) for e in B[0]])
@@ -94,12 +95,12 @@ def reduced(D, B):
 
 
 def packed(A, places):
-    """The entries of a block at those places."""
+    """Return the entries of a block at the given places."""
     return tuple([A[p // S][p % S] for p in places])
 
 
 def unpacked(entries, places):
-    """The S×S block with these entries at those places, and no others."""
+    """Return the S×S block with these entries at the given places and zeros elsewhere."""
     known = dict(zip(places, entries))
     return tuple([tuple([known.get(i * S + j, 0.0) for j in range(S)]) for i in range(S)])
 
@@ -108,13 +109,13 @@ def unpacked(entries, places):
 
 
 def of_site(system, a, c, i):
-    """(what is missing in the equations of a site by itself, their slope)."""
+    """Return (residual of a site's own equations, their slope)."""
     rows, slope = system.equations(row(a.x, i, n), row(a.w, i, S), c, row(a.p, i, SITES))
     return minus(row(a.nu, i, m) + (0.0,) * (S - m), rows), block(slope, 0, 0, S)
 
 
 def of_pair(system, a, c, i, j, k):
-    """Rows of bond k at i and j, and their slopes by the unknowns of i and of j: ii, ij, ji, jj."""
+    """Return bond k's rows at sites i and j, and the blocks ii, ij, ji, jj of its slope."""
     ends, w = row(a.x, i, n) + row(a.x, j, n), row(a.w, i, S) + row(a.w, j, S)
     rows, slope = system.bond_equations(ends, w, c, row(a.q, k, BONDS))
     rows = tuple([1.0 * e for e in rows])
@@ -123,14 +124,14 @@ def of_pair(system, a, c, i, j, k):
 
 
 def correction(system, a, c):
-    """One Newton correction of all w: (largest correction, largest solution of a site)."""
+    """Do one Newton correction of all w: return (largest correction, largest |w| of a site)."""
     a.totals[MOVED] = 0.0
     last = a.segments[a.pieces - 1, 2]  # the last site
     return ring_correction(system, a, c, last) if RING else chain_correction(system, a, c, last)
 
 
 def chain_correction(system, a, c, last):
-    """Correction of runs of free sites, each by itself."""
+    """Correct each run of free sites by itself."""
     size, here = 0.0, 0.0
     for r in range(a.parts):
         start, stop = a.ranges[r, 0], a.ranges[r, 1]
@@ -164,7 +165,7 @@ def chain_correction(system, a, c, last):
 
 
 def corrected(a, i, dw, size, here):
-    """Add a correction to w; the largest sizes so far, where no number counts as infinite."""
+    """Add a correction to w; return the largest sizes so far, where NaN counts as infinite."""
     new = plus(row(a.w, i, S), dw)
     put(a.w, i, new)
     step, moved = norm(dw), norm(dw[:MOVING])
@@ -177,12 +178,12 @@ def corrected(a, i, dw, size, here):
 
 
 def flattened(A):
-    """The entries row by row."""
+    """Return the entries row by row."""
     return sum(A, ())
 
 
 def ring_correction(system, a, c, last):
-    """The same on a ring: G is what a site has with the last one, P what that has with a site."""
+    """Correct a ring: G couples each site to the last one, P couples the last one to each site."""
     size, here = 0.0, 0.0
     at_last, force, corner, P, F, own = of_pair(system, a, c, last, 0, 0)
     rest, Z = of_site(system, a, c, last)

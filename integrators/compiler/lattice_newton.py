@@ -1,9 +1,9 @@
-"""Steps whose bonds tie the unknowns of two sites, by Newton's method.
+"""Steps whose bonds couple the unknowns of two sites, solved by Newton's method.
 
-Text of a lattice's module, as `lattice_driver`, which says what the names stand for. Along a chain
-or a ring corrections are found here (`lattice_elimination`); LATER is 1 on a ring, whose bond 0
-closes it. Of any other list of bonds each site is corrected as if its neighbours were right; where
-that does not contract, equations are assembled here, and solved elsewhere.
+Part of the text of a lattice's module; `lattice_driver` explains the supplied names. Along a chain
+or a ring the corrections are found here (`lattice_elimination`); LATER is 1 on a ring, whose bond 0
+closes it. For any other list of bonds each site is corrected as if its neighbours were right; if
+that does not contract, the equations are assembled here and solved elsewhere.
 """
 
 # ruff: noqa: F821 (names are supplied)
@@ -11,12 +11,12 @@ that does not contract, equations are assembled here, and solved elsewhere.
 
 
 def tied_steps(steps, a):
-    """Steps, or if there are none the first substep's solution: (done, status).
+    """Do `steps` steps, or solve the first substep if there are none: return (done, status).
 
-    w is the solution of the substep that comes, before and after. One loop for both, so that the
-    solution is written once. Of a list of bonds sites are corrected one by one; where that gives
-    way, w waits to be corrected otherwise, for the substep that `totals` holds at PLACE, and steps
-    before it are done.
+    w is the solution of the coming substep, before and after. One loop serves both purposes, so
+    that the solution is written once. For a list of bonds the sites are corrected one by one; if
+    that fails, the steps before are done, `totals` holds the number of the failed substep at PLACE,
+    and w must be corrected in another way.
     """
     done, j, status, more = 0, 0, OK, True
     while more:
@@ -33,7 +33,7 @@ def tied_steps(steps, a):
 
 
 def tied_solution(j, a):
-    """Solve substep j for w, which holds a guess; the status (`newton_iteration.newton`)."""
+    """Solve substep j for w, which holds a guess; return the status (`newton_iteration.newton`)."""
     c, totals = coefficients_of(a, j)[0], a.totals
     kappa, scale, age = totals[KAPPA], totals[SCALE], int(totals[AGE])
     before, count, total, tries, status = HUGE, 0, 0, 1, NOT_CONVERGED
@@ -65,9 +65,9 @@ def tied_solution(j, a):
 
 
 def unseen(a, h):
-    """The size of corrections of u that are round-off of the largest x of a site, over h.
+    """Return the size below which corrections of u are round-off of a site's largest x, over h.
 
-    Where constraints join the sites, each one hands on the round-off of those before it.
+    If constraints join the sites, each site passes on the round-off of those before it.
     """
     size = 0.0
     for r in range(a.parts):
@@ -79,7 +79,7 @@ def unseen(a, h):
 
 
 def extrapolate(a):
-    """Hand the solutions on, and guess the next by a polynomial through the last ones."""
+    """Shift the past solutions by one, and guess the next by a polynomial through the last ones."""
     order = int(a.totals[DEGREE])
     for r in range(a.parts):
         for i in range(a.ranges[r, 0], a.ranges[r, 1]):
@@ -94,7 +94,8 @@ def extrapolate(a):
 
 
 def choose_order(a, age):
-    """The degree, up to 2, of the polynomial that would have hit this solution best."""
+    """Choose the degree, up to 2, of the polynomial that would have predicted this solution
+    best."""
     miss0, miss1, miss2 = 0.0, 0.0, 0.0
     for r in range(a.parts):
         for i in range(a.ranges[r, 0], a.ranges[r, 1]):
@@ -110,7 +111,7 @@ def choose_order(a, age):
 
 
 def larger(a, b):
-    """The larger one; a number that is none stays."""
+    """Return the larger number; if `b` is NaN, return NaN."""
     return a if a > b else b
 
 
@@ -118,8 +119,10 @@ def larger(a, b):
 
 
 def relaxed_solution(j, a):
-    """Solve substep j for w, each site as if all others were right; GAVE_WAY where corrections do
-    not fade, or a site is singular by itself."""
+    """Solve substep j for w, correcting each site as if all others were right; return the status.
+
+    It is GAVE_WAY if corrections do not fade, or if a site is singular by itself.
+    """
     c, totals = coefficients_of(a, j)[0], a.totals
     age, before, rate, count, status = int(totals[AGE]), HUGE, 0.0, 0, NOT_CONVERGED
     while status == NOT_CONVERGED and count < MOST_SWEEPS:
@@ -134,7 +137,7 @@ def relaxed_solution(j, a):
             if count > 1 and rate > FADED and size >= ROOT_EPS * here:
                 large = size > unseen(a, c[0])
             ended = count > 1 and rate < 0.5 and size * rate <= EPS * here
-            stagnant = count > 2 and rate > 0.5 and not large  # what is left is round-off
+            stagnant = count > 2 and rate > 0.5 and not large  # only round-off is left
             if size <= EPS * here or ended or stagnant:
                 status = OK
             elif large:
@@ -153,7 +156,7 @@ def relaxed_solution(j, a):
 
 
 def relax(system, a, c):
-    """Correct each w as if all others were right; sizes of the largest one go to `totals`."""
+    """Correct each w as if all others were right; the largest sizes go to `totals`."""
     assemble(False, system, a, c)
     size, here = 0.0, 0.0
     for r in range(a.parts):
@@ -165,13 +168,15 @@ def relax(system, a, c):
 
 
 def assemble_tied(system, a, c):
-    """`assemble` for a factorisation."""
+    """Call `assemble` for a factorisation, with the slopes between sites."""
     assemble(True, system, a, c)
 
 
 def assemble(tied, system, a, c):
-    """work: what is missing at each site, and the slope by its own unknowns; if `tied`, ties:
-    slopes between the two sites of each bond, ij then ji."""
+    """Fill `work` with each site's residual and the slope by its own unknowns.
+
+    If `tied`, also fill `ties` with the slopes between the two sites of each bond, ij then ji.
+    """
     for r in range(a.parts):
         for i in range(a.ranges[r, 0], a.ranges[r, 1]):
             missing, D = of_site(system, a, c, i)
@@ -191,7 +196,7 @@ def assemble(tied, system, a, c):
 
 
 def update_sites(system, a, c):
-    """x and μ at the end of a substep."""
+    """Update x and μ at the end of a substep."""
     if LISTED:
         update_listed(system, a, c)
     else:
@@ -199,7 +204,7 @@ def update_sites(system, a, c):
 
 
 def update_in_order(system, a, c):
-    """`update_sites` along a chain or a ring: bond i + LATER ties the sites i and i + 1."""
+    """Update the sites of a chain or a ring, where bond i + LATER joins the sites i and i + 1."""
     last, closing = a.segments[a.pieces - 1, 2], (0.0,) * (2 * m)
     if RING:
         closing = gain_of(system, a, c, last, 0, 0)
@@ -219,7 +224,7 @@ def update_in_order(system, a, c):
 
 
 def update_listed(system, a, c):
-    """`update_sites` of any bonds, whose gains are added up in `work` first."""
+    """Update the sites of any list of bonds, whose gains are first added up in `work`."""
     for r in range(a.parts):
         for i in range(a.ranges[r, 0], a.ranges[r, 1]):
             put(a.work, i, (0.0,) * m)
@@ -235,6 +240,6 @@ def update_listed(system, a, c):
 
 
 def gain_of(system, a, c, i, j, k):
-    """What bond k adds to μ of i and of j."""
+    """Return the amounts that bond k adds to μ of sites i and j."""
     ends, w = row(a.x, i, n) + row(a.x, j, n), row(a.w, i, S) + row(a.w, j, S)
     return system.bond_gain(ends, w, c, row(a.q, k, BONDS))

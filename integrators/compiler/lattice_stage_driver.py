@@ -1,25 +1,25 @@
 """The driver of collocation on a lattice: sweeps over bonds and sites until the stages are solved.
 
-As `lattice_driver` this is text of a module, `collocation_text`; its names are those of
-`stage_driver`, with the bond's force. Arrays go from function to function as one record.
-What bonds do at a node is a force on the sites at both ends: in a sweep they are added up first,
-then each site takes a turn of its own fixed point. So nothing ties the unknowns of two sites, and
-what is compiled grows neither with the stages nor the sites.
+Like `lattice_driver` this is part of a module's text, `collocation_text`; its names are those of
+`stage_driver`, with the bond's force. Arrays go from function to function as one record. At a node
+a bond is a force on the sites at its ends: in a sweep these forces are added up first, then each
+site iterates its own fixed point once. So nothing couples the unknowns of two sites, and the
+compiled code grows neither with the stages nor with the sites.
 
-A row of `work` holds of a site at all nodes w, π, L ξ h b, the bonds' forces and the point z, then
-(w₁, π₁ − π₀, Σhbf) and the change of π₀ − μ; w1, w2 and w3 hold ξ, μ and π₀ − μ for the next step;
-w holds the unknowns of Newton's method, u and the coefficients of Legendre polynomials.
+A row of `work` holds, for one site, w, π, L ξ h b, the bonds' forces and the point z at all nodes,
+then (w₁, π₁ − π₀, Σhbf) and the change of π₀ − μ. w1, w2 and w3 hold ξ, μ and π₀ − μ for the next
+step; w holds the unknowns of Newton's method, u and the coefficients of Legendre polynomials.
 """
 
-# ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
+# ruff: noqa: F821, B905 (names are supplied; the compiled language has no strict=)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
 def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficients, kinds, substeps,
             ranges, parts, segments, pieces, totals):  # fmt: skip
-    """Begin (task 0), do `steps` steps (1), or show μ of now (2): (steps done, status).
+    """Begin (task 0), do `steps` steps (1), or write the present μ (2): (steps done, status).
 
-    w is always the solution of the step that comes.
+    w is always the solution of the coming step.
     """
     lattice = Record(
         x=x, nu=nu, w=w, w1=w1, w2=w2, w3=w3, work=work, p=p, q=q, ranges=ranges, parts=parts,
@@ -51,7 +51,7 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
 
 
 def at_site(a, i, first, count):
-    """`count` components at all nodes, from column `first` of row i."""
+    """Return `count` components at all nodes, from column `first` of row i."""
     places = [first + k * WIDTH for k in range(PARTS * count)]
     lanes = tuple([read_lanes(a, (i, at), WIDTH) for at in places])
     return tuple([lanes[k * count : k * count + count] for k in range(PARTS)])
@@ -64,7 +64,7 @@ def put_at_site(a, i, first, values):
 
 
 def place_ends(lattice):
-    """Let the point of each site of a bond be that of x: those of fixed sites stay there."""
+    """Set the point of each site of a bond to x at all nodes; fixed sites keep it."""
     x, work, segments = lattice.x, lattice.work, lattice.segments
     for s in range(lattice.pieces):
         for k in range(segments[s, 2]):
@@ -76,7 +76,7 @@ def place_ends(lattice):
 
 
 def guess_sites(lattice, weights, c):
-    """w, π and ξ at the nodes of every free site, from those of the last step."""
+    """Guess w, π and ξ at the nodes of every free site from those of the last step."""
     x, w1, work, age = lattice.x, lattice.w1, lattice.work, int(lattice.totals[AGE])
     for r in range(lattice.parts):
         for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
@@ -90,10 +90,10 @@ def guess_sites(lattice, weights, c):
 
 
 def collocated(lattice, weights, c):
-    """Repeat sweeps until the next one would change less than round-off; the status.
+    """Repeat sweeps until the next one would change less than round-off; return the status.
 
-    When that is, and when π₀ − μ is corrected, is as in `stage_driver.collocate`; a component has
-    one size on the whole lattice. At rest changes are as large as w, and need not move x.
+    Sweeps end, and π₀ − μ is corrected, as in `stage_driver.collocate`; a component has one size on
+    the whole lattice. At rest the changes are as large as w, and may be too small to move x.
     """
     totals = lattice.totals
     most = MOST_SWEEPS if totals[AGE] > 0 else MOST_AT_START
@@ -162,9 +162,10 @@ def pull_sites(lattice, c):
 
 
 def sweep(lattice, weights, c):
-    """π from w and the forces, then w from the new π, of every free site.
+    """Compute π from w and the forces, then w from the new π, for every free site.
 
-    (the largest change of each component, its largest size, a number that is none if one is not).
+    Returns (largest change of each component, its largest size, a sum that is NaN if any end is
+    NaN).
     """
     work, w1, w2, totals = lattice.work, lattice.w1, lattice.w2, lattice.totals
     moved, sizes, ends, worst = (0.0,) * (2 * m), (0.0,) * (2 * m), 0.0, 0.0
@@ -202,12 +203,12 @@ def sweep(lattice, weights, c):
 
 
 def unseen(lattice):
-    """Changes of w up to this are round-off of the largest x of a site."""
+    """Return the size up to which changes of w are round-off of a site's largest x."""
     return UNSEEN * EPS * largest_row(lattice, lattice.x, n)
 
 
 def ends_of(lattice, i):
-    """(w₁, π₁, Σhbπ̇, Σhbf) of a site's last sweep."""
+    """Return (w₁, π₁, Σhbπ̇, Σhbf) of a site's last sweep."""
     lost, mu = row(lattice.w3, i, m), row(lattice.nu, i, m)
     ends = load(lattice.work[i], slice(ENDS, SHIFT))
     end, sum_p, sum_f = ends[:m], ends[m : 2 * m], ends[2 * m :]
@@ -216,7 +217,7 @@ def ends_of(lattice, i):
 
 
 def shift_sites(lattice, c):
-    """How far π₀ − μ of each site is off; the most of a site."""
+    """Compute the error of π₀ − μ at each site; return the largest one."""
     off = 0.0
     for r in range(lattice.parts):
         for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
@@ -240,7 +241,7 @@ def shift_on(lattice):
 
 
 def largest_row(lattice, a, width):
-    """The largest row of a free site, of that width."""
+    """Return the largest norm of a free site's row, of the given width."""
     size = 0.0
     for r in range(lattice.parts):
         for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
@@ -249,7 +250,7 @@ def largest_row(lattice, a, width):
 
 
 def update_sites(lattice, c):
-    """x and μ at the end of a step."""
+    """Update x and μ at the end of a step."""
     x, nu = lattice.x, lattice.nu
     for r in range(lattice.parts):
         for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
@@ -264,7 +265,7 @@ def update_sites(lattice, c):
 
 
 def show_unknowns(lattice, c):
-    """u = w₁/h, and the coefficients of the velocity's Legendre polynomials."""
+    """Write u = w₁/h, and the coefficients of the velocity's Legendre polynomials."""
     for r in range(lattice.parts):
         for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
             dw = at_site(lattice.work, i, MOVES, m)

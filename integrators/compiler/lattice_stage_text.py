@@ -1,7 +1,7 @@
 """The text of collocation on a lattice: kernels of one site and of a bond's force, and the driver.
 
-`velocity` and `force` of `stage_text`, with parameters of the site's own (and what bonds do to it);
-`point(x, w, c) → z` of a node, and `pull(x of both ends, own, c) → force on both`.
+`velocity` and `force` are as in `stage_text`, with the site's own parameters and the force of its
+bonds; `point(x, w, c) → z` of a node, `pull(x of both ends, own, c) → force on both`.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from .stage_text import StageText, collocation_driver
 
 @dataclass(frozen=True, eq=False)
 class LatticeStages:
-    """One step of a lattice as collocation, the bonds' forces acting on its sites at the nodes.
+    """One collocation step of a lattice, whose bonds act as forces on its sites at the nodes.
 
-    q: h, then parameters that all share. source: the collocation of one site, in letters `own` of
-    its own and `pull` of the force on it. force: ρ̂ᵀ∂L/∂x of a bond, at both its ends x, in
-    letters `bond_own`. most: sweeps of the first step, beyond which another way is faster; None
-    where no number of them is known.
+    q: h, then parameters that all sites share. source: the collocation of one site, with its own
+    letters `own` and the force `pull` on it. force: ρ̂ᵀ∂L/∂x of a bond, at both its ends x, with
+    its letters `bond_own`. most: number of sweeps of the first step beyond which another way is
+    faster, or None if it is unknown.
     """
 
     source: StageSource
@@ -37,19 +37,19 @@ class LatticeStages:
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """All that the text is made of."""
+        """Everything from which the text is made."""
         source = self.source
         return (source.nodes, source.given, self.q, self.own, self.pull, self.x, self.bond_own,
                 self.force, self.most)  # fmt: skip
 
 
 def collocation_text(system: LatticeStages) -> str:
-    """The text of the kernels and of the driver of a lattice's collocation.
+    """Return the text of the kernels and of the driver of a lattice's collocation.
 
-    Raises `NoShortForm` as `StageText` does.
+    Raises `NoShortForm` like `StageText`.
     """
     kernels = _SiteStages(system)
-    text = kernels.text  # which finds the coefficients
+    text = kernels.text  # `text` finds the coefficients, so it must come first
     stages = kernels.system
     facts = [
         f"n, m, COUNT = {len(stages.x)}, {len(stages.w)}, {stages.count}",
@@ -73,7 +73,7 @@ def collocation_text(system: LatticeStages) -> str:
 
 
 class _SiteStages(StageText):
-    """Kernels of a site's collocation, with letters of its own, and the force of a bond."""
+    """Kernels of one site's collocation, with its own letters, and the force of a bond."""
 
     def __init__(self, given: LatticeStages) -> None:
         self.given = given
@@ -81,7 +81,7 @@ class _SiteStages(StageText):
 
     @property
     def kernels(self) -> dict[str, str]:
-        """Those of a scene, the point b(x, w; 1) and the force of a bond."""
+        """The kernels of a scene, the point b(x, w; 1) and the force of a bond."""
         given, system = self.given, self.system
         ends = {"x": system.x, "w": system.w}
         pulled = self._function("pull", {"x": given.x, "own": given.bond_own}, [given.force], [])

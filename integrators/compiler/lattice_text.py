@@ -13,18 +13,18 @@ from .module_text import KernelText, operations, texts_of
 from .omissions import pivot_rows
 from .system import System
 
-BLOCK = 1024  # bonds whose sites stay in the cache nearest to the processor
-FADED = 0.1  # what a correction may leave, site by site or by a kept factorisation
-MOST_SWEEPS = 60  # corrections of a substep, so made
-GAVE_WAY = 5  # status behind those of `layout`: site by site a substep is not solved
-UNSEEN = 16  # round-offs of x/h: corrections of w below them do not move x
-LONGEST = 1000  # operations of a function that is written wherever it is called
-MOST = 60  # operations of a force that is computed twice rather than one bond at a time
+BLOCK = 1024  # number of bonds whose sites fit into the processor's first cache
+FADED = 0.1  # largest ratio of corrections, site by site or with a kept factorisation
+MOST_SWEEPS = 60  # largest number of such corrections in a substep
+GAVE_WAY = 5  # status, after those of `layout`: correcting site by site does not solve a substep
+UNSEEN = 16  # corrections of w below so many round-offs of x/h do not move x
+LONGEST = 1000  # a function with more operations is called instead of written in
+MOST = 60  # a force with fewer operations is computed twice rather than one bond at a time
 
 
 @dataclass(frozen=True, eq=False)
 class Kicks:
-    """Forces of a term that holds no velocity: F⁻/h and F⁺/h at the same x, in `own` letters."""
+    """Forces F⁻/h and F⁺/h, at the same x, of a term without velocities; `own`: its letters."""
 
     name: str
     x: Letters
@@ -37,11 +37,11 @@ class Kicks:
 class LatticeSystem:
     """One step of a lattice as data: of one site, and of one bond.
 
-    q: h, then parameters that all share and the rule's numbers. site: what a site has to itself,
-    in its own letters `own` (behind `q` in site.q). kicks: (of a site's potential, of a bond) where
-    no bond holds unknowns; else bond: the System of one bond, x, u, w and rows of both ends
-    one after the other, with letters `bond_own`.
-    adjoint: that of the adjoint, where substeps of a composition are steps of it.
+    q: h, then the parameters that all sites share and the rule's numbers. site: the terms of one
+    site by itself, with its own letters `own` (after `q` in site.q). kicks: (of a site's potential,
+    of a bond), if no bond contains unknowns. Otherwise bond: the System of one bond, with x, u, w
+    and rows of both ends one after the other, and its letters `bond_own`. adjoint: the adjoint's
+    system, if some substeps of a composition are steps of it.
     """
 
     name: str
@@ -55,7 +55,7 @@ class LatticeSystem:
 
 
 def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
-    """The text of all kernels of a lattice, and of its driver; shape: chain, ring or list."""
+    """Return the text of a lattice's kernels and driver; shape: "chain", "ring" or "list"."""
     kinds = [system] if system.adjoint is None else [system, system.adjoint]
     made = [_Kernels(s, suffix) for s, suffix in zip(kinds, ("", "_of_adjoint"))]  # noqa: B905
     local, s = system.kicks is not None, len(system.site.w)
@@ -66,7 +66,7 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         f"COMPOSED = {composed}",
         f"SITES, BONDS, BLOCK = {len(system.own)}, {len(system.bond_own)}, {BLOCK}",
         f"FADED, MOST_SWEEPS, GAVE_WAY = {FADED}, {MOST_SWEEPS}, {GAVE_WAY}",
-        f"MOVING = {s - system.site.more}",
+        f"MOVING = {s - system.site.multipliers}",
         f"UNSEEN = {UNSEEN}",
         "FAINT = 64 * EPS",
         *_places([k for k in kinds if k.bond is not None], s),
@@ -88,14 +88,14 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
 
 
 def _places(kinds: Sequence[LatticeSystem], S: int) -> list[str]:
-    """Where the slopes of a bond have entries, by blocks (`lattice_elimination`)."""
+    """Return where each block of a bond's slope has entries (`lattice_elimination`)."""
     blocks = {"HERE": (0, 0), "AHEAD": (0, 1), "BEHIND": (1, 0), "THERE": (1, 1)}
     found = {
         name: tuple(i * S + j for i in range(S) for j in range(S)
                     if any(k.bond.slope[a * S + i, b * S + j] != 0 for k in kinds if k.bond))
         for name, (a, b) in blocks.items()
     }  # fmt: skip
-    columns = {p % S for p in found["AHEAD"]}  # of what a site's own equations multiply
+    columns = {p % S for p in found["AHEAD"]}  # columns that multiply a site's own equations
     found["ELIMINATED"] = tuple(p for p in range(S * S) if p % S in columns)
     return [f"{name} = {places}" for name, places in found.items()]
 
@@ -117,7 +117,7 @@ class _Kernels:
             parts.append(bond.coupled())
         parts.append(coefficients.text(f"prepare{suffix}"))
         self.text, self.width = "\n\n".join(parts), len(coefficients.values)
-        #: whether a bond's forces are cheap
+        #: True if a bond's forces are cheap
         self.cheap = (
             bool(kicks)
             and sum(map(parts[-2].count, "+-*/")) < MOST
@@ -126,7 +126,7 @@ class _Kernels:
 
     @property
     def record(self) -> str:
-        """What the driver is given."""
+        """The record that the driver is given, as text."""
         s, system = self.suffix, self.system
         entries = {"prepare": f"prepare{s}", "affine": self.affine, "update": f"update{s}"}
         if system.kicks is not None:
@@ -145,7 +145,7 @@ class _Kernels:
 
 def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
     texts = []
-    whole = kick.plus - kick.minus  # where a step is one substep
+    whole = kick.plus - kick.minus  # for a step of one substep
     for word, column in (("minus", kick.minus), ("plus", kick.plus), ("whole", whole)):
         given: dict[str, Any] = {"x": kick.x, "c": coefficients, "own": kick.own}
         text = function_text(f"{word}_{name}", given, [column], (), coefficients)
@@ -154,7 +154,7 @@ def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
 
 
 def with_names(text: str, own: Letters) -> str:
-    """The text with names for letters that are none, as p.h of a site's own parameter h."""
+    """Return the text with identifiers in place of letters like p.h, a site's own parameter h."""
     for i, letter in enumerate(map(str, own)):
         if not letter.isidentifier():
             text = re.sub(rf"\b{re.escape(letter)}\b", f"pp{i}", text)
@@ -162,12 +162,13 @@ def with_names(text: str, own: Letters) -> str:
 
 
 def _called_if_long(text: str) -> str:
-    """A kernel's text, a call where it is long: the driver calls it in up to four places."""
+    """Return a kernel's text, marked for calling if it is long: the driver uses it up to four
+    times."""
     return text.replace("@kernel", "@node", 1) if operations(text) > LONGEST else text
 
 
 class _TermText(KernelText):
-    """Kernels of one term, with letters of its own beside the coefficients that all share."""
+    """Kernels of one term, with its own letters beside the coefficients that all share."""
 
     def __init__(
         self, system: System, suffix: str, own: Letters, coefficients: Coefficients
@@ -185,11 +186,12 @@ class _TermText(KernelText):
         return "\n\n".join([*shared, *kernels])
 
     def local(self) -> str:
-        """`solver` and `update` of a site by itself."""
+        """Return `solver` and `update` of a site by itself."""
         return self._with_called([self._solver(), self._update()])
 
     def coupled(self) -> str:
-        """`equations(x, w, c) → (rows, slope row by row)`, and `update`, of a bond `gain`."""
+        """Return `equations(x, w, c) → (rows, slope row by row)`, and `update`, or `gain` for a
+        bond."""
         system = self.system
         rows, slope = list(system.rows), list(system.slope)
         uses = [*rows, *slope]
@@ -200,7 +202,7 @@ class _TermText(KernelText):
         return self._with_called(kernels)
 
     def _gain(self) -> str:
-        """What μ of both ends of a bond grow by."""
+        """Return the kernel of the increments of μ at both ends of a bond."""
         system = self.system
         inner = self._written(needed(system.definitions, system.gain, known=system.y))
         used: list[Expression] = [*system.gain, *(e for _, values in inner for e in values)]

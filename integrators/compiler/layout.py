@@ -1,4 +1,4 @@
-"""Where things stand in the arrays that the driver works on, and what its status codes mean."""
+"""The layout of the arrays that the driver works on, and its status codes."""
 
 from __future__ import annotations
 
@@ -6,32 +6,33 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
 
-#: status of a run: all is well; Newton does not converge; a correction is no number; a step is at
-#: the edge of its chart; the number that tells branches apart jumped
+#: status of a run: success; Newton's method did not converge; a correction is NaN or infinite; a
+#: step is at the edge of its chart; the number that tells branches apart jumped
 OK, NOT_CONVERGED, SINGULAR, EDGE, STRAYED = range(5)
 #: entries of `totals`: corrections in all, most in a step, size of the last one; the largest size
-#: (`System.extents`), the size that ends a run, the last branch number (HUGE: none yet), the
-#: largest change of it
+#: (`System.extents`), the size that ends a run, the last branch number (HUGE before the first
+#: step), its largest allowed change
 CORRECTIONS, MOST, LAST_SIZE, FARTHEST, REACH, BRANCH, SLACK = range(7)
 TOTALS = 7
-#: and behind them, of the step with most sweeps: the ratio of two changes, so many sweeps apart
+#: further entries, of the step with most sweeps: the ratio of two changes, and the sweeps between
+#: them
 CONTRACTION, SWEEPS, ENTRIES = 7, 8, 9
-#: a lattice's entries behind the size of the last correction: the site whose step was not found;
-#: Newton's memory, which all sites share: κ, the scale, the age, the degree of extrapolation; the
-#: size of the last correction without multipliers
+#: a lattice's entries after the size of the last correction: the site whose step was not found; the
+#: memory of Newton's method, which all sites share: κ, the scale, the age, the degree of
+#: extrapolation; the size of the last correction without multipliers
 PLACE, KAPPA, SCALE, AGE, DEGREE, MOVED, LATTICE_ENTRIES = range(3, 10)
-INNER = 3  # sweeps that bring a curve into the next chart
-PAST = 5  # solutions from which Newton's start is extrapolated
+INNER = 3  # number of sweeps that bring a curve into the next chart
+PAST = 5  # number of past solutions from which Newton's start is extrapolated
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The state: x, μ, what their sums lost, reused functions of x, then each substep's memory.
+    """The state: x, μ, the rounding errors of their sums, reused functions of x, and memories.
 
-    solved: unknowns of a step; reused: functions of x handed on; width: coefficients a substep
-    has at most; more: unknowns behind u that rows hold; iterated: whether some step is solved by
-    Newton, which needs a memory: the past solutions, latest first, the order of extrapolation, the
-    age, κ and the scale (`driver.newton`).
+    solved: unknowns of a step; reused: functions of x handed on to the next step; width: largest
+    number of coefficients of a substep; multipliers: unknowns after u that rows hold; iterated:
+    True if some step is solved by Newton's method. Then each substep has a memory: past solutions,
+    latest first, the order of extrapolation, the age, κ and the scale (`newton_iteration.newton`).
     """
 
     n: int
@@ -40,43 +41,43 @@ class Layout:
     reused: int
     width: int
     iterated: bool
-    more: int = 0
+    multipliers: int = 0
 
     @property
-    def shown(self) -> int:
-        """Unknowns that rows hold: u, and the multipliers behind it."""
-        return self.m + self.more
+    def row_width(self) -> int:
+        """The number of unknowns in a written row: u, and the multipliers after it."""
+        return self.m + self.multipliers
 
     @cached_property
     def parts(self) -> tuple[slice, ...]:
-        """x, μ, what the sums of x and of μ lost to rounding, functions of x of the step before."""
+        """The slices of x, μ, the rounding errors of their sums, and the reused functions of x."""
         ends = [*accumulate((0, self.n, self.m, self.n, self.m, self.reused))]
         return tuple(map(slice, ends, ends[1:]))
 
     @property
     def memory(self) -> int:
-        """Where the first substep's memory begins."""
+        """The index at which the first substep's memory begins."""
         return 2 * (self.n + self.m) + self.reused
 
     @property
     def row(self) -> int:
-        """Entries of one substep's memory."""
+        """The length of one substep's memory."""
         return PAST * self.solved + 4 if self.iterated else 0
 
 
 @dataclass(frozen=True)
 class StageLayout(Layout):
-    """The state of collocation: its memory is the age, and u, π₀ − μ, ξ and μ at
-    the nodes of the last step.
+    """The state of collocation: its memory is the age, and u, π₀ − μ, ξ and μ at the last nodes.
 
-    count: stages; they take up to seven more places, whatever a vector of this machine holds.
+    count: number of stages; they take up to seven more places, whatever a vector of this machine
+    holds.
     """
 
     count: int = 1
 
     @property
     def lanes(self) -> int:
-        """Places of the stages of one component."""
+        """The places for the stages of one component."""
         return self.count + 7
 
     @property

@@ -1,6 +1,6 @@
-"""What is computed in all lanes of a vector at once: sums, sizes, sines.
+"""Operations on all lanes of a vector at once: sums, sizes, sines.
 
-A lane is a stage of a rule, and one instruction computes four or eight of them.
+A lane is one stage of a rule, and one instruction computes four or eight of them.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from .llvm_values import OF_LANES, TYPES, Array, Routine, Value, lanes_among
 
 
 def _intrinsic(routine: Any, name: str, *lanes: Value) -> Value:
-    """An intrinsic of LLVM's that has a form for vectors."""
+    """Call an LLVM intrinsic that has a vector form."""
     kind = lanes[0].kind
     place, type_ = f"@llvm.{name}.{kind}f64", TYPES[kind]
     types = ", ".join([type_] * len(lanes))
@@ -24,11 +24,11 @@ OF_LANES["sqrt"] = lambda routine, x: _intrinsic(routine, "sqrt", x)
 OF_LANES["fabs"] = lambda routine, x: _intrinsic(routine, "fabs", x)
 
 
-# -- what the driver of the stages asks for --------------------------------------------------------
+# -- operations that the driver of the stages uses ------------------------------------------------
 
 
 def total(routine: Any, numbers: Any) -> Any:
-    """The sum of all lanes, in any order."""
+    """Return the sum of all lanes, in any order."""
     kind = numbers.kind
     place = f"@llvm.vector.reduce.fadd.{kind}f64"
     routine.declared[place] = f"declare double {place}(double, {TYPES[kind]})"
@@ -37,7 +37,7 @@ def total(routine: Any, numbers: Any) -> Any:
 
 
 def larger(routine: Any, one: Any, other: Any) -> Any:
-    """The larger number in each lane; the second where one of them is no number."""
+    """Return the larger number in each lane; `other` if one of the two is NaN."""
     kind = lanes_among([one, other]) or "f"
     a, b = routine.operand(kind, one), routine.operand(kind, other)
     test = f"<{kind[1:]} x i1>" if kind != "f" else "i1"
@@ -45,7 +45,7 @@ def larger(routine: Any, one: Any, other: Any) -> Any:
 
 
 def largest(routine: Any, numbers: Any) -> Any:
-    """The largest lane; no number where the last lane is none."""
+    """Return the largest lane; NaN if the last lane is NaN."""
     count = int(numbers.kind[1:])
     while count > 1:
         type_, half = TYPES[numbers.kind], count // 2
@@ -59,13 +59,13 @@ def largest(routine: Any, numbers: Any) -> Any:
 
 
 def read_lanes(routine: Any, array: Array, index: Any, count: int) -> Any:
-    """Entries of an array from `index` on as lanes."""
+    """Return `count` entries of an array, from `index` on, as lanes."""
     place = array._place(index)
     return routine.get(f"v{count}", f"load {TYPES[f'v{count}']}, ptr {place}, align 8")
 
 
 def write_lanes(routine: Any, array: Array, index: Any, numbers: Any, count: int) -> None:
-    """Lanes into an array from `index` on."""
+    """Store lanes in an array, from `index` on."""
     place = array._place(index)
     routine.do(f"store {routine.operand(f'v{count}', numbers)}, ptr {place}, align 8")
 

@@ -1,8 +1,8 @@
 """Sine and cosine in all lanes at once, with errors below one unit in the last place.
 
-The argument is reduced by k π/2 with π/2 in three parts of 33 bits, so that k times a part is exact
-(Cody, Waite); the polynomials on |r| ≤ π/4 are those of Sun's fdlibm. Lanes beyond 2²⁰ are computed
-one after another, by C's library.
+The argument is reduced by k π/2, where π/2 is given in three parts of 33 bits so that k times a
+part is exact (Cody, Waite); the polynomials on |r| ≤ π/4 are those of Sun's fdlibm. If a lane
+exceeds 2²⁰, C's library computes the lanes one after another.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .llvm_lanes import largest
 from .llvm_values import OF_LANES, TYPES, Value
 
 LARGEST = 2.0**20
-ROUNDING = 1.5 * 2.0**52  # a number added to it is rounded to a whole one, in its last bits
+ROUNDING = 1.5 * 2.0**52  # adding it rounds a number to an integer, held in the sum's last bits
 PARTS = (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 SINE = (-1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04,
         2.75573137070700676789e-06, -2.50507602534068634195e-08,
@@ -27,7 +27,7 @@ COSINE = (4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894
 
 
 def sines_of_lanes(routine: Any, x: Value) -> tuple[Value, Value]:
-    """(sin x, cos x) in each lane; asked again for the same x they are there."""
+    """Return (sin x, cos x) in each lane; a second call with the same x reuses them."""
     if x.name not in routine.known:
         flags, routine.fast = routine.fast, ""
         pair = _with_large_arguments(routine, x)
@@ -55,7 +55,7 @@ def _with_large_arguments(routine: Any, x: Any) -> tuple[Value, Value]:
 
 
 def _near(routine: Any, x: Any) -> tuple[Value, Value]:
-    """(sin x, cos x) for |x| < 2²⁰."""
+    """Return (sin x, cos x) for |x| < 2²⁰."""
     shifted = x * (2 / np.pi) + ROUNDING
     k = shifted - ROUNDING
     first = x - k * PARTS[0]
@@ -85,7 +85,7 @@ def _polynomial(z: Any, coefficients: tuple[float, ...]) -> Any:
 
 
 def _of_quadrant(routine: Any, shifted: Value, more: int, sine: Value, cosine: Value) -> Value:
-    """± sine or ± cosine, by the last two bits of k + more."""
+    """Return ± sine or ± cosine, by the last two bits of k + more."""
     kind, count = shifted.kind, int(shifted.kind[1:])
     floats, bits = TYPES[kind], f"<{count} x i64>"
 

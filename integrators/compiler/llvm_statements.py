@@ -1,7 +1,8 @@
-"""Functions whose path depends on numbers: their statements as LLVM's blocks and branches.
+"""Functions whose path depends on numbers: their statements become LLVM blocks and branches.
 
-Python evaluates the expressions, on numbers whose operators write instructions; what it decides
-itself (`if` in an expression, `and`, `not`, `int`) are functions here.
+Python evaluates the expressions on numbers whose operators write instructions. Constructs that
+Python would decide itself (`if` in an expression, `and`, `not`, `int`) become functions of this
+file.
 """
 
 from __future__ import annotations
@@ -14,13 +15,16 @@ from typing import Any
 
 from .llvm_values import Value, mapped, register
 
-UNROLLED = 16  # turns of a loop of constant length that are written one after another
+UNROLLED = 16  # a longer loop of constant length is not unrolled
 LOOPS = (ast.While, ast.For)
 STATEMENTS = (ast.Assign, ast.AugAssign, ast.Return, ast.Expr, ast.If, ast.Break, ast.Pass, *LOOPS)
 
 
 def runnable(module: Any, node: ast.FunctionDef, function: FunctionType) -> Callable[..., Any]:
-    """What a function of a module's text does: Python's own `function` if its path is known."""
+    """Return a function of a module's text as a callable that writes its instructions.
+
+    It is Python's own `function` if its path does not depend on numbers.
+    """
     if not any(_steers(n) for n in ast.walk(node) if n not in (node, node.body[-1])):
         return FunctionType(function.__code__, module.names)
     node.decorator_list = []
@@ -36,14 +40,15 @@ class Scope:
     def __init__(self, module: Any, node: ast.FunctionDef, often: set[str]) -> None:
         self.module, self.routine, self.node, self.often = module, module.routine, node, often
         self.names = dict(module.names)
-        self.places: dict[str, Any] = {}  # of what is assigned in several places, and of "return"
-        self.ends: list[str] = []  # of the loops around
-        self.branches = 0  # that numbers decide, around what is written now
-        self.returned: list[Any] = []  # what the function returns, where no number decides that
-        self.left = False  # whether it may have returned before
+        self.places: dict[str, Any] = {}  # variables assigned in several places, and "return"
+        self.ends: list[str] = []  # the end labels of the enclosing loops
+        self.branches = 0  # number of enclosing branches that numbers decide
+        # the returned value, if no number decides whether it is returned
+        self.returned: list[Any] = []
+        self.left = False  # True if the function may have returned earlier
 
     def call(self, arguments: Sequence[Any]) -> Any:
-        """What the function returns; tuples as Python's."""
+        """Write the function's instructions and return its result, a number or a tuple."""
         for argument, value in zip(self.node.args.args, arguments, strict=True):
             self._bind(argument.arg, value)
         self.exit = self.routine.name("exit")
@@ -54,7 +59,7 @@ class Scope:
         return loaded(self.places["return"]) if "return" in self.places else None
 
     def value(self, node: ast.expr) -> Any:
-        """What Python makes of an expression."""
+        """Return the value of an expression, evaluated by Python."""
         for name in sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)}):
             if name in self.places:
                 self.names[name] = loaded(self.places[name])
@@ -90,14 +95,14 @@ class Scope:
             self._bind(target.id, numbers)
 
     def _bind(self, name: str, numbers: Any) -> None:
-        """A name that is assigned in one place is its value; another is a variable."""
+        """Bind a name to its value, or to a variable if several places assign it."""
         if name in self.often:
             self._put(name, numbers)
         else:
             self.names[name] = numbers
 
     def _put(self, name: str, numbers: Any) -> None:
-        """Assign a number or a tuple of them to variables."""
+        """Assign a number or a tuple of numbers to variables."""
         if name not in self.places:
             self.places[name] = mapped(lambda v: self.routine.memory(register(v).kind), numbers)
         mapped(lambda v, place: place.__setitem__(0, v), numbers, self.places[name])
@@ -127,7 +132,8 @@ class Scope:
         self.routine.begin(after)
 
     def _loop(self, test: Callable[[], Any], turn: Callable[[], None]) -> None:
-        """What `turn()` writes, while what `test()` writes is true."""
+        """Write a loop: the code that `turn()` writes, while the condition that `test()` writes
+        holds."""
         routine = self.routine
         head, body, end = (routine.name(label) for label in ("head", "body", "end"))
         routine.begin(head)
@@ -158,7 +164,7 @@ class Scope:
             self._run(node.body)
 
     def _count(self, node: ast.For, start: Any, stop: Any, step: int = 1) -> None:
-        """A loop over whole numbers in steps of a constant."""
+        """Write a loop over integers with a constant step."""
         self.module.loops = True
         turns = f"turns of the loop in line {node.lineno}"
         self._put(turns, start)
@@ -174,10 +180,10 @@ class Scope:
 
 
 class _Language(ast.NodeTransformer):
-    """Conditions in expressions as calls, and `a += b` as `a = a + b`."""
+    """Rewrites conditions in expressions as calls, and `a += b` as `a = a + b`."""
 
     def visit(self, node: Any) -> Any:
-        """The node, if the language has it."""
+        """Transform the node; fail if the language does not have it."""
         plain = not isinstance(node, ast.stmt) or isinstance(node, STATEMENTS)
         several = isinstance(node, ast.Assign) and len(node.targets) > 1
         loose = getattr(node, "ifs", ()) or (isinstance(node, LOOPS) and node.orelse)
@@ -185,30 +191,30 @@ class _Language(ast.NodeTransformer):
         return super().visit(node)
 
     def visit_AugAssign(self, node: ast.AugAssign) -> Any:
-        """A plain assignment."""
+        """Return a plain assignment."""
         read = ast.parse(ast.unparse(node.target), mode="eval").body
         value = ast.BinOp(read, node.op, node.value)
         return self.generic_visit(ast.Assign([node.target], value))
 
     def visit_IfExp(self, node: ast.IfExp) -> Any:
-        """`chosen`, which asks for what it needs."""
+        """Return a call of `chosen`, which evaluates what it needs."""
         self.generic_visit(node)
         none = ast.arguments([], [], None, [], [], None, [])
         return _call("chosen", node.test, *(ast.Lambda(none, e) for e in (node.body, node.orelse)))
 
     def visit_BoolOp(self, node: ast.BoolOp) -> Any:
-        """`combined`."""
+        """Return a call of `combined`."""
         self.generic_visit(node)
         return _call("combined", ast.Constant(isinstance(node.op, ast.And)), *node.values)
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> Any:
-        """`negated` for `not`."""
+        """Return a call of `negated` for `not`."""
         self.generic_visit(node)
         return _call("negated", node.operand) if isinstance(node.op, ast.Not) else node
 
 
 def loaded(place: Any) -> Any:
-    """The numbers in variables."""
+    """Return the numbers in variables."""
     return mapped(lambda one: one[0], place)
 
 
@@ -217,13 +223,13 @@ def _call(name: str, *arguments: ast.expr) -> ast.Call:
 
 
 def _counts(node: Any) -> bool:
-    """Whether a statement is a loop over a range."""
+    """Return True if a statement is a loop over a range."""
     call = node.iter if isinstance(node, ast.For) else None
     return isinstance(call, ast.Call) and getattr(call.func, "id", "") == "range"
 
 
 def _steers(node: Any) -> bool:
-    """Whether the path through a function may depend on numbers there."""
+    """Return True if the path through a function may depend on numbers at this node."""
     if isinstance(node, ast.Assign):
         return len(node.targets) > 1
     if isinstance(node, ast.comprehension):
@@ -233,7 +239,7 @@ def _steers(node: Any) -> bool:
 
 
 def _assigned_often(node: ast.FunctionDef) -> set[str]:
-    """The names that more than one place of a function assigns."""
+    """Return the names that a function assigns in more than one place."""
     inner = {id(n) for c in ast.walk(node) if isinstance(c, ast.ListComp) for n in ast.walk(c)}
     seen = [a.arg for a in node.args.args] + [
         n.id for n in ast.walk(node)
@@ -242,11 +248,11 @@ def _assigned_often(node: ast.FunctionDef) -> set[str]:
     return {name for name in seen if seen.count(name) > 1}
 
 
-# -- what Python decides itself where a number is not known before the code runs -------------------
+# -- replacements of Python's own decisions, for numbers unknown until the code runs --------------
 
 
 def chosen(test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
-    """`yes() if test else no()`; both are computed where the test is not known."""
+    """Return `yes() if test else no()`; if the test is not known yet, compute both and select."""
     if isinstance(test, Value):
         return mapped(partial(_select, test), yes(), no())
     return yes() if test else no()
@@ -259,7 +265,7 @@ def _select(test: Value, yes: Any, no: Any) -> Value:
 
 
 def combined(both: bool, *parts: Any) -> Any:
-    """`and` (or `or`) of all parts, which are all computed: none has an effect."""
+    """Return `and` (or `or`) of all parts; all are computed, since they have no side effects."""
     values = [p for p in parts if isinstance(p, Value)]
     if any(bool(p) is not both for p in parts if not isinstance(p, Value)):
         return not both
@@ -269,21 +275,21 @@ def combined(both: bool, *parts: Any) -> Any:
 
 
 def negated(test: Any) -> Any:
-    """`not test`."""
+    """Return `not test`."""
     if isinstance(test, Value):
         return test.routine.get("b", f"xor i1 {test.name}, true")
     return not test
 
 
 def whole(number: Any) -> Any:
-    """`int(number)`."""
+    """Return `int(number)`."""
     if isinstance(number, Value):
         return number.routine.get("i", f"fptosi {number.routine.operand('f', number)} to i64")
     return int(number)
 
 
 def mathematical(name: str, plain: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of mathematics: `plain` where Python knows its arguments."""
+    """Return a mathematical function that uses `plain` if Python knows its arguments."""
 
     def function(*arguments: Any) -> Any:
         values = [a for a in arguments if isinstance(a, Value)]
@@ -292,5 +298,5 @@ def mathematical(name: str, plain: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
-#: the functions that `_Language` writes
+#: the functions that the calls of `_Language` name
 CONDITIONS = {"_chosen": chosen, "_combined": combined, "_negated": negated}

@@ -1,7 +1,7 @@
-"""Numbers and arrays whose operators write LLVM's instructions where Python's would compute.
+"""Numbers and arrays whose operators write LLVM instructions instead of computing.
 
-What Python knows already (constants, lengths, tuples) is decided and unrolled while instructions
-are written. Division by zero gives inf or nan.
+Everything that Python knows already (constants, lengths, tuples) is decided and unrolled while
+instructions are written. Division by zero gives inf or nan.
 """
 
 from __future__ import annotations
@@ -15,33 +15,33 @@ from typing import Any
 import numpy as np
 
 
-class _Types(dict[str, str]):  # v8: a vector of eight lanes
+class _Types(dict[str, str]):  # v8 is a vector of eight lanes
     def __missing__(self, kind: str) -> str:
         return f"<{kind[1:]} x double>"
 
 
 TYPES = _Types(f="double", i="i64", b="i1")
-#: bytes up to which an array is on the stack, of which a thread may have no more than 128 KiB
+#: largest array on the stack in bytes; a thread's stack may have only 128 KiB
 ON_STACK = 2**15
-#: functions with an intrinsic of LLVM's; others are in C's library
+#: functions that LLVM has as intrinsics; others are in C's library
 INTRINSICS = {"sin", "cos", "exp", "log", "sqrt", "pow", "fabs"}
-#: operator → instruction for floats, and for whole numbers (// and % of numbers from 0)
+#: operator → instruction for floats, and for integers (// and % of numbers from 0)
 ARITHMETIC = {"add": ("fadd", "add"), "sub": ("fsub", "sub"), "mul": ("fmul", "mul"),
               "truediv": ("fdiv", ""), "floordiv": ("", "sdiv"), "mod": ("", "srem")}  # fmt: skip
 COMPARISONS = {"lt": ("fcmp olt", "icmp slt"), "le": ("fcmp ole", "icmp sle"),
                "gt": ("fcmp ogt", "icmp sgt"), "ge": ("fcmp oge", "icmp sge"),
                "eq": ("fcmp oeq", "icmp eq"), "ne": ("fcmp une", "icmp ne")}  # fmt: skip
 OPERATORS = ARITHMETIC | COMPARISONS
-#: functions of all lanes at once (`llvm_lanes`); of others each lane is computed by itself
+#: functions of all lanes at once (`llvm_lanes`); others are computed lane by lane
 OF_LANES: dict[str, Callable[..., Any]] = {}
 
 
 @dataclass(eq=False)
 class Routine:
-    """One function of LLVM's while it is written: its lines, and its variables at the entry.
+    """One LLVM function while it is written: its lines, and the variables at its entry.
 
     declared: the declarations of the module; heap: the arrays that are not on the stack; fast:
-    flags of the arithmetic that is written now.
+    floating-point flags of the arithmetic that is written now.
     """
 
     declared: dict[str, str]
@@ -49,12 +49,12 @@ class Routine:
     entry: list[str] = field(default_factory=list)
     heap: list[str] = field(default_factory=list)
     count: int = 0
-    open: bool = True  # whether an instruction would be reached here
-    known: dict[str, Any] = field(default_factory=dict)  # results in this block that may be wanted
+    open: bool = True  # True if an instruction written here can be reached
+    known: dict[str, Any] = field(default_factory=dict)  # reusable results of this block
     fast: str = ""
 
     def name(self, letter: str = "%t") -> str:
-        """A name that nothing else in this function has."""
+        """Return a name that is new in this function."""
         self.count += 1
         return f"{letter}{self.count}"
 
@@ -64,18 +64,18 @@ class Routine:
             self.lines.append(f"  {instruction}")
 
     def get(self, kind: str, instruction: str) -> Value:
-        """Write an instruction, and name its result."""
+        """Write an instruction and return its result."""
         name = self.name()
         self.do(f"{name} = {instruction}")
         return Value(kind, name, self)
 
     def jump(self, target: str) -> None:
-        """End this block; target: what follows `br`."""
+        """End this block with `br` and the given target."""
         self.do(f"br {target}")
         self.open = False
 
     def begin(self, label: str) -> None:
-        """Begin a block, which what stands before it runs into."""
+        """Begin a block; the block before it continues into it."""
         if self.open:
             self.jump(f"label %{label}")
         self.lines.append(f"{label}:")
@@ -83,7 +83,7 @@ class Routine:
         self.known.clear()
 
     def memory(self, kind: str, length: int = 1, columns: int | None = None) -> Array:
-        """An array at the function's entry; LLVM makes a register of a single number."""
+        """Reserve an array at the function's entry; LLVM turns a single number into a register."""
         name = self.name("%v")
         if 8 * length <= ON_STACK:
             self.entry.append(f"  {name} = alloca {TYPES[kind]}, i64 {length}")
@@ -95,13 +95,13 @@ class Routine:
         return Array(kind, name, columns, self)
 
     def end(self, result: str) -> None:
-        """Give back memory, and return."""
+        """Release memory and return."""
         for name in self.heap:
             self.do(f"call void @free(ptr {name})")
         self.do(f"ret {result}")
 
     def operand(self, kind: str, number: Any) -> str:
-        """LLVM's type and name of a number as one of that kind."""
+        """Return LLVM's type and name of a number, converted to the kind."""
         number = register(number)
         if number.kind == "i" and kind != "i":
             if number.name.startswith("%"):
@@ -114,7 +114,7 @@ class Routine:
         return f"{TYPES[kind]} {number.name}"
 
     def call(self, name: str, *arguments: Any) -> Value:
-        """A function of floats, or of each lane: an intrinsic, or one of C's library."""
+        """Call a function of floats, or of each lane: an intrinsic or a function of C's library."""
         if kind := lanes_among(arguments):
             return self.in_lanes(kind, OF_LANES.get(name), partial(self.call, name), arguments)
         float_ = TYPES["f"]
@@ -125,7 +125,7 @@ class Routine:
         return self.get("f", f"call {self.fast}{float_} {place}({given})")
 
     def spread(self, kind: str, number: Value) -> Value:
-        """A number in all lanes."""
+        """Return a vector with the number in all lanes."""
         type_, count = TYPES[kind], int(kind[1:])
         if not number.name.startswith("%"):
             return Value(kind, f"<{', '.join([f'double {number.name}'] * count)}>", self)
@@ -134,7 +134,7 @@ class Routine:
         return self.get(kind, f"shufflevector {type_} {one}, {type_} poison, {places}")
 
     def lane(self, number: Any, j: int) -> Any:
-        """Lane j; a number is the same in all."""
+        """Return lane j; a number without lanes is the same in all."""
         if not lanes_among([number]):
             return number
         lanes = register(number)
@@ -143,7 +143,8 @@ class Routine:
     def in_lanes(
         self, kind: str, whole: Any, single: Callable[..., Any], arguments: Sequence[Any]
     ) -> Any:
-        """A function of lanes: `whole` of all at once, else `single` of one lane after another."""
+        """Apply `whole` to all lanes at once, or, if it is None, `single` to one lane after
+        another."""
         if whole is not None:
             return whole(self, *(Value(kind, self.operand(kind, a).removeprefix(f"{TYPES[kind]} "),
                                        self) for a in arguments))  # fmt: skip
@@ -151,7 +152,7 @@ class Routine:
         return mapped(partial(self.joined, kind), *lanes)
 
     def joined(self, kind: str, *numbers: Any) -> Value:
-        """Lanes of numbers."""
+        """Join scalars into one vector value."""
         result = "poison"
         for j, number in enumerate(numbers):
             one = self.operand("f", number)
@@ -159,7 +160,8 @@ class Routine:
         return Value(kind, result, self)
 
     def binary(self, operator: str, left: Any, right: Any) -> Value:
-        """Arithmetic or a comparison of two numbers: of floats if one of them is."""
+        """Write arithmetic or a comparison of two numbers; it is of floats if one of them is a
+        float."""
         of_floats, of_whole = OPERATORS[operator]
         left, right = register(left), register(right)
         kind = "i" if of_whole and left.kind == right.kind == "i" else "f"
@@ -175,9 +177,9 @@ class Routine:
 
 @dataclass(frozen=True, eq=False)
 class Value:
-    """A number in a register, or lanes: its kind (f, i, b or v8) and LLVM's name of it."""
+    """A number in a register, or lanes: its kind (f, i, b or v8) and its LLVM name."""
 
-    __array_ufunc__ = None  # numpy's arrays leave their operators to this class
+    __array_ufunc__ = None  # numpy arrays leave their operators to this class
 
     kind: str
     name: str = ""
@@ -208,7 +210,7 @@ class Value:
 
 def _give_operators(name: str) -> None:
     setattr(Value, f"__{name}__", lambda self, other: self.routine.binary(name, self, other))
-    if name in ARITHMETIC:  # Python turns comparisons round by itself
+    if name in ARITHMETIC:  # Python itself reverses comparisons
         setattr(Value, f"__r{name}__", lambda self, other: self.routine.binary(name, other, self))
 
 
@@ -218,13 +220,13 @@ for _name in OPERATORS:
 
 @dataclass(frozen=True)
 class Array:
-    """Numbers in memory, by rows of `columns` where it has two indices."""
+    """Numbers in memory; if it has two indices, rows of `columns` numbers."""
 
     kind: str
     name: str = ""
     columns: int | None = None
     routine: Any = field(default=None, repr=False)
-    __iter__ = None  # its length is not known
+    __iter__ = None  # the length is unknown
 
     def _place(self, index: Any) -> str:
         if self.columns is not None:
@@ -248,7 +250,7 @@ class Array:
 
 
 def register(number: Any) -> Value:
-    """A number, which may be one that Python knows, as LLVM writes it."""
+    """Return a number, which Python may know, in LLVM's notation."""
     if isinstance(number, Value):
         return number
     if isinstance(number, bool):
@@ -263,33 +265,34 @@ def register(number: Any) -> Value:
 
 
 def lanes_among(numbers: Iterable[Any]) -> str:
-    """The kind of the lanes among numbers, "" if there are none."""
+    """Return the kind of the lanes among the numbers, or "" if there are no lanes."""
     kinds = (f"v{len(n)}" if isinstance(n, np.ndarray) else getattr(n, "kind", "") for n in numbers)
     return next((kind for kind in kinds if kind.startswith("v")), "")
 
 
 def mapped(function: Callable[..., Any], *trees: Any) -> Any:
-    """Tuples of tuples, of what a function gives for each leaf."""
+    """Apply a function to each leaf of nested tuples."""
     if isinstance(trees[0], tuple):
         return tuple(mapped(function, *branches) for branches in zip(*trees, strict=True))
     return function(*trees)
 
 
 def flat(tree: Any, known: bool = True) -> list[Any]:
-    """The numbers and arrays in a tuple of tuples, if `known` with numbers that Python knows."""
+    """Return the numbers and arrays in nested tuples; if `known`, also Python's own numbers."""
     found: list[Any] = []
     mapped(lambda e: found.append(e) if _is_number(e, known) else None, tree)
     return [e if isinstance(e, Array) else register(e) for e in found]
 
 
 def filled(tree: Any, values: Iterable[Any], known: bool = True) -> Any:
-    """Tuples like these, with other numbers, one after another."""
+    """Return the nested tuples with their numbers replaced by `values` in order."""
     rest = iter(values)
     return mapped(lambda leaf: next(rest) if _is_number(leaf, known) else leaf, tree)
 
 
 def form(tree: Any, known: bool = True) -> Any:
-    """Numbers without names: what a shared function is written once for."""
+    """Return the nested tuples with unnamed numbers: a shared function is written once for each
+    form."""
     return filled(tree, [replace(v, name="", routine=None) for v in flat(tree, known)], known)
 
 

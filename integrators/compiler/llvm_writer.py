@@ -1,8 +1,8 @@
-"""From the text of kernels and driver to LLVM: Python runs it on numbers that write instructions.
+"""Write kernels and driver as LLVM: Python runs their text on numbers that write instructions.
 
-Straight functions are called as they are, on `llvm_values`; `llvm_statements` goes through the
-others. Tuples exist only while this is written, so that each entry is a register; what Python knows
-already (constants, lengths, functions) is decided: such an `if` leaves one branch.
+Straight-line functions are called on `llvm_values`; `llvm_statements` handles the others. Tuples
+exist only during this writing, so that each entry is a register. Everything that Python knows
+already (constants, lengths, functions) is decided: an `if` on it leaves one branch.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from .llvm_sines import LARGEST  # noqa: F401 - with it sine and cosine are know
 from .llvm_statements import CONDITIONS, mathematical, runnable, whole
 from .llvm_values import TYPES, Array, Routine, Value, filled, flat, form, lanes_among
 
-#: decorators: flags of the arithmetic (sums in any order, or in the order written), whether it is
-#: written once and called; all others are written where they are called, operation by operation
+#: decorators → (floating-point flags: sums in any order, or in the order written; True if the
+#: function is written once and called). Other functions are written wherever they are called,
+#: without flags
 KINDS = {"kernel": (FAST := "contract arcp nsz reassoc ", False), "node": (FAST, True),
          "ordered": ("contract nsz ", False), "aside": ("", True)}  # fmt: skip
 
-MOST = 16  # results that are returned in registers
+MOST = 16  # largest number of results that are returned in registers
 
 
 class Module:
-    """The functions of one text, and what is written of them.
+    """The functions of one text, and the LLVM code written for them.
 
-    names: the values of its names, as Python runs it. foreign: name → length of the result, of
-    functions (ptr arguments, ptr result) elsewhere. loops: whether a loop over whole numbers was
-    written.
+    names: the values of its names, as Python runs it. foreign: name → length of the result, for
+    external functions (ptr arguments, ptr result). loops: True if a loop over integers was written.
     """
 
     loops = False
@@ -54,12 +54,12 @@ class Module:
                 exec(compile(ast.Module([node], []), "<kernels>", "exec"), self.names)
 
     def _function(self, node: ast.FunctionDef, function: Any) -> Callable[..., Any]:
-        """What a function's name stands for while instructions are written."""
+        """Return the function that writes the instructions of a function of the text."""
         if node.name in self.foreign:
             return partial(self._foreign, node.name)
         words = decorators(node)
         fast, shared = next((kind for word, kind in KINDS.items() if word in words), ("", False))
-        run = cache(partial(runnable, self, node, function))  # of those that are called
+        run = cache(partial(runnable, self, node, function))  # only for functions that are called
 
         def inline(*arguments: Any) -> Any:
             if "helper" in words and (kind := lanes_among(arguments)):
@@ -72,17 +72,17 @@ class Module:
         return partial(self._called, node.name, inline) if shared else inline
 
     def _primitive(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        """A function of lanes, written where it is called."""
+        """Return a function of lanes that is written wherever it is called."""
         return lambda *arguments: function(self.routine, *arguments)
 
     def text(self) -> str:
-        """All that was written."""
+        """Return everything written so far."""
         return "\n".join([*self.declared.values(), *self.written])
 
     def export(self, name: str, parameters: Sequence[str], arrays: Mapping[str, Array]) -> None:
-        """Write a function for callers outside: `arrays` by their names, else whole numbers.
+        """Write a function for outside callers; `arrays` are pointers, other parameters integers.
 
-        What it returns, whole numbers, is stored through one more pointer.
+        Its integer results are stored through one more pointer.
         """
         routine = self.routine
         given = [replace(arrays.get(a, Value("i")), name=f"%{a}", routine=routine)
@@ -97,14 +97,14 @@ class Module:
 
     def _define(self, head: str) -> None:
         body = [*self.routine.entry, *self.routine.lines]
-        # vectors on the stack must not lie across two lines of the cache: it takes twice the time
+        # a vector on the stack that lies across two cache lines takes twice the time
         aligned = " alignstack(64)" if any(" x double>" in line for line in body) else ""
         self.written.append("\n".join([f"define {head}{aligned} {{", "entry:", *body, "}"]))
 
     def _called(self, name: str, function: Callable[..., Any], *arguments: Any) -> Any:
-        """The call of a function that is written once for each form of its arguments.
+        """Call a function that is written once for each form of its arguments.
 
-        What Python knows of its results is handed on as it is.
+        Results that Python knows are returned unchanged.
         """
         caller, given = self.routine, flat(arguments)
         key = f"{name} {form(arguments)}"
@@ -141,7 +141,7 @@ class Module:
         return filled(result_form, numbers, known=False)
 
     def _foreign(self, name: str, *arguments: Any) -> Array:
-        """Numbers handed over in memory, and those that come back."""
+        """Call an external function, whose arguments and results are passed in memory."""
         if kind := lanes_among(arguments):
             length = range(self.foreign[name])
             one = partial(self._foreign, name)
@@ -157,7 +157,7 @@ class Module:
         return result
 
     def _zeros(self, rows: int, columns: int) -> Array:
-        """A matrix of zeros."""
+        """Return a matrix of zeros."""
         place = self.routine.memory("f", rows * columns, columns)
         name, size = "@llvm.memset.p0.i64", 8 * rows * columns
         self.declared[name] = f"declare void {name}(ptr, i8, i64, i1)"
@@ -166,7 +166,7 @@ class Module:
 
 
 def in_memory(results: Sequence[Value]) -> bool:
-    """Whether results are handed over in memory: LLVM takes long over many in one structure."""
+    """Return True if results are passed in memory: LLVM is slow with many in one structure."""
     return len(results) > MOST and all(v.kind == "f" for v in results)
 
 
@@ -175,5 +175,5 @@ def _typed(value: Any) -> str:
 
 
 def decorators(node: ast.FunctionDef) -> set[str]:
-    """The names in front of a function: how it is written."""
+    """Return the names of a function's decorators, which say how it is written."""
     return {d.id for d in node.decorator_list if isinstance(d, ast.Name)}

@@ -40,7 +40,7 @@ _CALL = """
 @cfunc("void(CPointer(f8), CPointer(f8))", cache=True)
 def call_{name}(given, out):
     for i in range({length}):
-        out[i] = np.nan  # what stays where a matrix is singular
+        out[i] = np.nan  # the result where a matrix is singular
     result = {name}({given})
     for i in range({length}):
         out[i] = result[i]
@@ -49,7 +49,7 @@ def call_{name}(given, out):
 
 @cache
 def _host() -> tuple[str, str, Any]:
-    """Name and features of this processor, and LLVM's target for it."""
+    """Return the name and features of this processor, and LLVM's target for it."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     features = llvm.get_host_cpu_features().flatten()
@@ -57,20 +57,20 @@ def _host() -> tuple[str, str, Any]:
 
 
 def _machine() -> Any:
-    """A code generator for this processor; an engine takes it over, so each needs its own."""
+    """Return a new code generator for this processor; an engine takes ownership of it."""
     cpu, features, target = _host()
     return target.create_target_machine(cpu, features, opt=3, reloc="pic", codemodel="jitdefault")
 
 
 @cache
 def vector_width() -> int:
-    """The floats that a vector of this processor holds."""
+    """Return the number of floats in a vector of this processor."""
     features = _host()[1].split(",")
     return 8 if "+avx512f" in features else 4 if "+avx" in features else 2
 
 
 def cores() -> int:
-    """Cores that this process may use."""
+    """Return the number of cores that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)
     return len(affinity(0)) if affinity else os.cpu_count() or 1
 
@@ -82,10 +82,10 @@ def compiled(
     arrays: Mapping[str, Array],
     constants: Callable[[], Mapping[str, Any]] = dict,
 ) -> Callable[..., Any]:
-    """The function `advance` of a text as machine code; names: the text's own, run by Python.
+    """Compile a text's function `advance`; names: the text's own names, run by Python.
 
-    arrays: which of its arguments are arrays, of contiguous numbers; the others are whole numbers.
-    constants: further numbers of its, asked for only where they are not in the cache.
+    arrays: its arguments that are arrays of contiguous numbers; the others are integers. constants:
+    returns further names, called only if the code is not in the cache.
     """
     cpu, features, target = _host()
     host = (llvmlite.__version__, cpu, features, target.triple)
@@ -101,7 +101,8 @@ def compiled(
     def made() -> bytes:
         module = Module(text, {**names, **constants()}, tables)
         module.export("advance", parameters["advance"], arrays)
-        # level 3 makes elimination in a loop slower (18 unknowns: 1.5 times), other steps faster
+        # optimisation level 3 makes elimination in a loop slower (18 unknowns: 1.5 times), others
+        # faster
         return _object(module.text(), level=2 if module.loops else 3)
 
     code = cached(f"{name}_{key}.o", made)
@@ -112,7 +113,7 @@ def compiled(
 
 
 def _object(text: str, level: int) -> bytes:
-    """The machine code of a text of LLVM's, its passes being those of a level of optimisation."""
+    """Return the object code of an LLVM text, optimised at the given level."""
     module, machine = llvm.parse_assembly(text), _machine()
     module.triple, module.data_layout = llvm.get_default_triple(), str(machine.target_data)
     options = llvm.create_pipeline_tuning_options(speed_level=level)
@@ -125,7 +126,7 @@ def _object(text: str, level: int) -> bytes:
 
 
 def _callable(engine: Any, names: Sequence[str], arrays: Mapping[str, Array]) -> Callable[..., Any]:
-    """The function `advance` of an engine, for arrays (or their addresses) and whole numbers."""
+    """Return an engine's `advance`, which takes arrays (or their addresses) and integers."""
     types = [ctypes.c_void_p if n in arrays else ctypes.c_int64 for n in names]
     place = engine.get_function_address("advance")
     function = ctypes.CFUNCTYPE(None, *types, ctypes.c_void_p)(place)
@@ -136,7 +137,7 @@ def _callable(engine: Any, names: Sequence[str], arrays: Mapping[str, Array]) ->
         function(*[address(a) if isinstance(a, np.ndarray) else a for a in arguments], out)
         return out[0], out[1]
 
-    advance.engine = engine  # type: ignore[attr-defined]  # which owns the code
+    advance.engine = engine  # type: ignore[attr-defined]  # it owns the code
     advance.function, advance.pair = function, pair  # type: ignore[attr-defined]
     return advance
 
@@ -145,14 +146,14 @@ _NOTHING = ctypes.c_char * 0
 
 
 def address(array: Any) -> int:
-    """Where an array's numbers begin."""
+    """Return the address of an array's first number."""
     return ctypes.addressof(_NOTHING.from_buffer(array))
 
 
 def _tables(
     text: str, parameters: Mapping[str, Sequence[str]], tables: Mapping[str, int]
 ) -> dict[str, Any]:
-    """The functions that compute with matrices, compiled by numba: nobody else needs it."""
+    """Compile with numba the functions that compute with matrices; nothing else needs numba."""
     body = ast.parse(text).body
     functions = [n for n in body if isinstance(n, ast.FunctionDef)]
     wanted = [n for n in functions if decorators(n) & {"arrays", "table"}]

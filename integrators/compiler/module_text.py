@@ -1,9 +1,9 @@
 """The text of a system's kernels: straight-line Python for machine code and for any precision.
 
-`prepare(q) → c`, `solver(x, w, μ, k, c) → (dw, size)` (without w, the solution itself, where the
-rows are affine in w), `update(x, w, μ, k, ex, eμ, c) → (dx, dμ, k)`, `carry(x, c) → k`, and
-`extents`, `branch` where there is an edge. The step h and the parameters are symbols (the vector
-q), so nothing is generated or compiled again for another step. k are the costly functions of x
+`prepare(q) → c`, `solver(x, w, μ, k, c) → (dw, size)` (if the rows are affine in w, it takes no w
+and returns the solution itself), `update(x, w, μ, k, ex, eμ, c) → (dx, dμ, k)`, `carry(x, c) → k`,
+and `extents` and `branch` if there is an edge. The step h and the parameters are symbols (the
+vector q), so nothing is generated or compiled again for another step. k are costly functions of x
 alone (sin x, 1/r³) that the next step needs again: they are computed once, at the end of a step.
 """
 
@@ -41,13 +41,13 @@ from .layout import Layout
 from .omissions import carried, has_pivots, is_affine, pivot_rows
 from .system import System
 
-SHORTEST = 40  # operations of a function from which a call costs less than it saves
-#: functions of the driver that are called instead of written in, being long, by their decorators
+SHORTEST = 40  # least number of operations of a function for which a call costs less than it saves
+#: long functions of the driver that are called instead of written in, with their decorators
 CALLED = {"best_order": "aside", "eliminate": "node"}
 
 
 def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
-    """The text of all kernels of a system (and of its adjoint), and of the driver."""
+    """Return the text of all kernels of a system (and of its adjoint), and of the driver."""
     kinds = [system] if system.adjoint is None else [system, system.adjoint]
     kernels = [KernelText(s, suffix, omit) for s, suffix in zip(kinds, ("", "_of_adjoint"))]  # noqa: B905
     texts = [k.text for k in kernels]
@@ -56,7 +56,7 @@ def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
         n=len(system.x), m=len(system.u), solved=len(system.w),
         reused=0 if mixed else len(kernels[0].carried),
         width=max(len(k.coefficients.values) for k in kernels),
-        iterated=not all(k.affine for k in kernels), more=system.more,
+        iterated=not all(k.affine for k in kernels), multipliers=system.multipliers,
     )  # fmt: skip
     facts = [
         f"LAYOUT = {layout}",
@@ -70,7 +70,7 @@ def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
 
 
 def driver_text() -> str:
-    """The text that is part of every module."""
+    """Return the driver's text, which is part of every module."""
     text = texts_of("driver", "edge_watch", "newton_iteration", "tuple_operations")
     for name, kind in CALLED.items():
         text = text.replace(f"def {name}(", f"@{kind}\ndef {name}(")
@@ -78,7 +78,7 @@ def driver_text() -> str:
 
 
 def texts_of(*names: str) -> str:
-    """The text of files of this room."""
+    """Return the text of the named files of this room."""
     files = (Path(__file__).with_name(f"{name}.py") for name in names)
     return "\n\n".join(file.read_text(encoding="utf-8") for file in files)
 
@@ -86,8 +86,8 @@ def texts_of(*names: str) -> str:
 class KernelText:
     """Derives the kernels' expressions from a system and writes their text.
 
-    omit: names of `omissions.SAVINGS` that are not made, so that they can be measured, and "order"
-    where every elimination exchanges rows.
+    omit: names of `omissions.SAVINGS` that are not made, so that their gain can be measured, and
+    "order" if every elimination exchanges rows.
     """
 
     def __init__(self, system: System, suffix: str = "", omit: Iterable[str] = ()) -> None:
@@ -100,14 +100,15 @@ class KernelText:
 
     @cached_property
     def affine(self) -> bool:
-        """Whether one correction solves a step, from w = 0, where the rows must have values."""
+        """True if one correction from w = 0, where the rows must be finite, solves a step."""
         if "direct" in self.omit or not is_affine(self.system):
             return False
         return not any(e.has(sympy.nan, sympy.zoo) for part in self._at_zero for e in part)
 
     @cached_property
     def _at_zero(self) -> tuple[Column, SymbolicMatrix]:
-        """The rows and their slope at w = 0, without letters of definitions unless explicit."""
+        """The rows and their slope at w = 0; letters of definitions stay only if the rows are
+        explicit."""
         system, zero = self.system, dict.fromkeys(self.system.w, 0)
         known = () if system.explicit else system.definitions
         rows, slope = (written_out(known, m).xreplace(zero) for m in (system.rows, system.slope))
@@ -115,12 +116,12 @@ class KernelText:
 
     @cached_property
     def carried(self) -> list[tuple[Expression, Expression]]:
-        """The functions of x that are handed on: [(at x, at y)]."""
+        """The functions of x that are handed on to the next step: [(at x, at y)]."""
         return [] if "carried" in self.omit else carried(self.system)
 
     @cached_property
     def text(self) -> str:
-        """All functions; decorators say how they are written (`run_text`)."""
+        """The text of all functions; their decorators say how they are written (`run_text`)."""
         system = self.system
         kernels = [self._edge()] if system.extents else []
         kernels += [self._solver(), self._update()]
@@ -136,7 +137,7 @@ class KernelText:
 
     @property
     def record(self) -> str:
-        """What the driver is given of this system."""
+        """The record of this system that the driver is given, as text."""
         names = ["solver", "update", "carry", "prepare"]
         names += ["extents"] if self.system.extents else []
         names += ["branch"] if self.system.branch is not None else []
@@ -150,18 +151,18 @@ class KernelText:
 
     @cached_property
     def _xi(self) -> Replacement:
-        """u ↦ ξ = hu, for those u that the chart depends on.
+        """u ↦ ξ = hu, for those u on which the chart depends.
 
         Written in ξ their coefficients are the chart's own (1, 1/2, 1/4), exact in binary, so that
-        rounding does not turn a rotation into a slow spiral: h²/4 rounded apart from h lets |Γ|²
-        drift linearly (Lagrange top, 10⁶ steps: 2e-12; in ξ: 1e-14).
+        rounding does not turn a rotation into a slow spiral: if h²/4 is rounded separately from h,
+        |Γ|² drifts linearly (Lagrange top, 10⁶ steps: 2e-12; in ξ: 1e-14).
         """
         xi = zip(self.system.u, _symbols("xi", self.system.u), strict=True)
         return {u: letter for u, letter in xi if u in self.system.scaled}
 
     @property
     def _define_xi(self) -> list[Assignment]:
-        plain = [sympy.Symbol(str(u)) for u in self._xi]  # which are not read as ξ/h
+        plain = [sympy.Symbol(str(u)) for u in self._xi]  # plain symbols are not read as ξ/h
         return [(list(self._xi.values()), [self.h * u for u in plain])]
 
     # -- the kernels ----------------------------------------------------------------------------
@@ -183,7 +184,7 @@ class KernelText:
         return [e.xreplace(at_x) for e in entries]
 
     def _written(self, definitions: Iterable[Definition]) -> list[Assignment]:
-        """(letters, values) of definitions, calls among them."""
+        """Return (letters, values) of definitions, some of which are calls."""
         pairs: list[Assignment] = []
         for d in definitions:
             if d.function is None:
@@ -194,7 +195,7 @@ class KernelText:
         return pairs
 
     def _called(self, function: Function) -> tuple[str, list[Letter]]:
-        """(name, letters of the caller's that it uses) of a function; its text is written once."""
+        """Return a function's name and the caller's letters it uses; write its text once."""
         if function not in self._functions:
             name = f"{function.name}_{len(self._functions)}{self.suffix}"
             before = self._written(function.definitions)
@@ -207,7 +208,7 @@ class KernelText:
         return name, shared
 
     def _edge(self) -> str:
-        """`extents`, (sizes, rests) of a step, and `branch`."""
+        """Return the text of `extents`, (sizes, rests) of a step, and of `branch`."""
         system = self.system
         kinds = [[e for kind, e in system.extents if kind == wanted] for wanted in ("size", "rest")]
         wanted = {"extents": kinds}
@@ -222,14 +223,15 @@ class KernelText:
         return "\n\n".join(texts)
 
     def _solver(self) -> str:
-        """One Newton correction; the solution itself, if the rows are affine in w."""
+        """Return the text of one Newton correction, or of the solution if the rows are affine in
+        w."""
         system = self.system
         rows, slope = system.rows, system.slope
         if self.affine:
             rows, slope = self._at_zero
         wanted = system.wanted or [*system.mu, *[0] * (len(system.w) - len(system.mu))]
         residual = sympy.Matrix(wanted) - rows
-        # what small pivots spoil further corrections mend, of which an affine step has none
+        # further corrections repair the effect of small pivots, but an affine step has only one
         exchange = self.affine or "order" in self.omit or not has_pivots(system)
         dw, steps = solve(slope, residual, self.coefficients, pivot_rows(system), exchange)
         before = [(s, type(values)(self._with_k(values))) for s, values in steps]
@@ -256,10 +258,10 @@ class KernelText:
         return self._function("solver", arguments, results, before)
 
     def _update(self) -> str:
-        """What x and μ grow by, less what the sums before lost (ex, emu), and the new k.
+        """Return the text of the increments of x and μ and of the new k.
 
-        The loss is taken off in here, where the compiler may choose the order: it is tiny, and off
-        the longest path it costs nothing.
+        The rounding errors of earlier sums (ex, emu) are subtracted here, where the compiler may
+        choose the order: they are tiny, and off the longest path this costs nothing.
         """
         system = self.system
         d, new_k = _symbols("d_", system.x), _symbols("n", self.carried)
@@ -286,5 +288,5 @@ def _symbols(letter: str, column: Sized) -> list[Letter]:
 
 
 def operations(text: str) -> int:
-    """Arithmetic operations in a text."""
+    """Return the number of arithmetic operations in a text."""
     return sum(map(text.count, "+-*/"))

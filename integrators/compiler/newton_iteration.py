@@ -1,21 +1,21 @@
-"""Newton's method of a step, and when it is at its end: text of every module, as `driver` is."""
+"""Newton's method of a step, and its rule of termination; text of every module, like `driver`."""
 
-# ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
+# ruff: noqa: F821, B905 (names are supplied; the compiled language has no strict=)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
 def newton(system, x, mu, k, memo, c):
-    """Newton from an extrapolated start, until what is left is certainly below round-off.
+    """Run Newton's method from an extrapolated start until the error is certainly below round-off.
 
-    After a correction of size s the next one is at most κs², κ being what was seen in this run.
-    Where that makes one correction enough, by a margin since κ may have grown, this is the whole
-    solution; every sixteenth step is corrected once more, to see κ again, for 1/16 more work. κ is
-    that of all components: what a small one keeps of its error goes with the square of the relative
-    one of those it is coupled to, for which more digits have a wider margin. Where a correction of
-    a small component is `hidden` in the sum, one more is made. `scale` is the
-    size of w, forgotten slowly (DECAY, 0.999: in a thousand steps). The order of extrapolation is
-    chosen until all five past solutions are there (age 6), then with κ. If Newton fails, the last
-    solution is tried as start.
+    After a correction of size s the next one is at most κs², where κ was estimated in this run. If
+    that makes one correction enough, by a margin since κ may have grown, this is the whole
+    solution; every sixteenth step makes one more correction to estimate κ again, for 1/16 more
+    work. κ belongs to all components together: the relative error that remains in a small one goes
+    with the square of that of the components it is coupled to; with more digits the margin is wider
+    for that reason. If a correction of a small component is `hidden` in the sum, one more is made.
+    `scale` is the size of w, forgotten slowly (DECAY, 0.999: in a thousand steps). The order of
+    extrapolation is chosen until all five past solutions are there (age 6), then together with κ.
+    If Newton fails, the last solution is tried as the start.
     """
     u1, u2, u3, u4, u5, order, age, kappa, scale = memo
     w = predict(order, u1, u2, u3, u4, u5)
@@ -47,12 +47,12 @@ def newton(system, x, mu, k, memo, c):
 
 
 def hidden(dw, w, here):
-    """Whether a component was corrected by more than √ε of itself, which no sum of all shows.
+    """Return True if a component was corrected by more than √ε of itself, unseen in the norm.
 
-    Of those between a thousandth of the sum and FAINT of it, some round-offs, below which it may be
-    the round-off of others; slopes of x and of μ are in units of their own, so that of them much
-    less is looked at. One more correction leaves its own round-off, for Newton's method converges
-    quadratically.
+    Components between FAINT and a thousandth of the norm are examined; FAINT is some round-offs,
+    below which a component may be round-off of the others. Slopes of x and of μ have different
+    units, so there FAINT is much smaller. One more correction leaves only that component's own
+    round-off, for Newton's method converges quadratically.
     """
     found = 1 < 0
     for d, e in zip(dw, w):
@@ -62,11 +62,11 @@ def hidden(dw, w, here):
 
 
 def judge(size, before, here, scale, kappa, count):
-    """Whether Newton is at its end after a correction of this size, and κ as seen so far.
+    """Return the status after a correction of this size, and the estimate of κ so far.
 
-    It ends when a correction is round-off, when the next one would be, or when corrections below
-    √ε no longer halve: what is left then is the round-off of the residual. κ is not seen in
-    corrections below 64 round-offs, which are noise.
+    Newton ends when a correction is round-off, when the next one would be, or when corrections
+    below √ε no longer halve: then only the round-off of the residual is left. Corrections below 64
+    round-offs are noise and do not count for κ.
     """
     if not size < HUGE:
         return SINGULAR, kappa
@@ -84,7 +84,7 @@ def judge(size, before, here, scale, kappa, count):
 
 
 def best_order(w, u1, u2, u3, u4, u5, age):
-    """The order of extrapolation that would have hit this solution best."""
+    """Return the order of extrapolation that would have predicted this solution best."""
     best, error = 0, distance(w, u1)
     for order in range(1, 5):
         if order < age:
@@ -95,7 +95,7 @@ def best_order(w, u1, u2, u3, u4, u5, age):
 
 
 def predict(order, u1, u2, u3, u4, u5):
-    """The next of a row of solutions, by a polynomial of that degree through the last ones."""
+    """Predict the next solution by a polynomial of degree `order` through the last ones."""
     if order == 0:
         return u1
     if order == 1:

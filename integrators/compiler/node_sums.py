@@ -1,16 +1,19 @@
-"""Sums over the nodes of a collocation step, and the guess that an iteration begins with.
+"""Sums over the nodes of a collocation step, and the start of its iteration.
 
-Text of a module, behind the kernels and a driver, which says what the names stand for:
-`stage_driver` of one system, `lattice_stage_driver` of a lattice.
+Text of a module, behind the kernels and a driver, which explains the supplied names: `stage_driver`
+for one system, `lattice_stage_driver` for a lattice.
 """
 
-# ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
+# ruff: noqa: F821, B905 (names are supplied; the compiled language has no strict=)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
 def guess(system, x, mu, xi, mz, weights, c, age):
-    """(w, π, ξ) at the nodes: velocity and momentum of the last step, which no chart has a part in,
-    continued as polynomials and brought into the chart at x."""
+    """Return a guess of (w, π, ξ) at the nodes.
+
+    Velocity and momentum of the last step, which do not depend on a chart, are extrapolated as
+    polynomials and brought into the chart at x.
+    """
     if age == 0:
         none = tuple([tuple([0 * b for e in mu]) for b in weights])
         return none, tuple([tuple([a + e for a, e in zip(part, mu)]) for part in none]), none
@@ -27,7 +30,7 @@ def guess(system, x, mu, xi, mz, weights, c, age):
 
 
 def at_nodes(tables, parts):
-    """Σ_j table[j] value_j at all nodes, of each component."""
+    """Return Σ_j table[j] value_j at all nodes, of each component."""
     size = range(len(parts[0]))
     return tuple([
         tuple([
@@ -39,16 +42,16 @@ def at_nodes(tables, parts):
 
 
 def balanced(terms):
-    """Their sum, of pairs and triples: each is a sum of products that waits for no other."""
+    """Return the sum by pairs and triples, so that each sum of products waits for no other."""
     half = len(terms) // 2
     return sum(terms) if half < 2 else balanced(terms[:half]) + balanced(terms[half:])
 
 
 def times(weights, parts):
-    """Each lane of each component, weighted."""
+    """Return each lane of each component times its weight."""
     return tuple([tuple([b * e for e in part]) for b, part in zip(weights, parts)])
 
 
 def totals_of(parts):
-    """Σ over all stages of each component."""
+    """Return the sum over all stages of each component."""
     return tuple([sum([total(part[i]) for part in parts]) for i in range(len(parts[0]))])

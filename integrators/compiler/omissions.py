@@ -1,6 +1,6 @@
-"""What the kernels of a system leave out because its equations do not need it.
+"""Savings in a system's kernels: work that its equations do not need.
 
-Decided once, when kernels are generated, so that a step asks nothing.
+They are decided once, when kernels are generated, so that a step decides nothing.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from ..numbers import evaluate_at, needed, random_point, symbols_of, vanishes
 from ..numbers.types import Expression, Letter, Letters, Number, Replacement
 from .system import System
 
-#: what a kernel leaves out where it can
+#: name → explanation of each saving
 SAVINGS = {
     "direct": "no Newton iteration where the equations of a step are affine in u",
     "coefficients": "what depends on the step and the parameters alone is computed once a flow",
@@ -23,9 +23,10 @@ SAVINGS = {
 
 
 def is_affine(system: System) -> bool:
-    """Whether the rows, of derivative `slope`, are affine in w, so that one correction solves them.
+    """Return True if the rows, with derivative `slope`, are affine in w.
 
-    Decided by comparing the slope at two random w, with x, h and parameters unchanged.
+    Then one correction solves them. The test compares the slope at two random w, with x, h and
+    parameters unchanged.
     """
     letters = {*system.w, *(z for d in system.definitions for z in d.letters)}
     if not symbols_of(system.slope) & letters:
@@ -36,7 +37,7 @@ def is_affine(system: System) -> bool:
     second = {**first, **{u: other[u] for u in system.w}}
 
     def changes(digits: int) -> list[Number]:
-        """What the entries of the slope change by from one point to the other."""
+        """Return the differences of the slope's entries between the two points."""
         ends = (_at(system, point, digits) for point in (first, second))
         return [a - b for a, b in zip(*ends, strict=True)]
 
@@ -46,15 +47,15 @@ def is_affine(system: System) -> bool:
 
 
 def pivot_rows(system: System) -> list[int]:
-    """The order of the rows in which elimination meets large pivots, at a random point.
+    """Return the order of rows in which elimination meets large pivots at a random point.
 
-    So a step looks for none; where it is a poor choice Newton only takes more corrections. With
-    multipliers it is the order of the equations: by the mass matrix, and then by A M⁻¹ Aᵀ, since
+    So a step need not search for pivots; if the order is poor, Newton only takes more corrections.
+    With multipliers it is the order of the equations: first the mass matrix, then A M⁻¹ Aᵀ, since
     an entry of A that is large at one point is zero at another (`has_pivots`).
     """
     m = len(system.w)
     rows = list(range(m))
-    if m <= 3 or system.more:
+    if m <= 3 or system.multipliers:
         return rows
     left = _sample(system)
     for p in range(m):
@@ -67,12 +68,12 @@ def pivot_rows(system: System) -> list[int]:
 
 
 def has_pivots(system: System) -> bool:
-    """Whether the order of equations with multipliers meets no pivot that is zero everywhere.
+    """Return False if equations with multipliers meet a pivot that is zero everywhere.
 
-    Where the mass matrix is definite none vanishes anywhere: its own have one sign, and so have
-    those of A M⁻¹ Aᵀ. Else some may at single points, which `KernelsAtStep` gets past.
+    If the mass matrix is definite, no pivot vanishes anywhere: its own have one sign, and so have
+    those of A M⁻¹ Aᵀ. Otherwise some may vanish at single points, which `KernelsAtStep` handles.
     """
-    if not system.more:
+    if not system.multipliers:
         return True
     left = _sample(system)
     for p in range(len(left)):
@@ -83,14 +84,14 @@ def has_pivots(system: System) -> bool:
 
 
 def _sample(system: System) -> np.ndarray:
-    """The slope at a random point, in doubles."""
+    """Return the slope at a random point, in double precision, (m, m)."""
     m, small = len(system.w), (*system.w, system.q[0])
     point = random_point([*system.x, *system.w, *system.q], small) | random_point(system.mu)
     return np.array(_at(system, point, 17), dtype=float).reshape(m, m)
 
 
 def carried(system: System) -> list[tuple[Expression, Expression]]:
-    """Costly functions of x in the rows that the gain needs at the end point: [(at x, at y)]."""
+    """Return costly functions of x in the rows that the gain needs at the end: [(at x, at y)]."""
     to_end = dict(zip(system.x, system.y, strict=True))
     constants = set(system.q[1:])  # the next step may be of another size
     old = _costly([*system.rows, *system.slope], system.x, constants)
@@ -99,7 +100,7 @@ def carried(system: System) -> list[tuple[Expression, Expression]]:
 
 
 def _at(system: System, point: Replacement, digits: int) -> list[Number]:
-    """The entries of the slope at a point, as numbers of so many digits."""
+    """Return the entries of the slope at a point, computed with the given digits."""
     constants = {s: of(digits + 20) for s, of in system.constants.items()}
     used = needed(system.definitions, system.slope)
     return evaluate_at(system.slope, {**point, **constants}, digits, used)
@@ -108,7 +109,8 @@ def _at(system: System, point: Replacement, digits: int) -> list[Number]:
 def _costly(
     entries: Iterable[Expression], variables: Letters, constants: set[Letter]
 ) -> list[Expression]:
-    """Largest subexpressions that are functions or roots of `variables` and constants alone."""
+    """Return the largest subexpressions that are functions or roots of `variables` and
+    constants."""
     wanted = set(variables)
     terms: list[Expression] = []
     visited: set[Expression] = set()

@@ -1,20 +1,20 @@
-"""The driver of collocation: a step is a fixed point, its stages are the lanes of vectors.
+"""The driver of collocation: a step is a fixed point, and its stages are the lanes of vectors.
 
-As `driver`, this is text of a module: `stage_text` puts it behind the kernels. Stages that are more
-than a vector has lanes are several vectors, its parts, so that numbers stay in registers: w, π and
-their like are tuples, over the parts, of tuples over the components, of lanes. For each part MU
-(μ_ij, a column for each j), MU_OF_MOMENTUM (1 − μ_ji exactly), WEIGHTS (b), OF_VELOCITY and
-OF_MOMENTUM (from the nodes of a step to those of the next) come from `lanes.tables`.
+Like `driver`, this is text of a module: `stage_text` puts it behind the kernels. If there are more
+stages than a vector has lanes, they fill several vectors, called parts, so that numbers stay in
+registers: w, π and similar values are tuples (parts) of tuples (components) of lanes. For each part
+`lanes.tables` gives MU (μ_ij, a column for each j), MU_OF_MOMENTUM (exactly 1 − μ_ji), WEIGHTS (b),
+OF_VELOCITY and OF_MOMENTUM (from the nodes of a step to those of the next).
 """
 
-# ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
+# ruff: noqa: F821, B905 (names are supplied; the compiled language has no strict=)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
 def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mus, counts, totals):
-    """Step from `index` to `stop`, write each every-th row; returns (index, status).
+    """Step from `index` to `stop` and write every `every`-th row; return (index, status).
 
-    As `driver.advance`, with the stages of the last step as memory.
+    It works like `driver.advance`, with the stages of the last step as memory.
     """
     x, mu, ex, emu = tuple([load(state, at) for at in LAYOUT.parts[:4]])
     c = load(coefficients[0], slice(0, RULE.width))
@@ -67,7 +67,7 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
 
 
 def load_lanes(state, at):
-    """All parts of m components."""
+    """Read all parts of m components."""
     m = LAYOUT.m
     lanes = tuple([read_lanes(state, at + k * WIDTH, WIDTH) for k in range(PARTS * m)])
     return tuple([lanes[q * m : q * m + m] for q in range(PARTS)])
@@ -80,15 +80,17 @@ def save_lanes(state, at, parts):
 
 
 def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
-    """((w₁, π₁, Σhbπ̇, Σhbf), ξ and μ at the nodes, π₀ − μ, sweeps, last change, ratio of changes
-    above round-off and the sweeps between these, status).
+    """Solve the stages of one step by sweeps of a fixed point.
 
-    In a sweep π comes first, and w from the new π (the ξ in the force is the last one): where
-    positions and momenta alternate an error shrinks as in two sweeps. They are repeated until
-    the next one would change less than round-off, or changes are round-off and do not shrink;
-    changes are compared with the size of each component; where one is a thousandth of another, no
-    component's change may still shrink (`any_shrinks`). π₀ − μ is corrected only where it is off by
-    more than the stages: it would hand their errors on undamped.
+    Returns ((w₁, π₁, Σhbπ̇, Σhbf), ξ and μ at the nodes, π₀ − μ, number of sweeps, last change,
+    ratio of two changes above round-off, number of sweeps between these, status).
+
+    A sweep computes π first, then w from the new π (the force uses the last ξ): if positions and
+    momenta alternate, an error shrinks as in two sweeps. Sweeps are repeated until the next one
+    would change less than round-off, or until changes are round-off and do not shrink. Changes are
+    compared with the size of each component; if one is a thousandth of another, no component's
+    change may still shrink (`any_shrinks`). π₀ − μ is corrected only if its error exceeds that of
+    the stages: otherwise it would pass their errors on undamped.
     """
     none = tuple([0.0 for e in mu])
     of_w, of_p, end, sum_p, last = none, none, none, none, none

@@ -13,15 +13,15 @@ from ..numbers.types import Assignment, Column, Expression, Expressions, Letters
 class StageSystem:
     """The vector field in canonical coordinates (w, π) of the chart at x, and the ends of a step.
 
-    Derived in `equations.stage_equations`, where the letters are explained. q: h first, then the
+    Derived in `equations.stage_equations`, which explains the letters. q: h first, then the
     parameters; x, w, p, xi, m: letters of the base point, of w, π, ξ and of μ = Lᵀπ; dp, turn:
-    letters of the sums Σ h b_i π̇_i and Σ h b_i f_i.
-    nodes: of `count` nodes, called with digits it gives (node, weight) in order, on [0, 1].
+    letters of the sums Σ h b_i π̇_i and Σ h b_i f_i. nodes: called with a number of digits it
+    returns its `count` pairs (node, weight) in order, on [0, 1].
 
-    before, after: definitions of the field that ξ needs and that need ξ; mass, right: the equations
-    mass·ξ = right; rates: (ẇ, π̇), turned: f, in these letters. moved: L(x, w) ξ, pulled:
-    L(x, w)⁻ᵀ m; both None where L = 1. right_field: R(x, w); gain: μ′ − μ, increment: x′ − x, from
-    w, p, dp, turn at the end of a step. extents: as in `System`.
+    before: definitions that ξ needs; after: definitions that need ξ; mass, right: the equations
+    mass·ξ = right; rates: (ẇ, π̇); turned: f in these letters. moved: L(x, w) ξ and pulled: L(x,
+    w)⁻ᵀ m; both are None if L = 1. right_field: R(x, w); gain: μ′ − μ and increment: x′ − x, from
+    w, p, dp, turn at the end of a step. extents: see `System`.
     """
 
     name: str
@@ -49,7 +49,7 @@ class StageSystem:
 
     @property
     def count(self) -> int:
-        """Stages."""
+        """The number of stages."""
         return int(self.nodes.count)
 
     @property
@@ -61,9 +61,9 @@ class StageSystem:
 
 @dataclass(frozen=True, eq=False)
 class StageSource:
-    """A stage system that is derived only where the cache does not hold its kernels.
+    """A stage system that is derived only if the cache does not hold its kernels.
 
-    given: the expressions that it is derived from, by which the cache knows them.
+    given: the expressions from which it is derived; they are its key in the cache.
     """
 
     name: str

@@ -1,10 +1,10 @@
 """The text of a collocation step: kernels with a stage in each lane, and their driver.
 
-`velocity(x, w, p, c) → (ẇ, ξ, μ)` and `force(x, w, p, ξ, c) → (π̇, f)` in lanes; and of the ends of
-a step, in plain numbers,
-`shift(x, w, p, dp, turn, lost, c) → change of π₀ − μ`, `update(x, w, p, dp, turn, ex, eμ, c) →
-(dx, dμ)`, `extents(x, w, c)`; and for the start of the iteration `moved(x, w, ξ, c) → L ξ`,
-`pulled(x, w, μ, c) → L⁻ᵀ μ`, in lanes again. The first coefficient is h.
+In lanes: `velocity(x, w, p, c) → (ẇ, ξ, μ)` and `force(x, w, p, ξ, c) → (π̇, f)`.
+In plain numbers, for the ends of a step: `shift(x, w, p, dp, turn, lost, c) → change of π₀ − μ`,
+`update(x, w, p, dp, turn, ex, eμ, c) → (dx, dμ)` and `extents(x, w, c)`.
+In lanes, for the start of the iteration: `moved(x, w, ξ, c) → L ξ` and `pulled(x, w, μ, c) → L⁻ᵀ
+μ`. The first coefficient is h.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from .stage_system import StageSystem
 
 
 class NoShortForm(Exception):
-    """A linear system that is solved by a loop over rows, which lanes do not have."""
+    """A linear system needs a loop over rows, which lanes do not have."""
 
 
 def stage_text(system: StageSystem) -> str:
-    """The text of all kernels of a collocation step, and of its driver."""
+    """Return the text of all kernels of a collocation step, and of its driver."""
     kernels = StageText(system)
-    text = kernels.text  # which finds the coefficients
+    text = kernels.text  # `text` finds the coefficients, so it must come first
     layout = StageLayout(n=len(system.x), m=len(system.w), solved=len(system.w), reused=0,
                          width=len(kernels.coefficients.values), iterated=True,
                          count=system.count)  # fmt: skip
     facts = [
         f"LAYOUT = {layout}",
         f"COUNT, PARTS = {system.count}, -(-{system.count} // WIDTH)",
-        # machine code holds their numbers, and is kept by the digest of this text
+        # machine code holds the numbers of the nodes, and is stored under the digest of this text
         f"NODES = '{system.nodes.family}'",
         f"RULE = {kernels.record}",
         "SYSTEMS = RULE,",
@@ -47,7 +47,7 @@ def stage_text(system: StageSystem) -> str:
 
 
 def collocation_driver(name: str) -> str:
-    """The text of a driver of collocation and of what it calls."""
+    """Return the text of a driver of collocation and of the functions it calls."""
     driver = texts_of(name, "node_sums", "component_sizes", "edge_watch", "tuple_operations")
     for function, kind in (("at_nodes", "ordered"), ("balanced", "ordered"), ("times", "kernel")):
         driver = driver.replace(f"def {function}(", f"@{kind}\ndef {function}(")
@@ -57,7 +57,7 @@ def collocation_driver(name: str) -> str:
 class StageText:
     """Writes the kernels of a collocation step.
 
-    Raises `NoShortForm` where the mass matrix is too large to be eliminated in lanes.
+    Raises `NoShortForm` if the mass matrix is too large to be eliminated in lanes.
     """
 
     def __init__(self, system: StageSystem) -> None:
@@ -77,7 +77,7 @@ class StageText:
 
     @cached_property
     def turning(self) -> list[int]:
-        """The entries of f that are no entries of π̇, and not 0."""
+        """Indices at which f is neither 0 nor equal to the entry of π̇."""
         force, pairs = (
             self.system.turned,
             zip(self.system.turned, self.system.rates[1], strict=True),
@@ -86,12 +86,12 @@ class StageText:
 
     @cached_property
     def shifted(self) -> bool:
-        """Whether π₀ is not μ: only where R is not 1, or f not π̇."""
+        """True if π₀ may differ from μ: if R is not 1, or f not π̇."""
         return self.system.right_field != sympy.eye(len(self.system.w)) or bool(self.turning)
 
     @cached_property
     def text(self) -> str:
-        """All functions."""
+        """The text of all functions."""
         functions = [*self.kernels.values(), self.coefficients.text("prepare")]
         return "\n\n".join([*functions, "def carry(x, c):\n    return ()\n"])
 
@@ -116,7 +116,7 @@ class StageText:
 
     @property
     def record(self) -> str:
-        """What the driver is given."""
+        """The record that the driver is given, as text."""
         system = self.system
         names = [*re.findall(r"^def (\w+)", self.text, re.MULTILINE)]
         facts = {"affine": False, "watched": bool(system.extents), "branched": False,
@@ -129,7 +129,7 @@ class StageText:
     # -- the kernels ----------------------------------------------------------------------------
 
     def _velocity(self) -> str:
-        """ẇ, ξ and μ at (w, π)."""
+        """Return the text of ẇ, ξ and μ at (w, π)."""
         system = self.system
         before = list(system.before)
         order = list(range(len(system.w)))
@@ -144,7 +144,7 @@ class StageText:
         return self._function("velocity", given, results, _used(before, results))
 
     def _force(self) -> str:
-        """π̇, and f where it is neither that nor 0, at (w, π) and a ξ."""
+        """Return the text of π̇, and of the entries `turning` of f, at (w, π) and ξ."""
         system = self.system
         before = [*system.before, *system.after]
         turned = [system.turned[i] for i in self.turning]
@@ -154,7 +154,7 @@ class StageText:
 
     @property
     def _turns(self) -> dict[Letter, Expression]:
-        """Σ h b_i f_i: the sum of π̇, a sum of its own, or 0."""
+        """Σ h b_i f_i of each component: the sum of π̇, a sum of its own, or 0."""
         system = self.system
         own: dict[int, Letter] = {i: system.turn[k] for k, i in enumerate(self.turning)}
         return {
@@ -169,7 +169,8 @@ class StageText:
                 "turn": system.turn[: len(self.turning)]}  # fmt: skip
 
     def _shift(self) -> str:
-        """R₁⁻ᵀ(μ + Σhbf − R₁ᵀπ₁) from δ = π₀ − μ, with what cancels left out."""
+        """Return the text of R₁⁻ᵀ(μ + Σhbf − R₁ᵀπ₁), with cancelling terms left out; lost is π₀ −
+        μ."""
         system = self.system
         lost = [sympy.Symbol(f"lo0_{i}", real=True) for i in range(len(system.w))]
         slope = system.right_field.T
@@ -185,7 +186,8 @@ class StageText:
         return self._function("shift", {**self._ends, "lost": lost}, [change], steps)  # fmt: skip
 
     def _update(self) -> str:
-        """What x and μ grow by, less what the sums before lost."""
+        """Return the text of the increments of x and μ, minus the rounding errors of earlier
+        sums."""
         system = self.system
         ex, emu = ([sympy.Symbol(f"{name}_{i}", real=True) for i in range(count)]
                    for name, count in (("ex", len(system.x)), ("emu", len(system.w))))  # fmt: skip
@@ -196,7 +198,7 @@ class StageText:
 
 
 def _used(before: list[Assignment], results: Sequence[Expressions]) -> list[Assignment]:
-    """The definitions that the results use, directly or through others."""
+    """Return the definitions that the results use, directly or through others."""
     wanted = symbols_of(e for column in results for e in column)
     kept: list[Assignment] = []
     for letters, values in reversed(before):

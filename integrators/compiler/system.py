@@ -1,8 +1,8 @@
-"""One step of a method as plain data: what the compiler is given.
+"""One step of a method as plain data, the input of the compiler.
 
-Rows E(x, w; q) in w = (u, s) are solved against (μ, 0); then (x, μ) grows by (increment, gain).
-Everything is an expression in x, w, y, q and the letters of `definitions`; nothing here
-knows a scheme, a groupoid or a rule.
+Rows E(x, w; q) in w = (u, s) are solved against (μ, 0); then (x, μ) grows by (increment, gain). All
+are expressions in x, w, y, q and the letters of `definitions`; this file does not know schemes,
+groupoids or rules.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ class System:
     """The equations of one step (paper, sections 2.4 and 3.5, on the dual algebroid).
 
     q: h first, then parameters, the numbers of the rule, and the entries of a translate.
-    rows: E/h, as many as w; solved against `wanted`, which is (μ, 0) if it is not given. slope:
-    ∂(E/h)/∂w, square. y: the letters of the target where an expression needs it. increment: y − x,
-    n. gain: (F⁺ − F⁻)/h, m.
-    explicit: the rows are w − E, and E holds no w, directly or in the letters of `definitions`.
-    more: unknowns behind u in w that a run's rows hold.
-    scaled: those u that the chart depends on; kernels write them as ξ = hu.
-    along: (letters, values) where the solution of the linear equations is not dw itself but a
-    displacement c in the group: c's letters, and dw in them.
+    rows: E/h, as many as w, solved against `wanted`, which is (μ, 0) unless it is given. slope:
+    ∂(E/h)/∂w, square. y: the letters of the target, if an expression needs it. increment: y − x,
+    length n. gain: (F⁺ − F⁻)/h, length m.
+    explicit: True if the rows are w − E and E contains no w, neither directly nor in definitions.
+    multipliers: the number of unknowns in w after u that a run's rows hold.
+    scaled: those u on which the chart depends; kernels write them as ξ = hu.
+    along: (letters, values) if the linear equations are solved not for dw itself but for a
+    displacement c in the group: c's letters, and dw in terms of them.
     extents: [(kind, expression)], sizes that tell how near the edge of the chart a step is.
     branch: the number that tells solutions apart, or None.
-    constants: letters of q that are irrational numbers of the rule, as functions digits → mpf.
-    composed: whether a step is a row of substeps of this system and of `adjoint`.
-    in_two_units: whether w holds slopes of x and of μ, which have no unit in common.
+    constants: letters of q that are irrational numbers of the rule, with functions digits → mpf.
+    composed: True if a step is a row of substeps of this system and of `adjoint`.
+    in_two_units: True if w holds slopes of x and of μ, which have different units.
     """
 
     name: str
@@ -54,14 +54,14 @@ class System:
     constants: Mapping[Letter, Callable[[int], Mpf]] = field(default_factory=dict)
     wanted: tuple[Expression, ...] = ()
     explicit: bool = False
-    more: int = 0
+    multipliers: int = 0
     composed: bool = False
     in_two_units: bool = False
     adjoint: System | None = None
 
 
 def written(*parts: Any) -> str:
-    """All of a system (or of expressions) as text, each subexpression once."""
+    """Return a system (or expressions) as text, with each subexpression written once."""
     known: dict[Expression, int] = {}
     lines: list[str] = []
 

@@ -1,6 +1,6 @@
 """Vectors of the driver: tuples, whose entries are registers once compiled; and elimination.
 
-As in `driver` this is text of every module: loops over tuples are unrolled for their lengths.
+Like `driver` this is text of every module: loops over tuples are unrolled for their lengths.
 """
 
 # ruff: noqa: F821, B905 (lengths agree)
@@ -8,33 +8,33 @@ As in `driver` this is text of every module: loops over tuples are unrolled for 
 
 
 def plus(a, b):
-    """a + b."""
+    """Return a + b."""
     return tuple([p + q for p, q in zip(a, b)])
 
 
 def accumulate(a, d):
-    """(a + d, what the sum is too large by)."""
+    """Return (a + d, its rounding error: the amount by which the sum is too large)."""
     s = tuple([p + q for p, q in zip(a, d)])
     return s, tuple([(t - p) - q for t, p, q in zip(s, a, d)])
 
 
 def norm(a):
-    """Σ|aᵢ|."""
+    """Return Σ|aᵢ|."""
     return sum([abs(p) for p in a])
 
 
 def distance(a, b):
-    """Σ|aᵢ − bᵢ|."""
+    """Return Σ|aᵢ − bᵢ|."""
     return norm(tuple([p - q for p, q in zip(a, b)]))
 
 
 def load(a, at):
-    """Entries of an array as a tuple."""
+    """Return the entries `at` of an array as a tuple."""
     return tuple([a[i] for i in range(at.start, at.stop)])
 
 
 def load_memo(system, a, at):
-    """A substep's memory: five past solutions, order and age (whole), κ and scale."""
+    """Read a substep's memory: five past solutions, order and age as integers, κ and scale."""
     if system.affine:
         return ()
     m = LAYOUT.solved
@@ -56,35 +56,35 @@ def save(a, at, v):
 
 
 def row(a, i, length):
-    """Entries of row i as a tuple."""
+    """Return the first `length` entries of row i as a tuple."""
     return load(a[i], slice(0, length))
 
 
 def put(a, i, values):
-    """Write row i."""
+    """Write the values into row i."""
     save(a[i], 0, values)
 
 
 def add(a, i, values):
-    """Add to row i."""
+    """Add the values to row i."""
     here = a[i]
     for j, value in enumerate(values):
         here[j] = here[j] + value
 
 
 def copy(a, b, width, ranges, parts):
-    """a = b on the free sites of a lattice, in rows of that width."""
+    """Copy b to a on the free sites of a lattice, in rows of the given width."""
     for r in range(parts):
         for i in range(ranges[r, 0], ranges[r, 1]):
             put(a, i, row(b, i, width))
 
 
 def eliminate(a, m):
-    """Gaussian elimination with row exchanges, on the m rows (entries, right side) of `a`.
+    """Solve by Gaussian elimination with row exchanges; `a` has m rows (entries, right side).
 
-    The solution replaces the right sides. Whole rows are exchanged and subtracted, also where they
-    are zero by now: that is what the compiler turns into operations on several entries at once
-    (27 unknowns: 31–34 µs; LAPACK's dgesv called from Python: 43–56 µs).
+    The solution replaces the right sides. Whole rows are exchanged and subtracted, even entries
+    that are zero already, because the compiler turns that into operations on several entries at
+    once (27 unknowns: 31–34 µs; LAPACK's dgesv called from Python: 43–56 µs).
     """
     for p in range(m):
         best = p

@@ -139,7 +139,7 @@ class OneStepEquations:
             wanted=tuple(sympy.zeros(len(self.w), 1)),
             explicit=self.explicit,
             in_two_units=True,
-            more=len(self.multipliers),
+            multipliers=len(self.multipliers),
             constants=dict(s.constants),
         )
 

@@ -96,7 +96,7 @@ class ContactFlow(Flow):
             parts = [[share * part.q[0], *part.q[1:]] for part in self.parts]
             machine = KernelsAtStep(of.kernels, self.numbers, parts, list(of.kinds), of.name)
         guess = self.context.start(x, mu, u)
-        run = machine.buffers(machine.lead(x, mu, machine.c, guess), 1, 1)
+        run = machine.buffers(machine.start_at(x, mu, machine.c, guess), 1, 1)
         self.edge.begin(run, None)
         status = machine.one_step(run)
         if status != OK:

@@ -21,7 +21,7 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> Ste
     """The failure that a run ended with; `rows`: its trajectory so far."""
     context, machine = edge.context, edge.machine
     x, mu = machine.point(run.state)
-    last = machine.last_solution(run.lead)
+    last = machine.last_solution(run.resume_point)
     cause, look = CAUSES[status], None
     if edge.stages is not None and status == NOT_CONVERGED:
         cause = f"the fixed point of the stages does not contract, and {cause}"

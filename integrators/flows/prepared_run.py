@@ -25,8 +25,12 @@ class PreparedRun:
 
     def __init__(self, edge: EdgePolicy, start: Start, steps: int, every: int) -> None:
         machine: Any = edge.machine if edge.stages is None else edge.stages
-        self.lead, self.place = (partial(f, c=machine.c) for f in (machine.lead, machine.place))
-        run: Run = machine.buffers(self.lead(start.x, start.mu, guess=start.guess), steps, every)
+        self.start_at, self.place = (
+            partial(f, c=machine.c) for f in (machine.start_at, machine.place)
+        )
+        run: Run = machine.buffers(
+            self.start_at(start.x, start.mu, guess=start.guess), steps, every
+        )
         edge.begin(run)
         self.start, self.steps, self.state, self.totals = start, steps, run.state, run.totals
         self.block, self.counts = np.asarray(run.totals.base), run.counts
@@ -63,7 +67,7 @@ class PreparedRun:
         np.copyto(self.state, self.beginning[0])
         np.copyto(self.totals, self.beginning[1])
         if start.guess is not self.start.guess:
-            self.state[:], _ = self.lead(start.x, start.mu, guess=start.guess)
+            self.state[:], _ = self.start_at(start.x, start.mu, guess=start.guess)
         elif start is not self.start:
             self.place(self.state, start.x, start.mu)
         for part in self.parts:

@@ -94,7 +94,7 @@ def run_from(
         machine, c = edge.stages, edge.stages.c
     else:
         machine, c = edge.machine, edge.coefficients(start.translate)
-    run = machine.buffers(machine.lead(start.x, start.mu, c, start.guess), steps, every)
+    run = machine.buffers(machine.start_at(start.x, start.mu, c, start.guess), steps, every)
     run.translate = start.translate
     edge.begin(run, branch)
     status = _advance(edge, run, progress, start.guess)
@@ -131,7 +131,7 @@ def _no_longer_finite(edge: EdgePolicy, run: Run, good: int, t0: Exact) -> StepF
     guess, translate = context.start(x, mu, run.us[row, : len(mu)].copy()), run.translates[row]
     machine = edge.machine if edge.stages is None else edge.stages
     c = edge.coefficients(int(translate)) if edge.stages is None else edge.stages.c
-    again = machine.buffers(machine.lead(x, mu, c, guess), steps, 1)
+    again = machine.buffers(machine.start_at(x, mu, c, guess), steps, 1)
     again.translate = int(translate)
     edge.begin(again, None)
     _advance(edge, again, None, guess)

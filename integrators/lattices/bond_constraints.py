@@ -98,7 +98,8 @@ class BondConstraints:
                            sympy.eye(self.count) * (1 - bound))  # fmt: skip
         u = sympy.Matrix(system.u)
         return replace(
-            system, w=(*system.u, *more), more=self.count, slope=slope, gain=system.gain * free,
+            system, w=(*system.u, *more), multipliers=self.count, slope=slope,
+            gain=system.gain * free,
             rows=(system.rows * free + u * (1 - free)).col_join(more * (1 - bound)),
         )  # fmt: skip
 
@@ -117,7 +118,9 @@ class BondConstraints:
                 by_both[row, column] = keep * slope[i, j]
         letters = [*unknowns[:m], *vector("nu", k), *unknowns[m:]]
         held = sympy.Matrix([keep * e for keep, e in zip(kept, gain)])  # noqa: B905
-        return replace(system, w=tuple(letters), rows=by_ends, more=k, slope=by_both, gain=held)
+        return replace(
+            system, w=tuple(letters), rows=by_ends, multipliers=k, slope=by_both, gain=held
+        )
 
 
 def _letters(*names: str) -> tuple[Letter, ...]:

@@ -182,8 +182,10 @@ def area(scene, rule, step, sweeps):
         start, small = flow.starting.own, flow.numbers.number(Fraction(1, 10**20))
 
         def end(dx, dmu):
-            lead = stages.lead(start.x + dx * small, start.mu + dmu * small, stages.c, start.guess)
-            run = stages.buffers(lead, 1, 1)
+            point = stages.start_at(
+                start.x + dx * small, start.mu + dmu * small, stages.c, start.guess
+            )
+            run = stages.buffers(point, 1, 1)
             assert stages.advance(run, 1) == 0
             return np.concatenate([run.xs[1], run.mus[1]])
 
