@@ -46,6 +46,7 @@ if TYPE_CHECKING:
         exponential,
         external,
         imex,
+        in_own_time,
         lie_group,
         mean_multipliers,
         midpoint,
@@ -62,6 +63,7 @@ if TYPE_CHECKING:
         splitting,
         su,
         trapezoidal,
+        vary,
     )
     from discmech.integrators import (
         sp as sp,
@@ -114,6 +116,7 @@ __all__ = [
     "external",
     "film",
     "imex",
+    "in_own_time",
     "lie_group",
     "mean_multipliers",
     "midpoint",
@@ -133,4 +136,5 @@ __all__ = [
     "splitting",
     "su",
     "trapezoidal",
+    "vary",
 ]

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         trapezoidal,
     )
     from .scene import Conserved, Scene, on_group
+    from .steps import in_own_time, vary
 else:
     __getattr__ = on_demand(
         __name__,
@@ -49,6 +50,7 @@ else:
         rules="Discretisation compose discrete_hamiltonian discretisation imex midpoint one_step "
               "rectangle splitting trapezoidal",
         scene="Conserved Scene on_group",
+        steps="in_own_time vary",
     )  # fmt: skip
 
 __all__ = [
@@ -75,6 +77,7 @@ __all__ = [
     "exponential",
     "external",
     "imex",
+    "in_own_time",
     "lie_group",
     "mean_multipliers",
     "midpoint",
@@ -92,4 +95,5 @@ __all__ = [
     "splitting",
     "su",
     "trapezoidal",
+    "vary",
 ]

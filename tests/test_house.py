@@ -92,10 +92,10 @@ def test_the_rules_would_catch_an_offender():
 ROOMS = (
     "errors", "numbers", "compiler", "algebras", "retractions", "groupoids", "scene", "scenes",
     "rules", "equations", "geometry", "bisections", "contact", "lattices", "flows",
-    "foreign", "control",
+    "foreign", "control", "steps",
 )  # fmt: skip
 #: the compiler stands low: these hand it a step as data, run what it makes, or use its cache
-COMPILING = {"compiler", "equations", "geometry", "bisections", "lattices", "flows"}
+COMPILING = {"compiler", "equations", "geometry", "bisections", "lattices", "flows", "steps"}
 MODULES = {module_of(p): p for p in SOURCES}
 
 

@@ -94,12 +94,13 @@ class KernelsAtStep:
             if (key, halvings) not in self._known:
                 table = self.numbers.zeros(len(self.qs), self.layout.width)
                 letters = [e for matrix in translate or () for e in matrix.ravel()]
-                rows: dict[tuple[int, Number], Vector] = {}  # many substeps have the same size
+                rows: dict[tuple[Number, ...], Vector] = {}  # many substeps have the same size
                 for entries, kind, (h, *rest) in zip(table, self.kinds, self.qs, strict=True):
-                    if (kind, h) not in rows:
+                    if (kind, h, *rest) not in rows:
                         q = [h / 2**halvings, *rest[: len(rest) - len(letters)], *letters]
-                        rows[kind, h] = self._prepared(self.kernels.prepare[kind], q)
-                    entries[: len(rows[kind, h])] = rows[kind, h]
+                        rows[kind, h, *rest] = self._prepared(self.kernels.prepare[kind], q)
+                    found = rows[kind, h, *rest]
+                    entries[: len(found)] = found
                 self._known[key, halvings], self._translates[key] = table, translate
             return self._known[key, halvings]
 

@@ -14,12 +14,13 @@ from .newton_step import (
     round_off_from,
     step_along,
 )
-from .run import first_u
+from .run import first_u, run_from
 from .scheme import Scheme
 from .step_choice import StepChoice
 
 __all__ = [
     "ContactFlow", "ContactTrajectory", "Ensemble", "Flow", "Scheme", "Start", "StepChoice",
     "Trajectory", "arrow_from", "cores", "first_u", "form_change_defects", "mean_multipliers",
-    "restricted_form_defect", "return_defect", "round_off_from", "side_by_side", "step_along",
+    "restricted_form_defect", "return_defect", "round_off_from", "run_from",
+    "side_by_side", "step_along",
 ]  # fmt: skip

@@ -312,6 +312,8 @@ def _check_base(rule: Any) -> None:
         raise BadInput(
             f"{shown(getattr(rule, 'name', rule))} is {what}: compose a rule of one step."
         )
+    if not rule.composes:
+        raise BadInput(f"{rule.name} has steps that vary: compose its rule, and vary that.")
     if not rule.is_formula:
         raise BadInput(
             f"{rule.name} is a program, whose adjoint nothing derives: compose its steps in it."

@@ -68,6 +68,11 @@ class Discretisation:
         return True
 
     @property
+    def composes(self) -> bool:
+        """Whether its step is a function of the step size, which a composition chooses."""
+        return True
+
+    @property
     def digest(self) -> str:
         """What tells it from another of the same name, beside the text of its formula.
 

@@ -30,6 +30,7 @@ CONTACT = (
 #: problems that other codes are compared on: run by name, and in no study's own choice
 COMMON = (
     "argon", "morse", "mathews-lakshmanan", "abc-flow", "water", "torus", "arenstorf", "pleiades",
+    "pythagorean",
 )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from discmech.integrators.rules import get
 from discmech.integrators.scenes import COMMON
 from discmech.integrators.scenes.abc_flow import field
 
-SLOW = {"argon", "pleiades", "water"}  # whose references take seconds
+SLOW = {"argon", "pleiades", "pythagorean", "water"}  # whose references take seconds
 
 
 @pytest.mark.parametrize(

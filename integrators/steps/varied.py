@@ -1,0 +1,129 @@
+"""A rule whose steps vary: a time transformation dt = σ dτ as a wrapper of any rule.
+
+With equal steps ε of the fictitious time τ a step has about the size ε·σ(x, μ) of physical time.
+Three ways lead there (Hairer, Lubich, Wanner, VIII.2 and VIII.3):
+
+    poincare    the rule on L̃ = σ(x) (L(x, x′/σ) + E₀), E₀ the energy of the start: the system of
+                the Hamiltonian K = σ(x) (H + p_t) on the extended phase space (x, t, μ, p_t). The
+                physical time is the coordinate of p_t = −E₀, and a step adds ∂L̃_d/∂E₀ to it.
+    reversible  the step ε/ζ with the step density ζ_{n+1/2} = ζ_{n−1/2} + ε G(z_n),
+                G = −(d/dt σ)/σ, d/dt along the motion (Hairer, Söderlind)
+    naive       the step ε·σ(z_n) of the present state alone: a control, which has to be caught
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..errors import BadInput, arguments_checked, check_function, shown, unknown
+from ..rules import Discretisation
+from ..scene import Again
+from .varied_scheme import VariedScheme
+
+_HLW = "Hairer, Lubich, Wanner, Geometric Numerical Integration"
+#: by name, where it comes from
+WAYS = {
+    "poincare": f"Sundman (1912), Poincaré; Hairer, Appl. Numer. Math. 25 (1997), 219; {_HLW}, "
+    "VIII.2.1",
+    "reversible": "Hairer, Söderlind, SIAM J. Sci. Comput. 26 (2005), 1838: the integrating "
+    f"controller; {_HLW}, VIII.3.2",
+    "naive": f"a control: the step follows the present state alone ({_HLW}, VIII.1)",
+}
+
+
+@dataclass(frozen=True)
+class Varied(Discretisation):
+    """`base` with steps of the size step·σ in physical time, by one of the `WAYS`."""
+
+    base: Discretisation = field(kw_only=True)
+    sigma: Callable[..., Any] = field(kw_only=True)
+    way: str = field(kw_only=True)
+
+    @property
+    def composes(self) -> bool:
+        """No: its step is of the time τ, and has a state of its own."""
+        return False
+
+    def measured_by(self, study: str) -> bool:
+        """The study of varying steps judges it: others take equal steps of physical time."""
+        return study == "steps"
+
+    def applies(self, scene: Any) -> bool:
+        """Whether the base can be used, in this way."""
+        return self.base.applies(scene) and not self.refusal(scene)
+
+    def refusal(self, scene: Any) -> str:
+        """Why the base does not exist on the scene, or not with steps that vary so."""
+        for has, what in (
+            (scene.constrained, "constraints"),
+            (scene.contact is not None, "contact"),
+            (scene.discrete_lagrangian is not None, "a discrete Lagrangian of its own"),
+            (scene.in_numbers, "a Hamiltonian in numbers"),
+            (self.way == "poincare" and scene.force is not None, "a force"),
+            (self.way == "poincare" and scene.timed, "a time in its Lagrangian"),
+            (self.way == "poincare" and not scene.groupoid.dim_x, "no base, on which σ depends"),
+        ):
+            if has:
+                other = ' Take way="reversible".' if "poincare" in self.way else ""
+                other = other if scene.force is not None or scene.timed else ""
+                return (
+                    f"{scene.name} has {what}, for which {self.name} has no steps that vary."
+                    + other
+                )
+        if self.way == "poincare" and not self.base.asks_lagrangian:
+            return (
+                f"{self.name}: the way poincare takes rules on a Lagrangian, and {self.base.name} "
+                "is a one-step map: take a rule such as gauss-2, or a scene in its own time, "
+                "in_own_time(scene, sigma)."
+            )
+        return self.base.refusal(scene)
+
+    def discretise(self, scene: Any) -> VariedScheme:
+        """The scheme, as `Scheme(scene, rule)` gives it."""
+        return VariedScheme(scene, self)
+
+    def __reduce__(self) -> Again:
+        """To pickle it: it is made again of what it wraps; σ goes by its place in a module."""
+        return _made, (self.base, self.sigma, self.way, self.name, self.source)
+
+
+@arguments_checked
+def vary(
+    rule: Any,
+    sigma: Callable[..., Any],
+    way: str = "reversible",
+    *,
+    name: str | None = None,
+    source: str = "",
+) -> Varied:
+    """A rule with steps that vary: dt = sigma(x, mu, p) dτ, p the scene's parameters.
+
+    rule: any rule of one step, one-step map or composition. sigma: a smooth positive function of x
+    (n×1), the momentum mu (m×1, natural basis) and the parameters; of x alone for "poincare". way:
+    "poincare", "reversible" or "naive" (`WAYS`). The flow's step is ε, a step of τ; rows of its
+    runs have the physical time in t. name: default way:rule.
+
+    Raises `BadInput` for what is no rule, no function of three arguments, and an unknown way.
+    """
+    if not isinstance(rule, Discretisation) or isinstance(rule, Varied):
+        what = "has steps that vary already" if isinstance(rule, Varied) else "is no rule"
+        raise BadInput(f"vary: {shown(getattr(rule, 'name', rule))} {what}: give a rule.")
+    if not rule.is_formula:
+        raise BadInput(f"vary: {rule.name} is a program, which chooses its steps itself.")
+    if way not in WAYS:
+        raise unknown("way to vary steps", way, WAYS)
+    check_function(sigma, "vary: sigma=", "(x, mu, p)")
+    label = name or f"{way}:{rule.name}"
+    if not isinstance(label, str) or not re.fullmatch(r"[\w.:-]{1,80}", label):
+        raise BadInput(f"a rule's name is {shown(label)}: use letters, digits, dots and dashes.")
+    return _made(rule, sigma, way, label, source or WAYS[way])
+
+
+def _made(rule: Any, sigma: Any, way: str, name: str, source: str) -> Varied:
+    return Varied(
+        name, sigma, rule.order, source, rule.stages, rule.splits, rule.groupoids,
+        base=rule, sigma=sigma, way=way,
+    )  # fmt: skip

@@ -1,0 +1,266 @@
+"""Runs of a rule whose steps vary: the compiled driver, with the time in every row."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..bisections import StepContext
+from ..compiler import KernelsAtStep, System
+from ..equations import SceneSymbols, legendre_inverse
+from ..errors import SMALLER, BadInput, StepFailure, arguments_checked, check_progress
+from ..flows import Flow, Start, Trajectory, run_from
+from ..geometry import LocalGeometry, OneStepGeometry
+from ..numbers import (
+    Double,
+    Number,
+    Numbers,
+    Vector,
+    arithmetic,
+    exact_rational,
+    whole_number,
+)
+
+
+@dataclass(frozen=True)
+class VariedTrajectory(Trajectory):
+    """Rows of a run with steps that vary: `Trajectory`, with the physical time in t.
+
+    step is ε, of the time τ; each row's own step of physical time is the difference of t where
+    every=1. density (r,): the step density of each row, 1/σ; by "reversible" it is ζ, which is
+    1/σ but for O(ε²).
+    """
+
+    density: Vector = field(kw_only=True)
+
+
+class _Geometry(OneStepGeometry):
+    """A map's geometry, asked with states that hold the time and the density, too."""
+
+    def velocities(self, x: Any, mu: Any, near: Any) -> Any:
+        return super().velocities(x[:, : len(self.equations.x)], mu, near)
+
+    def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
+        return super().start(x[: len(self.equations.x)], mu, near)
+
+
+@dataclass(frozen=True, eq=False)
+class _Context(StepContext):
+    """The context of a step that varies: what fails says the physical time."""
+
+    varied: Any = None
+
+    @cached_property
+    def geometry(self) -> LocalGeometry:
+        kind = _Geometry if self.one_step else LocalGeometry
+        return kind(self.equations, self.numbers, self.q)
+
+    def failure(
+        self, cause: str, state: dict[str, Numbers], index: int = 0, trajectory: Any = None,
+        fix: str = SMALLER, look: Any = None,
+    ) -> StepFailure:  # fmt: skip
+        """As of every step, with the time of the state, and σ where it is not positive there."""
+        n, x = len(self.equations.x), state["x"]
+        where = {**state, "x": x[:n]}
+        p = [self.numbers.number(e) for e in self.scene.parameter_values]
+        try:
+            sigma, grows = self.varied.control(self.numbers)(x[:n], state["mu"], p)
+        except (ArithmeticError, ValueError):
+            sigma = grows = self.numbers.number(0)
+        if not sigma > 0:
+            cause = f"sigma is {float(sigma):.3g}, not positive,"
+            fix = "give a sigma that stays positive, or take a smaller step"
+        elif self.varied.controlled and not (zeta := x[n + 1] + self.h * grows) > 0:
+            cause = f"the step density becomes {float(zeta):.3g}, not positive,"
+            fix = "take a smaller step, or a sigma that changes more slowly"
+        shown = {name: self.numbers.public(value) for name, value in where.items()}
+        names = self.varied.scene.name, self.varied.rule.name
+        return StepFailure(*names, index, float(x[n]), shown, cause, trajectory, fix)
+
+
+class VariedFlow(Flow):
+    """The steps of a rule that vary, of the size `step` in the time τ.
+
+    digits = 16 is compiled double precision; more gives mpmath numbers. A negative step runs back,
+    and undoes a step of a self-adjoint base in the way "reversible". Raises `BadInput` as `Flow`.
+    """
+
+    def __init__(self, varied: Any, step: Any, digits: int = 16) -> None:
+        inner = varied.inner
+        super().__init__(inner, step, digits, "refuse", inner.flow_substeps)
+        self.varied = varied
+        plain = self.context
+        self.context = _Context(
+            plain.scheme, plain.numbers, plain.step, plain.substeps, varied=varied
+        )
+        self.parts = self.context.parts
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return VariedFlow, (self.varied, self.step, self.digits)
+
+    @property
+    def system(self) -> System:
+        """One step as the data that is compiled."""
+        made: System = self.varied.system
+        return made
+
+    @cached_property
+    def machine(self) -> KernelsAtStep:
+        """The compiled kernels at this step; the first substep alone changes the density."""
+        name = f"{self.varied.scene.name} with {self.varied.rule.name}"
+        kinds = [int(part.equations is not self.context.equations) for part in self.parts]
+        qs = [list(part.q) for part in self.parts]
+        if not self.varied.by_poincare:
+            with self.numbers.working():
+                first = self.step if self.varied.rule.way == "reversible" else 1
+                for k, q in enumerate(qs):
+                    q.append(self.numbers.number(0 if k else first))
+        return KernelsAtStep(self._kernels, self.numbers, qs, kinds, name)
+
+    @property
+    def _collocation(self) -> tuple[None, str]:
+        return None, "its steps vary"
+
+    @arguments_checked
+    def trajectory(  # type: ignore[override]
+        self,
+        steps: int,
+        every: int = 1,
+        *,
+        x0: Any = None,
+        mu0: Any = None,
+        u0: Any = None,
+        t0: Any = 0,
+        density0: Any = None,
+        energy0: Any = None,
+        progress: Any = None,
+    ) -> VariedTrajectory:
+        """Run `steps` steps from the scene's start (or from x0, mu0), each every-th a row.
+
+        As `Flow.trajectory`, and t of the rows is the physical time. To go on with a run, or to run
+        it back, takes what else it has beside (x, μ): density0, the step density of a row, by
+        "reversible" (default: 1/σ at the start), or energy0, E₀, by "poincare" (default: the energy
+        of the start). Raises `StepFailure`, with the time and the rows so far, where a step cannot
+        be made or σ is not positive.
+        """
+        varied = self.varied
+        for word, given, wanted in (
+            ("density0", density0, varied.controlled), ("energy0", energy0, varied.by_poincare),
+        ):  # fmt: skip
+            if given is not None and not wanted:
+                raise BadInput(f"{varied.rule.name} has no {word[:-1]} of its own: leave it out.")
+        if varied.by_poincare and not x0 is mu0 is energy0 is None:
+            flow = self._at_energy(x0, mu0, energy0)
+            return flow.trajectory(steps, every, u0=u0, t0=t0, progress=progress)
+        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
+        check_progress(progress)
+        with self.numbers.working():
+            t0 = exact_rational(t0, "t0")
+            start = self.starting.at(x0, mu0, u0, None, t0)
+            if mu0 is not None:
+                self.starting.check(start)
+            start = start._replace(x=np.concatenate([start.x, self._more(start, density0)]))
+            try:
+                return self._rows(run_from(self.edge, start, steps, every, progress))
+            except StepFailure as failure:
+                if type(failure.trajectory) is Trajectory:
+                    failure.trajectory = self._rows(failure.trajectory, judged=False)
+                raise
+
+    def until(self, time: Any, every: int = 1, **start: Any) -> VariedTrajectory:
+        """Run to the first row whose physical time is `time` or more, with a step that is positive.
+
+        start: as of `trajectory`. The number of steps is found from runs that end before.
+        """
+        wanted, t0 = float(exact_rational(time, "time")), float(start.get("t0", 0))
+        if not wanted > t0 or self.step < 0:
+            raise BadInput(f"{self.varied.scene.name}: give a time after {t0:g}, and a step > 0.")
+        steps = 64
+        while True:
+            run = self.trajectory(-(-steps // every) * every, every, **start)
+            reached = np.flatnonzero(run.t >= wanted)
+            if len(reached):
+                return _part(run, int(reached[0]) + 1, every)
+            share = (wanted - t0) / float(run.t[-1] - t0)
+            steps = int(run.steps * min(max(1.1, 1.02 * share), 16)) + every
+
+    def _more(self, start: Start, density0: Any) -> Vector:
+        """The entries of the time and of the density behind x, where a run begins."""
+        numbers, t0 = self.numbers, self.numbers.number(start.t0)
+        sigma, grows = self._control(start.x[None], start.mu[None])
+        if not sigma[0] > 0:
+            at = np.concatenate([start.x, [t0, numbers.number(1)]])
+            raise self.context.failure("", {"x": at, "mu": start.mu})
+        zeta = 1 / sigma[0] if density0 is None else numbers.number(density0, "density0")
+        # what a step takes is half a step behind: ζ_{n−1/2}
+        more = [t0, zeta - self._half * grows[0]][: 1 if self.varied.by_poincare else 2]
+        return np.array(more, dtype=numbers.dtype)
+
+    @property
+    def _half(self) -> Number:
+        """ε/2, in the flow's numbers."""
+        return self.numbers.number(self.step / 2)
+
+    def _control(self, x: Any, mu: Any) -> tuple[Vector, Vector]:
+        """σ and G of rows (r, n) and (r, m)."""
+        numbers, f = self.numbers, self.varied.control(self.numbers)
+        p = [numbers.number(e) for e in self.context.scene.parameter_values]
+        if isinstance(numbers, Double):
+            with np.errstate(all="ignore"):
+                found = f(x.T, mu.T, p)
+            return tuple(np.broadcast_to(np.asarray(e, float), len(x)) for e in found)  # type: ignore[return-value]
+        rows = [f(*at, p) for at in zip(x, mu, strict=True)]
+        return tuple(np.array(e, dtype=object) for e in zip(*rows, strict=True))  # type: ignore[return-value]
+
+    def _rows(self, run: Trajectory, judged: bool = True) -> VariedTrajectory:
+        """The rows with the time and the density in places of their own."""
+        numbers, n = self.numbers, len(self.inner.s.x)
+        given = {f.name: getattr(run, f.name) for f in fields(Trajectory)}
+        base, t = run.base[:, :n], run.base[:, n]
+        x, mu = run.base, run.mu
+        if numbers.dtype == object:
+            x, mu = (np.array([numbers.number(e) for e in part.ravel()]).reshape(part.shape)
+                     for part in (x, mu))  # fmt: skip
+        sigma, grows = self._control(x[:, :n], mu)
+        zeta = x[:, n + 1] + self._half * grows if self.varied.controlled else sigma
+        bad = np.flatnonzero(~((sigma > 0) & (zeta > 0))) if judged else ()
+        if len(bad):
+            k = int(bad[0])
+            every = run.steps // max(1, len(t) - 1)
+            raise self.context.failure("", {"x": x[k], "mu": mu[k]}, k * every)
+        density = numbers.public(zeta if self.varied.controlled else 1 / sigma)
+        given |= {"t": t, "base": base, "scheme": self.varied}
+        return VariedTrajectory(**given, density=density)
+
+    @property
+    def inner(self) -> Any:
+        """The scheme of the base rule."""
+        return self.varied.inner
+
+    def _at_energy(self, x0: Any, mu0: Any, energy0: Any) -> VariedFlow:
+        """The flow on the scene with this start, and with its energy as E₀ unless it is given."""
+        varied, scene = self.varied, self.varied.scene
+        changes = {} if x0 is None else {"x0": list(x0)}
+        if mu0 is not None and scene.hamiltonian is not None:
+            changes["mu0"] = list(mu0)
+        elif mu0 is not None:
+            numbers, s = arithmetic(2 * self.digits), SceneSymbols(scene)
+            with numbers.working():
+                at = scene.x0 if x0 is None else x0
+                x, mu, near, p = (
+                    np.array([numbers.number(e) for e in given], dtype=numbers.dtype)
+                    for given in (at, mu0, scene.v0, scene.parameter_values)
+                )
+                found = legendre_inverse(s, numbers)(x[None], mu[None], list(p), near[None])[0]
+                changes["v0"] = list(numbers.public(found))
+        return VariedFlow(varied.at(energy0=energy0, **changes), self.step, self.digits)
+
+
+def _part(run: VariedTrajectory, count: int, every: int) -> VariedTrajectory:
+    """The first rows of a run."""
+    words = ("t", "x", "u", "mu", "base", "iterations", "translates", "multipliers", "density")
+    rows = {name: getattr(run, name)[:count] for name in words}
+    return replace(run, **rows, steps=(count - 1) * every)

@@ -1,0 +1,133 @@
+"""A scene with a rule whose steps vary."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+from ..compiler import System
+from ..equations import step_system
+from ..errors import BadInput, CannotMeasure, arguments_checked, brief_name
+from ..flows import Scheme
+from ..numbers import Arithmetic, Double, numeric, sympy
+from ..scene import Scene
+from .poincare import ENERGY, in_own_time
+from .varied_flow import VariedFlow
+from .varied_system import (
+    TIME,
+    controlled,
+    letter,
+    logarithmic_rate,
+    sigma_of,
+    with_columns,
+)
+
+
+class VariedScheme:
+    """A scene with a rule whose steps vary; its flow's step is ε, a step of the time τ.
+
+    inner: the scheme of the base rule, for "poincare" on the scene in its own time, where the form
+    on (x, μ) is that of the extended phase space at p_t = −E₀. What is not here is asked of it.
+    Raises `BadInput` for a scene that is none, and for a σ of another shape, that is not smooth or
+    not positive at the start; `CannotMeasure` where the rule has no meaning.
+    """
+
+    #: a step is a map of (x, μ, t, ζ) and no arrow
+    has_arrows = False
+
+    def __init__(self, scene: Any, rule: Any, inner: Scheme | None = None) -> None:
+        if not isinstance(scene, Scene):
+            raise BadInput(f"{brief_name(scene)} is no scene: give a Scene, or scenes.get(name).")
+        if refusal := rule.refusal(scene):
+            raise CannotMeasure(refusal)
+        self.scene, self.rule = scene, rule
+        if inner is not None:
+            self.inner = inner
+        elif self.by_poincare:
+            self.inner = Scheme(in_own_time(scene, rule.sigma), rule.base)
+        else:
+            self.inner = Scheme(scene, rule.base)
+        self.sigma = sigma_of(self.inner.s, rule.sigma, bare=self.by_poincare)
+
+    @property
+    def by_poincare(self) -> bool:
+        """Whether the system is that of K, on the extended phase space."""
+        return self.rule.way == "poincare"
+
+    @property
+    def controlled(self) -> bool:
+        """Whether the step density is a part of the state, which a controller leads."""
+        return self.rule.way == "reversible"
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ("inner", "scene", "rule"):
+            raise AttributeError(name)
+        return getattr(self.inner, name)
+
+    def __deepcopy__(self, memo: Any) -> VariedScheme:
+        return self  # nothing of it changes
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return VariedScheme, (self.scene, self.rule)
+
+    @property
+    def order(self) -> int | None:
+        """The order in ε of (x, μ) at the physical times that are reached.
+
+        That of the base: its steps are smooth functions of τ. The naive step has it as well.
+        """
+        return self.inner.order
+
+    @property
+    def self_adjoint(self) -> bool:
+        """Whether a step of −ε undoes one of ε, as a map of (x, μ, t, ζ)."""
+        return self.rule.way != "naive" and self.inner.self_adjoint
+
+    def at(self, energy0: Any = None, **values: Any) -> VariedScheme:
+        """This rule on the scene with other values; raises as `Scheme.at`.
+
+        energy0: by "poincare", E₀ where it is not the energy of the start.
+        """
+        if not self.by_poincare:
+            inner = self.inner.at(**values)
+            return VariedScheme(inner.scene, self.rule, inner)
+        scene = self.scene.with_values(**values)
+        own = in_own_time(scene, self.rule.sigma)
+        if energy0 is not None:
+            own = own.with_values(parameters={ENERGY: energy0})
+        return VariedScheme(scene, self.rule, Scheme(own, self.rule.base, self.inner.equations))
+
+    @arguments_checked
+    def flow(self, step: Any = None, digits: int = 16, on_edge: str = "refuse") -> VariedFlow:
+        """The flow at one step ε of τ. Raises `BadInput` for another on_edge than "refuse"."""
+        if step is None:
+            raise BadInput(f"{self.scene.name}: give a step, of the time τ.")
+        if on_edge != "refuse":
+            raise BadInput(f'{self.rule.name} has steps that vary: leave on_edge="refuse".')
+        return VariedFlow(self, step, digits)
+
+    @cached_property
+    def system(self) -> System:
+        """One step as the data that is compiled; of a composition its adjoint's substeps too."""
+        inner = self.inner
+        kinds = [inner.equations]
+        if any(part.adjoint for part in inner.substeps):
+            kinds.append(inner.adjoint.equations)
+        main, *others = (self._of(equations, bool(inner.substeps)) for equations in kinds)
+        return replace(main, adjoint=others[0]) if others else main
+
+    def _of(self, equations: Any, composed: bool) -> System:
+        system = step_system(equations, composed=composed)
+        if not self.by_poincare:
+            return controlled(system, equations.s, self.sigma, self.rule.way)
+        passed = equations.discrete_lagrangian.diff(getattr(equations.s.parameters, ENERGY))
+        return with_columns(system, [letter(TIME)], [passed])
+
+    @lru_cache(maxsize=8)  # noqa: B019 - a scheme has few arithmetics
+    def control(self, numbers: Arithmetic) -> Any:
+        """(σ, G) as a function of (x, μ, parameters), by rows in double precision."""
+        s = self.inner.s
+        grows = logarithmic_rate(s, self.sigma) if self.controlled else sympy.S.Zero
+        letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
+        return numeric(letters, [self.sigma, grows], numbers, columns=isinstance(numbers, Double))

@@ -1,0 +1,129 @@
+"""One step of a rule, with the physical time and the step density as two more entries of x.
+
+The step h of a system is the first entry of q; here it stands for the share of ε that a step has.
+What the system holds of h is replaced by the letter of the effective step, h/(ζ + e D): ζ the
+density, D what a step adds to it, e a last entry of q, which is not 0 in the first substep alone.
+So the kernels, the driver and all that looks at a system stay as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from ..compiler import System
+from ..equations import SceneSymbols, vector_field
+from ..errors import BadInput
+from ..numbers import Definition, Function, jacobian, replaced, sympy
+from ..numbers.types import Column, Expression, Letter, Replacement
+
+#: names of this room's letters, which no parameter of a scene can have: the physical time, the
+#: density, the effective step, what the density grows by, the roots of σ and of the new density,
+#: and e, with which the first substep alone changes the density
+TIME, DENSITY, STEP, GROWTH, ROOT, AFTER, CONTROL = (f"sd{i}" for i in range(7))
+
+
+def letter(name: str) -> Letter:
+    """A real letter of that name."""
+    return sympy.Symbol(name, real=True)
+
+
+def with_columns(
+    system: System, columns: Sequence[Letter], increments: Sequence[Expression]
+) -> System:
+    """The system with more entries of x, which grow by increments in its letters."""
+    more = tuple(letter(f"{c}_y") for c in columns)
+    return replace(
+        system,
+        x=(*system.x, *columns),
+        y=(*system.y, *more),
+        increment=sympy.Matrix([*system.increment, *increments]),
+    )
+
+
+def controlled(system: System, s: SceneSymbols, sigma: Expression, way: str) -> System:
+    """A system of equal steps with a step that follows σ, in the way reversible or naive."""
+    h, zeta, step, root, control = system.q[0], *map(letter, (DENSITY, STEP, ROOT, CONTROL))
+    growth, after = letter(GROWTH), letter(AFTER)
+    # a root is no number of what is negative: a run with such a σ or density ends there
+    grows = logarithmic_rate(s, sigma) * sigma / root**2 if way == "reversible" else (
+        1 / root**2 - zeta
+    )  # fmt: skip
+    before = (
+        Definition((root,), (sympy.sqrt(sigma),)),
+        Definition((growth,), (grows,)),
+        Definition((after,), (sympy.sqrt(zeta + control * growth),)),
+        Definition((step,), (h / after**2,)),
+    )
+    # the sizes that a chart's edge is told by do not see μ: they take the density before the step
+    watched = tuple((kind, e.xreplace({h: h / zeta})) for kind, e in system.extents)
+    inner = _in_letters(system, {h: step})
+    found = replace(
+        inner, q=(*system.q, control), definitions=(*before, *inner.definitions), extents=watched,
+        scaled=(),
+    )  # fmt: skip
+    return with_columns(found, [letter(TIME), zeta], [step, control * growth])
+
+
+def logarithmic_rate(s: SceneSymbols, sigma: Expression) -> Expression:
+    """G = −(dσ/dt)/σ along the motion, in x and μ.
+
+    Raises `CannotMeasure` where ξ(x, μ) has no short closed form.
+    """
+    slope = jacobian([sigma], [*s.x, *s.mu])
+    return -(slope * vector_field(s))[0] / sigma
+
+
+def _in_letters(system: System, swap: Replacement) -> System:
+    """The system with letters replaced in all that a step computes."""
+    known: Replacement = {}
+
+    def of(matrix: Column) -> Any:
+        return sympy.Matrix(*matrix.shape, replaced(matrix, swap, known))
+
+    functions: dict[Function, Function] = {}
+
+    def defined(given: Iterable[Definition]) -> tuple[Definition, ...]:
+        return tuple(
+            replace(d, values=tuple(replaced(d.values, swap, known))) if d.function is None
+            else replace(d, function=shared(d.function))
+            for d in given
+        )  # fmt: skip
+
+    def shared(f: Function) -> Function:
+        if f not in functions:
+            results = tuple(replaced(f.results, swap, known))
+            functions[f] = replace(f, results=results, definitions=defined(f.definitions))
+        return functions[f]
+
+    return replace(
+        system, rows=of(system.rows), slope=of(system.slope), increment=of(system.increment),
+        gain=of(system.gain), definitions=defined(system.definitions),
+        wanted=tuple(replaced(system.wanted, swap, known)),
+    )  # fmt: skip
+
+
+def sigma_of(s: SceneSymbols, function: Any, bare: bool) -> Expression:
+    """σ in the letters of a scene; bare: of x alone.
+
+    Raises `BadInput` for another shape, for what is not smooth, and for letters it does not have.
+    """
+    what = "sigma"
+    found = s.call(function, what, s.position, s.mu, s.parameters)
+    s.refuse_unknown(sympy.Matrix([found]), {*s.x, *s.mu}, what, function, "x, mu and p")
+    s.scalars([found], what, function)
+    pieces = found.atoms(sympy.Abs, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside,
+                         sympy.Piecewise, sympy.floor, sympy.ceiling)  # fmt: skip
+    if any(e.free_symbols & {*s.x, *s.mu} for e in pieces):
+        raise BadInput(
+            f"{s.name}: sigma is not smooth: it holds {min(map(str, pieces), key=len)[:60]}, and "
+            "no step has an order across a jump; write it without, as a root of squares or a sum "
+            "of powers."
+        )
+    if bare and found.free_symbols & {*s.mu}:
+        raise BadInput(
+            f'{s.name}: sigma depends on mu; with way="poincare" give a function of x and p '
+            'alone, or take way="reversible".'
+        )
+    return found
