@@ -204,16 +204,18 @@ class VariedFlow(Flow):
         """ε/2, in the flow's numbers."""
         return self.numbers.number(self.step / 2)
 
-    def _control(self, x: Any, mu: Any) -> tuple[Vector, Vector]:
+    def _control(self, x: Any, mu: Any) -> Any:
         """σ and G of rows (r, n) and (r, m)."""
         numbers, f = self.numbers, self.varied.control(self.numbers)
         p = [numbers.number(e) for e in self.context.scene.parameter_values]
         if isinstance(numbers, Double):
             with np.errstate(all="ignore"):
-                found = f(x.T, mu.T, p)
-            return tuple(np.broadcast_to(np.asarray(e, float), len(x)) for e in found)  # type: ignore[return-value]
-        rows = [f(*at, p) for at in zip(x, mu, strict=True)]
-        return tuple(np.array(e, dtype=object) for e in zip(*rows, strict=True))  # type: ignore[return-value]
+                sigma, grows = f(x.T, mu.T, p)
+        else:
+            rows = [f(*at, p) for at in zip(x, mu, strict=True)]
+            sigma, grows = zip(*rows, strict=True)
+        kind = numbers.dtype
+        return tuple(np.broadcast_to(np.array(e, kind), len(x)) for e in (sigma, grows))
 
     def _rows(self, run: Trajectory, judged: bool = True) -> VariedTrajectory:
         """The rows with the time and the density in places of their own."""
@@ -226,9 +228,9 @@ class VariedFlow(Flow):
                      for part in (x, mu))  # fmt: skip
         sigma, grows = self._control(x[:, :n], mu)
         zeta = x[:, n + 1] + self._half * grows if self.varied.controlled else sigma
-        bad = np.flatnonzero(~((sigma > 0) & (zeta > 0))) if judged else ()
-        if len(bad):
-            k = int(bad[0])
+        positive = (sigma > 0) & (zeta > 0)
+        if judged and not positive.all():
+            k = int(np.argmin(positive))
             every = run.steps // max(1, len(t) - 1)
             raise self.context.failure("", {"x": x[k], "mu": mu[k]}, k * every)
         density = numbers.public(zeta if self.varied.controlled else 1 / sigma)
