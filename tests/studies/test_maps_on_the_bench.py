@@ -109,6 +109,7 @@ def test_where_a_map_has_no_meaning_it_is_no_failure():
         check("order", ["rigid-body"], ["stoermer-verlet"])
 
 
+@pytest.mark.slow
 def test_assertions():
     assert_order("implicit-midpoint", "rigid-body", 2, steps=16)
     assert_symplectic("dual-gauss-2", "pendulum", steps=24)

@@ -50,9 +50,9 @@ def test_a_sound_rule_passes_and_what_cannot_be_asserted_is_skipped_with_the_sen
         from my_rule import two_thirds
 
         def test_mine(assert_order, assert_symplectic, assert_reversible, assert_converges):
-            assert_order("my_rule.py:two_thirds", "pendulum", 2)
-            assert_converges(two_thirds, "pendulum")
-            assert_symplectic(two_thirds, "pendulum", digits=50)
+            assert_order("my_rule.py:two_thirds", "pendulum", 2, digits=16)
+            assert_converges(two_thirds, "pendulum", digits=16)
+            assert_symplectic(two_thirds, "pendulum", digits=16)
             assert_reversible(two_thirds, "pendulum", digits=50)
 
         def test_momentum(assert_momentum):
@@ -154,6 +154,7 @@ def test_an_energy_that_drifts_is_missed():
         assert_energy("explicit-euler", "harmonic", steps=1000)
 
 
+@pytest.mark.slow
 def test_a_momentum_that_drifts_is_missed():
     scene = scenes.get("kepler")
     drifting = scene.with_values(lagrangian=lambda x, v, p: scene.lagrangian(x, v, p) + x[0] / 100)

@@ -66,6 +66,7 @@ def test_a_fault_is_caught_by_the_study_that_is_there_for_it(words, study, monke
     assert not found["equivalent"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [150, pytest.param(-150, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("words", [
     "pendulum midpoint: equation.gain_at_points, sign #0",

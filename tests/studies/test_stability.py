@@ -116,6 +116,7 @@ def test_every_class_has_a_look_and_a_criterion():
 # -- maps -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_fpu_ends_where_the_linear_theory_says_for_trapezoidal_and_not_for_imex():
     rows = {
         rule.name: stability_map(FAMILIES["fpu"], scheme_of(scenes.get("fpu"), rule), steps=2000)

@@ -97,7 +97,7 @@ def test_a_lattice_with_contact_that_overflows_names_the_site():
 
 
 def test_no_study_passes_a_run_without_numbers():
-    (case,) = check("energy", [FREE], [root], digits=[16])["cases"]
+    (case,) = check("energy", [FREE], [root], digits=[16], steps=1000)["cases"]
     assert case["verdict"] == "fail" and "no longer finite" in case["reason"]
 
 

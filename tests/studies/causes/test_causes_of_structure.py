@@ -40,6 +40,7 @@ def test_structure_stays_however_well_steps_are_solved():
     assert sizes[-1] > 1e-8 and found["evidence"]["solved"] > 1e-8
 
 
+@pytest.mark.dear("impatient")
 @pytest.mark.parametrize(("fault", "name"), [(drifting, "update"), (impatient, "solver residual")])
 def test_steps_that_are_not_of_sound_maps_are_told_from_a_broken_form(fault, name):
     """On a pair groupoid any arrow keeps the forms: the residual alone tells."""
@@ -84,6 +85,7 @@ def told_of(scene, rule=midpoint):
     return case["diagnosis"]
 
 
+@pytest.mark.slow
 def test_a_quantity_that_the_motion_does_not_keep_is_the_scenes_mistake():
     kepler = scenes.get("kepler")
     pulled = kepler.with_values(
@@ -99,10 +101,10 @@ ODD = {
 }
 
 
-@pytest.mark.dear("rigid-body-midpoint")
+@pytest.mark.dear("rigid-body")
 @pytest.mark.parametrize(("name", "rule"), [
     ("rigid-body", "midpoint"), ("rigid-body", "implicit-midpoint"),
-    pytest.param("rigid-body", "triple-jump:midpoint", marks=pytest.mark.slow),
+    ("rigid-body", "triple-jump:midpoint"),
     ("damped-pendulum", "midpoint"),
 ])  # fmt: skip
 def test_it_is_so_of_an_attitude_under_a_force_and_of_every_method(name, rule):

@@ -19,7 +19,7 @@ def found_with(name, monkeypatch, wrong, digits=16):
     return measured("symplecticity", scene, "midpoint", digits, 8)
 
 
-@pytest.mark.dear("16-knife-edge")
+@pytest.mark.dear("knife-edge")
 @pytest.mark.parametrize("name", ["cartesian-pendulum", "suslov", "knife-edge"])
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.sampled
@@ -65,10 +65,13 @@ def momentum(name, *quantities, rule="midpoint", **more):
 )
 def test_a_nonholonomic_momentum_obeys_its_equation(rule):
     """Gravity moves it, so does the turning of its section, and a force its part."""
-    for name, force in (("free", None), ("rubbed", lambda x, v, p: [-v[0] * v[2], 0, -v[2] / 5])):
-        found = momentum(f"{name}-{rule}", BLADE, SPIN, rule=rule, force=force)
-        assert found["verdict"] == "pass", found["reason"]
-        assert max(found["measured"]["drift"].values()) < 1e-15
+
+    def force(x, v, p):
+        return [-v[0] * v[2], 0, -v[2] / 5]
+
+    found = momentum(f"rubbed-{rule}", BLADE, SPIN, rule=rule, force=force)
+    assert found["verdict"] == "pass", found["reason"]
+    assert max(found["measured"]["drift"].values()) < 1e-15
 
 
 def test_a_wrong_row_breaks_the_momentum_equation(monkeypatch):

@@ -30,6 +30,7 @@ def radau(L, G, x, u, h):
     return h * L(x, u) / 4 + 3 * h * L(G.target(x, u, sympy.Rational(2, 3) * h), u) / 4
 
 
+@pytest.mark.dear("kepler")
 @pytest.mark.sampled
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.parametrize(
@@ -67,6 +68,7 @@ def inconsistent(size):
     return discretisation(2, name=f"drifting-by-{float(size):g}")(formula)
 
 
+@pytest.mark.slow
 def test_a_rule_that_is_of_first_order_in_the_end_does_not_pass():
     assert result("order", "pendulum", inconsistent(sympy.Rational(1, 10)))["verdict"] == "fail"
 
@@ -91,7 +93,10 @@ def perturbed(monkeypatch, size):
     return measured("order", scenes.get("pendulum").with_values(), trapezoidal, 16)
 
 
-@pytest.mark.parametrize("size", ["1/100", "1/10000000", "1/1000000000"])
+@pytest.mark.parametrize(
+    "size",
+    ["1/1000000000", *(pytest.param(s, marks=pytest.mark.slow) for s in ("1/100", "1/10000000"))],
+)
 def test_a_wrong_reference_is_no_pass(monkeypatch, size):
     assert perturbed(monkeypatch, size)["verdict"] == "fail"
 
@@ -140,6 +145,7 @@ def reference_of(scene):
     return lambda other, t, digits=50: solution(scene, t, digits)
 
 
+@pytest.mark.dear("1e-4")
 @pytest.mark.sampled
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.parametrize("size", ["1e-4", "1e-8", "1e-12"])
@@ -178,7 +184,7 @@ def test_whole_periods_hide_nothing():
 
 
 @pytest.mark.parametrize("power", [
-    150, -150, *(pytest.param(k, marks=pytest.mark.slow) for k in (10, -10))
+    150, *(pytest.param(k, marks=pytest.mark.slow) for k in (-150, 10, -10))
 ])  # fmt: skip
 def test_units_of_action_change_no_order(power):
     scale = sympy.Integer(10) ** power
@@ -214,6 +220,7 @@ def test_multipliers_of_a_lower_order_fail_though_the_motion_converges(monkeypat
     )
 
 
+@pytest.mark.slow
 def test_multipliers_on_no_line_are_no_pass(monkeypatch):
     """Those that do not sink fail; those that sink beside every line are not told."""
     at = "discmech.studies.order.multipliers.mean_multipliers"
@@ -241,6 +248,7 @@ def test_a_step_back_that_fails_takes_nothing_from_the_motion(monkeypatch):
     assert all(row["multipliers"] is None for row in found["rows"])
 
 
+@pytest.mark.dear("1-pass")
 @pytest.mark.parametrize(("start", "verdict"), [(1, "pass"), (2, "fail")])
 def test_a_rule_whose_adjoint_meets_no_constraints_is_judged_by_its_motion(start, verdict):
     """Forces inside a step of a group: the adjoint asks for L off the straight step."""

@@ -20,7 +20,7 @@ CONTROLS = [
 ]
 
 
-@pytest.mark.dear("heavy-top-explicit Euler")
+@pytest.mark.dear("heavy-top-explicit Euler", "rotor-body-explicit Euler", "rigid-body-Heun")
 @pytest.mark.sampled
 @pytest.mark.parametrize(
     ("digits", "margin"),
@@ -44,7 +44,7 @@ def test_controls_at_50_digits_where_everything_is_present():
         assert found["verdict"] == "pass"
 
 
-@pytest.mark.dear("classical Runge-Kutta-2-heavy-top")
+@pytest.mark.dear("2-heavy-top", "2-rotor-body", "1-heavy-top")
 @pytest.mark.sampled
 @pytest.mark.parametrize("scene", CONTROL_SCENES)
 @pytest.mark.parametrize(("control", "power"), [("classical Runge-Kutta", 2), ("Heun", 1)])

@@ -193,7 +193,7 @@ def test_a_step_that_keeps_something_between_calls_is_no_map():
         calls.append(0)
         return kick_drift_kick(q, p, h * (1 + 1e-9 * (len(calls) % 7)), s)
 
-    found = judged("symplecticity", "pendulum", forgetful)
+    found = judged("symplecticity", "pendulum", forgetful, causes=False)
     assert found["verdict"] == "fail" and "between calls" in found["reason"]
 
 
@@ -238,7 +238,7 @@ def test_a_step_that_looks_at_h_is_seen_at_others():
         ladder = [10 / 4 / round(2.5 / h) - h == 0, abs(np.log2(h / 0.1) * 2 % 1) < 0.2]
         return kick_drift_kick(q, p, h if any(ladder) else h * (1 + 1e-3), s)
 
-    found = judged("order", "pendulum", looking)
+    found = judged("order", "pendulum", looking, causes=False)
     assert found["verdict"] == "fail"
 
 
@@ -259,6 +259,7 @@ def test_an_iteration_with_a_loose_stop_is_told():
     assert found["verdict"] != "pass" and "not smooth" in found["reason"]
 
 
+@pytest.mark.slow
 def test_a_small_defect_is_not_passed_for_none():
     """Of RK4 at steps so small that differences hardly see its defect."""
     tiny = scenes.get("pendulum").with_values(step="0.0005", duration="0.1")

@@ -213,6 +213,7 @@ def test_checkpoints_lie_on_steps():
         assert states.steps == setting
 
 
+@pytest.mark.slow
 def test_a_long_race_is_about_invariants():
     found = race("kepler", rules=(BUILT_IN["midpoint"],), peers=("LSODA",), periods=20)
     for case in found.values():
