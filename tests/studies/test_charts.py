@@ -32,6 +32,7 @@ def found():
         patch.setattr(charts, "AXES", 2)
         patch.setattr(charts, "TURNS", TURNS)
         patch.setattr(charts, "DRAWN", 2)
+        patch.setattr(charts, "SIDE", 15)
         return run_case(get("charts"), the_case(digits=(16,), steps=SMALL["charts"][1]))
 
 

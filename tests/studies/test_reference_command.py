@@ -155,6 +155,7 @@ def test_published_digits_of_another_problem_are_not_right(monkeypatch):
     assert published.measure()[0]["scd"] < 6
 
 
+@pytest.mark.slow
 def test_published_digits_are_shown(capsys, monkeypatch):
     (entry,) = [e for e in published.problems() if e.problem == "figure eight"]
     monkeypatch.setattr(published, "problems", lambda: [entry])

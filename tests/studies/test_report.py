@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import html
 import io
 import json
+import os
 import re
 from contextlib import redirect_stdout
 from types import SimpleNamespace
@@ -43,7 +45,29 @@ def replace_measurements(monkeypatch, measure):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A report of two scenes in which one case in the middle fails: Newton gives up."""
+    """A report of two scenes in which one case in the middle fails: Newton gives up.
+
+    Processes of pytest that run side by side share one.
+    """
+    base = tmp_path_factory.getbasetemp()
+    place = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    folder, told = place / "report" / "build", place / "report.json"
+    with (place / "report.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not told.exists():
+            told.write_text(json.dumps(make(folder, tmp_path_factory.mktemp("kept"))))
+    code, out = json.loads(told.read_text())
+    results = [
+        json.loads((folder / f"tables/{name}.json").read_text("utf-8"), parse_constant=pytest.fail)
+        for name in APPLY
+    ]
+    page = folder / "index.html"
+    return SimpleNamespace(code=code, out=out, page=page, results=results,
+                           text=page.read_text("utf-8"))  # fmt: skip
+
+
+def make(folder, kept):
+    """Write it: the exit code of the command, and what it says."""
     good = {name: get(name).measuring.measure for name in NAMES}
 
     def measure(case, progress):
@@ -51,18 +75,11 @@ def made(tmp_path_factory):
             raise STOPPED
         return good[case.study](case, progress)
 
-    folder, kept = tmp_path_factory.mktemp("report") / "build", tmp_path_factory.mktemp("kept")
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as out:
         patch.setattr("discmech.studies.core.store.cache_folder", lambda: kept)
         replace_measurements(patch, measure)
         code = main([*WORDS, "--folder", str(folder)])
-    page = folder / "index.html"
-    results = [
-        json.loads((folder / f"tables/{name}.json").read_text("utf-8"), parse_constant=pytest.fail)
-        for name in APPLY
-    ]
-    return SimpleNamespace(code=code, out=out.getvalue(), page=page, results=results,
-                           text=page.read_text("utf-8"))  # fmt: skip
+    return code, out.getvalue()
 
 
 def test_every_study_is_on_the_page_with_the_command_of_every_case(made):

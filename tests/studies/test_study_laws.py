@@ -122,6 +122,7 @@ def test_the_largest_stable_steps_are_really_larger():
         assert len(tried) == 2 and tried[1] >= 2 * tried[0], (scene, rule, tried)
 
 
+@pytest.mark.dear("driven-heavy-top")
 @pytest.mark.parametrize(("scene", "rule"), often(PAIRWISE[3::4]))
 def test_symplectic_at_50_digits(scene, rule):
     is_symplectic(scene, rule, 50, 1e-45, 8)
@@ -222,6 +223,7 @@ def _fpu_apart(parameters):
             for k, p in enumerate(parameters)]  # fmt: skip
 
 
+@pytest.mark.dear("moser-veselov", "kirchhoff")
 @pytest.mark.parametrize(("scene", "rule"), _fpu_apart(named(CONSERVATIVE)))
 def test_energy_over_ten_thousand_steps(scene, rule):
     keeps_energy_in_a_band(scene, rule, 10**4)
@@ -283,6 +285,7 @@ RECORDED = {"python", "numpy", "mpmath", "mpmath_backend", "blas", "machine", "c
             "date", "settings"}  # fmt: skip
 
 
+@pytest.mark.dear("[work-precision]")
 @pytest.mark.parametrize("study", [*map(charts_slowly, NAMES)])
 def test_what_check_returns_is_what_the_design_says(study):
     scene, steps = SMALL[study]

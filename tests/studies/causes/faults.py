@@ -93,6 +93,6 @@ def crooked(flow):
 
 def cause(case):
     found = run_case(get(case.study), case)
-    assert found["verdict"] != "pass"
+    assert found["verdict"] == "fail"
     assert found["diagnosis"]["cause"] in found["reason"]
     return found["diagnosis"]
