@@ -1,4 +1,5 @@
-"""Unilateral contact with friction: gaps φ(x) ≥ 0, Coulomb's cones, impacts, steps under them."""
+"""Unilateral contact with friction: gaps φ(x) ≥ 0, Coulomb's cones, impacts, steps under
+contact."""
 
 from .cones import SWEEPS, NotFound, length, scaling, solved
 from .contact_run import ContactRun

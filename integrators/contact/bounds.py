@@ -18,24 +18,27 @@ from ..numbers import sympy
 
 Interval = tuple[Any, Any]
 
-COARSE = 5  # halvings of the path of a step that is taken with many others
-FINE = 30  # halvings of the path of one step: what closes for 1e-9 of a step is found
-MANY = 2**12  # parts of a path that are kept at most
+COARSE = 5  # number of halvings for the path of a step that is checked together with many others
+# number of halvings for the path of a single step: this finds a gap that closes for 1e-9 of a step
+FINE = 30
+MANY = 2**12  # largest number of parts of a path
 HALF = np.array([[8, 0, 0, 0], [4, 4, 0, 0], [2, 4, 2, 0], [1, 3, 3, 1]]) / 8
 HALVES = np.array([HALF, HALF[::-1, ::-1]])  # control points of both halves (de Casteljau)
 EVERYTHING = -np.inf, np.inf
 
 
 class GapBounds:
-    """Bounds of K gaps φ(x), whose slope is φ′ (K×n), at known values of the parameters."""
+    """Bounds of K gaps φ(x), with slope φ′ (K×n), at given values of the parameters."""
 
     def __init__(self, position: list[Any], phi: list[Any], slope: Any, known: dict[Any, float]):
         self.position, self.phi, self.slope = position, phi, slope.tolist()
         self.known = {symbol: (value, value) for symbol, value in known.items()}
 
     def lowest(self, points: np.ndarray, slack: Any = 0.0, gaps: Any = None) -> np.ndarray:
-        """A lower bound of the gaps over the hull of the points (r, 4, n), (r, K); slack (r, n):
-        by how much the hull is wider."""
+        """Return lower bounds of the gaps, (r, K), over the hulls of the points (r, 4, n).
+
+        slack (r, n) widens each hull; gaps: the indices of the gaps, by default all.
+        """
         of = self._hull(points, slack)
         lows = [enclosed(self.phi[i], of)[0] for i in
                 (range(len(self.phi)) if gaps is None else gaps)]  # fmt: skip
@@ -49,7 +52,8 @@ class GapBounds:
         return {**self.known, **box}
 
     def open(self, rows: np.ndarray) -> np.ndarray:
-        """Of the ways from row to row of x (r, n), r ≥ 3, whether all gaps are surely positive."""
+        """Return for each path between neighbouring rows of x (r, n), r ≥ 3, True if all gaps are
+        certainly positive on it."""
         points, slack = paths_through(rows)
         with np.errstate(all="ignore"):
             left = np.flatnonzero((self.lowest(points, slack) <= 0).any(axis=1))
@@ -66,8 +70,10 @@ class GapBounds:
         return found
 
     def dip(self, points: np.ndarray, i: int, below: float) -> float | None:
-        """Where along the path (4, n), as a share of it, gap i is less than `below`; None where it
-        surely is not, or for less than 2⁻³⁰ of it only."""
+        """Return where gap i is less than `below` on the path (4, n), as a share of the path.
+
+        The result is None if the gap certainly is not, or only on less than 2⁻³⁰ of the path.
+        """
         with np.errstate(all="ignore"):
             return self._dip(points, i, below)
 
@@ -80,7 +86,7 @@ class GapBounds:
             if len(under):
                 return float(starts[under[0]] + size / 2)
             rate = self._rate(parts, i)
-            steep = np.maximum(abs(rate[0]), abs(rate[1]))  # 3 (p₁ − p₀), …: of the whole part
+            steep = np.maximum(abs(rate[0]), abs(rate[1]))  # 3 (p₁ − p₀), …: for the whole part
             surely = self.lowest(parts, gaps=[i])[:, 0] >= below
             surely |= middle - steep / 2 >= below
             one_way = (rate[0] >= 0) | (rate[1] <= 0)
@@ -95,12 +101,12 @@ class GapBounds:
         return None
 
     def _value(self, x: np.ndarray, i: int) -> np.ndarray:
-        """φ_i at points (r, n), (r,)."""
+        """Return φ_i at points (r, n), (r,)."""
         at = {**self.known, **{e: (x[:, k], x[:, k]) for k, e in enumerate(self.position)}}
         return np.broadcast_to(enclosed(self.phi[i], at)[0], len(x))
 
     def _rate(self, parts: np.ndarray, i: int) -> Interval:
-        """Bounds of the change of gap i over the length of each part, at the rates along it."""
+        """Return bounds of the change of gap i along each part."""
         of, steps = self._hull(parts), 3 * np.diff(parts, axis=1)
         found: Interval = (np.zeros(len(parts)), np.zeros(len(parts)))
         for k, slope in enumerate(self.slope[i]):
@@ -111,21 +117,22 @@ class GapBounds:
 
 
 def _halved(parts: np.ndarray) -> np.ndarray:
-    """Both halves of each path, one after the other, (2 r, 4, n)."""
+    """Return both halves of each path, one after the other, (2 r, 4, n)."""
     found: np.ndarray = np.einsum("hij,rjn->rhin", HALVES, parts)
     return found.reshape(-1, *parts.shape[1:])
 
 
 def cubic(x: np.ndarray, rate: np.ndarray, y: np.ndarray, ending: np.ndarray) -> np.ndarray:
-    """The control points (…, 4, n) of the cubic from x to y with these rates at both ends."""
+    """Return the control points (…, 4, n) of the cubic from x to y with the given end rates."""
     return np.stack([x, x + rate / 3, y - ending / 3, y], axis=-2)
 
 
 def paths_through(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(control points (r − 1, 4, n) of cubics from row to row of x (r, n), slack (r − 1, n)).
+    """Return (control points (r − 1, 4, n) of cubics between the rows of x (r, n), slack (r − 1,
+    n)).
 
-    Rates are those of the parabola through a row and its neighbours; the motion that the rows
-    follow may leave the cubic by about the third difference, the slack.
+    The rates are those of the parabola through a row and its neighbours. The motion behind the rows
+    may leave the cubic by about the third difference, which is the slack.
     """
     rates = np.gradient(rows, axis=0, edge_order=2)
     points = cubic(rows[:-1], rates[:-1], rows[1:], rates[1:])
@@ -138,9 +145,9 @@ def paths_through(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def enclosed(expression: Any, at: dict[Any, Interval]) -> Interval:
-    """Bounds of an expression over boxes: symbols in `at`, and what is found is added to it.
+    """Return bounds of an expression over boxes; `at` maps symbols to boxes and keeps results.
 
-    What has no rule is between −∞ and ∞.
+    A function without a rule is bounded by −∞ and ∞.
     """
     found = at.get(expression)
     if found is None:
@@ -167,7 +174,7 @@ def _enclosed(e: Any, at: dict[Any, Interval]) -> Interval:
         return found
     if e.is_Pow:
         return _power(e, at)
-    if isinstance(e, sympy.Piecewise):  # whichever holds
+    if isinstance(e, sympy.Piecewise):  # any branch may hold
         parts = [enclosed(value, at) for value, _ in e.args]
         lows, highs = zip(*parts, strict=True)
         return _of_all(np.minimum, lows), _of_all(np.maximum, highs)
@@ -183,7 +190,7 @@ def _product(a: Interval, b: Interval) -> Interval:
     if isinstance(a[0], float) and a[0] == a[1] != 0:  # a number
         return (a[0] * b[0], a[0] * b[1]) if a[0] > 0 else (a[0] * b[1], a[0] * b[0])
     products = [np.multiply(p, q) for p in a for q in b]
-    # 0 · ∞ is no number, which neither of these takes over a number
+    # 0 · ∞ is NaN, which fmin and fmax ignore
     return _of_all(np.fmin, products), _of_all(np.fmax, products)
 
 
@@ -202,7 +209,7 @@ def _power(e: Any, at: dict[Any, Interval]) -> Interval:
         if n < 0:
             return _inverse(_whole_power((low, high), -n))
         return _whole_power((low, high), n)
-    # a power that is no integer is real where its base is not negative
+    # a power with a fractional exponent is real only if its base is not negative
     low, high = np.maximum(low, 0.0), np.maximum(high, 0.0)
     if exponent.is_number:
         size = float(abs(exponent))
@@ -233,7 +240,8 @@ def _rising(f: Callable[[Any], Any], least: float = -np.inf) -> Callable[[Interv
 
 
 def _cosine(a: Interval) -> Interval:
-    """By whether a multiple of 2π, and one that is odd of π, is between the ends."""
+    """Bound the cosine; its extremes are ±1 if an even or odd multiple of π lies in the
+    interval."""
     low, high = np.minimum(np.cos(a[0]), np.cos(a[1])), np.maximum(np.cos(a[0]), np.cos(a[1]))
     turn = 2 * np.pi
     top = np.floor(np.divide(a[1], turn)) >= np.ceil(np.divide(a[0], turn))
@@ -261,7 +269,7 @@ def _hyperbolic_cosine(a: Interval) -> Interval:
 
 
 def _angle(y: Interval, x: Interval) -> Interval:
-    """atan2: of boxes to the right of the origin by their corners, else any angle."""
+    """Bound atan2: by the corners if the box is right of the origin, else by ±π."""
     corners = [np.arctan2(p, q) for p in y for q in x]
     right = np.asarray(x[0]) > 0
     return (np.where(right, _of_all(np.minimum, corners), -np.pi),

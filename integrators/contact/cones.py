@@ -1,10 +1,11 @@
 """Impulses in Coulomb's cones: P_n ≥ 0, U_n ≥ 0, P_n U_n = 0; |P_t| ≤ κ P_n, opposite to the slip.
 
-As roots of the natural map, min(P_n, r U_n) and P_t − proj(P_t − r U_t) on the disc of the radius
-κ P_n: sweeps of Gauss and Seidel over the contacts find who touches and who slips, a semismooth
-Newton method the rest. Where contacts are redundant its matrix is singular, and its step the least.
-Where both fail and the contacts are few, each is tried open, sticking and slipping: that finds what
-the sweeps run away from, such as the impulse that stops a rod in Painlevé's paradox.
+They are roots of the natural map: min(P_n, r U_n), and P_t − proj(P_t − r U_t) on the disc of
+radius κ P_n. Gauss–Seidel sweeps over the contacts find which ones touch and slip; a semismooth
+Newton method does the rest. If contacts are redundant, its matrix is singular, and the shortest
+step is taken. If both fail and there are few contacts, each is tried open, sticking and slipping:
+that finds solutions from which the sweeps diverge, such as the impulse that stops a rod in
+Painlevé's paradox.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from ..numbers import Arithmetic
 from ..numbers.types import Number, Vector
 
 SWEEPS, CORRECTIONS = 2000, 12
-ROUNDED = 64  # units of round-off that are left of a solution
-FEW = 3  # contacts, of which all modes are tried: 4³ linear systems
+ROUNDED = 64  # largest residual of a solution, in units of round-off
+FEW = 3  # up to so many contacts all modes are tried: 4³ linear systems
 
 
 class NotFound(CannotMeasure):
-    """No impulses of the contacts were found; near: as near as sweeps come."""
+    """No impulses of the contacts were found; near: the closest impulses of the sweeps."""
 
     def __init__(self, near: Vector) -> None:
         super().__init__("no impulses of the contacts were found")
@@ -33,8 +34,11 @@ class NotFound(CannotMeasure):
 
 
 class Jammed(CannotMeasure):
-    """An impulse does not open its own contact: friction of a known slip outweighs it (Painlevé's
-    paradox), or the gap has no slope or the mass matrix is not positive there."""
+    """An impulse does not open its own contact.
+
+    Either friction of a known slip outweighs it (Painlevé's paradox), or the gap has no slope
+    there, or the mass matrix is not positive there.
+    """
 
     def __init__(self) -> None:
         super().__init__("an impulse does not open its own contact, whose gap has no slope there, "
@@ -42,9 +46,9 @@ class Jammed(CannotMeasure):
 
 
 class Cones(NamedTuple):
-    """Contacts: so many normal impulses, and behind them those of the planes with friction.
+    """The contacts: the number of normal impulses, which come first, and the planes with friction.
 
-    planes: of a normal impulse by its place, where those of its plane are, and its coefficient κ.
+    planes: index of a normal impulse ↦ (slice of the impulses in its plane, coefficient κ).
     """
 
     normals: int
@@ -52,15 +56,17 @@ class Cones(NamedTuple):
 
 
 def of_parts(values: Vector, cones: Cones) -> Vector:
-    """The size of each normal and of each plane: what is along the plane says nothing of the other,
-    so each is held against its own."""
+    """Return the size of each normal entry and of each plane.
+
+    Entries along a plane tell nothing about the normal ones, so each part has its own size.
+    """
     normals = abs(values[: cones.normals])
     planes = [max(abs(values[t])) for t, _ in cones.planes.values()]
     return np.append(normals, planes) if planes else normals
 
 
 def residual(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
-    """The natural map, in units of an impulse."""
+    """Return the natural map, in units of an impulse; it is 0 at a solution."""
     found = P - np.maximum(0 * P, P - r * U)
     for n, (t, bound) in cones.planes.items():
         found[t] = P[t] - _on_disc(P[t] - r[t] * U[t], bound * max(0 * P[n], P[n]))
@@ -68,14 +74,14 @@ def residual(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
 
 
 def missed(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
-    """By how much P misses the cones, of each part."""
+    """Return the distance of P from the cones, for each part."""
     return of_parts(abs(residual(P, U, r, cones)), cones)
 
 
 def scaling(W: Any, cones: Cones) -> Vector:
-    """r, an impulse for a velocity: one of the normal, one of the plane of each contact.
+    """Return r, an impulse per velocity: for each contact one for its normal and one for its plane.
 
-    Raises `Jammed` where an impulse does not move its own contact the way it pushes.
+    Raises `Jammed` if an impulse does not move its own contact in the direction in which it pushes.
     """
     own = W.diagonal()
     if not (own > 0).all():
@@ -87,9 +93,9 @@ def scaling(W: Any, cones: Cones) -> Vector:
 
 
 def impulses(W: np.ndarray, U0: Vector, cones: Cones, numbers: Arithmetic, start: Vector) -> Vector:
-    """P with U = U₀ + W P in the cones, near `start` where contacts are redundant.
+    """Return P in the cones with U = U₀ + W P, near `start` if contacts are redundant.
 
-    Raises `NotFound` where none is found.
+    Raises `NotFound` if no solution is found.
     """
     r, P = scaling(W, cones), start.copy()
     if solved(P, U0, W, r, cones, numbers):
@@ -116,10 +122,10 @@ def impulses(W: np.ndarray, U0: Vector, cones: Cones, numbers: Arithmetic, start
 
 
 def _of_modes(W: np.ndarray, U0: Vector, cones: Cones, numbers: Arithmetic) -> Iterator[Vector]:
-    """P of each choice of open, sticking and slipping contacts: one linear system for each.
+    """Yield P of each choice of open, sticking and slipping contacts, from one linear system each.
 
-    A slip in a plane of two directions is tried both ways along that of U₀, and from there turned
-    into that of its own solution.
+    A slip in a plane with two directions is tried along U₀ and against it, and from there turned
+    into the direction of its own solution.
     """
     ways = {n: _unit(U0[t]) for n, (t, _) in cones.planes.items()}
     choices = [("open", "stick") + (("with", "against") if n in ways else ())
@@ -129,7 +135,7 @@ def _of_modes(W: np.ndarray, U0: Vector, cones: Cones, numbers: Arithmetic) -> I
                  for n, mode in enumerate(modes) if mode in ("with", "against")}  # fmt: skip
         pushing = [n for n, mode in enumerate(modes) if mode != "open"]
         for _ in range(CORRECTIONS if any(len(e) > 1 for e in along.values()) else 1):
-            # P = spread · (the unknown normals, and the impulses of what sticks)
+            # P = spread · (the unknown normals, and the impulses of the sticking contacts)
             rows = list(pushing)
             for n in pushing:
                 if n in ways and n not in along:
@@ -148,7 +154,7 @@ def _of_modes(W: np.ndarray, U0: Vector, cones: Cones, numbers: Arithmetic) -> I
 
 
 def _unit(v: Vector) -> Vector:
-    """v / |v|; along the first axis where v is 0."""
+    """Return v / |v|, or the first unit vector if v is 0."""
     size = length(v)
     if size > 0:
         return v / size
@@ -158,7 +164,7 @@ def _unit(v: Vector) -> Vector:
 
 
 def solved(P: Vector, U0: Vector, W: Any, r: Vector, cones: Cones, numbers: Arithmetic) -> bool:
-    """Whether P are the impulses, to round-off; a plane's also to that of its radius κ P_n."""
+    """Return True if P solves the problem to round-off; for a plane also to that of κ P_n."""
     left = missed(P, U0 + W @ P, r, cones)
     units = of_parts(abs(P) + r * (abs(U0) + abs(W) @ abs(P)), cones)
     for k, (n, (_, bound)) in enumerate(cones.planes.items(), cones.normals):
@@ -194,9 +200,10 @@ def _newton(
 
 
 def _least(slope: np.ndarray, left: Vector, unit: Vector, numbers: Arithmetic) -> Vector | None:
-    """The least step with slope·step = left in these units; in more than 16 digits the only one.
+    """Return the least step with slope·step = left in the given units.
 
-    Where contacts are redundant the slope is singular to round-off, and the rows of it agree.
+    If contacts are redundant, the slope is singular to round-off, and its rows agree. In more than
+    16 digits the step is the only one, or None.
     """
     if slope.dtype == object:
         try:
@@ -211,11 +218,11 @@ def _least(slope: np.ndarray, left: Vector, unit: Vector, numbers: Arithmetic) -
 
 
 def _on_disc(z: Vector, radius: Number) -> Vector:
-    """The nearest point of the disc of a radius."""
+    """Return the nearest point of the disc with the given radius."""
     size = length(z)
     return z if size <= radius else z * (radius / size)
 
 
 def length(v: Vector) -> Number:
-    """|v|, in any arithmetic."""
+    """Return |v|, in any arithmetic."""
     return sum(e * e for e in v) ** 0.5

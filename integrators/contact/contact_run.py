@@ -1,4 +1,4 @@
-"""A run under contact as it goes: its rows, its impacts, and what is told where it fails."""
+"""A run under contact: its rows, its impacts, and the report of a failure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .contact_step import ContactSteps, Moment
 
 
 class ContactRun(ABC):
-    """A run of so many steps from a moment, each every-th a row.
+    """A run of `steps` steps from a moment; every `every`-th step writes a row.
 
     rows: x, μ and u; impulses (r, K, 1 + D) of the step that leaves a row; impacts: (step, impact).
     """
@@ -37,7 +37,7 @@ class ContactRun(ABC):
         self.impacts: list[tuple[int, Any]] = []
 
     def taken(self) -> Any:
-        """The trajectory; raises `StepFailure` with the rows so far."""
+        """Do the run and return its trajectory; raises `StepFailure` with the rows so far."""
         while self.index < self.steps:
             with self._told():
                 self.advance()
@@ -50,7 +50,7 @@ class ContactRun(ABC):
         return self.trajectory(self.steps // self.every + 1)
 
     def _look(self) -> None:
-        """Raise `CannotMeasure` where x or μ of now is no longer finite."""
+        """Raise `CannotMeasure` if the present x or μ is no longer finite."""
         for name, part in (("x", self.moment.place.x), ("mu", self.moment.mu)):
             if len(lost := np.flatnonzero(~finite(part))):
                 self.index -= 1
@@ -58,11 +58,11 @@ class ContactRun(ABC):
                 raise CannotMeasure(f"the numbers are no longer finite, first {where}")
 
     def component(self, name: str, k: int) -> str:
-        """The name of entry k of x or mu."""
+        """Return the name of entry k of x or mu."""
         return f"{name}[{k}]"
 
     def advance(self) -> None:
-        """One step, and perhaps more."""
+        """Take one step, or several where that is faster."""
         m = self.moment
         self.moment, u, impulses, impacts = self.contact.step(m)
         self.write(m.place.x, m.mu, u, impulses)
@@ -70,7 +70,7 @@ class ContactRun(ABC):
         self.index += 1
 
     def write(self, x: Vector, mu: Vector, u: Vector, impulses: Any = 0) -> None:
-        """The row of now, if it has one."""
+        """Write the present row, if this step has one."""
         if self.index % self.every == 0:
             row = self.index // self.every
             for column, value in zip(self.rows, (x, mu, u), strict=True):
@@ -83,7 +83,8 @@ class ContactRun(ABC):
             yield
         except (StepFailure, CannotMeasure) as failure:
             cause = failure
-        except (ArithmeticError, ValueError):  # Python's own functions outside their domain
+        # raised by Python's own functions outside their domain
+        except (ArithmeticError, ValueError):
             cause = CannotMeasure("L or a gap of it is no number")
         else:
             return
@@ -91,8 +92,8 @@ class ContactRun(ABC):
 
     @abstractmethod
     def trajectory(self, count: int) -> Any:
-        """The first `count` rows as a user gets them."""
+        """Return the first `count` rows in the form that a user gets."""
 
     @abstractmethod
     def failure(self, failure: Exception, rows: Any) -> StepFailure:
-        """The failure of the step to come; rows: those so far."""
+        """Return the failure of the coming step; rows: those so far."""

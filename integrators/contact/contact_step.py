@@ -1,19 +1,19 @@
 """A step under contact: free steps between impulses of the contacts.
 
-A gap that is closed and does not open keeps closed as a constraint would, by an impulse at each end
-of the step (`equations.constrained_equations`; RATTLE where the rule is trapezoidal), here in the
-cone of Coulomb: with λ_i ≥ 0 at the start, φ(b(x, u)) ≥ 0 and λ_i φ_i = 0, and at the end the same
-of the velocity. At the start friction acts on the displacement of the step, not on the velocity,
-so that what sticks does not creep.
+A closed gap that does not open is kept closed as by a constraint, with an impulse at each end of
+the step (`equations.constrained_equations`; RATTLE if the rule is trapezoidal), here in Coulomb's
+cone: λ_i ≥ 0 at the start with φ(b(x, u)) ≥ 0 and λ_i φ_i = 0, and at the end the same for the
+velocity. At the start friction acts on the displacement of the step, not on the velocity, so that a
+sticking contact does not creep.
 
-A gap that would become negative is an impact. Here an impulse at the start ends the step on φ = 0;
-at the end it is given back as far as the energy at the start of the step allows, and the impact is
-there: its time is late by less than a step (Kane, Repetto, Ortiz, Marsden 1999; Pandolfi, Kane,
-Marsden, Ortiz 2002). `located_step` finds it inside the step.
+A gap that would become negative is an impact. In this file an impulse at the start makes the step
+end on φ = 0; at the end this impulse is returned as far as the energy at the start of the step
+allows, and the impact happens there: its time is late by less than a step (Kane, Repetto, Ortiz,
+Marsden 1999; Pandolfi, Kane, Marsden, Ortiz 2002). `located_step` finds its time inside the step.
 
-All is made of free steps of the scheme, of the size of the step or a part of it, so that nothing is
-compiled for contact, and every rule on every groupoid has it. Unknowns are few: an impulse for each
-closed gap, and for each direction of its plane.
+Everything is made of free steps of the scheme, with the size of the step or a part of it, so
+nothing is compiled for contact, and it works with every rule on every groupoid. Unknowns are few:
+one impulse for each closed gap, and one for each direction of its plane.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ from .impacts import (
     velocity_law,
 )
 
-LEFT_OVER = 2**12  # units of round-off that a gap may be negative by
-ZENO = 64  # impacts of one gap in one step, after which it closes without a rebound
+LEFT_OVER = 2**12  # a gap may be negative by so many units of round-off
+ZENO = 64  # after so many impacts in one step a gap closes without a rebound
 
 
 @dataclass(frozen=True)
 class FreeSteps:
     """Steps of the scheme without contact.
 
-    h: the step; part: (share of the step, x, μ, a velocity nearby) ↦ (y, μ′, u) after it, u what
-    left x. It may raise `StepFailure`.
+    h: the step size; part: (share of the step, x, μ, a velocity nearby) ↦ (y, μ′, u), the state
+    after that part and the u that leaves x. It may raise `StepFailure`.
     """
 
     h: Number
@@ -55,7 +55,7 @@ class FreeSteps:
 
 
 class Moment(NamedTuple):
-    """Where a run is: place, μ, a velocity nearby, and of each gap the noise of its velocities."""
+    """The state of a run: place, μ, a velocity nearby, and the velocity noise of each gap."""
 
     place: Place
     mu: Vector
@@ -64,7 +64,8 @@ class Moment(NamedTuple):
 
 
 class Impact(NamedTuple):
-    """An impact: its part of the step, x, μ before and after, and the impulses (K, 1 + D)."""
+    """An impact: its time as a share of the step, x, μ before and after, and impulses (K, 1 +
+    D)."""
 
     share: Number
     x: Vector
@@ -74,7 +75,7 @@ class Impact(NamedTuple):
 
 
 class Taken(NamedTuple):
-    """A part of a step that was taken: the moment it led to, with the u that left; the impulses.
+    """A part of a step: the moment at its end, whose u leaves its start, and the impulses.
 
     start, at_start: the contacts that pushed at the start, and their impulses; arriving: μ at the
     end, before the impulses there.
@@ -98,15 +99,15 @@ class ContactSteps:
         self.eps, self.one = gaps.numbers.eps, gaps.numbers.number(1)
 
     def still(self) -> Vector:
-        """The noise of a start."""
+        """Return zero velocity noise for every gap, (K,)."""
         return self.gaps.numbers.zeros(self.gaps.count)
 
     def step(self, m: Moment) -> tuple[Moment, Vector, np.ndarray, list[Impact]]:
-        """(the moment after one step, the u that left, impulses (K, 1 + D), impacts).
+        """Take one step: return (the next moment, the u that left, impulses (K, 1 + D), impacts).
 
-        Raises `CannotMeasure` where no impulses are found, or impacts do not end.
+        Raises `CannotMeasure` if no impulses are found, or if impacts do not end.
         """
-        m = m._replace(noise=m.noise / 4)  # within a step it does not shrink
+        m = m._replace(noise=m.noise / 4)  # within a step the noise does not shrink
         counts, impacts = np.zeros(self.gaps.count, dtype=np.int64), list[Impact]()
         m, u, total = self._taken(m, counts, impacts)
         if (m.place.phi < -LEFT_OVER * self.eps * m.place.size).any():
@@ -115,13 +116,13 @@ class ContactSteps:
         return m, u, sum((e.impulses for e in impacts), total), impacts
 
     def resting(self, m: Moment) -> np.ndarray:
-        """The gaps that are closed and do not open; u of the moment is its ξ."""
+        """Return the gaps that are closed and do not open; u of the moment is its ξ."""
         place = m.place
         slow = self._slow(place.normal, m.u, m.noise)
         return np.flatnonzero(place.closed & (place.normal @ m.u <= slow))
 
     def _slow(self, rows: np.ndarray, xi: Vector, noise: Vector) -> Vector:
-        """Velocities along rows that are round-off."""
+        """Return the size below which velocities along the rows are round-off."""
         slow: Vector = NOISE * self.eps * (abs(rows) @ abs(xi) + noise)
         return slow
 
@@ -130,7 +131,8 @@ class ContactSteps:
     def _struck(
         self, m: Moment, share: Number, counts: np.ndarray, impacts: list[Impact]
     ) -> Moment:
-        """The moment after the impacts of closed gaps that are still closing; its u is its ξ."""
+        """Return the moment after the impacts of closed gaps that are still closing; its u is its
+        ξ."""
         place = m.place
         for _ in range(AGAIN):
             m = m._replace(u=self.gaps.velocity(place.x, m.mu, m.u))
@@ -149,10 +151,10 @@ class ContactSteps:
         raise CannotMeasure(f"{AGAIN} impacts at one place do not open the gaps")
 
     def _slips(self, m: Moment, resting: np.ndarray, stuck: set[int]) -> dict[int, Vector]:
-        """The directions in which resting gaps with friction slip.
+        """Return the directions in which resting gaps with friction slip.
 
-        One that friction of its full size would close ends at once (Painlevé's paradox): it has no
-        known direction, and is left to the cone as a whole.
+        If friction of full size would close the gap at once (Painlevé's paradox), the slip has no
+        known direction, and the gap is left to the cone as a whole.
         """
         found, place = dict[int, Vector](), m.place
         for i in resting if self.gaps.rough else ():
@@ -177,19 +179,19 @@ class ContactSteps:
         landing: Sequence[int] | np.ndarray = (),
         held: bool = False,
     ) -> Taken:
-        """A part of a step in which the resting gaps stay closed, or open.
+        """Take a part of a step in which the resting gaps stay closed, or open.
 
-        slips: directions in which they slip, against which friction is at the start where the way
-        along the plane does not turn back. landing: gaps that are kept from being negative by an
-        impulse without friction, at the start only. held: friction is against the slips throughout.
+        slips: the directions of slips; friction at the start acts against them unless the path
+        along the plane turns back. landing: gaps that an impulse without friction, only at the
+        start, keeps from being negative. held: True if friction acts against the slips throughout.
         """
         gaps, h, place = self.gaps, self.free.h * share, m.place
         start = active(gaps, place, resting, landing, slips)
         W = gaps.flexibility(place.x, m.u, start.rows, start.push)
         # Newton ends at the round-off of its whole solution, not of each component
         reach = place.own + self.free.h * (gaps.fastest(place, m.u) + m.noise)
-        # A resting gap is closed to round-off only. What is left of it is made good over a whole
-        # step: a short part that did would push by it over the share.
+        # A resting gap is closed only to round-off. A whole step removes the remainder: a short
+        # part that did so would need an impulse larger by the factor 1/share.
         left_over = 0 * place.phi
         left_over[resting] = (1 - share) * place.phi[resting]
 
@@ -217,7 +219,7 @@ class ContactSteps:
         except (Jammed, NotFound):
             if not slips:
                 raise
-            return self._moved(m, share, resting, {}, landing)  # of the cone as a whole
+            return self._moved(m, share, resting, {}, landing)  # treat the cone as a whole
         onward = {i: e for i, e in slips.items() if held or e @ place.moved(i, there) > 0}
         if len(onward) < len(slips):
             return self._moved(m, share, resting, onward, landing)
@@ -238,9 +240,10 @@ class ContactSteps:
     def _taken(
         self, m: Moment, counts: np.ndarray, impacts: list[Impact]
     ) -> tuple[Moment, Vector, np.ndarray]:
-        """(the moment at the end of the step, the u that left, the impulses that are no impacts).
+        """Return (the moment at the end of the step, the u that left, the impulses outside
+        impacts).
 
-        counts (K,) and impacts are written on the way.
+        The counts (K,) and the impacts are updated on the way.
         """
         m = self._struck(m, 0 * self.one, counts, impacts)
         resting = self.resting(m)
@@ -248,7 +251,7 @@ class ContactSteps:
         return self._given_back(m, taken, resting, landing)
 
     def _landed(self, m: Moment, resting: np.ndarray) -> tuple[Taken, np.ndarray]:
-        """(a step that ends on the gaps that it would make negative, these gaps)."""
+        """Return (a step that ends on the gaps that it would make negative, these gaps)."""
         landing, slips = resting[:0], self._slips(m, resting, set())
         while True:
             taken = self._moved(m, self.one, resting, slips, landing)
@@ -262,7 +265,8 @@ class ContactSteps:
     def _given_back(
         self, m: Moment, taken: Taken, resting: np.ndarray, landing: np.ndarray
     ) -> tuple[Moment, Vector, np.ndarray]:
-        """As `_taken`, of a step that landed: there its impulse is given back."""
+        """Return the results of `_take_step` for a step that landed, after returning its
+        impulse."""
         gaps, end, start, P = self.gaps, taken.end, taken.start, taken.at_start
         pushed = slice(len(resting), len(resting) + len(landing))
         landed = np.flatnonzero(P[pushed] > 0) + len(resting)
@@ -276,7 +280,8 @@ class ContactSteps:
             there = end.place
             along = P[landed] @ there.normal[start.owners[landed]]
             s = given_back(gaps, there, end.mu, end.u, along, wanted)
-            if self.e < 1:  # more than all of it pulls; an elastic impact is to keep the energy
+            # more than the whole impulse would pull; an elastic impact has to keep the energy
+            if self.e < 1:
                 s = min(s, self.one)
             taken.impulses[start.owners[landed], 0] -= s * P[landed]
             end = end._replace(mu=end.mu - s * along)
@@ -284,6 +289,6 @@ class ContactSteps:
 
 
 def carried(place: Place, there: Place, i: int, along: Vector) -> Vector:
-    """A direction of the plane of a gap, in the basis of its plane at another place."""
+    """Return a direction of gap i's plane in the basis of its plane at another place."""
     found: Vector = there.bases[i].T @ (place.bases[i] @ along)
     return found / length(found)

@@ -1,8 +1,9 @@
-"""The gaps φ(x) ≥ 0 of a scene, as numbers: slopes, planes of contact, velocities and energy.
+"""The gaps φ(x) ≥ 0 of a scene in numbers: slopes, planes of contact, velocities and energy.
 
 The normal row of a gap is A = φ′ρ̂, so that dφ/dt = A ξ and Aᵀλ is the force of a multiplier λ. In
-the plane of contact the touching point has coordinates t(x), whose rates T ξ are its slip: those
-that the scene gives, or x itself without its part along φ′, in an orthonormal basis of the plane.
+the plane of contact the touching point has coordinates t(x), whose rates T ξ are its slip: the
+coordinates that the scene gives, or x itself without its part along φ′, in an orthonormal basis of
+the plane.
 """
 
 from __future__ import annotations
@@ -28,18 +29,19 @@ from ..scene import Scene
 from .bounds import GapBounds
 from .cones import Cones, impulses, length
 
-BESIDE = (2, 1)  # half powers of round-off, by which a point with slopes is beside one without
-TOUCHING = 128  # units of round-off of its size within which a gap is closed
+# powers of √round-off: relative distances at which a slope is taken beside a point without one
+BESIDE = (2, 1)
+TOUCHING = 128  # a gap is closed if it is at most so many units of the round-off of its size
 
 
 class Place(NamedTuple):
-    """The gaps at a point x, K of them.
+    """The K gaps at a point x.
 
-    phi, own, size (K,): their values, what their round-off is a part of here, and what it is with
-    the way that led here; normal (K, m); slip: of each gap T (d, m); bases: of each gap an
-    orthonormal basis of its plane, in the coordinates that the scene gives, or in x; where: of each
-    gap its t(x); scale (K,): |φ′| where T is in its units, else 1; closed (K,): whether a gap is 0
-    to round-off.
+    phi (K,): their values; own, size (K,): the sizes that determine the round-off of φ, at this
+    point alone and with the path that led here; normal (K, m); slip: for each gap T (d, m); bases:
+    for each gap an orthonormal basis of its plane, in the coordinates that the scene gives, or in
+    x; where: for each gap t(x); scale (K,): |φ′| if T is in its units, else 1; closed (K,): True if
+    a gap is 0 to round-off; breadth (K,): the size that determines the round-off of t(x).
     """
 
     x: Vector
@@ -56,19 +58,21 @@ class Place(NamedTuple):
     rho: Any = None
 
     def moved(self, i: int, other: Place) -> Vector:
-        """How far the touching point of gap i has moved along its plane, from here to there."""
+        """Return how far the touching point of gap i has moved along its plane, from here to
+        there."""
         found: Vector = (other.where[i] - self.where[i]) @ self.bases[i]
         return found
 
 
 class Gaps:
-    """The gaps of a scene in an arithmetic, and what their velocities follow from.
+    """The gaps of a scene in an arithmetic, and the functions that give their velocities.
 
-    friction (K,). Raises `BadInput` for gaps that are no expressions of x and p, coordinates
-    without a gap, another number of coefficients than of gaps, and friction in a base of 1.
+    friction (K,). Raises `BadInput` for gaps that are not expressions of x and p, coordinates
+    without a gap, a number of coefficients other than that of the gaps, and friction in a base of
+    dimension 1.
     """
 
-    #: the side of the slip that friction acts against; −1 is a control
+    #: the sign of friction against the slip; −1 serves as a negative control
     against = 1
 
     def __init__(self, s: SceneSymbols, scene: Scene, numbers: Arithmetic) -> None:
@@ -93,27 +97,32 @@ class Gaps:
                     "give the coordinates along which it slips, (φ, [t, …])."
                 )
         self._legendre = legendre_inverse(s, numbers)
-        #: whether ξ is affine in μ
+        #: True if ξ is affine in μ
         self.quadratic = self._legendre.quadratic
 
     @cached_property
     def still(self) -> np.ndarray:
-        """No impulses, (K, 1 + D): of each gap the normal one, and those along its coordinates, if
-        it has friction."""
+        """Zero impulses, (K, 1 + D): for each gap the normal one, then those along its coordinates.
+
+        Only gaps with friction count for D.
+        """
         rough = (e for e, kappa in zip(self.coordinates, self.friction, strict=True) if kappa > 0)
         width = 1 + max((self.n if e is None else len(e) for e in rough), default=0)
         found: np.ndarray = self.numbers.zeros(self.count, width)
         return found
 
     def phi(self, rows: np.ndarray) -> np.ndarray:
-        """φ at rows of x, (r, K)."""
+        """Return φ at rows of x, (r, K)."""
         if self.numbers.dtype is object:
             return np.array([self._phi(x, self.p) for x in rows])
         return np.array(np.broadcast_to(self._phi(rows.T, self.p).T, (len(rows), self.count)))
 
     def _made(self, x: Vector) -> Any:
-        """The numbers that `at` is made of. A distance has no slope at its centre, where it is 0/0:
-        there all but φ is taken at a point beside x, as near as round-off lets a slope exist."""
+        """Return the numbers from which `at` is made.
+
+        A distance has no slope at its centre, where it is 0/0: there everything except φ is taken
+        at a point beside x, as near as round-off allows a slope.
+        """
         try:
             found = self._place(x, self.p)
             if finite(found[2]).all():
@@ -129,7 +138,8 @@ class Gaps:
         return self._place(x, self.p)
 
     def at(self, x: Vector, reach: Any = 0) -> Place:
-        """The gaps at a point; reach (K,): sizes of what was added up on the way to it."""
+        """Return the gaps at a point; reach (K,): sizes of the numbers added up on the way to
+        it."""
         phi, own_size, slope, normal, rho, own, own_slope, own_breadth = self._made(x)
         slip, bases, where, scale, breadth, first = [], [], [], [], [], 0
         for i, coordinates in enumerate(self.coordinates):
@@ -154,13 +164,13 @@ class Gaps:
                      breadths, rho)  # fmt: skip
 
     def at_start(self, x: Vector) -> Place:
-        """The gaps at a start, which is known to the round-off of its largest coordinate."""
+        """Return the gaps at a start, which is known to the round-off of its largest coordinate."""
         slope, known = self._made(x)[2], [*x[: self.n], *self.scene.x0]
         largest = max(abs(self.numbers.number(e)) for e in known)
         return self.at(x, abs(slope).sum(axis=1) * largest)
 
     def velocity(self, x: Vector, mu: Vector, near: Vector) -> Vector:
-        """ξ(x, μ), m; `near`: one nearby."""
+        """Return ξ(x, μ), (m,); `near` is a velocity nearby."""
         if self.quadratic:
             mass, still = self._motion(x, 0 * mu, self.p)
             solved: Vector = self.numbers.solve(mass, mu - still)
@@ -169,30 +179,32 @@ class Gaps:
         return found
 
     def flexibility(self, x: Vector, xi: Vector, rows: np.ndarray, push: np.ndarray) -> np.ndarray:
-        """rows M⁻¹ pushᵀ: how impulses along `push` change the velocities along `rows`."""
+        """Return rows M⁻¹ pushᵀ: the change of the velocities along `rows` by impulses along
+        `push`."""
         changed: np.ndarray = rows @ self.inverse_mass(x, xi) @ push.T
         return changed
 
     def struck_with(self, closed: Vector, closing: Vector) -> Vector:
-        """Which of the closed gaps may push where some are closing: all, being of one system."""
+        """Return the closed gaps that may push if some are closing: all, since they are one
+        system."""
         return closed
 
     def fastest(self, place: Place, xi: Vector) -> Vector:
-        """How fast each gap could close with the kinetic energy of ξ, (K,), in any units.
+        """Return how fast each gap could close with the kinetic energy of ξ, (K,), in any units.
 
-        √(A M⁻¹Aᵀ · ξ·M ξ), which is |A ξ| at least (Cauchy and Schwarz).
+        This is √(A M⁻¹Aᵀ · ξ·M ξ), which is at least |A ξ| (Cauchy and Schwarz).
         """
         return self.weights(place, xi)[1]
 
     def weights(self, place: Place, xi: Vector) -> tuple[Vector, Vector]:
-        """(A M⁻¹Aᵀ of each gap, what an impulse changes its velocity by, (K,); `fastest`)."""
+        """Return (A M⁻¹Aᵀ of each gap: velocity change by a unit impulse, (K,); `fastest`)."""
         mass, _ = self._motion(place.x, xi, self.p)
         weight = abs((place.normal * self.numbers.solve(mass, place.normal.T).T).sum(axis=1))
         speeds: Vector = (weight * abs(xi @ mass @ xi)) ** 0.5
         return weight, speeds
 
     def inverse_mass(self, x: Vector, xi: Vector) -> np.ndarray:
-        """∂ξ/∂μ, m×m."""
+        """Return ∂ξ/∂μ, m×m."""
         mass, _ = self._motion(x, xi, self.p)
         found: np.ndarray = self.numbers.solve(mass, self.numbers.identity(len(xi)))
         return found
@@ -204,16 +216,16 @@ class Gaps:
         return gap_bounds(self.s, self.scene.contact, tuple(values))
 
     def impulses(self, W: np.ndarray, U0: Vector, cones: Cones, start: Vector) -> Vector:
-        """P in the cones with the velocities U₀ + W P (`cones.impulses`)."""
+        """Return P in the cones with the velocities U₀ + W P (`cones.impulses`)."""
         return impulses(W, U0, cones, self.numbers, start)
 
     def energy(self, x: Vector, xi: Vector, mu: Vector) -> Number:
-        """H at (x, ξ, μ)."""
+        """Return H at (x, ξ, μ)."""
         return self._energy(x, xi, mu, self.p)
 
 
 def _plane(normal: Vector) -> np.ndarray:
-    """An orthonormal basis of the plane across a unit vector, n×(n−1), by a reflection."""
+    """Return an orthonormal basis of the plane across a unit vector, n×(n−1), by a reflection."""
     n, along = len(normal), normal.copy()
     along[0] += 1 if normal[0] >= 0 else -1
     one = np.eye(n, dtype=int) + 0 * normal[0]
@@ -221,7 +233,7 @@ def _plane(normal: Vector) -> np.ndarray:
 
 
 def gap_expressions(s: SceneSymbols, contact: Any) -> tuple[Column, list[Any]]:
-    """The gaps, K×1, and of each the coordinates of its plane, or None where it gives none."""
+    """Return the gaps, K×1, and for each the coordinates of its plane, or None if it gives none."""
     what = "its contact"
     given = s.evaluated(contact, what, s.position, s.parameters)
     if not _listed(given):
@@ -248,7 +260,7 @@ def gap_expressions(s: SceneSymbols, contact: Any) -> tuple[Column, list[Any]]:
 
 
 def _listed(given: Any) -> bool:
-    """Whether something is a list with entries, or a column, and no dictionary or text."""
+    """Return True for a list, tuple, array or column with entries."""
     return isinstance(given, (tuple, list, np.ndarray, sympy.MatrixBase)) and len(given) > 0
 
 
@@ -256,15 +268,19 @@ def _listed(given: Any) -> bool:
 def gap_functions(
     s: SceneSymbols, contact: Any, numbers: Arithmetic, columns: bool = False
 ) -> tuple[Any, ...]:
-    """The coordinates (`gap_expressions`), and functions: what `Gaps.at` needs; φ, of columns in
-    double precision; M and ∂l/∂ξ; H. columns: of all."""
+    """Return the coordinates (`gap_expressions`) and four compiled functions.
+
+    They give the inputs of `Gaps.at`; φ, on columns in double precision; M and ∂l/∂ξ; and H.
+    columns: True if all of them work on columns.
+    """
     phi, coordinates = gap_expressions(s, contact)
     own = sympy.Matrix([e for part in coordinates for e in part or ()])
     rho = natural_structure(s, s.x)[0][: s.n, :]
     slope = jacobian(phi, s.position)
 
     def sizes(values: Any, slopes: Any) -> list[Any]:
-        """What the round-off of each value is a part of: its terms, and its changes with x."""
+        """Return the size that determines each value's round-off: its terms and its changes with
+        x."""
         return [
             sympy.Add(*map(abs, sympy.Add.make_args(e)), *(abs(d * x) for d, x in
                     zip(row, s.position, strict=True)))
@@ -288,7 +304,7 @@ def gap_functions(
 
 @lru_cache(maxsize=64)
 def gap_bounds(s: SceneSymbols, contact: Any, parameters: tuple[float, ...]) -> GapBounds:
-    """The bounds of the gaps of a scene with these values of its parameters."""
+    """Return the bounds of the gaps of a scene with the given values of its parameters."""
     phi, _ = gap_expressions(s, contact)
     known = dict(zip(s.parameter_list, parameters, strict=True))
     return GapBounds(list(s.position), list(phi), jacobian(phi, s.position), known)

@@ -1,11 +1,11 @@
 """Impacts: the momentum jumps within the cones of the contacts, at a place where gaps are closed.
 
-With U = G ξ the velocities of all contacts, U⁻ → U⁺, the mean (U⁺ + e U⁻)/(1 + e) meets the law
-that without restitution U⁺ does (Moreau 1988). Where ξ is affine in μ, U⁺ = U⁻ + W P, so that
-P = (1 + e) P_c, P_c the impulse for e = 0, and the kinetic energy changes by
-(1 + e) [P_c·U_c − (1 − e)/2 P_c·W P_c]; P_c·U_c is what friction takes. It never grows, whatever e
-in [0, 1], the number of contacts and the friction are. Of other Lagrangians the impulse of that law
-is made shorter where it would raise the energy.
+U = G ξ are the velocities of all contacts, U⁻ before and U⁺ after. The mean (U⁺ + e U⁻)/(1 + e)
+satisfies the law that U⁺ satisfies without restitution (Moreau 1988). If ξ is affine in μ, U⁺ = U⁻
++ W P, so that P = (1 + e) P_c, where P_c is the impulse for e = 0, and the kinetic energy changes
+by (1 + e) [P_c·U_c − (1 − e)/2 P_c·W P_c]; P_c·U_c is the loss by friction. It never grows, for any
+e in [0, 1], any number of contacts and any friction. For other Lagrangians the impulse of that law
+is shortened if it would raise the energy.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from ..numbers.types import Number, Vector
 from .cones import Cones, NotFound, missed, of_parts, scaling
 from .gaps import Gaps, Place
 
-NOISE = 2**10  # units of round-off of its terms below which a velocity is 0
+NOISE = 2**10  # a velocity below so many units of round-off of its terms is 0
 MOST, STAGNANT = 400, 2**12
-NEAR = 4  # units of round-off of a motion's velocities that are left of a solution
-AGAIN = 100  # impacts at one place and time: each opens some gap that another one closes
+NEAR = 4  # largest residual of a solution, in units of the round-off of the motion's velocities
+AGAIN = 100  # number of impacts at one place and time: each opens some gap that another one closes
 
 
 class Active(NamedTuple):
     """Contacts that may push: velocities are along `rows`, impulses along `push`, both (k, m).
 
-    owners (k,): of each entry, its gap; none: no impulses, (K, 1 + D); made: of entries with
-    friction, what an impulse of 1 is along the coordinates of its gap's plane.
+    owners (k,): the gap of each entry; none: zero impulses, (K, 1 + D); made: for entries with
+    friction, (entry, the impulse 1 in the coordinates of its gap's plane).
     """
 
     rows: Any
@@ -40,7 +40,7 @@ class Active(NamedTuple):
     made: list[tuple[int, Vector]]
 
     def total(self, P: Vector) -> np.ndarray:
-        """The impulses of all gaps, (K, 1 + D)."""
+        """Return the impulses of all gaps, (K, 1 + D)."""
         found, normals = self.none.copy(), self.cones.normals
         found[self.owners[:normals], 0] += P[:normals]
         for k, along in self.made:
@@ -48,7 +48,7 @@ class Active(NamedTuple):
         return found
 
     def noise(self, changed: Vector) -> Vector:
-        """By how much impulses change the velocities of each gap at most, (K,)."""
+        """Return the largest change of each gap's velocities by impulses, (K,)."""
         found = self.none[:, 0].copy()
         np.maximum.at(found, self.owners, changed)
         return found
@@ -61,9 +61,9 @@ def active(
     smooth: Sequence[int] | Vector = (),
     sliding: Mapping[int, Vector] = {},
 ) -> Active:
-    """The contacts of the gaps `rough`, with friction, and `smooth`, without.
+    """Return the contacts of the gaps `rough`, with friction, and `smooth`, without.
 
-    sliding: of gaps that are known to slip, the direction, in the basis of their plane: friction
+    sliding: for gaps that are known to slip, the direction in the basis of their plane; friction
     then has its full size against it.
     """
     owners = np.append(rough, smooth).astype(np.int64)
@@ -91,10 +91,11 @@ def active(
 
 
 def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]:
-    """(P, what the trial gives) with velocities F(P) in the cones.
+    """Return (P, the trial's data) with velocities F(P) in the cones.
 
-    trial: P ↦ (F, unit of F's round-off, anything). W: nearly ∂F/∂P; where it is no sparse matrix
-    of many sites, improved on the way (Broyden). Raises `CannotMeasure` where none is found.
+    trial: P ↦ (F, unit of F's round-off, any data). W: approximately ∂F/∂P; unless it is a sparse
+    matrix of many sites, it is improved on the way (Broyden). Raises `CannotMeasure` if no P is
+    found.
     """
     numbers = gaps.numbers
     P = numbers.zeros(W.shape[0])
@@ -103,12 +104,13 @@ def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]
     for _ in range(MOST):
         units = of_parts(numbers.eps * (abs(P) + r * unit), cones)
         left = _largest(missed(P, F, r, cones), units)
-        if before is not None and left <= NEAR:  # redundant contacts might go on exchanging
+        # redundant contacts might exchange impulses for ever
+        if before is not None and left <= NEAR:
             return P, data
         try:
             change = gaps.impulses(W, F - W @ P, cones, P) - P
             size = _largest(of_parts(change, cones), units)
-        except NotFound as failure:  # frozen, redundant contacts may contradict each other
+        except NotFound as failure:  # once frozen, redundant contacts may contradict each other
             change = failure.near - P
             size = left
         if size <= NEAR or (before is not None and before / 2 <= size < STAGNANT):
@@ -124,7 +126,7 @@ def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]
 
 
 def _largest(parts: Vector, units: Vector) -> Number:
-    """The largest of parts in these units, none of which counts where a part is 0."""
+    """Return the largest of the parts in their units; a part that is 0 needs no unit."""
     some = parts != 0
     if not some.any():
         return 0
@@ -137,9 +139,9 @@ def _largest(parts: Vector, units: Vector) -> Number:
 def velocity_law(
     gaps: Gaps, place: Place, mu: Vector, near: Vector, contacts: Active, e: Number
 ) -> tuple[Vector, Vector, Vector]:
-    """(impulses P, μ + pushᵀP, noise (k,)) of an impact with the restitution e; 0: no rebound.
+    """Return (impulses P, μ + pushᵀP, noise (k,)) of an impact with the restitution e.
 
-    noise: by how much the impulses change each velocity.
+    noise: the size of the velocity changes by the impulses.
     """
     xi = gaps.velocity(place.x, mu, near)
     W = gaps.flexibility(place.x, xi, contacts.rows, contacts.push)
@@ -147,7 +149,7 @@ def velocity_law(
         U = contacts.rows @ xi
         try:
             P = gaps.impulses(W, U, contacts.cones, 0 * U)
-        except NotFound as failure:  # redundant contacts agree to the noise of their velocities
+        except NotFound as failure:  # redundant contacts agree to their velocities' noise
             P, r = failure.near, scaling(W, contacts.cones)
             unit = abs(P) + r * (abs(contacts.rows) @ abs(xi))
             left = missed(P, U + W @ P, r, contacts.cones)
@@ -155,7 +157,8 @@ def velocity_law(
                 raise
         P = (1 + e) * P
     else:
-        # a velocity may be far below what its round-off is a part of: μ, and where Newton began
+        # a velocity may be far smaller than the sizes that determine its round-off: μ, and the
+        # start of Newton's method
         known, began = abs(gaps.inverse_mass(place.x, xi)), abs(near)
 
         def trial(P: Vector) -> tuple[Vector, Vector, Any]:
@@ -172,9 +175,10 @@ def velocity_law(
 def _without_gain(
     gaps: Gaps, place: Place, mu: Vector, push: np.ndarray, P: Vector, xi: Vector, after: Vector
 ) -> Vector:
-    """s P with the largest s ≤ 1 by which the energy does not rise; ξ before and after P.
+    """Return s P with the largest s ≤ 1 for which the energy does not rise.
 
-    H is convex along P and falls at first, so Newton's method comes down to that s from s = 1.
+    xi and after are ξ before and after P. H is convex along P and falls at first, so Newton's
+    method descends to that s from s = 1.
     """
     wanted = gaps.energy(place.x, xi, mu)
     for _ in range(MOST):
@@ -190,17 +194,18 @@ def _without_gain(
 def given_back(
     gaps: Gaps, place: Place, mu: Vector, near: Vector, along: Vector, wanted: Number
 ) -> Number:
-    """s, for which μ − s·along has the energy `wanted` and the gaps close; 1 undoes an impulse.
+    """Return s for which μ − s·along has the energy `wanted` and the gaps close; 1 undoes an
+    impulse.
 
-    Where the place has more energy at any s, the s with the least.
+    If the energy is larger for every s, return the s with the least energy.
     """
     xi = gaps.velocity(place.x, mu, near)
     curve = gaps.flexibility(place.x, xi, along[None], along[None])[0, 0]
     rate, excess = (along * xi).sum(), gaps.energy(place.x, xi, mu) - wanted
-    least = rate / curve  # of the two s, whose mean this is: no square of an energy is formed
+    least = rate / curve  # the mean of the two solutions s: no square of an energy is formed
     under = max(least * least - 2 * excess / curve, 0 * rate)
     s = least + under**0.5
-    for _ in range(6 if under > 0 else 0):  # nothing is left where the energy is quadratic in μ
+    for _ in range(6 if under > 0 else 0):  # nothing remains to do if the energy is quadratic in μ
         at = mu - s * along
         xi = gaps.velocity(place.x, at, near)
         rate = (along * xi).sum()

@@ -1,9 +1,9 @@
 """Steps under contact with impacts, and ends of slips, located inside a step.
 
-A part of the step ends where the gap is 0, the impact is there, and the rest of the step follows
-(Fetecau, Marsden, Ortiz, West 2003): times of impacts have the order of the rule. Impacts of one
-gap may accumulate in a step; after `ZENO` of them it closes without a rebound. Gaps that close and
-open again within the step are found by bounds of them along its path (`bounds`).
+A part of the step ends where the gap is 0, the impact happens there, and the rest of the step
+follows (Fetecau, Marsden, Ortiz, West 2003): times of impacts have the order of the rule. Impacts
+of one gap may accumulate in a step; after `ZENO` of them it closes without a rebound. Gaps that
+close and open again within the step are found by bounds along its path (`bounds`).
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from .bounds import cubic
 from .contact_step import ContactSteps, Impact, Moment, Taken, carried
 from .gaps import TOUCHING, Gaps, Place
 
-EVENTS = 2**14  # in one step
-HALVINGS = 200  # of the search for an event
-SOON = 4  # units of round-off of a step, of which a part is none
+EVENTS = 2**14  # largest number in one step
+HALVINGS = 200  # largest number of iterations in the search for an event
+SOON = 4  # a shorter part of a step, in units of its round-off, counts as none
 
 
 class Event(NamedTuple):
-    """What ends a part of a step: the share of the step up to it, and what was taken up to it.
+    """The end of a part of a step: the share of the step up to it, and that part.
 
     stopped: the gap that stopped slipping there; rests: the gap that did not open after all.
     """
@@ -40,8 +40,8 @@ class Event(NamedTuple):
 class LocatedSteps(ContactSteps):
     """Steps of a scene under contact, with impacts inside a step.
 
-    stepped: only where impacts at the end of the step have no solution, or a gap closes and opens
-    again before.
+    stepped: True if impacts are located only when impacts at the end of the step have no solution,
+    or when a gap closes and opens again before.
     """
 
     def __init__(self, gaps: Gaps, free: Any, restitution: Number, stepped: bool) -> None:
@@ -51,7 +51,8 @@ class LocatedSteps(ContactSteps):
         self.unsure = set[int]()
 
     def free_steps(self, x: np.ndarray) -> tuple[int, np.ndarray]:
-        """(how many free steps, from row to row of x (r, n), are surely without contact; φ)."""
+        """Return (number of rows of x (r, n) that free steps reach certainly without contact;
+        φ)."""
         phi = self.gaps.phi(x)
         if len(x) < 3:
             return 0, phi
@@ -85,8 +86,10 @@ class LocatedSteps(ContactSteps):
         raise CannotMeasure(f"there are more than {EVENTS} impacts in one step")
 
     def _stepped(self, m: Moment, resting: np.ndarray) -> tuple[Moment, Vector, np.ndarray] | None:
-        """A step with impacts at its end; None where there is none, or a gap closes and opens again
-        on the way."""
+        """Take a step with impacts at its end.
+
+        Returns None if that fails, or if a gap closes and opens again on the way.
+        """
         try:
             taken, landing = self._landed(m, resting)
         except (CannotMeasure, StepFailure):
@@ -96,7 +99,7 @@ class LocatedSteps(ContactSteps):
         return self._given_back(m, taken, resting, landing)
 
     def _at_rest(self, m: Moment, still: set[int]) -> np.ndarray:
-        """The gaps that are closed and do not open, and those of `still` that are closed."""
+        """Return the gaps that are closed and do not open, and those of `still` that are closed."""
         resting = self.resting(m)
         if not still:
             return resting
@@ -106,13 +109,16 @@ class LocatedSteps(ContactSteps):
         self, m: Moment, taken: Taken, share: Number, resting: np.ndarray,
         slips: Mapping[int, Vector],
     ) -> Event | None:  # fmt: skip
-        """The first gap that closes, or slip that ends; None where nothing happens in that part."""
+        """Return the first gap that closes or slip that ends in that part, or None."""
         found: Event | None = None
         done, place = set[int](), m.place
 
         def gap_after(i: int, share: Number) -> tuple[Number, Number, Taken]:
-            """(φ_i after a share, its round-off, what was taken), the first two divided by the
-            share if the gap is closed at the start, less what it is not closed by there."""
+            """Return (φ_i after a share, its round-off, the part of the step).
+
+            If the gap is closed at the start, the first two are divided by the share, after the
+            remainder of φ_i at the start is subtracted.
+            """
             taken = self._moved(m, share, resting, slips)
             there, over, begun = taken.end.place, self.one, 0 * self.one
             if place.closed[i]:
@@ -121,7 +127,7 @@ class LocatedSteps(ContactSteps):
             return (there.phi[i] - begun) / over, unit, taken
 
         def slip_after(i: int, share: Number) -> tuple[Number, Number, Taken]:
-            """(slip i after a share of the step, its round-off, what was taken)."""
+            """Return (slip i after a share of the step, its round-off, the part of the step)."""
             taken = self._moved(m, share, resting, slips, held=True)
             return self._slip(place, taken.end, i, slips[i]), self.eps * taken.end.noise[i], taken
 
@@ -133,7 +139,7 @@ class LocatedSteps(ContactSteps):
                     return Event(0 * share, taken, rests=i)
                 if root is not None:
                     closed = root[1].end.place.closed.copy()
-                    closed[i] = True  # by where it is, whatever its round-off
+                    closed[i] = True  # by construction, whatever its round-off
                     end = root[1].end
                     end = end._replace(place=end.place._replace(closed=closed))
                     root = root[0], root[1]._replace(end=end)
@@ -156,22 +162,22 @@ class LocatedSteps(ContactSteps):
                 found = Event(share, taken, stopped)
 
     def _is_no_flight(self, m: Moment, i: int, first: Number, root: tuple[Number, Taken]) -> bool:
-        """Whether a closed gap that opens closes again before it is more than its round-off.
+        """Return True if a closed gap that opens closes again before it exceeds its round-off.
 
-        Its parabola is as high as a quarter of its rate times its time.
+        Its parabola is as high as a quarter of its initial rate times its duration.
         """
         size = max(m.place.size[i], root[1].end.place.size[i])
         return bool(root[0] <= SOON * self.eps
                     or first * root[0] / 4 <= TOUCHING * self.eps * size)  # fmt: skip
 
     def _has_ended(self, place: Place, end: Moment, i: int, along: Vector) -> bool:
-        """Whether the slip of gap i has ended or turned, but for round-off."""
+        """Return True if the slip of gap i has ended or turned, up to round-off."""
         row = end.place.slip[i]
         slow = self._slow(row, end.u, end.noise[i]).max()
         return bool(self._slip(place, end, i, along) <= slow)
 
     def _slip(self, place: Place, end: Moment, i: int, along: Vector) -> Number:
-        """The slip of gap i at the end of a part, in the direction that it began with."""
+        """Return the slip of gap i at the end of a part, in the direction in which it began."""
         there = end.place
         if not there.closed[i]:
             return self.one
@@ -181,7 +187,7 @@ class LocatedSteps(ContactSteps):
     def _closing(
         self, m: Moment, taken: Taken, share: Number, done: set[int]
     ) -> tuple[int, Number, Number] | None:
-        """(gap, its value at the start, a share at which it is negative) of one that closes."""
+        """Return (gap, its value at the start, a share at which it is negative), or None."""
         place, there, h = m.place, taken.end.place, self.free.h * share
         rates = place.normal @ m.u
         watched = [i for i in range(self.gaps.count) if i not in done]
@@ -196,9 +202,9 @@ class LocatedSteps(ContactSteps):
     def _dip(
         self, m: Moment, taken: Taken, h: Number, watched: list[int]
     ) -> tuple[int, Number] | None:
-        """(gap, share of the part at which it is negative) of one that does so on the way.
+        """Return (gap, share of the part at which it is negative on the way), or None.
 
-        The way is the cubic with the velocities at both ends, which has their order.
+        The path is the cubic with the velocities at both ends, which has their order.
         """
         gaps, n, place, there = self.gaps, self.gaps.n, m.place, taken.end.place
         bounds, begin = gaps.bounds, m.u
@@ -223,13 +229,13 @@ class LocatedSteps(ContactSteps):
         return None
 
     def _thin_dip(self, m: Moment, points: np.ndarray, i: int, way: Vector) -> float | None:
-        """Where along a path gap i, open at both ends, is negative by more than round-off there.
+        """Return where on a path gap i, open at both ends, is negative beyond the round-off there.
 
-        At a thin post that is far less than at the ends of a step. A gap that is negative by less
-        is told of in `unsure`.
+        At a thin post this round-off is far less than at the ends of a step. A gap that is negative
+        by less is noted in `unsure`.
         """
         number, below = self.gaps.numbers.number, 0.0
-        for _ in range(2):  # the second time beyond the round-off that it has where it is negative
+        for _ in range(2):  # the second time beyond the round-off at the place where it is negative
             at = self.gaps.bounds.dip(points, i, below)
             if at is None:
                 break
@@ -251,10 +257,11 @@ class LocatedSteps(ContactSteps):
     def _root(
         self, value: Callable[[Number], Any], first: Number, upto: Number
     ) -> tuple[Number, Taken] | None:
-        """(share, what was taken) where a value that begins with `first` > 0 is 0; None if nowhere.
+        """Return (share, part of the step) at which a value that begins with `first` > 0 is 0, or
+        None.
 
-        Between shares with both signs by the secant, the side that stays weighed less (Anderson,
-        Björck 1973).
+        It uses the secant between shares with opposite signs, and halves the weight of an end that
+        stays (Anderson, Björck 1973).
         """
         low, above, high, latest = 0 * upto, first, upto, -1
         below, _, at = value(high)

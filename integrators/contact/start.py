@@ -13,14 +13,15 @@ from ..numbers.types import Vector
 from ..scene import Scene
 from .gaps import TOUCHING, Gaps, Place
 
-NEAR, SAME = 1e-9, 1e-6  # what is no part of a motion, and lengths that are the same
-DEEPEST = 100  # corrections of the search for a place outside the obstacle
+# relative size of a negligible component, and relative difference of equal lengths
+NEAR, SAME = 1e-9, 1e-6
+DEEPEST = 100  # largest number of corrections in the search for a place outside the obstacle
 
 
 def check_gaps(s: SceneSymbols, scene: Scene, x0: Any = None) -> None:
-    """Raise `BadInput` unless a start is outside the obstacle, and the closed gaps leave room.
+    """Raise `BadInput` unless the start is outside the obstacle and the closed gaps leave room.
 
-    x0: another start than the scene's, in exact numbers or of any arithmetic, without its time.
+    x0: a start other than the scene's, in exact numbers or any arithmetic, without its time.
     """
     numbers = arithmetic(16)
     with numbers.working():
@@ -28,7 +29,8 @@ def check_gaps(s: SceneSymbols, scene: Scene, x0: Any = None) -> None:
         x = np.array([float(e) for e in s.with_time(scene.x0 if x0 is None else x0)])
         try:
             place = gaps.at_start(x)
-        except (ArithmeticError, ValueError):  # Python's own functions outside their domain
+        # raised by Python's own functions outside their domain
+        except (ArithmeticError, ValueError):
             raise BadInput(
                 f"{scene.name}: a gap has no real value at x0; begin elsewhere."
             ) from None
@@ -64,12 +66,12 @@ def check_gaps(s: SceneSymbols, scene: Scene, x0: Any = None) -> None:
 
 
 def scaled_gaps(s: SceneSymbols, scene: Scene) -> list[str]:
-    """A sentence for each gap with friction whose φ is no distance beside its own coordinates.
+    """Return a sentence for each gap with friction whose φ is not a distance in its coordinates.
 
-    Friction is κ times the normal impulse, which is a force only where φ is a distance. Of a point
-    with a mass, a coordinate of the scene that moves it along the normal alone, and another one
-    that moves it along the plane alone, move it by as much each, by lengths or by kinetic energy
-    (φ_j²/M_jj = t_k²/M_kk). A gap is told of where no two such coordinates do either.
+    Friction is κ times the normal impulse, which is a force only if φ is a distance. For a point
+    with mass, a coordinate of the scene that moves it along the normal alone and another that moves
+    it along the plane alone do so by equal amounts, in lengths or in kinetic energy (φ_j²/M_jj =
+    t_k²/M_kk). A gap is reported if no two such coordinates do either.
     """
     numbers = arithmetic(16)
     with numbers.working():
@@ -102,7 +104,8 @@ def scaled_gaps(s: SceneSymbols, scene: Scene) -> list[str]:
 
 
 def unsure_gaps(unsure: list[int]) -> str:
-    """A sentence for gaps that were negative within a step by no more than their round-off."""
+    """Return a sentence for gaps that were negative within a step, but not beyond their
+    round-off."""
     named = ", ".join(map(str, unsure))
     return (
         f"gap {named} was negative within a step by less than the round-off of its terms, so that "
@@ -112,7 +115,8 @@ def unsure_gaps(unsure: list[int]) -> str:
 
 
 def _depth(gaps: Gaps, x: Vector, place: Place) -> str:
-    """How deep a start is inside the obstacle, and a place outside if there is one nearby."""
+    """Return how deep a start is inside the obstacle, and a place outside if there is one
+    nearby."""
     i = int(np.argmin(place.phi))
     told = f"x0 is inside the obstacle: gap {i} is {place.phi[i]:.3g}"
     at = x.copy()
@@ -128,9 +132,10 @@ def _depth(gaps: Gaps, x: Vector, place: Place) -> str:
 
 
 def _independent(flexibility: np.ndarray) -> bool:
-    """Whether rows R with this R M⁻¹Rᵀ are independent, to half the digits, in any units.
+    """Return True if rows R with the flexibility R M⁻¹Rᵀ are independent, to half the digits.
 
-    A row of zeros is a sum of the others. Of an M that is not positive this says nothing.
+    The units do not matter. A row of zeros is not independent. If M is not positive, this tells
+    nothing.
     """
     own = flexibility.diagonal()
     if not (own > 0).all():
@@ -140,10 +145,13 @@ def _independent(flexibility: np.ndarray) -> bool:
 
 
 def opposed(rows: np.ndarray) -> bool:
-    """Whether a sum of the rows with weights ≥ 0, not all 0, vanishes: no direction opens all."""
+    """Return True if a sum of the rows with weights ≥ 0, not all 0, vanishes.
+
+    Then no direction opens all gaps.
+    """
     if len(rows) < 2:
         return False
-    from scipy.optimize import nnls  # few starts have two gaps closed
+    from scipy.optimize import nnls  # few starts have two closed gaps
 
     unit = rows / np.linalg.norm(rows, axis=1)[:, None]
     table = np.vstack([unit.T, np.ones(len(unit))])
