@@ -33,18 +33,18 @@ class ContactRun(ABC):
         self.steps, self.every, self.progress, self.index = steps, every, progress, 0
         count, zeros = steps // every + 1, contact.gaps.numbers.zeros
         self.rows = [zeros(count, len(e)) for e in (moment.place.x, moment.mu, moment.u)]
-        self.impulses = zeros(count, *contact.gaps.still.shape)
+        self.impulses = zeros(count, *contact.gaps.no_impulses.shape)
         self.impacts: list[tuple[int, Any]] = []
 
-    def taken(self) -> Any:
+    def trajectory_of_run(self) -> Any:
         """Do the run and return its trajectory; raises `StepFailure` with the rows so far."""
         while self.index < self.steps:
-            with self._told():
+            with self._reporting():
                 self.advance()
                 self._look()
             if self.progress is not None:
                 self.progress(self.index)
-        with self._told():
+        with self._reporting():
             m = self.moment
             self.write(m.place.x, m.mu, self.contact.free.part(1, m.place.x, m.mu, m.u)[2])
         return self.trajectory(self.steps // self.every + 1)
@@ -78,14 +78,14 @@ class ContactRun(ABC):
             self.impulses[row] += impulses
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _reporting(self) -> Iterator[None]:
         try:
             yield
         except (StepFailure, CannotMeasure) as failure:
             cause = failure
         # raised by Python's own functions outside their domain
         except (ArithmeticError, ValueError):
-            cause = CannotMeasure("L or a gap of it is no number")
+            cause = CannotMeasure("L or a gap has no real value there")
         else:
             return
         raise self.failure(cause, self.trajectory(-(-self.index // self.every))) from None

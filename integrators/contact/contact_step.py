@@ -33,8 +33,8 @@ from .impacts import (
     NOISE,
     Active,
     active,
-    given_back,
     in_cones,
+    returned_share,
     velocity_law,
 )
 
@@ -74,7 +74,7 @@ class Impact(NamedTuple):
     impulses: np.ndarray
 
 
-class Taken(NamedTuple):
+class StepPart(NamedTuple):
     """A part of a step: the moment at its end, whose u leaves its start, and the impulses.
 
     start, at_start: the contacts that pushed at the start, and their impulses; arriving: μ at the
@@ -98,7 +98,7 @@ class ContactSteps:
         self.gaps, self.free, self.e = gaps, free, restitution
         self.eps, self.one = gaps.numbers.eps, gaps.numbers.number(1)
 
-    def still(self) -> Vector:
+    def no_noise(self) -> Vector:
         """Return zero velocity noise for every gap, (K,)."""
         return self.gaps.numbers.zeros(self.gaps.count)
 
@@ -109,10 +109,10 @@ class ContactSteps:
         """
         m = m._replace(noise=m.noise / 4)  # within a step the noise does not shrink
         counts, impacts = np.zeros(self.gaps.count, dtype=np.int64), list[Impact]()
-        m, u, total = self._taken(m, counts, impacts)
+        m, u, total = self._take_step(m, counts, impacts)
         if (m.place.phi < -LEFT_OVER * self.eps * m.place.size).any():
-            raise CannotMeasure("a contact was met that no impulse and no part of the step opens")
-        m = self._struck(m, self.one, counts, impacts)
+            raise CannotMeasure("no impulse and no shorter step opens a contact that was met")
+        m = self._after_impacts(m, self.one, counts, impacts)
         return m, u, sum((e.impulses for e in impacts), total), impacts
 
     def resting(self, m: Moment) -> np.ndarray:
@@ -128,7 +128,7 @@ class ContactSteps:
 
     # -- impacts ---------------------------------------------------------------------------------
 
-    def _struck(
+    def _after_impacts(
         self, m: Moment, share: Number, counts: np.ndarray, impacts: list[Impact]
     ) -> Moment:
         """Return the moment after the impacts of closed gaps that are still closing; its u is its
@@ -170,7 +170,7 @@ class ContactSteps:
 
     # -- parts of a step -------------------------------------------------------------------------
 
-    def _moved(
+    def _move(
         self,
         m: Moment,
         share: Number,
@@ -178,7 +178,7 @@ class ContactSteps:
         slips: Mapping[int, Vector],
         landing: Sequence[int] | np.ndarray = (),
         held: bool = False,
-    ) -> Taken:
+    ) -> StepPart:
         """Take a part of a step in which the resting gaps stay closed, or open.
 
         slips: the directions of slips; friction at the start acts against them unless the path
@@ -213,16 +213,16 @@ class ContactSteps:
         P = gaps.numbers.zeros(len(start.owners))
         if not len(P):
             _, _, (there, mu, u) = trial(P)
-            return Taken(Moment(there, mu, u, m.noise), start.total(P), start, P, mu)
+            return StepPart(Moment(there, mu, u, m.noise), start.total(P), start, P, mu)
         try:
             P, (there, mu, u) = in_cones(gaps, trial, W, start.cones)
         except (Jammed, NotFound):
             if not slips:
                 raise
-            return self._moved(m, share, resting, {}, landing)  # treat the cone as a whole
+            return self._move(m, share, resting, {}, landing)  # treat the cone as a whole
         onward = {i: e for i, e in slips.items() if held or e @ place.moved(i, there) > 0}
         if len(onward) < len(slips):
-            return self._moved(m, share, resting, onward, landing)
+            return self._move(m, share, resting, onward, landing)
         kept = resting[there.closed[resting]]
         turned = {i: carried(place, there, i, e) for i, e in slips.items()} if held else {}
         arriving = mu
@@ -235,9 +235,9 @@ class ContactSteps:
                 end = active(gaps, there, kept)
                 Q, mu, changed = velocity_law(gaps, there, mu, u, end, 0)
             total, noise = total + end.total(Q), np.maximum(noise, end.noise(changed))
-        return Taken(Moment(there, mu, u, noise), total, start, P, arriving)
+        return StepPart(Moment(there, mu, u, noise), total, start, P, arriving)
 
-    def _taken(
+    def _take_step(
         self, m: Moment, counts: np.ndarray, impacts: list[Impact]
     ) -> tuple[Moment, Vector, np.ndarray]:
         """Return (the moment at the end of the step, the u that left, the impulses outside
@@ -245,16 +245,16 @@ class ContactSteps:
 
         The counts (K,) and the impacts are updated on the way.
         """
-        m = self._struck(m, 0 * self.one, counts, impacts)
+        m = self._after_impacts(m, 0 * self.one, counts, impacts)
         resting = self.resting(m)
-        taken, landing = self._landed(m, resting)
-        return self._given_back(m, taken, resting, landing)
+        taken, landing = self._land(m, resting)
+        return self._return_impulse(m, taken, resting, landing)
 
-    def _landed(self, m: Moment, resting: np.ndarray) -> tuple[Taken, np.ndarray]:
+    def _land(self, m: Moment, resting: np.ndarray) -> tuple[StepPart, np.ndarray]:
         """Return (a step that ends on the gaps that it would make negative, these gaps)."""
         landing, slips = resting[:0], self._slips(m, resting, set())
         while True:
-            taken = self._moved(m, self.one, resting, slips, landing)
+            taken = self._move(m, self.one, resting, slips, landing)
             there = taken.end.place
             low = (there.phi < 0) & ~there.closed
             low[resting] = low[landing] = False
@@ -262,8 +262,8 @@ class ContactSteps:
                 return taken, landing
             landing = np.append(landing, np.flatnonzero(low))
 
-    def _given_back(
-        self, m: Moment, taken: Taken, resting: np.ndarray, landing: np.ndarray
+    def _return_impulse(
+        self, m: Moment, taken: StepPart, resting: np.ndarray, landing: np.ndarray
     ) -> tuple[Moment, Vector, np.ndarray]:
         """Return the results of `_take_step` for a step that landed, after returning its
         impulse."""
@@ -279,7 +279,7 @@ class ContactSteps:
                          gaps.energy(m.place.x, pushed_off, after))  # fmt: skip
             there = end.place
             along = P[landed] @ there.normal[start.owners[landed]]
-            s = given_back(gaps, there, end.mu, end.u, along, wanted)
+            s = returned_share(gaps, there, end.mu, end.u, along, wanted)
             # more than the whole impulse would pull; an elastic impact has to keep the energy
             if self.e < 1:
                 s = min(s, self.one)

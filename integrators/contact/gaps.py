@@ -101,7 +101,7 @@ class Gaps:
         self.quadratic = self._legendre.quadratic
 
     @cached_property
-    def still(self) -> np.ndarray:
+    def no_impulses(self) -> np.ndarray:
         """Zero impulses, (K, 1 + D): for each gap the normal one, then those along its coordinates.
 
         Only gaps with friction count for D.
@@ -172,8 +172,8 @@ class Gaps:
     def velocity(self, x: Vector, mu: Vector, near: Vector) -> Vector:
         """Return ξ(x, μ), (m,); `near` is a velocity nearby."""
         if self.quadratic:
-            mass, still = self._motion(x, 0 * mu, self.p)
-            solved: Vector = self.numbers.solve(mass, mu - still)
+            mass, offset = self._motion(x, 0 * mu, self.p)
+            solved: Vector = self.numbers.solve(mass, mu - offset)
             return solved
         found: Vector = self._legendre(x[None], mu[None], self.p, near[None])[0]
         return found

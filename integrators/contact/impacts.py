@@ -87,7 +87,7 @@ def active(
     if slips:
         rows, push = (np.vstack([e, *slips]) for e in (rows, push))
     cones, owners = Cones(len(owners), planes), np.append(owners, rubbing) if slips else owners
-    return Active(rows, push, cones, owners, gaps.still, made)
+    return Active(rows, push, cones, owners, gaps.no_impulses, made)
 
 
 def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]:
@@ -191,7 +191,7 @@ def _without_gain(
     return P
 
 
-def given_back(
+def returned_share(
     gaps: Gaps, place: Place, mu: Vector, near: Vector, along: Vector, wanted: Number
 ) -> Number:
     """Return s for which μ − s·along has the energy `wanted` and the gaps close; 1 undoes an

@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import CannotMeasure, StepFailure
 from ..numbers.types import Number, Vector
 from .bounds import cubic
-from .contact_step import ContactSteps, Impact, Moment, Taken, carried
+from .contact_step import ContactSteps, Impact, Moment, StepPart, carried
 from .gaps import TOUCHING, Gaps, Place
 
 EVENTS = 2**14  # largest number in one step
@@ -32,7 +32,7 @@ class Event(NamedTuple):
     """
 
     share: Number
-    taken: Taken
+    part: StepPart
     stopped: int | None = None
     rests: int | None = None
 
@@ -60,26 +60,26 @@ class LocatedSteps(ContactSteps):
         where = np.flatnonzero(~surely | (phi[1:] < 0).any(axis=1))
         return (int(where[0]) if len(where) else len(x) - 1), phi
 
-    def _taken(
+    def _take_step(
         self, m: Moment, counts: np.ndarray, impacts: list[Impact]
     ) -> tuple[Moment, Vector, np.ndarray]:
         passed, left_with = 0 * self.one, None
-        total, stuck, still = self.gaps.still, set[int](), set[int]()
+        total, stuck, closed_anyway = self.gaps.no_impulses, set[int](), set[int]()
         for k in range(EVENTS):
-            m = self._struck(m, passed, counts, impacts)
-            resting, left = self._at_rest(m, still), self.one - passed
+            m = self._after_impacts(m, passed, counts, impacts)
+            resting, left = self._at_rest(m, closed_anyway), self.one - passed
             if self.stepped and k == 0 and (stepped := self._stepped(m, resting)) is not None:
                 return stepped
             slips = self._slips(m, resting, stuck)
-            taken = self._moved(m, left, resting, slips)
+            taken = self._move(m, left, resting, slips)
             left_with = taken.end.u if left_with is None else left_with
             event = self._first_event(m, taken, left, resting, slips) or Event(left, taken)
             if event.stopped is not None:
                 stuck.add(event.stopped)
             if event.rests is not None:
-                still.add(event.rests)
+                closed_anyway.add(event.rests)
             if event.share > 0:
-                total, m = total + event.taken.impulses, event.taken.end
+                total, m = total + event.part.impulses, event.part.end
                 passed = passed + event.share
             if self.one - passed <= SOON * self.eps:
                 return m, left_with, total
@@ -91,51 +91,53 @@ class LocatedSteps(ContactSteps):
         Returns None if that fails, or if a gap closes and opens again on the way.
         """
         try:
-            taken, landing = self._landed(m, resting)
+            taken, landing = self._land(m, resting)
         except (CannotMeasure, StepFailure):
             return None
         if self._closing(m, taken, self.one, {*resting, *landing}):
             return None
-        return self._given_back(m, taken, resting, landing)
+        return self._return_impulse(m, taken, resting, landing)
 
-    def _at_rest(self, m: Moment, still: set[int]) -> np.ndarray:
-        """Return the gaps that are closed and do not open, and those of `still` that are closed."""
+    def _at_rest(self, m: Moment, closed_anyway: set[int]) -> np.ndarray:
+        """Return the closed gaps that do not open or that are in `closed_anyway`."""
         resting = self.resting(m)
-        if not still:
+        if not closed_anyway:
             return resting
-        return np.array(sorted({*resting} | {i for i in still if m.place.closed[i]}), dtype=int)
+        return np.array(
+            sorted({*resting} | {i for i in closed_anyway if m.place.closed[i]}), dtype=int
+        )
 
     def _first_event(
-        self, m: Moment, taken: Taken, share: Number, resting: np.ndarray,
+        self, m: Moment, taken: StepPart, share: Number, resting: np.ndarray,
         slips: Mapping[int, Vector],
     ) -> Event | None:  # fmt: skip
         """Return the first gap that closes or slip that ends in that part, or None."""
         found: Event | None = None
         done, place = set[int](), m.place
 
-        def gap_after(i: int, share: Number) -> tuple[Number, Number, Taken]:
+        def gap_after(i: int, share: Number) -> tuple[Number, Number, StepPart]:
             """Return (φ_i after a share, its round-off, the part of the step).
 
             If the gap is closed at the start, the first two are divided by the share, after the
             remainder of φ_i at the start is subtracted.
             """
-            taken = self._moved(m, share, resting, slips)
+            taken = self._move(m, share, resting, slips)
             there, over, begun = taken.end.place, self.one, 0 * self.one
             if place.closed[i]:
                 over, begun = share, (1 - share) * place.phi[i]
             unit = 4 * self.eps * there.size[i] / over
             return (there.phi[i] - begun) / over, unit, taken
 
-        def slip_after(i: int, share: Number) -> tuple[Number, Number, Taken]:
+        def slip_after(i: int, share: Number) -> tuple[Number, Number, StepPart]:
             """Return (slip i after a share of the step, its round-off, the part of the step)."""
-            taken = self._moved(m, share, resting, slips, held=True)
+            taken = self._move(m, share, resting, slips, held=True)
             return self._slip(place, taken.end, i, slips[i]), self.eps * taken.end.noise[i], taken
 
         while True:
             if gap := self._closing(m, taken, share, {*resting, *done}):
                 i, first, upto = gap
                 root = self._root(partial(gap_after, i), first, upto)
-                if root is not None and place.closed[i] and self._is_no_flight(m, i, first, root):
+                if root is not None and place.closed[i] and self._is_round_off(m, i, first, root):
                     return Event(0 * share, taken, rests=i)
                 if root is not None:
                     closed = root[1].end.place.closed.copy()
@@ -161,7 +163,9 @@ class LocatedSteps(ContactSteps):
                 share, taken = root
                 found = Event(share, taken, stopped)
 
-    def _is_no_flight(self, m: Moment, i: int, first: Number, root: tuple[Number, Taken]) -> bool:
+    def _is_round_off(
+        self, m: Moment, i: int, first: Number, root: tuple[Number, StepPart]
+    ) -> bool:
         """Return True if a closed gap that opens closes again before it exceeds its round-off.
 
         Its parabola is as high as a quarter of its initial rate times its duration.
@@ -185,7 +189,7 @@ class LocatedSteps(ContactSteps):
         return carried(place, there, i, along) @ (there.slip[i] @ xi)
 
     def _closing(
-        self, m: Moment, taken: Taken, share: Number, done: set[int]
+        self, m: Moment, taken: StepPart, share: Number, done: set[int]
     ) -> tuple[int, Number, Number] | None:
         """Return (gap, its value at the start, a share at which it is negative), or None."""
         place, there, h = m.place, taken.end.place, self.free.h * share
@@ -200,7 +204,7 @@ class LocatedSteps(ContactSteps):
         return None
 
     def _dip(
-        self, m: Moment, taken: Taken, h: Number, watched: list[int]
+        self, m: Moment, taken: StepPart, h: Number, watched: list[int]
     ) -> tuple[int, Number] | None:
         """Return (gap, share of the part at which it is negative on the way), or None.
 
@@ -256,7 +260,7 @@ class LocatedSteps(ContactSteps):
 
     def _root(
         self, value: Callable[[Number], Any], first: Number, upto: Number
-    ) -> tuple[Number, Taken] | None:
+    ) -> tuple[Number, StepPart] | None:
         """Return (share, part of the step) at which a value that begins with `first` > 0 is 0, or
         None.
 

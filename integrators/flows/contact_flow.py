@@ -111,7 +111,7 @@ class ContactFlow(Flow):
         if start is not self.starting.own:
             s = self.scheme.equations.s
             check_gaps(s, self.scheme.scene, self.numbers.public(start.x[: s.n]))
-        return _Run(self, start, steps, every, progress).taken()
+        return _Run(self, start, steps, every, progress).trajectory_of_run()
 
     def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
         """(x, μ) ↦ (x, μ) after one step with its contacts."""
@@ -138,7 +138,7 @@ class _Run(ContactRun):
         if flow.context.one_step:
             near = flow.context.vector(flow.scheme.scene.v0, m)
             u = flow.gaps.velocity(start.x, start.mu, near)
-        moment = Moment(flow.gaps.at_start(start.x), start.mu, u, contact.still())
+        moment = Moment(flow.gaps.at_start(start.x), start.mu, u, contact.no_noise())
         super().__init__(contact, moment, steps, every, progress)
 
     def failure(self, failure: Exception, rows: Any) -> StepFailure:
@@ -180,7 +180,7 @@ class _Run(ContactRun):
             self.index += 1
         if free:
             place = self.gaps.at(x[free], abs(phi[free] - phi[free - 1]))
-            self.moment = Moment(place, mu[free], u[free], self.contact.still())
+            self.moment = Moment(place, mu[free], u[free], self.contact.no_noise())
         self.chunk = min(2 * self.chunk, MOST_AT_ONCE)
         return free > 0
 

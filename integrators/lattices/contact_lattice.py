@@ -75,7 +75,7 @@ class ContactLatticeFlow(LatticeFlow):
         if checkpoint is not None:
             raise BadInput(f"{self.lattice.name}: a run with contact keeps no checkpoint; leave it "
                            "out.")  # fmt: skip
-        return _Run(self, x, mu, steps, every, progress).taken()
+        return _Run(self, x, mu, steps, every, progress).trajectory_of_run()
 
     def _refused(self, *given: Any, **named: Any) -> Any:
         """Not defined where a step holds impulses, or not kept: raises `CannotMeasure`."""
@@ -96,7 +96,7 @@ class _Run(ContactRun):
         free = FreeSteps(self.h, self._free_step)
         contact = ContactSteps(gaps, free, float(flow.lattice.restitution))
         mu = (mu * flow.lattice.free[:, None]).ravel()
-        moment = Moment(gaps.at_start(x), mu, 0 * mu, contact.still())
+        moment = Moment(gaps.at_start(x), mu, 0 * mu, contact.no_noise())
         super().__init__(contact, moment, steps, every, progress)
 
     def _free_step(

@@ -135,9 +135,9 @@ class LostMomentum(LocatedSteps):
         super().__init__(*given)
         self.size = size
 
-    def _struck(self, m: Any, share: Any, counts: Any, impacts: list[Any]) -> Any:
+    def _after_impacts(self, m: Any, share: Any, counts: Any, impacts: list[Any]) -> Any:
         before = len(impacts)
-        found = super()._struck(m, share, counts, impacts)
+        found = super()._after_impacts(m, share, counts, impacts)
         return found._replace(mu=found.mu * (1 - self.size)) if len(impacts) > before else found
 
 

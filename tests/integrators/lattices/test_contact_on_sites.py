@@ -149,7 +149,7 @@ def rebounding(self, gaps, free, restitution):
 
 @pytest.mark.parametrize(
     ("of", "name", "fault", "seen"),
-    [(SiteGaps, "impulses", pulling, "pull"), (ContactSteps, "_struck", missing, "missed"),
+    [(SiteGaps, "impulses", pulling, "pull"), (ContactSteps, "_after_impacts", missing, "missed"),
      (ContactSteps, "__init__", rebounding, "restitution")],
 )  # fmt: skip
 def test_faults_of_contact_are_seen(of, name, fault, seen, monkeypatch):
