@@ -1,4 +1,4 @@
-"""Lattices: many sites of one groupoid, whose equations are derived once, of a site and a bond."""
+"""Lattices: many sites of one groupoid; the equations are derived for one site and one bond."""
 
 from __future__ import annotations
 

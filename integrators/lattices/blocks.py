@@ -1,4 +1,4 @@
-"""Blocks of a lattice's terms: what functions of columns give at all sites or bonds, and where."""
+"""Blocks of a lattice's terms: the values of functions at all sites or bonds, and their places."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ sparse: Any = LazyModule("scipy.sparse")
 
 
 def at_ends(ends: np.ndarray, *rows: np.ndarray) -> list[list[np.ndarray]]:
-    """Columns of rows (N, k) at the sites `ends` (r, 1 or 2), each (r,): those of both in turn."""
+    """Return the columns of rows (N, k) at the sites `ends` (r, 1 or 2), (r,) each, end by end."""
     return [list(a[ends].reshape(len(ends), -1).T) for a in rows]
 
 
 def of_all(function: Callable[..., Any], count: int, *given: Any) -> list[np.ndarray]:
-    """The matrices (rows, columns, count) of a function of columns; what all share is repeated."""
+    """Return the matrices (rows, columns, count) of a function of columns; constants are
+    repeated."""
     with within_doubles("a term of the lattice"):
         found = function(*given)
         parts = found if isinstance(found, tuple) else [found]
@@ -27,9 +28,9 @@ def of_all(function: Callable[..., Any], count: int, *given: Any) -> list[np.nda
 
 
 def places(ends: np.ndarray, size: int, order: Iterable[int] | None = None) -> np.ndarray:
-    """Where the entries of `ends` (r, 1 or 2) are among all sites', of so many each, (r, ·).
+    """Return the indices of the entries of `ends` (r, 1 or 2) among those of all sites, (r, ·).
 
-    order: of the entries, if it is not that of the ends.
+    size: entries of each site; order: the order of the entries, if it is not that of the ends.
     """
     of = np.arange(size * ends.shape[1]) if order is None else np.array([*order])
     found: np.ndarray = size * ends[:, of // size] + of % size
@@ -37,13 +38,13 @@ def places(ends: np.ndarray, size: int, order: Iterable[int] | None = None) -> n
 
 
 def placed(blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: Any) -> Any:
-    """The sum of blocks (a, b, r) at rows (r, a) and columns (r, b) of a sparse matrix."""
+    """Return the sum of blocks (a, b, r) at rows (r, a) and columns (r, b) as a sparse matrix."""
     i, j = np.broadcast_arrays(rows[:, :, None], columns[:, None, :])
     return sparse.csr_matrix((np.moveaxis(blocks, 2, 0).ravel(), (i.ravel(), j.ravel())), shape)
 
 
 def of_lattice(blocks: np.ndarray, ends: np.ndarray, sites: int) -> Any:
-    """The sum of blocks at `ends`, whose rows and columns are of these, as a sparse matrix."""
+    """Return the sum of blocks at `ends`, which give rows and columns, as a sparse matrix."""
     rows, columns = (size // ends.shape[1] for size in blocks.shape[:2])
     shape = sites * rows, sites * columns
     return placed(blocks, places(ends, rows), places(ends, columns), shape)

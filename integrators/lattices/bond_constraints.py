@@ -1,14 +1,15 @@
-"""Holonomic constraints on bonds: what they add to a step, and to the momenta that a row shows.
+"""Holonomic constraints on bonds: their rows of a step, and the projection of a row's momenta.
 
-A bond (i, j) has k rows φ(x_i, x_j) = 0. Its multipliers are unknowns of site j behind u_j, its
-rows equations of site j: so a constrained chain is as block-tridiagonal as any, and elimination
-in the order (u_j, λ_j) meets the masses first and then A M⁻¹ Aᵀ of the links so far, which are
-regular. Letters that are 0 or 1 hold the u of fixed sites, and multipliers that no bond has, at 0.
+A bond (i, j) has k rows φ(x_i, x_j) = 0. Its multipliers are unknowns of site j after u_j, and its
+rows are equations of site j: so a constrained chain is block-tridiagonal like any other, and
+elimination in the order (u_j, λ_j) meets the masses first and then A M⁻¹ Aᵀ of the links so far,
+which are regular. Letters with the values 0 or 1 keep at 0 the u of fixed sites and unused
+multipliers.
 
     F⁻(x, u)/h = μ + Σ A(x)ᵀλ,    φ(b(x, u)) = 0,    μ ← μ + (F⁺ − F⁻)/h + Σ A(x)ᵀλ
 
-is a step (`ConstrainedEquations`) without the impulses Aᵀν at its end, along which the next λ acts
-too: they change no x. What a row shows is projected, ∂l/∂ξ(x, v) = μ + Σ A(x)ᵀν with A(x) v = 0.
+is a step (`ConstrainedEquations`) without the impulses Aᵀν at its end: the next λ acts along them
+too, so they change no x. A row of a run is projected: ∂l/∂ξ(x, v) = μ + Σ A(x)ᵀν with A(x) v = 0.
 """
 
 from __future__ import annotations
@@ -40,20 +41,21 @@ from .lattice import Lattice
 sparse: Any = LazyModule("scipy.sparse")
 linalg: Any = LazyModule("scipy.sparse.linalg")
 
-#: round-offs of the largest entry to which a start is known: 4 of a scene's (`constrained_start`),
-#: and the 16 of x that Newton's method leaves in a row of a run (`lattice_text.UNSEEN`)
+#: round-offs of the largest entry to which a start is known: 4 as for a scene
+#: (`constrained_start`), and 16 of x that Newton's method leaves in a row of a run
+#: (`lattice_text.UNSEEN`)
 UNITS = 20
 EPS = 2.0**-53
-#: a row of A follows from others if its distance from them, squared, is less, its length being 1:
-#: far below 1/N, as it is of N links between two fixed ends, and far above round-off
+#: a row of A of length 1 counts as dependent if its squared distance from the others is smaller:
+#: this is far below 1/N, the value for N links between two fixed ends, and far above round-off
 DEPENDENT = 2.0**-40
 
 
 class BondConstraints:
     """The rows and multipliers of a lattice's bonds, from the symbols of one site and of one bond.
 
-    bond: the discrete equations of a bond without them; count: rows a bond, k. Raises
-    `CannotMeasure` for a rule with stages, or one that asks for L beside the straight step.
+    bond: the discrete equations of a bond without them; count: k, the rows of a bond. Raises
+    `CannotMeasure` for a rule with stages, or one that evaluates L off the straight step.
     """
 
     def __init__(self, site: DiscreteEquations, bond: DiscreteEquations) -> None:
@@ -61,12 +63,12 @@ class BondConstraints:
         self.of_step = ConstrainedEquations(bond.s, bond.rule, bond)
         self.matrix = constraint_matrix(bond.s, bond.s.x)
         self.count, self.m = self.matrix.rows, len(site.u)
-        #: whether a site moves, and whether a bond's constraint is asked for
+        #: letters that are 1 if a site moves, and if a bond's constraint is active
         self.own = _letters("fr0", "bo0")
         self.bond_own = _letters("fr0", "fr1", "bo0")
 
     def step(self) -> tuple[System, System]:
-        """A step's equations of a site and of a bond, by ends."""
+        """Return a step's equations of a site and of a bond, ordered by ends."""
         s, of = self.s, self.of_step
         rows = of.rows[: 2 * self.m + self.count, :].xreplace(dict.fromkeys(s.mu, 0))
         unknowns = s.u.col_join(of.multipliers)
@@ -78,7 +80,7 @@ class BondConstraints:
                 self._of_bond(bond, rows, slope, gain, unknowns))  # fmt: skip
 
     def projection(self) -> tuple[System, System]:
-        """The equations of v and ν of a site and of a bond, against μ; nothing moves."""
+        """Return the equations of v and ν of a site and of a bond, solved against μ; x stays."""
         s, own, of = self.s, self.site.s, self.of_step
         site, bond = (
             replace(step_system(e), increment=0 * e.x, gain=0 * e.u, definitions=())
@@ -91,7 +93,8 @@ class BondConstraints:
         return site, self._of_bond(bond, rows, jacobian(rows, unknowns), 0 * s.u, unknowns)
 
     def _of_site(self, system: System) -> System:
-        """A site's system with multipliers behind u, which its own equations do not hold."""
+        """Return a site's system with multipliers after u, which its own equations do not
+        contain."""
         m, (free, bound) = self.m, self.own
         more = vector("la", self.count)
         slope = sympy.diag(system.slope * free + sympy.eye(m) * (1 - free),
@@ -106,11 +109,13 @@ class BondConstraints:
     def _of_bond(
         self, system: System, rows: Column, slope: SymbolicMatrix, gain: Column, unknowns: Column
     ) -> System:
-        """A bond's system from rows of (u_i, u_j, λ): i has places of multipliers too, unused."""
+        """Return a bond's system from rows of (u_i, u_j, λ); the places of i's multipliers stay
+        unused."""
         m, k = self.m, self.count
         free_i, free_j, bound = self.bond_own
         kept = [*[free_i] * m, *[free_j] * m, *[bound] * k]
-        at = [*range(m), *range(m + k, 2 * (m + k))]  # of (u_i, u_j, λ) among both ends' unknowns
+        # the places of (u_i, u_j, λ) among the unknowns of both ends
+        at = [*range(m), *range(m + k, 2 * (m + k))]
         by_ends, by_both = sympy.zeros(2 * (m + k), 1), sympy.zeros(2 * (m + k))
         for i, (row, keep) in enumerate(zip(at, kept, strict=True)):
             by_ends[row, 0] = keep * rows[i]
@@ -124,17 +129,17 @@ class BondConstraints:
 
 
 def _letters(*names: str) -> tuple[Letter, ...]:
-    """Letters that no parameter has (`symbols._TAKEN`)."""
+    """Return letters that no parameter can have (`symbols._TAKEN`)."""
     return tuple(sympy.Symbol(name, real=True) for name in names)
 
 
 def check_constraints(
     lattice: Lattice, s: SceneSymbols, p: list[Any], x: np.ndarray, v: np.ndarray
 ) -> None:
-    """Raise `BadInput` unless x (N, n) and v (N, m) meet independent constraints on the bonds.
+    """Raise `BadInput` unless x (N, n) and v (N, m) satisfy independent constraints on the bonds.
 
-    p: the parameters at the bonds, numbers or (B,). A row f may be off by UNITS round-offs
-    of its size, Σ |∂f/∂zᵢ| max |z| and its absolute terms, z being x and v of both ends.
+    p: the parameters at the bonds, numbers or (B,). A row f may be off by UNITS round-offs of its
+    size: Σ |∂f/∂zᵢ| max |z| plus its absolute terms, where z is x and v of both ends.
     """
     pairs, free, N, m = lattice.pairs, lattice.free, lattice.sites, v.shape[1]
     (k, f), n = _of_start(s), len(s.x)
@@ -164,7 +169,10 @@ def check_constraints(
 
 @lru_cache(maxsize=8)
 def _of_start(s: SceneSymbols) -> tuple[int, Any]:
-    """(rows a bond, a function: (φ, A u), their slope by x and u, sums of absolute terms, A)."""
+    """Return (rows of a bond, a function).
+
+    The function gives (φ, A u), the slope of these by x and u, the sums of absolute terms, and A.
+    """
     matrix = constraint_matrix(s, s.x)
     rows = constraint(s, s.x).col_join(times(matrix, s.u))
     slope = jacobian(rows, s.x.col_join(s.u))
@@ -176,11 +184,11 @@ def _of_start(s: SceneSymbols) -> tuple[int, Any]:
 
 
 def _dependent(A: np.ndarray, pairs: np.ndarray, N: int) -> int | None:
-    """A bond with a row that follows from others, of rows A (B, k, 2m) of length 1; or None."""
+    """Return a bond with a row that depends on others, or None; rows A (B, k, 2m) have length 1."""
     B, k, m = *A.shape[:2], A.shape[2] // 2
     rows = np.arange(B * k).reshape(B, k)
     of_rows = placed(np.moveaxis(A, 0, 2), rows, places(pairs, m), (B * k, N * m))
-    # what keeps a pivot from being 0, which is no number to compare
+    # the shift keeps pivots from being 0, whose inverse would be infinite
     left = (of_rows @ of_rows.T + DEPENDENT / 2**10 * sparse.identity(B * k)).tocsc()
     factors = linalg.splu(left, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0,
                           options={"SymmetricMode": True})  # fmt: skip

@@ -1,8 +1,8 @@
-"""A run on disk: its rows as they are made, and the state from which it goes on after a kill.
+"""A run on disk: its rows as they are made, and the state from which it continues after a kill.
 
-A state is written before there are rows, and says how many of them are whole: what stands behind
-these is of a step that was cut off, and is made again. So each moment at which a run may be killed
-leaves files from which it goes on. State and rows are sealed; what was changed is refused.
+A state is written before there are rows. It counts the complete rows: later ones belong to a step
+that was cut off, and are made again. So a run can be killed at any moment and continue from its
+files. State and rows are sealed; changed ones are refused.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ import numpy as np
 from ..compiler import write_atomically
 from ..errors import BadInput, CouldNotRun, shown
 
-SECONDS = 1.0  # between two states; less than that is lost by a kill
+SECONDS = 1.0  # time between two saved states: a kill loses no more work than this
 
 
 class Checkpoint:
-    """The state of a run in a file of numpy's (npz), and its rows beside it, FILE.x.npy and so on.
+    """The state of a run in a numpy file (npz), and its rows beside it, FILE.x.npy and so on.
 
-    key: what tells this run from others. `state` is None if the run begins. Raises `BadInput` if
-    the file is of another run, or none.
+    key: identifies the run. `state` is None if the run begins. Raises `BadInput` if the file
+    belongs to another run or is no checkpoint.
     """
 
     def __init__(self, path: Any, key: str, name: str) -> None:
@@ -37,14 +37,15 @@ class Checkpoint:
         try:
             self.path, self.key, self.name = Path(path), key, name
             is_folder, is_there = self.path.parent.is_dir(), self.path.exists()
-        except (ValueError, TypeError, OSError) as error:  # a zero byte in it, bytes, too long
+        # a zero byte in the name, bytes, a name that is too long
+        except (ValueError, TypeError, OSError) as error:
             raise BadInput(
                 f"{name}: checkpoint {shown(path)} is no name of a file ({error})."
             ) from None
         self._saved = time.monotonic()
         if not is_folder:
             raise BadInput(f"{name}: there is no folder {self.path.parent} for the checkpoint.")
-        #: digest of the rows that are whole, in turn, and how many these are
+        #: chained digest of the complete rows, and their number
         self._seal, self._whole = b"", 0
         self._is_new = not is_there
         self.state = self._read() if is_there else None
@@ -59,7 +60,7 @@ class Checkpoint:
             self._seal, self._whole = bytes(state.pop("rows")), int(state.pop("whole"))
         except OSError as error:
             raise BadInput(f"{self.name}: {self.path} cannot be read ({error.strerror}).") from None
-        except Exception:  # numpy, zipfile and zlib say in many ways that it is no such file
+        except Exception:  # numpy, zipfile and zlib raise many errors for a wrong file
             raise BadInput(
                 f"{self.name}: {self.path} is no checkpoint, or a damaged one; delete it and its "
                 "rows, or name another file."
@@ -69,33 +70,33 @@ class Checkpoint:
                 f"{self.name}: {self.path} is the checkpoint of another run; delete it and its "
                 "rows, or name another file."
             )
-        return state or None  # nothing of a run that was killed before its first row
+        return state or None  # empty for a run that was killed before its first row
 
     def rows(self, shapes: Mapping[str, tuple[int, ...]]) -> list[np.ndarray]:
-        """The columns of rows on disk, of those shapes by name.
+        """Return the columns of rows on disk, with the given shapes by name.
 
-        Raises `BadInput` if those of a state are gone or damaged, and where a file that is no row
-        of this run would be overwritten.
+        Raises `BadInput` if saved rows are missing or damaged, or if another file would be
+        overwritten.
         """
         paths = {word: self.path.with_name(f"{self.path.name}.{word}.npy") for word in shapes}
         if self._is_new:
             for path in paths.values():
                 if path.exists():
                     raise BadInput(
-                        f"{self.name}: the rows would overwrite {path}, which is none of this "
-                        "run's; delete it, or name another checkpoint."
+                        f"{self.name}: the rows would overwrite {path}, which does not belong "
+                        "to this run; delete it, or name another checkpoint."
                     )
             self._sweep()
-            self._write({})  # from here on these rows are this run's
+            self._write({})  # from here on these rows belong to this run
         try:
             if self.state is None:
-                return [_made(path, shapes[word]) for word, path in paths.items()]
-            found = [_opened(path, shapes[word]) for word, path in paths.items()]
+                return [_create(path, shapes[word]) for word, path in paths.items()]
+            found = [_open(path, shapes[word]) for word, path in paths.items()]
         except OSError as error:
-            raise self._refused(error) from None
+            raise self._write_failure(error) from None
         seal = b""
         for k in range(self._whole if all(column is not None for column in found) else 0):
-            seal = _next(seal, [column[k] for column in found])
+            seal = _chained(seal, [column[k] for column in found])
         if seal != self._seal:
             names = ", ".join(map(str, paths.values()))
             bad = [
@@ -110,9 +111,10 @@ class Checkpoint:
     def save(
         self, state: Mapping[str, Any], rows: Sequence[Any], whole: int, at_once: bool
     ) -> None:
-        """Rows to disk, then the state, if it is time to, or at once; whole: the rows made so far.
+        """Write the rows to disk, then the state; whole: the number of complete rows.
 
-        Raises `CouldNotRun` where the disk takes nothing.
+        Nothing is written within SECONDS of the last save, unless `at_once` is True. Raises
+        `CouldNotRun` if the disk cannot be written.
         """
         if not at_once and time.monotonic() - self._saved < SECONDS:
             return
@@ -120,9 +122,9 @@ class Checkpoint:
             for column in rows:
                 column.flush()
         except OSError as error:
-            raise self._refused(error) from None
+            raise self._write_failure(error) from None
         for k in range(self._whole, whole):
-            self._seal = _next(self._seal, [column[k] for column in rows])
+            self._seal = _chained(self._seal, [column[k] for column in rows])
         self._whole = whole
         self._write(state)
         self._saved = time.monotonic()
@@ -137,9 +139,9 @@ class Checkpoint:
         try:
             write_atomically(self.path, file.getvalue())
         except OSError as error:
-            raise self._refused(error) from None
+            raise self._write_failure(error) from None
 
-    def _refused(self, error: OSError) -> CouldNotRun:
+    def _write_failure(self, error: OSError) -> CouldNotRun:
         why = error.strerror or error
         return CouldNotRun(
             f"{self.name}: the checkpoint {self.path} cannot be written ({why}); make room, or "
@@ -147,7 +149,7 @@ class Checkpoint:
         )
 
     def _sweep(self) -> None:
-        """Remove what a process that was killed had begun to write beside the file."""
+        """Remove drafts that a killed process left beside the file."""
         for draft in self.path.parent.glob(f"{_literal(self.path.name[:40])}*.new"):
             with suppress(OSError):
                 draft.unlink()
@@ -161,8 +163,8 @@ def _digest(key: str, state: Mapping[str, np.ndarray]) -> bytes:
     return whole.digest()
 
 
-def _next(seal: bytes, row: Sequence[np.ndarray]) -> bytes:
-    """The digest of some rows and of one more."""
+def _chained(seal: bytes, row: Sequence[np.ndarray]) -> bytes:
+    """Return the digest of the earlier rows, with one more row."""
     whole = hashlib.sha256(seal)
     for values in row:
         whole.update(np.ascontiguousarray(values).tobytes())
@@ -173,8 +175,9 @@ def _literal(name: str) -> str:
     return "".join(f"[{letter}]" if letter in "*?[" else letter for letter in name)
 
 
-def _made(path: Path, shape: tuple[int, ...]) -> Any:
-    """An array in a new file, whose room on the disk is there: a page without ends the process."""
+def _create(path: Path, shape: tuple[int, ...]) -> Any:
+    """Return an array in a new file with its disk space reserved: a missing page ends the
+    process."""
     made: Any = np.lib.format.open_memmap(path, "w+", np.float64, shape)
     if hasattr(os, "posix_fallocate"):
         with path.open("r+b") as file:
@@ -182,10 +185,10 @@ def _made(path: Path, shape: tuple[int, ...]) -> Any:
     return made
 
 
-def _opened(path: Path, shape: tuple[int, ...]) -> Any:
-    """The array of just so many doubles in a file; None if that is not what it holds.
+def _open(path: Path, shape: tuple[int, ...]) -> Any:
+    """Return the array of doubles with that shape in a file, or None if the file differs.
 
-    It is looked at for reading first: for writing too, numpy would fill up what is missing.
+    The file is opened for reading first: opened for writing, numpy would append the missing part.
     """
     try:
         found: Any = np.lib.format.open_memmap(path, "r")
@@ -193,5 +196,5 @@ def _opened(path: Path, shape: tuple[int, ...]) -> Any:
         if not (whole and found.shape == shape and found.dtype == np.float64):
             return None
         return np.lib.format.open_memmap(path, "r+")
-    except Exception:  # numpy and ast say in many ways that it is none
+    except Exception:  # numpy and ast raise many errors for a wrong file
         return None

@@ -17,10 +17,10 @@ from .site_gaps import SiteGaps
 
 @dataclass(frozen=True)
 class SiteImpacts:
-    """The impacts of a run, each (i,): t, the site and which of its gaps, and its impulse.
+    """The impacts of a run, (i,) each: t, the site, the number of its gap, and the impulse.
 
-    approach, rebound: the rates of the gap before and after, rebound = −e · approach where no other
-    gap of the site has a part in it.
+    approach, rebound: the rates of the gap before and after; rebound = −e · approach unless another
+    gap of the site takes part.
     """
 
     t: np.ndarray
@@ -33,10 +33,10 @@ class SiteImpacts:
 
 @dataclass(frozen=True)
 class ContactLatticeTrajectory(LatticeTrajectory):
-    """Rows of a run with contact, as of any lattice, with what the contacts did.
+    """Rows of a run with contact: those of any lattice, gaps and impulses.
 
-    gaps (r, N, K): φ. impulses (r, N, K): what each gap gave in the step that leaves a row, along
-    φ′ρ̂. impacts: all impacts, with or without a row.
+    gaps (r, N, K): φ. impulses (r, N, K): the impulse of each gap, along φ′ρ̂, in the step that
+    leaves a row. impacts: all impacts, whether their step has a row or not.
     """
 
     gaps: np.ndarray
@@ -47,7 +47,7 @@ class ContactLatticeTrajectory(LatticeTrajectory):
 class ContactLatticeFlow(LatticeFlow):
     """The flow of a lattice with contact at its sites. It has no forms and no checkpoints.
 
-    Raises `BadInput` for a negative step and a start inside the obstacle.
+    Raises `BadInput` for a negative step and for a start inside the obstacle.
     """
 
     def __init__(self, scheme: Any, step: Any, digits: int = 16) -> None:
@@ -71,14 +71,15 @@ class ContactLatticeFlow(LatticeFlow):
     def _run(
         self, x: np.ndarray, mu: np.ndarray, steps: int, every: int, checkpoint: Any, progress: Any
     ) -> ContactLatticeTrajectory:
-        """A run; raises `BadInput` for a checkpoint."""
+        """Do a run; raises `BadInput` for a checkpoint."""
         if checkpoint is not None:
             raise BadInput(f"{self.lattice.name}: a run with contact keeps no checkpoint; leave it "
                            "out.")  # fmt: skip
         return _Run(self, x, mu, steps, every, progress).trajectory_of_run()
 
     def _refused(self, *given: Any, **named: Any) -> Any:
-        """Not defined where a step holds impulses, or not kept: raises `CannotMeasure`."""
+        """Raise `CannotMeasure`: forms are not defined if a step contains impulses, and blocks not
+        kept."""
         raise CannotMeasure(f"{self.lattice.name} has contact: forms are not defined where a step "
                             "holds impulses, and rows come by trajectory alone.")  # fmt: skip
 
@@ -86,7 +87,7 @@ class ContactLatticeFlow(LatticeFlow):
 
 
 class _Run(ContactRun):
-    """A run as it goes."""
+    """One run of a lattice with contact."""
 
     def __init__(
         self, flow: Any, x: np.ndarray, mu: np.ndarray, steps: int, every: int, progress: Any
@@ -102,7 +103,7 @@ class _Run(ContactRun):
     def _free_step(
         self, share: Any, x: np.ndarray, mu: np.ndarray, near: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(y, μ′, u) after a step without contact, of which u left x."""
+        """Return (y, μ′, u) after a step without contact; u leaves x."""
         run = self.run
         run.x[:], run.mu[:] = x.reshape(run.x.shape), mu.reshape(run.mu.shape)
         run.begin()
@@ -114,12 +115,12 @@ class _Run(ContactRun):
         return run.x.ravel().copy(), run.mu.ravel().copy(), u
 
     def component(self, name: str, k: int) -> str:
-        """As of a `ContactRun`: with its site."""
+        """Return the name of entry k of x or mu, with its site."""
         width = (self.run.x if name == "x" else self.run.mu).shape[1]
         return f"{name}[{k % width}] at site {k // width}"
 
     def advance(self) -> None:
-        """One step, whose impacts are told site by site."""
+        """Take one step, and split its impacts by sites."""
         before, first = self.moment.place, len(self.impacts)
         super().advance()
         after = self.moment.place
@@ -127,14 +128,14 @@ class _Run(ContactRun):
                                 for k, e in self.impacts[first:]]  # fmt: skip
 
     def _at_sites(self, e: Impact, place: Place) -> tuple[Any, ...]:
-        """(share of the step, sites, gaps, impulses, approaches, rebounds) of an impact."""
+        """Return (share of the step, sites, gaps, impulses, approaches, rebounds) of an impact."""
         gaps, P = self.flow.gaps, e.impulses[:, 0]
         where = np.flatnonzero(P > 0)
         rates = (place.normal[where] @ gaps.velocity(e.x, mu) for mu in (e.before, e.after))
         return e.share, gaps.sites[where // gaps.K], where % gaps.K, P[where], *rates
 
     def failure(self, failure: Exception, rows: Any) -> StepFailure:
-        """As of a `ContactRun`: at the site that is nearest to its obstacle."""
+        """Return the failure of the coming step, at the site that is nearest to its obstacle."""
         flow, cause = self.flow, getattr(failure, "cause", str(failure))
         place, mu = self.moment.place, self.moment.mu
         i = flow.gaps.sites[place.phi.argmin() // flow.gaps.K]
@@ -144,7 +145,7 @@ class _Run(ContactRun):
                            )  # fmt: skip
 
     def trajectory(self, count: int) -> ContactLatticeTrajectory:
-        """As of a `ContactRun`."""
+        """Return the first `count` rows as a trajectory."""
         flow, gaps = self.flow, self.flow.gaps
         x, mu, u = (e[:count].reshape(count, gaps.N, e.shape[1] // gaps.N) for e in self.rows)
         numbers = np.arange(count, dtype=np.int64)

@@ -1,13 +1,13 @@
-"""The derivative of a lattice's step on the dual algebroid, applied and never written out.
+"""The derivative of a lattice's step on the dual algebroid, applied without forming its matrix.
 
-With E(x, w) = (hμ, 0) solved for w, and x′ = x + d(x, w), μ′ = μ + g(x, w)/h, the derivative M is
-the Schur complement of the derivatives of E, d and g, sparse sums over sites and bonds. M is a
-Poisson map: (Mᵀα)·Π(Mᵀβ) = α·Π′β for all covectors α, β, which is tested on random pairs.
+E(x, w) = (hμ, 0) is solved for w, and x′ = x + d(x, w), μ′ = μ + g(x, w)/h; so the derivative M is
+the Schur complement of the derivatives of E, d and g, which are sparse sums over sites and bonds. M
+is a Poisson map: (Mᵀα)·Π(Mᵀβ) = α·Π′β for all covectors α, β; random pairs test this.
 
 On pairs, ω_i = δx_i ∧ δμ_i of two variations of a run grows by a flux through each bond of site i,
-Φ_i = (δx′_i ∧ δF⁺_i − δx_i ∧ δF⁻_i)/h + δs_i ∧ δE_i of the bond's own F± and, where there are
-stages s, E = ∂L_d/∂s; and Φ_i = −Φ_j, since d dL_d = 0: the multisymplectic law (Marsden, Patrick,
-Shkoller, Comm. Math. Phys. 199 (1998), 351).
+Φ_i = (δx′_i ∧ δF⁺_i − δx_i ∧ δF⁻_i)/h + δs_i ∧ δE_i, with the bond's own F± and, if there are
+stages s, E = ∂L_d/∂s. Since d dL_d = 0, Φ_i = −Φ_j: this is the multisymplectic law (Marsden,
+Patrick, Shkoller, Comm. Math. Phys. 199 (1998), 351).
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class DualStep:
             raise CannotMeasure(f"{lattice.name}: {scheme.rule.name} has several substeps; ask its "
                                 "base rule.")  # fmt: skip
         if scheme.constrained:
-            raise CannotMeasure(f"{lattice.name}: with constraints the form lives on what they "
-                                "leave; take RestrictedStep.")  # fmt: skip
+            raise CannotMeasure(f"{lattice.name}: with constraints the form is defined on the "
+                                "vectors that they admit; use RestrictedStep.")  # fmt: skip
         run = LatticeRun.from_row(flow, x, mu)
         self.flow, self.free, self.before = flow, lattice.free, (x, mu)
         w = run.stepped()
@@ -57,7 +57,7 @@ class DualStep:
         self._h, self._shape = h, (N, x.shape[1], self.before[1].shape[1], S)
 
     def applied(self, variation: Covector) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(δx′, δμ′, δw) of (δx, δμ), M being applied; (N, n), (N, m) and (N, S)."""
+        """Apply M to (δx, δμ): return (δx′, δμ′, δw), shaped (N, n), (N, m) and (N, S)."""
         N, n, m, S = self._shape
         p, h = self._parts, self._h
         dx, dmu = variation[0].ravel(), variation[1].ravel()
@@ -68,7 +68,7 @@ class DualStep:
         return ends[0].reshape(N, n), ends[1].reshape(N, m), dw.reshape(N, S)
 
     def fluxes(self, one: Covector, other: Covector) -> np.ndarray:
-        """Φ of each bond at both its ends (B, 2), for two variations, on pairs.
+        """Return Φ of each bond at both its ends, (B, 2), for two variations, on pairs.
 
         Raises `CannotMeasure` on other groupoids, where forms have more terms.
         """
@@ -99,7 +99,7 @@ class DualStep:
         return np.asarray(sum(terms) / self._h)
 
     def transposed(self, alpha: Covector) -> Covector:
-        """Mᵀα."""
+        """Return Mᵀα."""
         N, n, m, S = self._shape
         p, h = self._parts, self._h
         a, b = (part.ravel() for part in alpha)
@@ -112,7 +112,8 @@ class DualStep:
     def pairing(
         self, random: np.random.Generator, brackets: list[Bracket]
     ) -> list[tuple[float, float]]:
-        """Π of two random covectors before and after the step, each with its absolute terms."""
+        """Return Π of two random covectors before and after the step, each with its absolute
+        terms."""
         after = [tuple(random.normal(size=a.shape) * self.free[:, None] for a in self.before)
                  for _ in range(2)]  # fmt: skip
         before = [self.transposed(covector) for covector in after]
@@ -120,16 +121,17 @@ class DualStep:
 
 
 def poisson_defect(step: Any, pairs: int, seed: int, bracket_sign: int = 1) -> float:
-    """The largest difference of a step's pairings of random pairs, over the sum of their terms.
+    """Return the largest relative difference of a step's pairings over random pairs.
 
-    (Mᵀα)·Π(Mᵀβ) − α·Π′β of a `DualStep`, ω′(Pa, Pb) − ω(a, b) of a `RestrictedStep`.
+    The difference is (Mᵀα)·Π(Mᵀβ) − α·Π′β for a `DualStep` and ω′(Pa, Pb) − ω(a, b) for a
+    `RestrictedStep`, divided by the sum of the absolute values of its terms.
     """
     random = np.random.default_rng(seed)
     brackets = [Bracket(step.flow, x, mu, bracket_sign) for x, mu in (step.before, step.after)]
     worst = 0.0
     for _ in range(pairs):
         (one, scale), (other, more) = step.pairing(random, brackets)
-        worst = float(np.maximum(worst, abs(one - other) / (scale + more)))  # keeps nan
+        worst = float(np.maximum(worst, abs(one - other) / (scale + more)))  # np.maximum keeps nan
     return worst
 
 
@@ -146,14 +148,14 @@ class Bracket:
         self.rho, self.of_mu = of_all(f, len(x), list(x.T), list(mu.T))
 
     def __call__(self, one: Covector, other: Covector) -> tuple[float, float]:
-        """(one · Π other, the sum of the absolute values of its terms)."""
+        """Return (one · Π other, the sum of the absolute values of its terms)."""
         terms = [np.einsum("ka,abk,kb->kab", one[0], self.rho, other[1]),
                  -np.einsum("kb,abk,ka->kab", one[1], self.rho, other[0]),
                  np.einsum("ka,abk,kb->kab", one[1], self.of_mu, other[1])]  # fmt: skip
         return _totals(terms)
 
     def form(self, one: Covector, other: Covector) -> tuple[float, float]:
-        """ω of two vectors (b, δμ), δx = ρ̂ b, and the sum of the absolute values of its terms."""
+        """Return ω of two vectors (b, δμ), δx = ρ̂ b, and the sum of its terms' absolute values."""
         return _totals([one[0] * other[1], -one[1] * other[0],
                         -np.einsum("ka,abk,kb->kab", one[0], self.of_mu, other[0])])  # fmt: skip
 
@@ -165,10 +167,10 @@ def _totals(terms: list[np.ndarray]) -> tuple[float, float]:
 def derivatives_of_step(
     flow: Any, x: np.ndarray, w: np.ndarray, h: float
 ) -> tuple[dict[str, Any], dict[str, np.ndarray], list[int]]:
-    """({"Ex": sparse, …}, those of the bonds by themselves, the order of a bond's letters).
+    """Return ({"Ex": sparse, …}, the same for each bond, the order of a bond's letters).
 
-    The derivatives of E, d and g by x (N, n) and w (N, S), summed over sites and bonds, those of
-    fixed sites being 0.
+    These are the derivatives of E, d and g by x (N, n) and w (N, S), summed over sites and bonds;
+    those of fixed sites are 0.
     """
     scheme, (N, S), lattice = flow.scheme, w.shape, flow.lattice
     pairs, n, m = lattice.pairs, x.shape[1], scheme.equations.groupoid.dim_u
@@ -183,7 +185,7 @@ def derivatives_of_step(
         found = of_bonds = _derivatives(equations, at_ends(ends, x)[0], unknowns, p, h)
         for name, blocks in found.items():
             if name[0] == "d" and own is order:
-                continue  # x of both ends moves by itself
+                continue  # the terms of the sites already move x of both ends
             i, j = (places(ends, sizes[k], own if k in "Ew" else None) for k in name)
             parts[name] += placed(blocks, i, j, parts[name].shape)
     free = {k: sparse.diags(np.repeat(lattice.free, size).astype(float))
@@ -193,7 +195,7 @@ def derivatives_of_step(
 
 
 def _derivatives(equations: Any, x: Any, w: np.ndarray, p: list[Any], h: float) -> Any:
-    """{"Ex": (rows, columns, r), …} of one term at r places, E in the order of its letters w."""
+    """Return {"Ex": (rows, columns, r), …} of one term at r places; E is in the order of its w."""
     names, digits, f = _derived(equations)
     found = of_all(f, len(w), x, list(w.T), [h, *p, *digits])
     return dict(zip(names, found, strict=True))
@@ -201,7 +203,7 @@ def _derivatives(equations: Any, x: Any, w: np.ndarray, p: list[Any], h: float) 
 
 @lru_cache(maxsize=32)
 def _derived(equations: Any) -> tuple[list[str], list[float], Any]:
-    """The names of the derivatives, the numbers of the rule, f."""
+    """Return the names of the derivatives, the numbers of the rule, and the compiled function."""
     maps, s = equations.at_points, equations.s
     columns = {"x": [s.x], "w": [c for c in (s.u, s.stages) if len(c)]}
     rows = {"E": [c for c in (maps.minus, maps.stage_equations) if len(c)], "g": [maps.gain],

@@ -1,4 +1,4 @@
-"""Whether matrices are elements of a group, many at once."""
+"""A test of many matrices at once for membership in a group."""
 
 from __future__ import annotations
 
@@ -6,18 +6,19 @@ import numpy as np
 
 from ..algebras import MatrixAlgebra
 
-#: what an element may be off, of 1 and the largest entry of a column: half a double's digits, as
-#: in `StepContext.coordinates`; a row of a long run stays far below
+#: tolerance, relative to 1 and the largest entry of a column: half of a double's digits, as in
+#: `StepContext.coordinates`; rows of a long run stay far below it
 OFF = 2.0**-32
-#: |det(e + g B⁻¹)| from which a chart of Cayley's has coordinates with digits to compare
+#: least |det(e + g B⁻¹)| for which the coordinates of Cayley's chart have digits to compare
 OPEN = 2.0**-10
 
 
 def strangers(algebra: MatrixAlgebra, g: np.ndarray) -> np.ndarray:
-    """The numbers of those of the matrices g (N, k, k) that are no elements of the algebra's group.
+    """Return the indices of the matrices g (N, k, k) that are not elements of the algebra's group.
 
-    An element is τ(ξ)B, τ being Cayley's map and B a translate of the algebra. Where it has no
-    cover, elements at the edge of the chart at e are not judged, and where τ does not fit it, none.
+    An element is τ(ξ)B, where τ is Cayley's map and B a translate of the algebra. If the algebra
+    has no cover, elements at the edge of the chart at e are accepted; if τ does not fit it, all
+    are.
     """
     if not algebra.closed_under_triple_products:
         return np.zeros(0, dtype=np.int64)
@@ -34,6 +35,6 @@ def strangers(algebra: MatrixAlgebra, g: np.ndarray) -> np.ndarray:
     half = (half.reshape(-1, k * k) @ within).reshape(-1, k, k)
     off = np.full(len(g), np.inf if algebra.cover else 0.0)
     sizes = 1 + abs(g[reached]).max(axis=1, initial=0, keepdims=True)
-    # (e − ξ^/2) g = (e + ξ^/2) B, without an inverse that a stranger may not have
+    # (e − ξ^/2) g = (e + ξ^/2) B, without an inverse that a matrix outside the group may lack
     off[reached] = (abs((e - half) @ g[reached] - (e + half) @ B) / sizes).max(axis=(1, 2))
     return np.flatnonzero(~(off <= OFF))

@@ -18,7 +18,7 @@ from ..scene import Again, again, arguments_of
 from .group_elements import strangers
 
 INTEGER = (int, np.integer)
-MOST_SITES = 10**9  # a coordinate of these takes eight gigabytes
+MOST_SITES = 10**9  # one coordinate of so many sites takes eight gigabytes
 
 
 @names_checked
@@ -26,33 +26,33 @@ MOST_SITES = 10**9  # a coordinate of these takes eight gigabytes
 class Lattice:
     """N sites of one groupoid: L = Σ on_site(x_i, v_i, p) + Σ on_bond(x_i, x_j, p) over bonds.
 
-    site: the groupoid of a site, with base dimension n and fibre dimension m. On lie_group(...)
-    a site carries its element: x is the k×k matrix A with A′ = A ξ^, n = k².
-    sites: N. on_site(x, v, p), on_bond(x, y, p): sympy columns x and y (n×1; k×k matrices on a
-    group), v (m×1); a bond's energy enters with a minus, L = T − V.
-    A bond that moves is a function of five, on_bond(x, y, v, w, p), v and w the velocities of x and
-    y, such as kinetic energy at the middle of a square of the grid; on_site may then be left out.
-    bonds: "chain" joins i and i + 1, "ring" also N − 1 and 0; else pairs (i, j), i ≠ j.
-    parameters: numbers and lists, which all share, and numpy's arrays, whose first axis has the
-    length N (an entry a site; on_bond reads a column of two, those of x and of y) or the number of
-    bonds (an entry a bond). Where both are of one length, on_site reads it by sites and on_bond by
-    bonds.
+    site: the groupoid of a site, with base dimension n and fibre dimension m. On lie_group(...) a
+    site carries its element: x is the k×k matrix A with A′ = A ξ^, n = k².
+    sites: N. on_site(x, v, p), on_bond(x, y, p): functions of sympy columns x and y (n×1; k×k
+    matrices on a group) and v (m×1); a bond's energy enters with a minus, L = T − V.
+    A bond with velocities is a function of five arguments, on_bond(x, y, v, w, p), where v and w
+    are the velocities of x and y, for example for kinetic energy at the middle of a square of the
+    grid; on_site may then be left out.
+    bonds: "chain" joins i and i + 1, "ring" also N − 1 and 0; otherwise pairs (i, j), i ≠ j.
+    parameters: numbers and lists are shared by all; a numpy array has one entry per site (first
+    axis of length N; on_bond reads a column of two, those of x and of y) or one per bond. If both
+    lengths are equal, on_site reads it by sites and on_bond by bonds.
     x0 (N, n), v0 (N, m): floats, natural velocities; on a group x0 may be (N, k, k), or left out.
-    duration, step: as of a `Scene`. fixed_ends: the first and the last site of a chain stay at
-    their x0; fixed: further sites that do, by number, or True or False of each site.
+    duration, step: see `Scene`. fixed_ends: True if the first and the last site of a chain stay at
+    their x0; fixed: further fixed sites, as a list of numbers or as True or False for each site.
     constraint(x, y, p): a list of expressions φ(x_i, x_j) that vanish on every bond (i, j), such as
-    joints; on_bond may then be left out. A site is the second one of at most one bond then, as in
-    chains, rings and trees.
+    joints; on_bond may then be left out. A site may then be the second one of at most one bond, as
+    in chains, rings and trees.
 
-    contact(x, p): a list of gaps φ(x) ≥ 0 of each site, and restitution, e in [0, 1], as of a
-    `Scene`; impacts are stepped, without friction.
+    contact(x, p): a list of gaps φ(x) ≥ 0 of each site, and restitution, e in [0, 1], as for a
+    `Scene`; impacts happen at the end of a step, without friction.
 
     symmetries: name → ξ(x, p), a list of m entries: the natural velocity with which a one-parameter
-    group that leaves L moves a site at x, all sites at once. Σ μ_i·ξ(x_i) is the momentum that it
-    keeps (`discmech lattices`).
+    group that leaves L unchanged moves a site at x, all sites at once. The group conserves Σ
+    μ_i·ξ(x_i) (`discmech lattices`).
 
-    Raises `BadInput` for wrong shapes, non-finite numbers, and bonds to sites that are not
-    there, and on a group for an x0 that is no element.
+    Raises `BadInput` for wrong shapes, non-finite numbers, and bonds to missing sites, and on a
+    group for an x0 that is not an element.
     """
 
     name: str
@@ -133,38 +133,40 @@ class Lattice:
                            "bond with velocities; leave one out.")  # fmt: skip
 
     def __reduce__(self) -> Again:
-        """To pickle it: functions of a lattice go by their place in a module."""
+        """Return the pickled form; a lattice's functions are pickled by their place in a module."""
         return again(self, (self.on_site, self.on_bond, self.constraint, self.contact))
 
     def __deepcopy__(self, memo: Any) -> Lattice:
-        return self  # nothing of it changes
+        return self  # a lattice is immutable
 
     def __repr__(self) -> str:
         return f"the lattice {self.name}"
 
     @cached_property
     def groupoid(self) -> Groupoid:
-        """The groupoid of a site; of a group its action on itself: bonds see the element."""
+        """The groupoid of a site; for a group its action on itself, so that bonds see the
+        element."""
         if not isinstance(self.site, LieGroup):
             if not self.site.dim_x:
-                raise BadInput(f"{self.name}: {self.site.name} has no base that bonds could see.")
+                raise BadInput(f"{self.name}: {self.site.name} has no base that a bond can use.")
             return self.site
         algebra = self.site.algebra
         return RowAction(algebra, self.site.tau, rows=algebra.real.size)
 
     @property
     def bonds_move(self) -> bool:
-        """Whether a bond's term holds the velocities of its ends."""
+        """True if a bond's term contains the velocities of its ends."""
         return arguments_of(self.on_bond) == 5
 
     @property
     def matrix_size(self) -> int:
-        """k where a site carries a k×k matrix, else 0."""
+        """The size k if a site carries a k×k matrix, else 0."""
         return self.site.algebra.real.size if isinstance(self.site, LieGroup) else 0
 
     @property
     def shape(self) -> str:
-        """How a step's equations are eliminated: along a "chain" or "ring", or as a "list"."""
+        """The elimination of a step's equations: along a "chain" or "ring", or of a "list" of
+        bonds."""
         if not isinstance(self.bonds, str) or (self.bonds == "ring" and not self.free.all()):
             return "list"
         return self.bonds
@@ -209,7 +211,7 @@ class Lattice:
 
     @cached_property
     def free(self) -> np.ndarray:
-        """Whether a site moves, (N,)."""
+        """True for each site that moves, (N,)."""
         free = np.ones(self.sites, dtype=bool)
         if not isinstance(self.fixed_ends, (bool, np.bool_)):
             raise BadInput(f"{self.name}: fixed_ends is {shown(self.fixed_ends)}; say True or "
@@ -222,8 +224,8 @@ class Lattice:
         if any(isinstance(i, bool) for i in fixed):
             if len(fixed) != self.sites or not all(isinstance(i, bool) for i in fixed):
                 raise BadInput(
-                    f"{self.name}: fixed holds True or False; give numbers of sites, or one of "
-                    f"these a site, {self.sites}."
+                    f"{self.name}: fixed holds True or False; give numbers of sites, or one "
+                    f"truth value per site, {self.sites}."
                 )
             fixed = np.flatnonzero(fixed)
         for i in fixed:
@@ -262,8 +264,8 @@ class Lattice:
             where = [w for w, length in lengths.items() if len(value) == length]
             if not where:
                 raise BadInput(
-                    f"{what} is an array of {len(value)}; give {lengths['site']} entries, one a "
-                    f"site, or {lengths['bond']}, one a bond; what all share is a list."
+                    f"{what} is an array of {len(value)}; give {lengths['site']} entries, one per "
+                    f"site, or {lengths['bond']}, one per bond; a shared value is a list."
                 )
             array = floats(value, what)
             if array.ndim > 2:
@@ -274,25 +276,26 @@ class Lattice:
 
     @cached_property
     def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """x0 (N, n) and v0 (N, m)."""
+        """The start: x0 (N, n) and v0 (N, m)."""
         v0 = floats(self.v0, f"{self.name}: v0")
         wanted = (self.sites, self.groupoid.dim_u)
         if v0.shape != wanted:
-            raise BadInput(f"{self.name}: v0 has the shape {v0.shape}; give one row a site, "
+            raise BadInput(f"{self.name}: v0 has the shape {v0.shape}; give one row per site, "
                            f"{wanted}.")  # fmt: skip
         return self.positions(self.x0), v0
 
     def positions(self, given: Any) -> np.ndarray:
-        """x of all sites, (N, n), of rows or on a group of matrices (N, k, k), e if left out.
+        """Return x of all sites, (N, n); on a group `given` may be matrices (N, k, k), or None for
+        e.
 
-        Raises `BadInput` for another shape, and on a group for what is no element of it.
+        Raises `BadInput` for another shape, and on a group for a matrix that is not an element.
         """
         N, n, k = self.sites, self.groupoid.dim_x, self.matrix_size
         if given is None and k:
             return np.broadcast_to(np.eye(k), (N, k, k)).reshape(N, n)
         x = floats(given, f"{self.name}: x0")
         if x.shape != (N, n) and not (k and x.shape == (N, k, k)):
-            raise BadInput(f"{self.name}: x0 has the shape {x.shape}; give one row a site, "
+            raise BadInput(f"{self.name}: x0 has the shape {x.shape}; give one row per site, "
                            f"({N}, {n}).")  # fmt: skip
         if isinstance(self.site, LieGroup):
             for i in strangers(self.site.algebra.real, x.reshape(N, k, k)):
@@ -302,7 +305,7 @@ class Lattice:
 
 
 def no_term(x: Any, y: Any, p: Any) -> Any:
-    """The value of a term that is left out."""
+    """Return 0, the value of a term that is left out."""
     return 0
 
 
@@ -311,7 +314,7 @@ def _pair(pair: np.ndarray) -> str:
 
 
 def floats(value: Any, what: str) -> np.ndarray:
-    """An array of finite floats; raises `BadInput`."""
+    """Return an array of finite floats; raises `BadInput`."""
     if value is None:
         raise BadInput(f"{what} is left out; give an array.")
     try:

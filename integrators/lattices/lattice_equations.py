@@ -1,7 +1,8 @@
-"""What is derived of a lattice: the equations of one site and of one bond, whatever their number.
+"""The equations of one site and of one bond of a lattice, which do not depend on their number.
 
 A rule gives a weighted sum of values of L, so L_d of a lattice is the sum of L_d of its sites and
-of its bonds, a bond's on the product of two sites; so are the Legendre maps, and all that follows.
+of its bonds; a bond's is on the product of two sites. The same holds for the Legendre maps and
+everything derived from them.
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ from .lattice import Lattice, no_term
 class LatticeEquations:
     """The equations of one site and one bond of a lattice, by a rule of one step.
 
-    site, bond: `DiscreteEquations` of each. Raises `BadInput` where a function cannot be evaluated
-    or FL is singular everywhere, `CannotMeasure` for rules that are no weighted sums of L's values.
+    site, bond: the `DiscreteEquations` of each. Raises `BadInput` if a function cannot be evaluated
+    or FL is singular everywhere, `CannotMeasure` for a rule that is no weighted sum of values of L.
     """
 
     def __init__(self, lattice: Lattice, rule: Discretisation) -> None:
@@ -51,8 +52,8 @@ class LatticeEquations:
         if refusal := rule.refusal(scene):
             raise CannotMeasure(refusal)
         s = SceneSymbols(scene, rule.stages)
-        s.scalars([s.lagrangian], "on_site", lattice.on_site)  # finite and real
-        # where bonds move, a site may hold no velocity: the mass matrix is of all together
+        s.scalars([s.lagrangian], "on_site", lattice.on_site)  # check that it is finite and real
+        # with velocities in bonds a site may have none: only the mass matrix of all must be regular
         of = DiscreteLagrangian(s, rule) if lattice.bonds_move else None
         self.site = DiscreteEquations(s, rule, of)
         if not lattice.bonds_move:
@@ -73,32 +74,33 @@ class LatticeEquations:
         self.bond_symbols = SceneSymbols(bond, rule.stages)
         what = "on_bond" if lattice.constraint is None else "a bond"
         self.bond_symbols.name = f"{what} of {lattice.name}"
-        lagrangian = self.bond_symbols.lagrangian  # a wrong one is named now
+        lagrangian = self.bond_symbols.lagrangian  # report a wrong one now
         self.bond_symbols.scalars([lagrangian], "its value", lattice.on_bond)
 
     @cached_property
     def bond(self) -> DiscreteEquations:
-        """The equations of a bond by itself, which may hold no velocity."""
+        """The equations of a bond by itself, which may contain no velocity."""
         of = DiscreteLagrangian(self.bond_symbols, self.rule)
         return DiscreteEquations(self.bond_symbols, self.rule, of)
 
     @cached_property
     def constraints(self) -> BondConstraints | None:
-        """What holonomic constraints on bonds add, if there are some."""
+        """The rows and multipliers of holonomic constraints on bonds, or None."""
         if self.lattice.constraint is None:
             return None
         return BondConstraints(self.site, self.bond)
 
     @cached_property
     def contact(self) -> Callable[..., Any]:
-        """The gaps of a site as a function of its column x, and p."""
+        """The gaps of a site as a function of its column x and p."""
         shaped, given = _shaped(self.lattice), self.lattice.contact
         assert given is not None
         return lambda x, p: given(shaped(x), p)
 
     @cached_property
     def end_weights(self) -> tuple[Expression, Expression] | None:
-        """The weights of L at the start and at the end of a step, if the rule asks nowhere else."""
+        """The weights of L at the start and at the end of a step, or None if the rule uses other
+        points."""
         of, (start, end) = self.site.of, (self.site.x, self.site.y)
         if len(self.site.s.stages) or not of.straight:
             return None
@@ -115,7 +117,8 @@ class LatticeEquations:
 
     @property
     def local(self) -> bool:
-        """Whether no unknown of a step is tied to another site's: bonds ask for L at ends only."""
+        """True if no bond couples the unknowns of two sites: the bonds' L is taken at the ends
+        only."""
         still = self.constraints is None and not self.lattice.bonds_move
         return self.end_weights is not None and still
 
@@ -141,12 +144,13 @@ class LatticeEquations:
 
     @cached_property
     def stages(self) -> LatticeStages | None:
-        """One step as collocation; None where it is none, or bonds move or have constraints.
+        """One step as collocation, or None.
 
-        And where Newton's method takes no longer: two unknowns of a site along a chain or a ring
-        (ns a site and step, fixed point and Newton: toda 107, 72, breather 74, 67, fput 28, 29; of
-        a list, membrane 33, 107; of three unknowns, fput 46, 55; of twelve, beam 1258, 11540). Of S
-        unknowns Newton's method takes as long as 3S²/2 sweeps (S = 3: 13, 4: 25, 6: 50).
+        It is None if the rule is no collocation, if bonds have velocities or constraints, or if
+        Newton's method is at least as fast: for two unknowns of a site along a chain or a ring (ns
+        per site and step, fixed point and Newton: toda 107, 72, breather 74, 67, fput 28, 29; for a
+        list, membrane 33, 107; for three unknowns, fput 46, 55; for twelve, beam 1258, 11540). With
+        S unknowns Newton's method takes as long as 3S²/2 sweeps (S = 3: 13, 4: 25, 6: 50).
         """
         lattice, rule = self.lattice, self.rule
         if rule.nodes is None or lattice.bonds_move or lattice.constraint is not None:
@@ -171,26 +175,27 @@ class LatticeEquations:
 
     @cached_property
     def projection(self) -> LatticeSystem:
-        """What takes momenta to those that constraints admit, as a step that moves nothing."""
+        """The projection of momenta onto those that the constraints admit, as a step that keeps
+        x."""
         assert self.constraints is not None
         return self._tied(*self.constraints.projection())
 
     @property
     def _letters(self) -> tuple[tuple[Letter, ...], ...]:
-        """h with what all share, then what a site has of its own, and what a bond has."""
+        """The letters of h and the shared parameters, of a site's own, and of a bond's own."""
         s, (own, of_bond) = self.site.s, self.own_letters
         q = (s.h, *(p for p in s.parameter_list if p not in own), *self.constants)
         return q, own, of_bond
 
     def _tied(self, site: System, bond: System) -> LatticeSystem:
-        """Equations of a site and of a bond, which ties unknowns of both its ends."""
+        """Return the system of a site and of a bond that couples the unknowns of its two ends."""
         q, own, bond_own = self._letters
         site, bond = replace(site, q=(*q, *own)), replace(bond, q=(*q, *bond_own))
         return LatticeSystem(self.lattice.name, q, site, own, bond_own, None, bond)
 
     @property
     def own_letters(self) -> tuple[tuple[Letter, ...], ...]:
-        """Letters of the parameters that a site has of its own, and of those that a bond has."""
+        """The letters of the parameters that a site has of its own, and of those of a bond."""
         parts = self.lattice.split_parameters
         of_bond = [*parts["bond"], *(k for k in parts["site"] if k not in parts["bond"])]
         letters = _own(self.site.s, list(parts["site"])), _own(self.bond_symbols, of_bond)
@@ -199,7 +204,8 @@ class LatticeEquations:
         return (*letters[0], *self.constraints.own), (*letters[1], *self.constraints.bond_own)
 
     def _split(self) -> tuple[DiscreteEquations, Expression | None]:
-        """Equations of a site without the part of L that holds no velocity, and that part."""
+        """Return a site's equations for the part of L with velocities, and the rest of L or
+        None."""
         s, lattice = self.site.s, self.lattice
         terms = sympy.Add.make_args(s.lagrangian.expand(deep=False))
         resting = [t for t in terms if not t.free_symbols & set(s.u)]
@@ -217,14 +223,15 @@ class LatticeEquations:
     def _kicks(
         self, name: str, s: SceneSymbols, potential: Expression, own: tuple[Letter, ...]
     ) -> Kicks:
-        """F⁻/h = −w₀ ρ̂ᵀ∂L/∂x and F⁺/h = w₁ ρ̂ᵀ∂L/∂x, of which a term without velocity is made."""
+        """Return F⁻/h = −w₀ ρ̂ᵀ∂L/∂x and F⁺/h = w₁ ρ̂ᵀ∂L/∂x of a term without velocities."""
         assert self.end_weights is not None
         first, last = (weight * _force_of(s, potential) for weight in self.end_weights)
         return Kicks(name, tuple(s.x), own, -first, last)
 
     @cached_property
     def self_adjoint(self) -> bool:
-        """Whether Φ₋ₕ is the inverse of Φₕ: so it is where site and bond by themselves are."""
+        """True if Φ₋ₕ is the inverse of Φₕ, which holds if it holds for site and bond
+        separately."""
         if self.end_weights is not None and not self.lattice.bonds_move:
             return is_self_adjoint(self.site) and self.end_weights[0] == self.end_weights[1]
         terms = [self.bond] if self.lattice.on_site is no_term else [self.site, self.bond]
@@ -232,12 +239,12 @@ class LatticeEquations:
 
 
 def _force_of(s: SceneSymbols, potential: Expression) -> Column:
-    """ρ̂ᵀ∂L/∂x of a term that holds no velocity."""
+    """Return ρ̂ᵀ∂L/∂x of a term without velocities."""
     return natural_structure(s, s.x)[0].T * jacobian([potential], s.x).T
 
 
 def _scene(lattice: Lattice, word: str, groupoid: Any, function: Any, values: Any) -> Scene:
-    """The scene of one site, or of one bond."""
+    """Return the scene of one site, or of one bond."""
     x0, v0 = lattice.start
     copies = groupoid.dim_x // lattice.groupoid.dim_x
     return Scene(
@@ -261,35 +268,35 @@ def _on_bond(lattice: Lattice, word: str) -> Callable[..., Any]:
 
 
 def _shaped(lattice: Lattice) -> Callable[[Column], Column]:
-    """A site's x as its functions see it: a column, on a group a matrix."""
+    """Return a function that gives a site's x its form: a column, or a matrix on a group."""
     k = lattice.matrix_size
     return (lambda x: x.reshape(k, k)) if k else (lambda x: x)
 
 
 def _site_values(lattice: Lattice) -> dict[str, Any]:
-    """The parameters that a site sees, with values of the first."""
+    """Return the parameters of a site, with the values of the first one."""
     parts = lattice.split_parameters
     return {**parts["shared"], **{k: a[0].tolist() for k, a in parts["site"].items()}}
 
 
 def _bond_values(lattice: Lattice) -> dict[str, Any]:
-    """The parameters that a bond sees, with values of the first."""
+    """Return the parameters of a bond, with the values of the first one."""
     parts, (i, j) = lattice.split_parameters, lattice.pairs[0]
     both = {k: a[[i, j]].tolist() for k, a in parts["site"].items()}
     return {**parts["shared"], **both, **{k: a[0].tolist() for k, a in parts["bond"].items()}}
 
 
 def _own(s: SceneSymbols, names: list[str]) -> tuple[Letter, ...]:
-    """The letters of the parameters of those names, in that order."""
+    """Return the letters of the named parameters, in that order."""
     parameters = s.parameters
     columns = [getattr(parameters, name) for name in names]
     return tuple(e for c in columns for e in (c if hasattr(c, "shape") else [c]))
 
 
 def _by_ends(system: System, m: int) -> System:
-    """A bond's system with all unknowns and rows of one end before those of the other.
+    """Return a bond's system with all unknowns and rows of one end before those of the other.
 
-    u and each stage come as columns of both ends.
+    Before, u and each stage are columns of both ends.
     """
     order = [c + end * m + i for end in (0, 1) for c in range(0, len(system.w), 2 * m)
              for i in range(m)]  # fmt: skip

@@ -1,4 +1,4 @@
-"""A lattice at one step size: its state as arrays, advanced by machine code."""
+"""The flow of a lattice at one step size: its state as arrays, advanced by machine code."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ from .lattice_run import LatticeRun
 from .restricted_step import step_derivative
 
 NUMBERS = Double()
-PIECE = 2**24  # steps of a site between two looks at progress, at interrupts and at a checkpoint
+PIECE = 2**24  # steps, times sites, between two checks of progress, interrupts and checkpoint
 
 
 @dataclass(frozen=True)
 class LatticeTrajectory:
-    """Rows of a run: the first is the start, then each every-th step.
+    """Rows of a run: the first is the start, then every `every`-th step.
 
     t (r,), x (r, N, n), u and mu (r, N, m): row k holds x_k, μ_k in the natural basis and the u
-    that leaves x_k; both are 0 at fixed sites. multipliers (r, B, k): λ of each bond's
-    constraint in the step that leaves the row (k = 0 without). newton_mean: corrections a step (of
-    a site, where sites are solved by themselves; sweeps, where stages are a fixed point),
-    newton_max: the most of one step. newton_since: the steps before Newton's method solved
-    for stages whose fixed point it did not, or was slower; else None.
+    that leaves x_k; both are 0 at fixed sites. multipliers (r, B, k): λ of each bond's constraint
+    in the step that leaves the row (k = 0 without constraints). newton_mean: corrections per step
+    (per site, if sites are solved separately; sweeps, if stages are a fixed point); newton_max: the
+    most in one step. newton_since: the step from which Newton's method replaced a fixed point of
+    the stages that failed or was slower; else None.
     """
 
     t: np.ndarray
@@ -63,8 +63,8 @@ class LatticeTrajectory:
 class LatticeFlow:
     """The one-step map (x, μ) ↦ (b, μ′) of a lattice by a rule, in double precision.
 
-    substeps: (kind, share of the step) of each, kind 1 the adjoint. Raises `BadInput` for a step of
-    0, and for digits other than 16.
+    substeps: (kind, share of the step) of each; kind 1 is the adjoint. Raises `BadInput` for a step
+    of 0, and for digits other than 16.
     """
 
     def __init__(self, scheme: Any, step: Any, digits: int = 16) -> None:
@@ -77,22 +77,22 @@ class LatticeFlow:
             raise BadInput("step is 0: give a non-zero number.")
 
     def __reduce__(self) -> Again:
-        """To pickle it: it is made again of its scheme and step."""
+        """Return the pickled form: the flow is made again from its scheme and step."""
         return type(self), (self.scheme, self.step)
 
     @cached_property
     def by_stages(self) -> bool:
-        """Whether a run begins with a fixed point of its stages, else with Newton's method."""
+        """True if a run begins with a fixed point of its stages, not with Newton's method."""
         return self._of_stages is not None
 
     @property
     def kernels(self) -> LatticeKernels:
-        """The compiled kernels that a run begins with."""
+        """The compiled kernels with which a run begins."""
         return self._of_stages if self.by_stages and self._of_stages else self.newton
 
     @property
     def newton(self) -> LatticeKernels:
-        """The compiled kernels of Newton's method, or of sites that are solved by themselves."""
+        """The compiled kernels of Newton's method, or of sites that are solved separately."""
         return compile_lattice(self.scheme.system, self.lattice.shape, bool(self.scheme.substeps))
 
     @cached_property
@@ -112,13 +112,14 @@ class LatticeFlow:
         checkpoint: Any = None,
         progress: Callable[[int], None] | None = None,
     ) -> LatticeTrajectory:
-        """Run `steps` steps from the lattice's start, or from x0 (as the lattice's) and mu0 (N, m).
+        """Run `steps` steps from the lattice's start, or from x0 (shaped like the lattice's) and
+        mu0 (N, m).
 
-        checkpoint: a file. The rows are then on disk beside it, as arrays of numpy's, and the state
-        is kept in it about once a second: the same call goes on where a run was killed, to the same
-        numbers (to round-off, where a sparse factorisation solves). progress: called with the steps
-        done so far. Raises `BadInput` for wrong shapes or counts and for the checkpoint of another
-        run, `StepFailure` (with the rows so far) if a step cannot be solved.
+        checkpoint: a file. The rows are then numpy arrays on disk beside it, and the state is saved
+        in it about once a second: the same call continues a killed run with the same numbers (to
+        round-off, if a sparse factorisation solves). progress: called with the number of steps done
+        so far. Raises `BadInput` for wrong shapes or counts and for the checkpoint of another run,
+        `StepFailure` (with the rows so far) if a step cannot be solved.
         """
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
         check_progress(progress)
@@ -131,9 +132,10 @@ class LatticeFlow:
         return next(self._blocks(x, mu, steps, every, count, checkpoint, progress))
 
     def blocks(self, steps: int, every: int = 1, *, size: int = 1) -> Iterator[LatticeTrajectory]:
-        """The rows of `trajectory(steps, every)`, so many at a time, the last ones fewer.
+        """Yield the rows of `trajectory(steps, every)` in blocks of `size` rows; the last may be
+        shorter.
 
-        What is seen and let go does not fill the memory, however long the run. Raises as
+        Blocks that are not kept do not fill the memory, however long the run is. Raises like
         `trajectory`, with the rows of the block.
         """
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
@@ -144,9 +146,9 @@ class LatticeFlow:
         self, x: np.ndarray, mu: np.ndarray, steps: int, every: int, size: int,
         checkpoint: Any = None, progress: Any = None,
     ) -> Iterator[LatticeTrajectory]:  # fmt: skip
-        """`blocks` from a start; with a checkpoint there is one block alone."""
+        """Yield the `blocks` from a start; with a checkpoint there is only one block."""
         run, kept, first = LatticeRun(self, x, mu.copy()), None, 0
-        rows = [np.empty((0, *a.shape)) for a in run.shown.values()]
+        rows = [np.empty((0, *a.shape)) for a in run.columns.values()]
 
         def made(count: int) -> LatticeTrajectory:
             return self._trajectory(run, [column[:count] for column in rows], every, first)
@@ -160,7 +162,7 @@ class LatticeFlow:
             return here.failure(status, rows)
 
         def write() -> None:
-            for column, values in zip(rows, run.shown.values(), strict=True):
+            for column, values in zip(rows, run.columns.values(), strict=True):
                 column[run.index // every - first] = values
 
         if checkpoint is not None:
@@ -175,11 +177,11 @@ class LatticeFlow:
             raise failed(status)
         elif self.scheme.constrained:
             self._check_start(mu, run)
-        shapes = {word: (size, *a.shape) for word, a in run.shown.items()}
+        shapes = {word: (size, *a.shape) for word, a in run.columns.items()}
         rows = list(map(np.empty, shapes.values())) if kept is None else kept.rows(shapes)
         if state is None:
             write()
-            if kept is not None:  # at once: where rows are, a state is
+            if kept is not None:  # a state is saved as soon as there are rows
                 kept.save(run.state, rows, 1, at_once=True)
         for is_row, status in self._stops(run, steps, every):
             if is_row and run.index // every == first + size:
@@ -198,8 +200,8 @@ class LatticeFlow:
         yield made(run.index // every + 1 - first)
 
     def _stops(self, run: LatticeRun, steps: int, every: int) -> Iterator[tuple[bool, int]]:
-        """Go on to that step: at each stop whether it is a row, which `run` then shows, and the
-        status."""
+        """Advance to step `steps`; at each stop yield (True if it is a row, status); rows are
+        shown."""
         piece = max(1, PIECE // self.lattice.sites)
         while run.index < steps:
             next_row = (run.index // every + 1) * every
@@ -208,10 +210,10 @@ class LatticeFlow:
             yield is_row, run.show() if is_row else status
 
     def _check_start(self, mu: np.ndarray, run: LatticeRun) -> None:
-        """Raise `BadInput` unless x of a run's start meets the constraints, and μ what is shown.
+        """Raise `BadInput` unless x of a run's start satisfies the constraints and μ is projected.
 
-        It may be a row of a run, so not exactly: up to 2⁻²⁶ (as in `equations.check_momentum`) of
-        the largest momentum, or of that of the velocity that leaves.
+        The start may be a row of a run, so μ may be off by up to 2⁻²⁶ (as in
+        `equations.check_momentum`) of the largest momentum, or of that of the velocity u.
         """
         self.scheme.check_start(run.x, np.zeros_like(mu))
         off = abs(mu - run.mu)[self.lattice.free].max()
@@ -248,21 +250,22 @@ class LatticeFlow:
     def poisson_defect(
         self, x: Any, mu: Any, *, pairs: int = 3, seed: int = 0, bracket_sign: int = 1
     ) -> float:
-        """How far the step from (x, μ), x (N, n) and μ (N, m), is from a Poisson map.
+        """Return how far the step from (x, μ), x (N, n) and μ (N, m), is from a Poisson map.
 
-        (Mᵀα)·Π(Mᵀβ) − α·Π′β for random pairs of covectors, over the sum of its absolute terms: a
-        few units of round-off if nothing is wrong (`dual_step`). With constraints ω′(Pa, Pb) −
-        ω(a, b) of random vectors that they leave (`restricted_step`), (x, μ) being a row of a run.
-        bracket_sign = −1 flips the bracket: a control. Raises `CannotMeasure` for compositions.
+        This is (Mᵀα)·Π(Mᵀβ) − α·Π′β for random pairs of covectors, over the sum of its absolute
+        terms: a few units of round-off for a correct step (`dual_step`). With constraints it is
+        ω′(Pa, Pb) − ω(a, b) for random vectors that they admit (`restricted_step`), and (x, μ) must
+        be a row of a run. bracket_sign = −1 flips the bracket, as a negative control. Raises
+        `CannotMeasure` for compositions.
         """
         step = step_derivative(self, *self._start(x, mu))
         return poisson_defect(step, pairs, seed, bracket_sign)
 
     def momenta(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """μ = ∂l/∂ξ at rows of x (N, n) and v (N, m), of bonds too where they hold velocities."""
+        """Return μ = ∂l/∂ξ at rows of x (N, n) and v (N, m), including bonds with velocities."""
         moving, found = v * self.lattice.free[:, None], np.zeros(v.shape)
         for s, p, ends in self.scheme.terms[: 1 + self.lattice.bonds_move]:
-            # of a bond both ends, those that are fixed at rest
+            # a bond sees both its ends; fixed ends are at rest
             at = at_ends(ends, x, v if ends.shape[1] == 1 else moving)
             (made,) = of_all(_momentum(s), len(ends), *at, p)
             np.add.at(found, ends, made[:, 0].T.reshape(*ends.shape, v.shape[1]))
@@ -270,7 +273,7 @@ class LatticeFlow:
 
     @cached_property
     def projection(self) -> LatticeFlow:
-        """What takes momenta to those that the constraints admit, in place of a step."""
+        """A flow whose 'step' projects momenta onto those that the constraints admit."""
         return LatticeFlow(self.scheme.projection, self.step)
 
 

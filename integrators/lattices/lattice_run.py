@@ -1,4 +1,4 @@
-"""The state of a lattice while it runs, as the driver of machine code takes it."""
+"""The state of a lattice during a run, in the arrays of the compiled driver."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ class LatticeRun:
         self.u = flow.lattice.start[1] * self.free[:, None]
         self._projection: LatticeRun | None = None
         self.kernels, self.by_stages = flow.kernels, flow.by_stages
-        #: the step from which Newton's method solves for what was a fixed point before, or −1
+        #: the step from which Newton's method replaces a fixed point, or −1
         self.newton_since = -1
         self._prepare()
         self.begin()
 
     def _prepare(self) -> None:
-        """Arrays for the flow's kernels; the search for w begins with the velocities `u`."""
+        """Make arrays for the flow's kernels; the search for w begins with the velocities `u`."""
         flow, scheme, N = self.flow, self.flow.scheme, len(self.x)
         lattice, kernels, widths = flow.lattice, self.kernels, self.kernels.widths
         self.past = [np.zeros((N, widths[word])) for word in ("w", "w1", "w2", "w3")]
@@ -72,13 +72,13 @@ class LatticeRun:
         self.halves: TwoHalves | None = None
         if scheme.local and not (scheme.substeps or kernels.affine) and len(self.x) >= LEAST:
             self.halves = TwoHalves(kernels.advance, self.arguments)
-        #: what of a run is in its arrays
+        #: the digest of the data of a run in its arrays
         self.digest = hashlib.sha256()
         for array in (self.x, self.mu, own, of_bond, c, ranges, segments):
             self.digest.update(array.tobytes())
         more = widths["w"] - self.u.shape[1] if scheme.constrained else 0
         self.multipliers = np.zeros((len(order), more))
-        self._of_impulse = 2 / q[0][0]  # what makes λ of an impulse hλ/2
+        self._of_impulse = 2 / q[0][0]  # factor that turns an impulse hλ/2 into λ
         self.sparse: SparseSteps | None = None
         if lattice.shape == "list" and not (scheme.local or self.by_stages):
             matrix = SparseMatrix(lattice.pairs[order], solved, widths["w"])
@@ -88,19 +88,19 @@ class LatticeRun:
             )  # fmt: skip
 
     def begin(self) -> None:
-        """Take x and μ for the start: w of the first step, from the guess that `past` holds."""
+        """Start from x and μ: find w of the first step, from the guess in `past`."""
         self.totals[:] = 0
         self.totals[KAPPA] = 1e300
         self.status = self.kernels.advance(BEGIN, 0, *self.arguments)[1]
         if self.sparse is not None:
             self.status = self.sparse.begin()
         if self.status != OK and self.by_stages:
-            self._go_on_by_newton(self.mu)
+            self._continue_by_newton(self.mu)
 
-    def _go_on_by_newton(self, mu: np.ndarray, near: np.ndarray | None = None) -> None:
-        """Begin at x and these μ with the kernels of Newton's method: no fixed point was found.
+    def _continue_by_newton(self, mu: np.ndarray, near: np.ndarray | None = None) -> None:
+        """Continue at x and these μ with Newton's method, because no fixed point was found.
 
-        near: w of the step before, which the search begins with; else that begins with `u`.
+        near: w of the step before, with which the search begins; without it that begins with `u`.
         """
         self.kernels, self.by_stages, self.newton_since = self.flow.newton, False, self.index
         self.mu[:] = mu
@@ -115,20 +115,20 @@ class LatticeRun:
 
     @classmethod
     def from_row(cls, flow: Any, x: np.ndarray, mu: np.ndarray) -> LatticeRun:
-        """A run from a row of another, which it shows; raises `StepFailure`."""
+        """Return a run that starts from a row of another one; raises `StepFailure`."""
         run = cls(flow, x.copy(), mu.copy())
         run.checked(run.show())
         return run
 
     def stepped(self) -> np.ndarray:
-        """The unknowns of the next step, which is taken and shown; raises `StepFailure`."""
+        """Take one step, show it and return its unknowns; raises `StepFailure`."""
         w = self.past[int(self.flow.scheme.local)].copy()
         self.checked(self.advance(1))
         self.checked(self.show())
         return w
 
     def _floor(self) -> float:
-        """Of corrections that do not move x (`lattice_newton.unseen`)."""
+        """Return the size of corrections too small to move x (`lattice_newton.unseen`)."""
         joined = len(self.x) if self.flow.scheme.constrained else 1
         return float(2.0**-49 * joined * abs(self.x).sum(axis=1).max() / abs(self.flow.step))
 
@@ -137,7 +137,7 @@ class LatticeRun:
         return done, status
 
     def advance(self, steps: int) -> int:
-        """So many steps; the status."""
+        """Take `steps` steps; return the status."""
         if self.status != OK or steps == 0:
             return self.status
         if self.sparse is not None:
@@ -149,15 +149,15 @@ class LatticeRun:
         self.index += done
         self.solved += done * (len(self.x) if self.flow.scheme.local else 1)
         if status != OK and self.by_stages:
-            self._go_on_by_newton(self.nu, self.past[0].copy())
+            self._continue_by_newton(self.nu, self.past[0].copy())
             return self.advance(steps - done)
         return status
 
     @property
     def state(self) -> dict[str, np.ndarray]:
-        """All that the steps to come depend on."""
+        """The arrays on which the coming steps depend."""
         arrays = {"x": self.x, "nu": self.nu, "totals": self.totals}
-        if self.by_stages:  # the end of the step that is solved is in it
+        if self.by_stages:  # they contain the end of the solved step
             arrays["work"] = self._work
         counts = [self.index, self.solved, self.newton_since,
                   *([int(self.sparse.relaxing)] if self.sparse else ())]  # fmt: skip
@@ -165,10 +165,10 @@ class LatticeRun:
                 "counts": np.array(counts)}  # fmt: skip
 
     def restore(self, state: Any) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         index, solved, since, *relaxing = map(int, state["counts"])
         if self.by_stages and since >= 0:
-            self._go_on_by_newton(self.mu)
+            self._continue_by_newton(self.mu)
         self.index, self.solved, self.newton_since = index, solved, since
         for name, array in self.state.items():
             if name != "counts":
@@ -178,9 +178,9 @@ class LatticeRun:
             self.sparse.relaxing = bool(relaxing[0])
 
     def show(self) -> int:
-        """μ and u of now, into `mu` and `u`; the status.
+        """Write the present μ and u into `mu` and `u`; return the status.
 
-        Where no iteration would find it, this looks whether the state is finite.
+        If no iteration would notice, this checks that the state is finite.
         """
         _, status = self.kernels.advance(SHOW, 0, *self.arguments)
         self.u[:] = self.past[int(self.flow.scheme.local)][:, : self.u.shape[1]]
@@ -188,14 +188,14 @@ class LatticeRun:
             status = self._project()
         self.mu[~self.free] = 0
         if status == OK:
-            status = self._looked_at(self.x, self.mu, self.u)
+            status = self._finite_status(self.x, self.mu, self.u)
         return status
 
     def end(self) -> int:
-        """The status of what no `show` has looked at: whether the state is finite."""
-        return self._looked_at(self.x, self.nu) if self.status == OK else self.status
+        """Check that a state which was not shown is finite; return the status."""
+        return self._finite_status(self.x, self.nu) if self.status == OK else self.status
 
-    def _looked_at(self, *arrays: np.ndarray) -> int:
+    def _finite_status(self, *arrays: np.ndarray) -> int:
         if all(np.isfinite(e).all() for e in arrays):
             return OK
         finite = np.all([np.isfinite(e).all(axis=1) for e in arrays], axis=0)
@@ -203,9 +203,10 @@ class LatticeRun:
         return SINGULAR
 
     def _project(self) -> int:
-        """`mu` to what the constraints admit, and `multipliers` of the step to come; the status.
+        """Project `mu` onto the constraints, find the coming step's `multipliers`; return the
+        status.
 
-        It begins with u and knows no rows before: what a row shows is a function of the state.
+        It starts from u and uses no earlier rows, so a row of the run depends on the state alone.
         """
         inner = self._projection
         if inner is None:
@@ -229,20 +230,20 @@ class LatticeRun:
         return found[:, :m].copy(), found[self.flow.lattice.pairs[:, 1], m:].copy()
 
     @property
-    def shown(self) -> dict[str, np.ndarray]:
-        """What a row holds, as of the last `show`."""
-        shown = {"x": self.x, "u": self.u, "mu": self.mu}
-        return {**shown, "multipliers": self.multipliers} if self.multipliers.size else shown
+    def columns(self) -> dict[str, np.ndarray]:
+        """The columns of a row, as of the last `show`."""
+        columns = {"x": self.x, "u": self.u, "mu": self.mu}
+        return {**columns, "multipliers": self.multipliers} if self.multipliers.size else columns
 
     def checked(self, status: int) -> None:
-        """Raise `StepFailure` unless the status is that all is well."""
+        """Raise `StepFailure` unless the status is OK."""
         if status != OK:
             raise self.failure(status, None)
 
     def traced(self, x: np.ndarray, mu: np.ndarray, index: int) -> LatticeRun:
-        """This run again from its row of step `index`, to the first step without numbers.
+        """Repeat this run from its row of step `index` to the first step with non-finite numbers.
 
-        Kernels go on there where no equation needs the number that is lost.
+        Kernels continue there if no equation needs the number that is lost.
         """
         again = LatticeRun(self.flow, x.copy(), mu.copy())
         again.index = index
@@ -252,13 +253,13 @@ class LatticeRun:
         return self
 
     def failure(self, status: int, rows: Any) -> StepFailure:
-        """The error of a step that was not found."""
-        # sites are written in order, so the first one that is not finite is not so by others
+        """Return the failure of a step that was not found."""
+        # sites are written in order, so the first one that is not finite is the cause, not a result
         written = np.hstack([self.x, self.nu]) if self.flow.scheme.local else self._work
         bad = np.flatnonzero(~np.isfinite(written).all(axis=1))
         named = status != SINGULAR or len(bad) == 0
         i = int(self.totals[PLACE] if named else bad[0])
-        cause = f"a correction is not finite, as where L is not or FL is singular at site {i}"
+        cause = f"a correction is not finite: L is not finite or FL is singular at site {i}"
         if status == NOT_CONVERGED:
             cause = f"Newton's method does not converge at site {i}"
         flow, index = self.flow, self.index
@@ -281,9 +282,10 @@ class LatticeRun:
 
 
 def segments_of(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(order of the bonds, segments (pieces, 4)): row (a, b, length, k) of `lattice_driver`.
+    """Return (order of the bonds, segments (pieces, 4)) with rows (a, b, length, k).
 
-    Bonds of the same offset j − i that follow one another are one segment.
+    They are those of `lattice_driver`: consecutive bonds with the same offset j − i are one
+    segment.
     """
     order = np.lexsort((pairs[:, 0], pairs[:, 1] - pairs[:, 0]))
     ends = pairs[order]
@@ -293,6 +295,6 @@ def segments_of(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def ranges_of(free: np.ndarray) -> np.ndarray:
-    """Rows (first, behind the last) of runs of free sites."""
+    """Return rows (first, one past the last) of runs of free sites."""
     steps = np.diff(np.r_[0, free.astype(np.int64), 0])
     return np.ascontiguousarray(np.c_[np.flatnonzero(steps > 0), np.flatnonzero(steps < 0)])

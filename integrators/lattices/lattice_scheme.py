@@ -24,10 +24,10 @@ from .lattice_flow import LatticeFlow
 
 
 class LatticeScheme:
-    """The pair of a lattice and a rule; what `Scheme(lattice, rule)` gives.
+    """A lattice with a rule, the result of `Scheme(lattice, rule)`.
 
-    Raises `BadInput` where the lattice's functions cannot be evaluated or FL is singular
-    everywhere, `CannotMeasure` for one-step maps and a rule that is no weighted sum of values of L.
+    Raises `BadInput` if the lattice's functions cannot be evaluated or FL is singular everywhere,
+    `CannotMeasure` for one-step maps and for a rule that is no weighted sum of values of L.
     """
 
     def __init__(self, lattice: Lattice, rule: Discretisation) -> None:
@@ -42,38 +42,38 @@ class LatticeScheme:
             self.check_start(*lattice.start)
 
     def __reduce__(self) -> Again:
-        """To pickle it: what is derived is derived again, from the cache where it can be."""
+        """Return the pickled form: equations are derived again, or read from the cache."""
         return LatticeScheme, (self.lattice, self.rule)
 
     def __deepcopy__(self, memo: Any) -> LatticeScheme:
-        return self  # nothing of it changes
+        return self  # a scheme is immutable
 
     @property
     def constrained(self) -> bool:
-        """Whether bonds have constraints."""
+        """True if bonds have constraints."""
         return self.equations.constraints is not None
 
     def check_start(self, x: np.ndarray, v: np.ndarray) -> None:
-        """Raise `BadInput` unless x (N, n) and v (N, m) meet independent constraints."""
+        """Raise `BadInput` unless x (N, n) and v (N, m) satisfy independent constraints."""
         check_constraints(self.lattice, *self.terms[1][:2], x, v)
 
     @cached_property
     def projection(self) -> LatticeScheme:
         """This scheme with the projection of momenta in place of a step."""
         other = copy(self)
-        for name in ("substeps", "_parts"):  # it is one step, of a composition too
+        for name in ("substeps", "_parts"):  # a projection is one step, even for a composition
             vars(other).pop(name, None)
         other.rule, other.system = self.equations.rule, self.equations.projection
         return other
 
     @property
     def local(self) -> bool:
-        """Whether each site is solved by itself, as by the rectangle and the trapezoidal rule."""
+        """True if each site is solved separately, as by the rectangle and the trapezoidal rule."""
         return self._parts[0].local and self._parts[-1].local
 
     @cached_property
     def order(self) -> int | None:
-        """The order in (x, μ) of the rule on this lattice; None if the rule states none."""
+        """The order in (x, μ) of the rule on this lattice, or None if the rule states none."""
         equations = self.equations
         of_base = order_of_step(equations.rule, equations.site, lambda: equations.self_adjoint)
         if of_base is None or not isinstance(self.rule, Composition):
@@ -89,12 +89,13 @@ class LatticeScheme:
 
     @property
     def kinds(self) -> list[int]:
-        """Of each substep, 1 for the adjoint."""
+        """For each substep 1 if it is the adjoint, else 0."""
         return [int(s.adjoint) for s in self.substeps] or [0]
 
     @cached_property
     def _parts(self) -> list[LatticeEquations]:
-        """The equations of the rule and, where substeps of it occur, of its adjoint."""
+        """The equations of the rule and, if some substeps are steps of its adjoint, of the
+        adjoint."""
         if not any(self.kinds):
             return [self.equations]
         return [self.equations, LatticeEquations(self.lattice, adjoint(self.equations.rule))]
@@ -110,13 +111,13 @@ class LatticeScheme:
 
     @cached_property
     def stages(self) -> LatticeStages | None:
-        """One step as collocation, where it is one (`LatticeEquations.stages`)."""
+        """One step as collocation, or None (`LatticeEquations.stages`)."""
         return None if self.substeps else self.equations.stages
 
     def q_values(self, step: Any, of_stages: bool = False) -> list[list[Any]]:
-        """The values of `LatticeSystem.q`, a row a substep: its step, parameters, numbers.
+        """Return the values of `LatticeSystem.q`, a row per substep: its step, parameters, numbers.
 
-        of_stages: those of `LatticeStages.q`.
+        of_stages: True for the values of `LatticeStages.q`.
         """
         shared = flatten(tuple(self.lattice.split_parameters["shared"].values()))
         numbers, rows = Double(), []
@@ -132,7 +133,10 @@ class LatticeScheme:
         return rows
 
     def own_rows(self, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters of sites (N, ·), and of bonds in that order (B, ·), as `LatticeSystem` has."""
+        """Return the parameters of sites (N, ·), and of bonds (B, ·) in that order.
+
+        Their columns are those of `LatticeSystem`.
+        """
         lattice = self.lattice
         parts, pairs = lattice.split_parameters, lattice.pairs[order]
         N, B = lattice.sites, len(pairs)
@@ -152,8 +156,10 @@ class LatticeScheme:
 
     @cached_property
     def terms(self) -> list[tuple[SceneSymbols, list[Any], np.ndarray]]:
-        """(symbols, values of the parameters, numbers or columns (r,), ends (r, 1 or 2)) of the
-        sites and of the bonds."""
+        """The terms of the sites and of the bonds.
+
+        Each is (symbols, parameter values as numbers or columns (r,), ends (r, 1 or 2)).
+        """
         equations, lattice = self.equations, self.lattice
         shared = flatten(tuple(lattice.split_parameters["shared"].values()))
         found = []
@@ -170,7 +176,7 @@ class LatticeScheme:
         return found
 
     def flow(self, step: Any = None, digits: int = 16, **others: Any) -> LatticeFlow:
-        """The flow at one step size, in double precision; raises `BadInput` for all else."""
+        """Return the flow at one step size, in double precision; other choices raise `BadInput`."""
         if step is None or others:
             words = "".join(f"{word}= is for scenes; " for word in others)
             raise BadInput(f"{self.lattice.name}: {words}a lattice has flow(step), of one size.")

@@ -10,13 +10,13 @@ from ..algebras import se
 from ..groupoids import lie_group, pair
 from .lattice import Lattice
 
-DIRECTION = np.array([0.6, 0, -0.8])  # of the links at the start
-#: an attitude that takes e₁ there, and leaves neither e₂ nor e₃ level
+DIRECTION = np.array([0.6, 0, -0.8])  # direction of the links at the start
+#: an attitude that turns e₁ into that direction, with neither e₂ nor e₃ level
 ATTITUDE = np.array([[0.6, 0.48, 0.64], [0, 0.8, -0.6], [-0.8, 0.36, 0.48]])
 
 
 def rods(links: int = 8, spin: float = 0.3) -> Lattice:
-    """Point masses on massless rods, one below the other: a pendulum of that many links in space.
+    """Point masses on massless rods, one below the other: a pendulum with that many links in space.
 
     It begins straight, and turns about the vertical.
     """
@@ -31,10 +31,10 @@ def rods(links: int = 8, spin: float = 0.3) -> Lattice:
 
 
 def linkage(links: int = 8, joint: str = "spherical", rate: float = 0.3) -> Lattice:
-    """Rigid links of length 1 on SE(3), their axis e₁, each joined to the end of the one before.
+    """Rigid links of length 1 on SE(3) with axis e₁, each joined to the end of the one before.
 
-    joint: "spherical", or "revolute" with hinges about e₂ and e₃ of the links in turn. It begins
-    straight, and turns as one body: about the vertical, or by its first hinge.
+    joint: "spherical", or "revolute" with hinges about e₂ and e₃ of alternating links. It begins
+    straight, and turns as one body: about the vertical, or about its first hinge.
     """
     hinged = joint == "revolute"
     axes = np.eye(3)[1 + np.arange(links) % 2]

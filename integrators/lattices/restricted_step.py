@@ -1,13 +1,13 @@
-"""The derivative of a step with constraints on bonds, on the vectors that they leave.
+"""The derivative of a step with constraints on bonds, on the vectors that these admit.
 
-A vector (b, δμ), δx = ρ̂ b, at a state that meets the constraints is left by them where A b = 0 and
-d(A ξ) = 0. There the step keeps
+The constraints admit a vector (b, δμ), δx = ρ̂ b, at a state that satisfies them if A b = 0 and d(A
+ξ) = 0. On such vectors the step preserves
 
     ω((b, δ), (b′, δ′)) = b·δ′ − b′·δ + μ_θ Ĉ^θ_{γν} b^γ b′^ν
 
-(Marsden, West 2001, 3.5.3; of scenes `geometry.restricted_form`). Random pairs of such vectors are
-taken through the step: two sparse solutions each, one of its equations in (u, λ), one of those of
-(v, ν) that project the momentum at its end, and b′ of the arrow by h δu + R b = L b′.
+(Marsden, West 2001, 3.5.3; for scenes `geometry.restricted_form`). Random pairs of such vectors are
+taken through the step. Each needs two sparse solutions, of the step's equations in (u, λ) and of
+those of (v, ν) that project the momentum at its end; b′ follows from h δu + R b = L b′.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class RestrictedStep:
         self.start, self.end = start, Linearised(flow.scheme, run.x, *run.projected)
         u, multipliers = w[:, : self.m], w[self.pairs[:, 1], self.m :]
         self._along, _, _ = derivatives_of_step(flow, x, u, self.h)
-        #: ∂(A(x)ᵀλ)/∂x, of the λ that leaves the start
+        #: ∂(A(x)ᵀλ)/∂x, with the λ that leaves the start
         self._turned = start.turned(multipliers)
         of_arrow = _of_arrow(flow.scheme.equations.site.s)
         self.L, self.R = of_all(of_arrow, self.N, list(x.T), list(u.T), self.h)
@@ -58,7 +58,7 @@ class RestrictedStep:
         self._solve = start.with_rows(p["Ew"], -self.h * left, moved)
 
     def tangent(self, random: np.random.Generator) -> Covector:
-        """A random vector (b, δμ) that the constraints leave, (N, m) each."""
+        """Return a random vector (b, δμ) that the constraints admit, (N, m) each."""
         b, force = (random.normal(size=(self.N, self.m)) * self.free for _ in range(2))
         none = np.zeros(self.start.A.shape[0])
         one = sparse.identity(b.size)
@@ -66,7 +66,7 @@ class RestrictedStep:
         return b.reshape(self.N, self.m), self.start.momentum_change(self.start.rho @ b, force)
 
     def applied(self, vector: Covector) -> Covector:
-        """The vector (b′, δμ′) at the end of the step."""
+        """Return the vector (b′, δμ′) at the end of the step."""
         b, dmu = vector[0].ravel(), vector[1].ravel()
         p, h, start, end = self._along, self.h, self.start, self.end
         dx = start.rho @ b
@@ -83,7 +83,8 @@ class RestrictedStep:
     def pairing(
         self, random: np.random.Generator, brackets: list[Bracket]
     ) -> list[tuple[float, float]]:
-        """ω of two random vectors before, and of what they become, each with its absolute terms."""
+        """Return ω of two random vectors before and after the step, each with its absolute
+        terms."""
         before = [self.tangent(random) for _ in range(2)]
         after = [self.applied(vector) for vector in before]
         return [
@@ -92,7 +93,7 @@ class RestrictedStep:
 
 
 def step_derivative(flow: Any, x: np.ndarray, mu: np.ndarray) -> DualStep | RestrictedStep:
-    """The step from (x, μ) with its derivative, of whichever kind the lattice has."""
+    """Return the step from (x, μ) with its derivative, of the kind that the lattice has."""
     return (RestrictedStep if flow.scheme.constrained else DualStep)(flow, x, mu)
 
 
@@ -130,19 +131,20 @@ class Linearised:
         return of_all(_of_bond(s), len(pairs), *given, 1.0, p)
 
     def _rows(self, blocks: np.ndarray, size: int) -> Any:
-        """Blocks (k, 2·size, B) of bonds as a matrix (Bk, N·size)."""
+        """Return blocks (k, 2·size, B) of bonds as a matrix (Bk, N·size)."""
         k, _, B = blocks.shape
         rows = np.arange(B * k).reshape(B, k)
         return placed(blocks, rows, places(self.pairs, size), (B * k, self.N * size))
 
     def turned(self, multipliers: np.ndarray) -> Any:
-        """∂(Aᵀλ)/∂x, (Nm, Nn), of the multipliers of the bonds (B, k)."""
+        """Return ∂(Aᵀλ)/∂x, (Nm, Nn), for the multipliers of the bonds (B, k)."""
         blocks = self._of_bonds(np.zeros((self.N, self.m)), multipliers)[3]
         found = of_lattice(blocks, self.pairs, self.N)
         return self._moving["g"] @ found @ self._moving["x"]
 
     def with_rows(self, own: Any, left: Any, rows: Any) -> Any:
-        """What solves own a + left l = r, rows a = s for (a, l); a = 0 at fixed sites."""
+        """Return a solver (r, s) ↦ (a, l) of own a + left l = r, rows a = s; a = 0 at fixed
+        sites."""
         free = self._moving["g"]
         own = free @ own @ free + sparse.diags(self.held.astype(float))
         idle = sparse.diags(self.idle.astype(float))
@@ -155,7 +157,7 @@ class Linearised:
         return solve
 
     def momentum_change(self, dx: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """δμ (N, m) of states that move by dx and are pushed, and stay where d(Aξ) = 0."""
+        """Return δμ (N, m) of a state that moves by dx, is pushed, and keeps d(Aξ) = 0."""
         solve = self.with_rows(self.mass, -self.A.T, self.A)
         dv = solve(force.ravel(), -self.turning @ dx)[: self.N * self.m]
         found = self._moving["g"] @ (self.moved @ dx) + self.mass @ dv
@@ -164,7 +166,7 @@ class Linearised:
 
 @lru_cache(maxsize=32)
 def _of_site(s: SceneSymbols) -> Any:
-    """∂p/∂ξ, ∂p/∂x and ρ̂ of (x, ξ)."""
+    """Return a compiled function of (x, ξ): ∂p/∂ξ, ∂p/∂x and ρ̂."""
     parts = [mass_matrix(s), jacobian(momentum(s), s.x), s.groupoid.rho(s.x, s.h) / s.h]
     given = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
     return numeric(given, parts, NUMBERS, columns=True)
@@ -172,7 +174,7 @@ def _of_site(s: SceneSymbols) -> Any:
 
 @lru_cache(maxsize=32)
 def _of_bond(s: SceneSymbols) -> Any:
-    """A, φ′, ∂(Aξ)/∂x and ∂(Aᵀλ)/∂x of (x, ξ, λ)."""
+    """Return a compiled function of (x, ξ, λ): A, φ′, ∂(Aξ)/∂x and ∂(Aᵀλ)/∂x."""
     A = constraint_matrix(s, s.x)
     multipliers = vector("la", A.rows)
     parts = [A, jacobian(constraint(s, s.x), s.x), jacobian(A * s.u, s.x),
@@ -183,6 +185,6 @@ def _of_bond(s: SceneSymbols) -> Any:
 
 @lru_cache(maxsize=32)
 def _of_arrow(s: SceneSymbols) -> Any:
-    """L and R of an arrow."""
+    """Return a compiled function of an arrow: L and R."""
     g, (x, u, h) = s.groupoid, (s.x, s.u, s.h)
     return numeric({"x": x, "u": u, "h": h}, [g.L(x, u, h), g.R(x, u, h)], NUMBERS, columns=True)

@@ -1,10 +1,10 @@
-"""The gaps φ(x) ≥ 0 of all sites of a lattice: what `contact.Gaps` is for a scene, sparse.
+"""The gaps φ(x) ≥ 0 of all sites of a lattice: `contact.Gaps` with sparse matrices.
 
-Vectors of x, ξ, μ and φ hold site after site. Where no bond moves, the mass matrix is each site's
-own: an impulse at a site changes no velocity of another one, but through the bonds within a step.
-With P ← (P ≥ 0 at which U₀ + W P ≥ 0, U₀ = φ/h − W P) an error of that shrinks by
-(hω)²/(4 + (hω)²) (midpoint, ω the fastest motion), or is gone at once where forces are of the ends
-of the step: the number of free steps that a step takes does not grow with the sites.
+Vectors of x, ξ, μ and φ hold site after site. If bonds have no velocities, each site has its own
+mass matrix: an impulse at a site changes the velocity of another one only through the bonds within
+a step. The iteration solves for P ≥ 0 with U₀ + W P ≥ 0, U₀ = φ/h − W P. It reduces that error by
+the factor (hω)²/(4 + (hω)²) (midpoint rule, ω the fastest motion), or removes it at once if forces
+are taken at the ends of the step: the number of free steps in a step does not grow with the sites.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ EPS = NUMBERS.eps
 
 
 class SiteGaps(Gaps):
-    """The gaps of the sites of a lattice that move, K a site, without friction.
+    """The gaps of the moving sites of a lattice, K per site, without friction.
 
-    Raises `BadInput` for gaps that are no expressions of x and p, or have coordinates of a plane,
-    `CannotMeasure` for a site's Lagrangian that is not quadratic in the velocity.
+    Raises `BadInput` for gaps that are not expressions of x and p, or that have coordinates of a
+    plane, `CannotMeasure` for a site's Lagrangian that is not quadratic in the velocity.
     """
 
     def __init__(self, flow: Any) -> None:
@@ -65,14 +65,17 @@ class SiteGaps(Gaps):
         self._last: tuple[Any, Any] = None, None
 
     def phi(self, rows: np.ndarray) -> np.ndarray:
-        """φ of all sites, (r, N, K), at rows of x (r, N, n)."""
+        """Return φ of all sites, (r, N, K), at rows of x (r, N, n)."""
         p = [np.tile(e, len(rows)) if np.ndim(e) else e for e in self.p]
         found = self._phi(list(rows.reshape(-1, self.n).T), p)
         return _each(found, (self.K,), rows.shape[0] * self.N).reshape(*rows.shape[:2], self.K)
 
     def at(self, x: np.ndarray, reach: Any = 0) -> Place:
-        """The gaps at x; `own` is with the round-off that Newton's method leaves of a step, that of
-        all its solution, not of each site."""
+        """Return the gaps at x.
+
+        `own` includes the round-off that Newton's method leaves, which is that of its whole
+        solution, not of each site.
+        """
         phi, own, slope, normal = self._of_sites(x.reshape(self.N, self.n)[self.sites])
         phi, own, steep = phi.ravel(), own.ravel(), abs(slope).sum(axis=2).ravel()
         places = self.m * np.repeat(self.sites, self.K)[:, None] + np.arange(self.m)
@@ -85,9 +88,10 @@ class SiteGaps(Gaps):
         return Place(x.ravel(), phi, known, size, of_all, [], [], [], steep, closed)
 
     def _of_sites(self, rows: np.ndarray) -> list[np.ndarray]:
-        """φ, what its round-off is a part of, φ′ and the normal row of each site, at rows of x.
+        """Return φ, the size that determines its round-off, φ′ and the normal row of each site.
 
-        Beside the centre of a distance, where its slope is 0/0, as `Gaps` has it.
+        At the centre of a distance, where its slope is 0/0, a point beside it is taken, as in
+        `Gaps`.
         """
 
         def found(at: np.ndarray) -> list[np.ndarray]:
@@ -107,7 +111,7 @@ class SiteGaps(Gaps):
         return parts
 
     def at_start(self, x: np.ndarray) -> Place:
-        """The gaps at a start, which is known to the round-off of its largest coordinate."""
+        """Return the gaps at a start, which is known to the round-off of its largest coordinate."""
         return self.at(x, self.at(x).scale * max(abs(x).max(), abs(self.lattice.start[0]).max()))
 
     def check(self, x: np.ndarray) -> None:
@@ -130,31 +134,33 @@ class SiteGaps(Gaps):
                                )  # fmt: skip
 
     def velocity(self, x: np.ndarray, mu: np.ndarray, near: Any = None) -> np.ndarray:
-        """ξ(x, μ), 0 at fixed sites."""
+        """Return ξ(x, μ); it is 0 at fixed sites."""
         _, back, still = self._of_mass(x)
         found = np.einsum("iab,ib->ia", back, mu.reshape(self.N, self.m) - still)
         return np.asarray(found * self.lattice.free[:, None]).ravel()
 
     def _of_mass(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """∂μ/∂ξ, ∂ξ/∂μ (N, m, m) and ∂l/∂ξ at rest (N, m) at each site, of the last x kept."""
+        """Return ∂μ/∂ξ, ∂ξ/∂μ (N, m, m) and ∂l/∂ξ at rest (N, m) of each site; the last x is
+        kept."""
         if x is not self._last[0]:
             rows, shape = x.reshape(self.N, self.n), (self.N, self.m, self.m)
             mass, still = self._motion(list(rows.T), [0.0] * self.m, self.p)
-            mass = np.asarray(mass, dtype=float)  # a mass of 10²⁹ is an integer of no such type
-            back = np.linalg.inv(mass.T)  # of one matrix, where all have the same
+            # a mass of 10²⁹ is an integer that numpy's integers cannot hold
+            mass = np.asarray(mass, dtype=float)
+            back = np.linalg.inv(mass.T)  # a single matrix, if all sites have the same
             mass, back = (np.broadcast_to(e, shape) for e in (mass.T, back))
             self._last = x, (mass, back, _each(still, (self.m,), self.N))
         return self._last[1]
 
     def inverse_mass(self, x: np.ndarray, xi: np.ndarray) -> Any:
-        """∂ξ/∂μ."""
+        """Return ∂ξ/∂μ as a sparse matrix."""
         (_, back, _), k = self._of_mass(x), self.m
         places = np.arange(self.N * k).reshape(self.N, 1, k) + np.zeros((k, 1), dtype=int)
         ends = np.arange(0, back.size + 1, k)
         return sparse.csr_matrix((back.ravel(), places.ravel(), ends), (self.N * k, self.N * k))
 
     def fastest(self, place: Place, xi: np.ndarray) -> np.ndarray:
-        """How fast each gap could close with the kinetic energy of its site."""
+        """Return how fast each gap could close with the kinetic energy of its site."""
         mass, back, _ = (e[self.sites] for e in self._of_mass(place.x))
         normal = place.normal.data.reshape(len(self.sites), self.K, self.m)
         v = xi.reshape(self.N, self.m)[self.sites]
@@ -163,18 +169,19 @@ class SiteGaps(Gaps):
         return np.asarray(np.sqrt(abs(weight * twice[:, None]))).ravel()
 
     def struck_with(self, closed: np.ndarray, closing: np.ndarray) -> np.ndarray:
-        """Those of the sites where a gap is closing."""
+        """Return the closed gaps of the sites where a gap is closing."""
         return closed & np.repeat(closing.reshape(-1, self.K).any(axis=1), self.K)
 
     def impulses(self, W: Any, U0: np.ndarray, cones: Any, start: np.ndarray) -> np.ndarray:
-        """P ≥ 0 with U = U₀ + W P ≥ 0 and P U = 0, by sweeps over a gap of all sites at a time.
+        """Return P ≥ 0 with U = U₀ + W P ≥ 0 and P U = 0, by sweeps over one gap of every site.
 
-        Raises `CannotMeasure` where none is found.
+        Raises `CannotMeasure` if none is found.
         """
         P, r = start.copy(), scaling(W, cones)
         if self.K == 1:
             return np.maximum(0, -r * U0)
-        rank = np.diff(sparse.tril(W, -1, format="csr").indptr)  # among the gaps of its site
+        # rank of each gap among those of its site
+        rank = np.diff(sparse.tril(W, -1, format="csr").indptr)
         turns = [np.flatnonzero(rank == k) for k in range(rank.max(initial=0) + 1)]
         parts = [W[turn] for turn in turns]
         for _ in range(SWEEPS):
@@ -185,7 +192,7 @@ class SiteGaps(Gaps):
         raise NotFound(P)
 
     def energy(self, x: np.ndarray, xi: np.ndarray, mu: np.ndarray) -> float:
-        """H of all sites and bonds."""
+        """Return H of all sites and bonds."""
         pairs = self.lattice.pairs
         of_bonds = self._of_bond(*at_ends(pairs, x.reshape(self.N, self.n)), self._bond_p)
         columns = (list(e.reshape(self.N, -1).T) for e in (x, xi, mu))
@@ -195,6 +202,6 @@ class SiteGaps(Gaps):
 
 
 def _each(values: np.ndarray, shape: tuple[int, ...], count: int) -> np.ndarray:
-    """Values of so many sites, (count, *shape), of columns or of what all share."""
+    """Return the values of `count` sites, (count, *shape), from columns or shared values."""
     columns = np.broadcast_to(values.reshape(*shape, -1), (*shape, count))
     return np.ascontiguousarray(np.moveaxis(columns, -1, 0))

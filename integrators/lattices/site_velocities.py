@@ -1,4 +1,4 @@
-"""ξ(x, μ) of all sites of a lattice: site by site, or together where bonds hold velocities."""
+"""ξ(x, μ) of all sites of a lattice: site by site, or together if bonds have velocities."""
 
 from __future__ import annotations
 
@@ -16,14 +16,16 @@ from .blocks import at_ends, of_all, of_lattice
 sparse: Any = LazyModule("scipy.sparse")
 linalg: Any = LazyModule("scipy.sparse.linalg")
 NUMBERS = Double()
-MOST = 20  # corrections; one is enough where the mass matrix does not depend on velocities
-LAST = 2.0**-30  # the next one would be the square of it
+# largest number of corrections; one suffices if the mass matrix is independent of velocities
+MOST = 20
+LAST = 2.0**-30  # after a relative correction of this size the next one would be its square
 
 
 def velocities(flow: Any, x: np.ndarray, mu: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """ξ of rows x (r, N, n) and μ (r, N, m), (r, N, m), 0 at fixed sites; near: ξ nearby.
+    """Return ξ (r, N, m) for rows x (r, N, n) and μ (r, N, m); near: ξ nearby.
 
-    Raises `CannotMeasure` where bonds hold velocities and the mass matrix of all is singular.
+    It is 0 at fixed sites. Raises `CannotMeasure` if bonds have velocities and the mass matrix of
+    all sites is singular.
     """
     scheme, (r, N, m) = flow.scheme, mu.shape
     if not flow.lattice.bonds_move:
@@ -36,7 +38,7 @@ def velocities(flow: Any, x: np.ndarray, mu: np.ndarray, near: np.ndarray) -> np
 
 
 def _together(flow: Any, x: np.ndarray, mu: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """ξ (N, m) of one row, by Newton's method with the mass matrix of all sites."""
+    """Return ξ (N, m) of one row, by Newton's method with the mass matrix of all sites."""
     lattice, free = flow.lattice, flow.lattice.free
     v = v * free[:, None]
     largest = abs(v).max()
@@ -45,7 +47,7 @@ def _together(flow: Any, x: np.ndarray, mu: np.ndarray, v: np.ndarray) -> np.nda
         missing = (mu - flow.momenta(x, v)) * free[:, None]
         change = solve(missing.ravel()).reshape(mu.shape)
         v = v + change
-        largest = max(largest, abs(v).max())  # not that of v, which may be 0
+        largest = max(largest, abs(v).max())  # the size of the solution alone may be 0
         if not abs(change).max() > LAST * largest:
             return v
     raise CannotMeasure(f"{lattice.name}: Newton's method for ξ(x, μ) of all sites has not ended "
@@ -54,7 +56,7 @@ def _together(flow: Any, x: np.ndarray, mu: np.ndarray, v: np.ndarray) -> np.nda
 
 @lru_cache(maxsize=4)
 def _at_any_place(scheme: Any) -> Callable[[np.ndarray], np.ndarray] | None:
-    """The solver where no mass depends on places and velocities; None where one does."""
+    """Return the solver if no mass depends on places and velocities, else None."""
     for s, *_ in scheme.terms:
         if symbols_of(mass_matrix(s)) & {*s.x, *s.u}:
             return None
@@ -62,9 +64,10 @@ def _at_any_place(scheme: Any) -> Callable[[np.ndarray], np.ndarray] | None:
 
 
 def _solver(scheme: Any, x: np.ndarray, v: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """mass⁻¹ of all sites, its rows and columns in units in which the largest of each is near 1.
+    """Return a function that applies mass⁻¹ of all sites.
 
-    Raises `CannotMeasure` where a pivot is no more than rounding makes of 0.
+    Rows and columns are scaled so that their largest entries are near 1. Raises `CannotMeasure` if
+    a pivot is no larger than the round-off of 0.
     """
     free, (N, m), name = scheme.lattice.free, v.shape, scheme.lattice.name
     moving, mass = (sparse.diags(np.repeat(e, m).astype(float)) for e in (free, ~free))
@@ -79,7 +82,7 @@ def _solver(scheme: Any, x: np.ndarray, v: np.ndarray) -> Callable[[np.ndarray],
         pivots = abs(solver.U.diagonal())
         if pivots.min() > N * m * 2.0**-52 * pivots.max():
             return lambda right: np.asarray(units * solver.solve(units * right))
-    except RuntimeError:  # that is what it says of a pivot of 0
+    except RuntimeError:  # raised for a pivot of 0
         pass
     raise CannotMeasure(
         f"{name}: its momenta do not tell its velocities, since the mass matrix of all sites "

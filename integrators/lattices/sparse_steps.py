@@ -1,7 +1,7 @@
-"""Steps of a lattice whose bonds are any list: site by site, or with a sparse factorisation.
+"""Steps of a lattice with any list of bonds: site by site, or with a sparse factorisation.
 
-The order of elimination is found once (multiple minimum degree on the pattern), and a factorisation
-is kept, over steps too, as long as corrections by it shrink to less than FADED of the one before.
+The order of elimination is found once (multiple minimum degree on the pattern). A factorisation is
+kept, even over several steps, while its corrections shrink to less than FADED of the one before.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ EPS, ROOT_EPS, HUGE = 2.0**-53, 2.0**-26, 1e300
 class SparseMatrix:
     """The slope of a lattice's equations, (N·S)×(N·S), from blocks of sites and of bonds.
 
-    pairs: of the bonds in the order of their blocks; free: which sites move, (N,); S: unknowns of a
-    site. Equations and unknowns of fixed sites are those of the identity.
+    pairs: the sites of the bonds, in the order of their blocks; free: True for sites that move,
+    (N,); S: unknowns of a site. Rows and columns of fixed sites are those of the identity.
     """
 
     def __init__(self, pairs: np.ndarray, free: np.ndarray, S: int) -> None:
@@ -54,7 +54,7 @@ class SparseMatrix:
         self._order: np.ndarray | None = None
 
     def factorised(self, own: np.ndarray, ties: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-        """What solves with the matrix of these blocks: own (N, S²), ties (B, 2S²), ij then ji.
+        """Return a solver for the matrix of these blocks: own (N, S²), ties (B, 2S²), ij then ji.
 
         Raises `ArithmeticError` if it is singular.
         """
@@ -87,7 +87,7 @@ def _factors(matrix: Any, order: str) -> Any:
     try:
         return linalg.splu(matrix, permc_spec=order, diag_pivot_thresh=0.1,
                            options={"SymmetricMode": True})  # fmt: skip
-    except RuntimeError as error:  # that is what it says of a singular one
+    except RuntimeError as error:  # scipy raises this for a singular matrix
         raise ArithmeticError(str(error)) from None
 
 
@@ -95,14 +95,14 @@ def _factors(matrix: Any, order: str) -> Any:
 class SparseSteps:
     """Steps by a driver that assembles equations and updates the state (`lattice_newton`).
 
-    run(task, j): ASSEMBLE and UPDATE of substep j; RELAXED does j steps site by site, and of none
-    solves the first substep; each gives (steps done, status). past: w and the solutions before,
-    (N, S) each; work, ties: what ASSEMBLE fills in; totals: counters that the driver shares;
-    floor(): a size of corrections that x does not see; moving: the unknowns of a site that move x;
-    multipliers stand behind them, and where there are some no site has a solution by itself.
+    run(task, j): ASSEMBLE and UPDATE work on substep j; RELAXED takes j steps site by site, or
+    solves the first substep if j is 0; each returns (steps done, status). past: w and the solutions
+    before, (N, S) each; work, ties: filled by ASSEMBLE; totals: counters shared with the driver;
+    floor(): the size of corrections too small to move x; moving: the number of a site's unknowns
+    that move x. Multipliers stand after them; if there are some, no site has a solution by itself.
 
-    A fixed point goes first, each site corrected as if its neighbours were right: it contracts
-    where the bonds are not stiff. Where it does not, the factorisation takes over for good.
+    A fixed point goes first, each site corrected as if its neighbours were right: it contracts if
+    the bonds are not stiff. Otherwise the factorisation takes over for the rest of the run.
     """
 
     run: Callable[[int, int], tuple[int, int]]
@@ -116,7 +116,8 @@ class SparseSteps:
     moving: int
 
     def begin(self) -> int:
-        """Solve the first substep for w, which holds a guess, forgetting all before; the status."""
+        """Solve the first substep for w, which holds a guess, and forget the past; return the
+        status."""
         self.relaxing = self.moving == self.matrix.S
         self._solvers: dict[int, Callable[[np.ndarray], np.ndarray]] = {}
         if not self.relaxing:
@@ -124,7 +125,7 @@ class SparseSteps:
         return self._beside(self.run(RELAXED, 0)[1])
 
     def steps(self, count: int) -> tuple[int, int]:
-        """So many steps, w being solved for before and after: (steps done, status)."""
+        """Take `count` steps; w is a solution before and after: return (steps done, status)."""
         done, j = 0, 0
         while done < count:
             if self.relaxing:
@@ -144,21 +145,21 @@ class SparseSteps:
         return done, OK
 
     def _beside(self, status: int) -> int:
-        """The status where the fixed point may have given way: then that of the factorisation."""
+        """Return the status; if the fixed point failed, it is that of the factorisation."""
         if status != GAVE_WAY:
             return status
         self.relaxing = False
         return self.solve(int(self.totals[PLACE]))
 
     def solve(self, j: int) -> int:
-        """Solve substep j for w, which holds a guess, by its factorisation; the status."""
+        """Solve substep j for w, which holds a guess, by its factorisation; return the status."""
         totals, status, before, count = self.totals, NOT_CONVERGED, np.inf, 0
         while status == NOT_CONVERGED and count < MOST_SWEEPS:
             size, moved, here = self._corrected(j)
             count += 1
             if not (np.isfinite(here) and size < HUGE):
                 return SINGULAR
-            # of the first correction no rate is known, and before is inf
+            # the first correction has no rate, since `before` is inf
             noise, rate = EPS * here, size / before if before > 0 else 0.0
             stagnant = count > 2 and rate > 0.5
             large = size >= ROOT_EPS * here and moved > self.floor()
@@ -182,9 +183,9 @@ class SparseSteps:
         return status
 
     def _corrected(self, j: int) -> tuple[float, float, float]:
-        """A correction by the factorisation of substep j, which may be of another step.
+        """Correct w with the factorisation of substep j, which may come from another step.
 
-        Its size, that without multipliers, and the size of w.
+        Returns the size of the correction, its size without multipliers, and the size of w.
         """
         w, S = self.past[0], self.matrix.S
         self.run(ASSEMBLE, j)

@@ -1,4 +1,4 @@
-"""Lattices that are known: chains, fields, a membrane, beams and linkages of rigid bodies."""
+"""Well-known lattices: chains, fields, a membrane, beams and linkages of rigid bodies."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def _kinetic(x: Any, v: Any, p: Any) -> Any:
 
 
 def fput(sites: int = 32, alpha: Any = "1/4", beta: Any = "1/10", mode: int = 1) -> Lattice:
-    """Fermi, Pasta, Ulam, Tsingou: unit masses, springs of force r + αr² + βr³, ends fixed.
+    """Fermi, Pasta, Ulam, Tsingou: unit masses, springs of force r + αr² + βr³, fixed ends.
 
-    It begins at rest in that mode of the linear chain, of amplitude 1.
+    It begins at rest in the given mode of the linear chain, with amplitude 1.
     """
 
     def spring(x: Any, y: Any, p: Any) -> Any:
@@ -43,7 +43,7 @@ def fput(sites: int = 32, alpha: Any = "1/4", beta: Any = "1/10", mode: int = 1)
 def toda(x0: np.ndarray | None = None, v0: np.ndarray | None = None) -> Lattice:
     """Toda's chain, springs of energy e^(−r) + r − 1: integrable, with solitons; x0, v0 (N,).
 
-    Left out, they are those of 64 sites and a soliton of κ = 1 at site 24, which goes to the right.
+    The default start has 64 sites and a soliton with κ = 1 at site 24, which moves to the right.
     """
     if x0 is None or v0 is None:
         wave = np.exp(-2 * (np.arange(-1.0, 64) - 24)) / (1 - np.exp(-2))
@@ -79,9 +79,9 @@ def sine_gordon(
     name: str = "sine-gordon",
     title: str = "sine-Gordon equation",
 ) -> Lattice:
-    """φ_tt − φ_xx + sin φ = 0 by central differences on a grid of that spacing; x0, v0 (N,).
+    """φ_tt − φ_xx + sin φ = 0 by central differences on a grid with this spacing; x0, v0 (N,).
 
-    The first and last value stay: the field is at rest there. Starts in closed form:
+    The first and last value stay: the field is at rest there. Starts in closed form are in
     `discmech.reference.closed_forms.lattice_waves`.
     """
 
@@ -96,11 +96,11 @@ def sine_gordon(
 
 
 def sine_gordon_box(x0: np.ndarray, v0: np.ndarray, spacing: Any, **words: str) -> Lattice:
-    """The same field by values of its Lagrangian at the middle of each square of the grid.
+    """The same field, by values of its Lagrangian at the middle of each square of the grid.
 
-    With the midpoint rule that is the variational integrator of Marsden, Patrick and Shkoller
+    With the midpoint rule this is the variational integrator of Marsden, Patrick and Shkoller
     (1998, 5), and the box scheme of Preissmann with its other fields eliminated (Bridges, Reich,
-    Phys. Lett. A 284 (2001), 184): a bond holds the velocities of both its ends.
+    Phys. Lett. A 284 (2001), 184): a bond contains the velocities of both its ends.
     """
 
     def in_square(x: Any, y: Any, v: Any, w: Any, p: Any) -> Any:
@@ -112,7 +112,7 @@ def sine_gordon_box(x0: np.ndarray, v0: np.ndarray, spacing: Any, **words: str) 
 
 
 def breather(spacing: Any = "1/4", frequency: float = 0.6, box: bool = False) -> Lattice:
-    """The sine-Gordon breather on [−20, 20], at its turning point; box: `sine_gordon_box`."""
+    """The sine-Gordon breather on [−20, 20], at its turning point; box: use `sine_gordon_box`."""
     places = grid(spacing)
     width = np.sqrt(1 - frequency**2)
     x0 = 4 * np.arctan(width / (frequency * np.cosh(width * places)))
@@ -123,7 +123,7 @@ def breather(spacing: Any = "1/4", frequency: float = 0.6, box: bool = False) ->
 
 
 def kink(spacing: Any = "1/4", speed: float = 0.5) -> Lattice:
-    """The sine-Gordon kink on [−20, 20], which begins in the middle and goes to the right."""
+    """The sine-Gordon kink on [−20, 20], which begins in the middle and moves to the right."""
     gamma = 1 / np.sqrt(1 - speed**2)
     phase = gamma * grid(spacing)
     x0, v0 = 4 * np.arctan(np.exp(phase)), -2 * gamma * speed / np.cosh(phase)
@@ -131,12 +131,12 @@ def kink(spacing: Any = "1/4", speed: float = 0.5) -> Lattice:
 
 
 def grid(spacing: Any) -> np.ndarray:
-    """Places from −20 to 20 at that spacing."""
+    """Return places from −20 to 20 with that spacing."""
     return np.linspace(-20, 20, round(40 / float(exact_rational(spacing, "spacing"))) + 1)
 
 
 def membrane(rows: int = 16, columns: int = 16, beta: Any = 1) -> Lattice:
-    """A rectangular net of unit masses moving across its plane, bonds of energy r²/2 + βr⁴/4.
+    """A rectangular net of unit masses that move across its plane, bonds of energy r²/2 + βr⁴/4.
 
     Its rim is fixed; it begins at rest in its lowest mode.
     """
@@ -161,9 +161,9 @@ def membrane(rows: int = 16, columns: int = 16, beta: Any = 1) -> Lattice:
 
 
 def bodies(sites: int = 16, coupling: Any = 1) -> Lattice:
-    """A ring of rigid bodies on SO(3) that pull each other parallel, bonds of energy −K tr(AᵀB).
+    """A ring of rigid bodies on SO(3); bonds of energy −K tr(AᵀB) pull them parallel.
 
-    Nothing else turns them, so the sum of their angular momenta in space is kept.
+    Nothing else turns them, so the sum of their angular momenta in space is conserved.
     """
     angle = 2 * np.pi * np.arange(sites) / sites
 
@@ -181,12 +181,12 @@ def bodies(sites: int = 16, coupling: Any = 1) -> Lattice:
 def beam(sites: int = 20, stiffness: Any = 100, bending: Any = 1) -> Lattice:
     """A geometrically exact beam: rigid bodies on SE(3) with springs of stretch and of bending.
 
-    The strain of a bond is Γ = ½(R + R′)ᵀ(r′ − r)/a − e₁, its energy a·EA|Γ|²/2 +
-    EI·tr(1 − RᵀR′)/2a, which is a·EI|κ|²/2 for the curvature κ, that of Reissner and Simo to second
+    The strain of a bond is Γ = ½(R + R′)ᵀ(r′ − r)/a − e₁. Its energy is a·EA|Γ|²/2 + EI·tr(1 −
+    RᵀR′)/2a; the second term is a·EI|κ|²/2 for the curvature κ, that of Reissner and Simo to second
     order in the spacing a. EA resists stretch and shear, EI bending and torsion. A site carries the
-    mass and inertia of the `length` of beam that is nearest to it: a, at the two ends a/2. Nothing
-    holds the beam, so it keeps its momenta. It begins straight along e₁, of length and mass 1, and
-    turns and flexes. The step is 1/2000 of 20 sites, and shorter as they are nearer.
+    mass and inertia of the `length` of beam nearest to it: a, but a/2 at the two ends. The beam is
+    free, so it conserves its momenta. It begins straight along e₁, with length and mass 1, and
+    turns and flexes. The step is 1/2000 for 20 sites, and shorter for a smaller spacing.
     """
     a = sympy.Rational(1, sites - 1)
     length = np.full(sites, float(a))
@@ -218,12 +218,12 @@ def beam(sites: int = 20, stiffness: Any = 100, bending: Any = 1) -> Lattice:
 def spaghetti(sites: int = 41) -> Lattice:
     """The flying spaghetti: a free beam, so soft that its own motion rolls it up.
 
-    A thin beam of length 1 is thrown straight, turning and bending in its plane and out of it;
-    Simo and Vu-Quoc throw theirs by forces at one end, in other units.
+    A thin beam of length 1 is thrown straight, turning and bending in its plane and out of it; Simo
+    and Vu-Quoc throw theirs by forces at one end, in other units.
     """
     s = np.linspace(-1, 1, sites)
     v0 = np.zeros((sites, 6))
-    # velocities whose slopes along the beam are the angular ones, so that nothing shears at first
+    # the slopes of these velocities along the beam are the angular ones: nothing shears at first
     v0[:, 2], v0[:, 4] = 6 + 12 * s, 3 * s + 3 * s**2 - 1
     v0[:, 1], v0[:, 5] = 3 * s**2, -(s**3) / 2
     v0[:, 3] = 1
@@ -264,7 +264,7 @@ NAMES = tuple(_BUILT_IN)
 
 @cache
 def get(name: str) -> Lattice:
-    """The lattice of that name, as small as its defaults; raises `BadInput` with the nearest."""
+    """Return the named lattice with its default size; an unknown name raises `BadInput`."""
     if name not in _BUILT_IN:
         raise unknown("lattice", name, NAMES)
     return _BUILT_IN[name]()

@@ -1,10 +1,11 @@
-"""Steps of a lattice whose sites are solved by themselves, in two halves side by side.
+"""Steps of a lattice whose sites are solved separately, in two halves side by side.
 
-First each half moves its sites, then bonds within each half push, and at last those between both.
-What is added to a site is so always added in one order: a run is the same with one core.
-It pays where a site is solved for: of 50,000 sites bodies take 45 ns a site and step for 82, the
-flying spaghetti 87 for 168, of 5,000 sites 79 for 81 and 118 for 161, since two threads have to
-meet twice a step. Springs are explicit: two runs of FPUT at once, of 10⁶ sites, take 0.85 for 0.57.
+First each half moves its sites, then the bonds within each half act, and at last those between the
+halves. So the forces on a site are always added in the same order, and a run with one core gives
+the same numbers. It pays if a site needs a solver: with 50,000 sites, bodies take 45 ns per site
+and step instead of 82, the flying spaghetti 87 instead of 168; with 5,000 sites 79 instead of 81
+and 118 instead of 161, since two threads must meet twice a step. Springs are explicit: two
+simultaneous runs of FPUT with 10⁶ sites take 0.85 instead of 0.57.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ import numpy as np
 from ..compiler import CORRECTIONS, MOST, OK, PLACE, cores
 from .sparse_steps import RUN
 
-LEAST = 4096  # sites, from which on no lattice that was measured becomes slower
+LEAST = 4096  # no measured lattice with at least so many sites becomes slower
 
 
 class TwoHalves:
-    """The steps of a run, whose arguments `advance` takes (`lattice_driver`)."""
+    """The steps of a run, from the arguments that `advance` takes (`lattice_driver`)."""
 
     def __init__(self, advance: Callable[..., tuple[int, int]], arguments: tuple[Any, ...]) -> None:
         *self.arrays, ranges, _, segments, _, self.totals = arguments
@@ -38,7 +39,7 @@ class TwoHalves:
         self.second = _second() if cores() > 1 else None
 
     def steps(self, steps: int) -> tuple[int, int]:
-        """So many: (steps done, status)."""
+        """Take so many steps: return (steps done, status)."""
         for done in range(steps):
             status = self._both(self.own[0], self.own[1])
             if status != OK:
@@ -51,7 +52,7 @@ class TwoHalves:
         return self.advance(RUN, 1, *self.arrays, *part, totals)[1]
 
     def _both(self, one: tuple[Any, ...], other: tuple[Any, ...]) -> int:
-        """The status of both parts, done side by side."""
+        """Do both parts side by side; return their common status."""
         self.others[[CORRECTIONS, MOST]] = 0
         second = self.second
         beside = None if second is None else second.submit(self._part, other, self.others)
@@ -70,7 +71,10 @@ def _second() -> ThreadPoolExecutor:
 
 
 def parted(segments: np.ndarray, cut: int) -> list[list[list[int]]]:
-    """Segments of bonds (`lattice_run.segments_of`) below the cut, from it on, and across it."""
+    """Return the segments of bonds below the cut, above it, and across it.
+
+    Segments are those of `lattice_run.segments_of`.
+    """
     found: list[list[list[int]]] = [[], [], []]
     for a, b, length, first in segments.tolist():
         below, within = (min(max(cut - end, 0), length) for end in (max(a, b), min(a, b)))

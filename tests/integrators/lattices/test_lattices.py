@@ -151,7 +151,7 @@ def test_lists_are_shared_and_arrays_have_an_entry_each(length):
     arm = fput(parameters={"arm": given}).split_parameters
     assert (arm["shared"], arm["site"], arm["bond"]) == ({"arm": tuple(given)}, {}, {})
     if length == 3:
-        with pytest.raises(BadInput, match=r"arm is an array of 3; .* what all share is a list"):
+        with pytest.raises(BadInput, match=r"arm is an array of 3; .* a shared value is a list"):
             fput(parameters={"arm": np.array(given)})
     else:
         (where,) = (w for w, a in fput(parameters={"arm": np.array(given)})
@@ -219,11 +219,14 @@ def test_a_block_that_fails_has_its_rows():
         ({"bonds": []}, "bonds must be pairs"),
         ({"bonds": [(0, 1, 2)]}, "bonds must be pairs"),
         ({"bonds": [(0.5, 1)]}, "whole numbers"),
-        ({"x0": np.zeros(N)}, r"x0 has the shape \(5,\); give one row a site, \(5, 1\)"),
+        ({"x0": np.zeros(N)}, r"x0 has the shape \(5,\); give one row per site, \(5, 1\)"),
         ({"v0": np.zeros((N, 2))}, "v0 has the shape"),
         ({"v0": None}, "v0"),
         ({"x0": np.full((N, 1), np.nan)}, "not finite"),
-        ({"parameters": {"mass": np.ones(N + 1)}}, "is an array of 6; give 5 entries, one a site"),
+        (
+            {"parameters": {"mass": np.ones(N + 1)}},
+            "array of 6; give 5 entries, one per site",
+        ),
         ({"sites": 1}, "whole number from 2"),
         ({"on_bond": None}, "on_bond is None"),
         ({"fixed": [N]}, "fixed names the site 5"),
