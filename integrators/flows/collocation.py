@@ -1,4 +1,4 @@
-"""Which steps are solved as collocation, by the fixed point of their stages."""
+"""The choice of steps that are solved as collocation, by the fixed point of their stages."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ from ..bisections import StepContext
 from ..compiler import NoShortForm, StagesAtStep, compile_stages
 from ..equations import no_stages, stage_source
 
-#: stages from which a fixed point is the faster one in double precision. Measured, fixed point and
-#: Newton, ns a step: two stages 902, 525 (rigid-body), 1066, 1095 (heavy-top), 171, 119 (pendulum);
-#: three stages 735, 2014 (heavy-top). Of Lobatto's nodes one is no unknown: three 300, 220 and four
-#: 286, 279 (pendulum), five 364, 663 and six 441, 1152 (kepler)
+#: number of stages from which a fixed point is the faster method in double precision. Measured (ns
+#: a step, fixed point and Newton): two stages 902, 525 (rigid-body), 1066, 1095 (heavy-top), 171,
+#: 119 (pendulum); three stages 735, 2014 (heavy-top). With Lobatto's nodes one stage is no unknown:
+#: three 300, 220 and four 286, 279 (pendulum), five 364, 663 and six 441, 1152 (kepler)
 LEAST = 3
 
 
 def collocation(context: StepContext, without: frozenset[str]) -> tuple[StagesAtStep | None, str]:
-    """(kernels of collocation at a step, ""), or (None, why Newton's method does all).
+    """Return (kernels of collocation at a step, ""), or (None, why Newton's method solves all
+    steps).
 
-    without: savings that kernels do not make; those of collocation have none to leave out.
+    without: savings that kernels do not make; kernels of collocation cannot leave any out.
     """
     if context.substeps:
         return None, "a composition has steps of several sizes"
@@ -34,7 +35,7 @@ def collocation(context: StepContext, without: frozenset[str]) -> tuple[StagesAt
         return None, "a step of so few stages takes Newton's method no longer"
     source = stage_source(equations.s, nodes)
     numbers = context.numbers
-    with numbers.working():  # whoever asks first: tables are made once for all flows
+    with numbers.working():  # the first caller makes the tables for all flows
         try:
             kernels = compile_stages(source, numbers)
         except NoShortForm as error:

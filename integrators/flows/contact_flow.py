@@ -1,4 +1,4 @@
-"""The flow of a scene with contact: free steps at full speed, steps with contact where it is."""
+"""The flow of a scene with contact: free steps at full speed, and steps with contact."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from .flow import Flow
 from .initial_state import Start
 from .run import Trajectory, run_from
 
-MOST_AT_ONCE = 4096  # free steps that are taken before anybody looks for a contact
+MOST_AT_ONCE = 4096  # largest number of free steps before the next check for a contact
 
 
 @dataclass(frozen=True)
 class Impacts:
     """The impacts of a run: t (i,), x (i, n), before and after (i, m), impulses (i, K, 1 + D).
 
-    before, after: μ; the jump is Σ impulses over the gaps, the normal one along A = φ′ρ̂, the others
-    along the coordinates of the plane of contact.
+    before, after: μ; the jump is Σ impulses over the gaps, the normal one along A = φ′ρ̂, the
+    others along the coordinates of the plane of contact.
     """
 
     t: Vector
@@ -37,12 +37,12 @@ class Impacts:
 
 @dataclass(frozen=True)
 class ContactTrajectory(Trajectory):
-    """Rows of a run with contact, as of any run, with what the contacts did.
+    """Rows of a run with contact: those of any run, impulses, gaps and impacts.
 
-    multipliers (r, K): the normal impulse of each gap in the step that leaves a row, over h.
+    multipliers (r, K): the normal impulse of each gap in the step that leaves a row, divided by h.
     impulses (r, K, 1 + D): that impulse, and those of friction along the coordinates of its plane;
-    D = 0 where no gap has friction.
-    gaps (r, K): φ. impacts: all impacts, with or without a row.
+    D = 0 if no gap has friction. gaps (r, K): φ. impacts: all impacts, whether their step has a row
+    or not.
     """
 
     impulses: np.ndarray
@@ -53,8 +53,8 @@ class ContactTrajectory(Trajectory):
 class ContactFlow(Flow):
     """The flow of a scene with contact: (x, μ) ↦ (x, μ) with φ ≥ 0 (`contact.ContactSteps`).
 
-    It has no maps of arrows, no forms and no past: what asks for them raises `CannotMeasure`.
-    Raises `BadInput` for a negative step, and another on_edge than "refuse".
+    It has no maps of arrows, no forms and no past: methods that need them raise `CannotMeasure`.
+    Raises `BadInput` for a negative step, and for an on_edge other than "refuse".
     """
 
     def __init__(self, scheme: Any, step: Any, digits: int, on_edge: str, substeps: Any) -> None:
@@ -68,7 +68,7 @@ class ContactFlow(Flow):
         if on_edge != "refuse":
             raise BadInput(f'{scene.name}: contact needs on_edge="refuse", the default.')
 
-    #: what finds the impulses of the contacts
+    #: the class that finds the impulses of the contacts
     gaps_kind: type[Gaps] = Gaps
 
     @cached_property
@@ -89,7 +89,7 @@ class ContactFlow(Flow):
         return self._steps.unsure
 
     def _part(self, share: Any, x: Vector, mu: Vector, u: Vector) -> tuple[Vector, Vector, Vector]:
-        """(y, μ′, u) of a free step of a share of the step."""
+        """Return (y, μ′, u) after a free step of a share of the step."""
         machine = self.machine
         if share != 1:
             of = self.machine
@@ -107,29 +107,29 @@ class ContactFlow(Flow):
         return *machine.point(run.state), leaving
 
     def _run_from(self, start: Start, steps: int, every: int, progress: Any) -> ContactTrajectory:
-        """A start with a closed gap that is closing begins with that impact."""
+        """Run from a start; a closed gap that is closing there begins with an impact."""
         if start is not self.starting.own:
             s = self.scheme.equations.s
             check_gaps(s, self.scheme.scene, self.numbers.public(start.x[: s.n]))
         return _Run(self, start, steps, every, progress).trajectory_of_run()
 
     def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
-        """(x, μ) ↦ (x, μ) after one step with its contacts."""
+        """Return (x, μ) after one step with its contacts."""
         run = self.trajectory(1, x0=x, mu0=mu)
         return run.base[-1], run.mu[-1]
 
     def _no_form(self, *given: Any, **named: Any) -> Any:
-        """Not defined where a step holds impulses: raises `CannotMeasure`."""
+        """Raise `CannotMeasure`: forms are not defined if a step contains impulses."""
         raise CannotMeasure(
-            f"{self.scheme.scene.name} has contact: what is asked for is not defined where a step "
-            "holds impulses; discmech contact judges it."
+            f"{self.scheme.scene.name} has contact: forms, inverse steps and Legendre maps are not "
+            "defined if a step contains impulses; use discmech contact."
         )
 
     poisson_defect = step_defect = tangent = solutions = inverse_legendre = _no_form
 
 
 class _Run(ContactRun):
-    """A run of a contact flow as it goes."""
+    """One run of a contact flow."""
 
     def __init__(self, flow: Any, start: Start, steps: int, every: int, progress: Any) -> None:
         self.flow, self.numbers, contact = flow, flow.numbers, flow._steps
@@ -142,20 +142,20 @@ class _Run(ContactRun):
         super().__init__(contact, moment, steps, every, progress)
 
     def failure(self, failure: Exception, rows: Any) -> StepFailure:
-        """As of a `ContactRun`."""
+        """Return the failure of the coming step."""
         cause, m = getattr(failure, "cause", str(failure)), self.moment
         state = {"x": m.place.x, "mu": m.mu}
         found: StepFailure = self.flow.context.failure(cause, state, self.index, rows)
         return found
 
     def advance(self) -> None:
-        """Free steps, or a step with contact."""
-        if not self._freely():
+        """Take free steps, or a step with contact."""
+        if not self._take_free_steps():
             super().advance()
             self.chunk = 8
 
-    def _freely(self) -> bool:
-        """Take free steps up to the first with a contact; whether there were any."""
+    def _take_free_steps(self) -> bool:
+        """Take free steps up to the first one with a contact; return True if there were any."""
         m, numbers = self.moment, self.numbers
         at = m.place.x
         if m.place.closed.any():
@@ -166,7 +166,7 @@ class _Run(ContactRun):
         start = Start(at, m.mu, self.flow.context.start(at, m.mu, m.u))
         try:
             run = run_from(self.flow.edge, start, count)
-        except StepFailure as failure:  # perhaps beyond a contact that nobody looked for
+        except StepFailure as failure:  # perhaps beyond a contact that was not checked for
             run = failure.trajectory
             if run is None or len(run.t) < 2:
                 return False
@@ -185,7 +185,7 @@ class _Run(ContactRun):
         return free > 0
 
     def trajectory(self, count: int) -> ContactTrajectory:
-        """As of a `ContactRun`."""
+        """Return the first `count` rows as a trajectory."""
         flow, public = self.flow, self.numbers.public
         x, mu, u = (public(rows[:count]) for rows in self.rows)
         impulses, n = public(self.impulses[:count]), self.gaps.n

@@ -1,4 +1,4 @@
-"""Many runs of one flow at once: on all cores, each failing by itself."""
+"""Many runs of one flow at once, on all cores; a failure ends only its own run."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Ensemble:
     """The rows of many runs: t (r,), x (k, r, n), u (k, r, m), mu (k, r, m).
 
     runs: the trajectory of each member, as far as it came. failures: {member: its `StepFailure`};
-    the rows that a failing member has not reached are not numbers.
+    the rows that a failed member did not reach are NaN.
     """
 
     t: Vector
@@ -38,7 +38,7 @@ class Ensemble:
 def ensemble(
     run: Callable[[Any, Any], Trajectory], x0s: Any, mu0s: Any, numbers: Any, what: str
 ) -> Ensemble:
-    """The runs from all starts. run: (x0, μ0) ↦ trajectory; what: how messages call it."""
+    """Run from all starts. run: (x0, μ0) ↦ trajectory; what: the name in messages."""
     starts = list(zip(*_of_one_length(x0s, mu0s, what), strict=True))
     failures: dict[int, StepFailure] = {}
 
@@ -54,7 +54,7 @@ def ensemble(
     runs = side_by_side(member, range(len(starts)), numbers)
     t = max((r.t for r in runs), key=len)
     x, u, mu = (
-        np.array([_filled(getattr(r, name), len(t), numbers) for r in runs])
+        np.array([_padded(getattr(r, name), len(t), numbers) for r in runs])
         for name in ("x", "u", "mu")
     )
     return Ensemble(t, x, u, mu, tuple(runs), dict(sorted(failures.items())))
@@ -63,11 +63,11 @@ def ensemble(
 def side_by_side(
     function: Callable[[Item], Result], items: Sequence[Item], numbers: Any
 ) -> list[Result]:
-    """The function of each item, in their order; in double precision on all cores.
+    """Return the function's results in the order of the items, using all cores in double precision.
 
-    It has to be made of runs: machine code goes without Python's lock, so there is a thread for
-    each core; other numbers go one after another. The first item goes alone, since what has to be
-    compiled is compiled with it.
+    The function must consist of runs: machine code releases Python's lock, so each core has a
+    thread; other numbers go one after another. The first item goes alone and compiles everything
+    needed.
     """
     found, left = [function(item) for item in items[:1]], items[1:]
     threads = min(cores(), len(left)) if isinstance(numbers, Double) else 1
@@ -78,7 +78,7 @@ def side_by_side(
 
 
 def _of_one_length(x0s: Any, mu0s: Any, what: str) -> tuple[Sequence[Any], Sequence[Any]]:
-    """Both lists of starts; None stands for the scene's own, in each member."""
+    """Return both lists of starts; None stands for the scene's own start in each member."""
     for starts in (x0s, mu0s):
         many = isinstance(starts, Sequence | np.ndarray) and getattr(starts, "shape", 1) != ()
         if starts is not None and not many:
@@ -93,7 +93,7 @@ def _of_one_length(x0s: Any, mu0s: Any, what: str) -> tuple[Sequence[Any], Seque
     return (none if x0s is None else list(x0s)), (none if mu0s is None else list(mu0s))
 
 
-def _filled(rows: Matrix, count: int, numbers: Any) -> Matrix:
-    """The rows with what is no number behind them, `count` in all."""
+def _padded(rows: Matrix, count: int, numbers: Any) -> Matrix:
+    """Return `count` rows: those given, followed by rows of NaN."""
     missing = numbers.public(np.full((count - len(rows), rows.shape[1]), np.nan))
     return np.concatenate([rows, missing])

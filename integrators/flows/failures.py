@@ -9,7 +9,7 @@ from ..errors import SMALLER, StepFailure
 from ..numbers import Vector, evaluate_matrix, exact, null_direction, shown, sympy, to_sympy
 from ..numbers.types import SymbolicMatrix
 
-#: the cause that each of the driver's statuses stands for
+#: driver's status ↦ cause of the failure
 CAUSES = {
     **edge_policies.CAUSES,
     NOT_CONVERGED: "Newton did not converge",
@@ -18,7 +18,7 @@ CAUSES = {
 
 
 def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> StepFailure:
-    """The failure that a run ended with; `rows`: its trajectory so far."""
+    """Return the failure that ended a run; `rows`: its trajectory so far."""
     context, machine = edge.context, edge.machine
     x, mu = machine.point(run.state)
     last = machine.last_solution(run.resume_point)
@@ -26,11 +26,11 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> Ste
     if edge.stages is not None and status == NOT_CONVERGED:
         cause = f"the fixed point of the stages does not contract, and {cause}"
     if context.one_step:
-        last = {}  # its slope: no velocity of an arrow
+        last = {}  # the slope of a map is no velocity of an arrow
         if status == SINGULAR:
             cause = "a step is singular or the numbers are no longer finite"
     elif status not in edge_policies.CAUSES:
-        # where the start of Newton is not printed, F⁻ is affine and FL is without u
+        # if Newton's start is not printed, F⁻ is affine and FL does not depend on u
         u = last.get("u", context.vectors(context.scene.x0, context.scene.v0)[1])
         at, translate = (context.parts[0], x.copy(), u.copy()), run.translate
 
@@ -48,10 +48,11 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> Ste
 def singular_direction(
     context: StepContext, x: Vector, u: Vector, translate: int = 0
 ) -> tuple[str, str] | None:
-    """Which of ∂²l/∂ξ² and FL is singular to round-off at (x, u) and in which direction, the fix.
+    """Return (the singular matrix, ∂²l/∂ξ² or FL at (x, u), with its direction; the fix), or None.
 
-    The mass matrix comes first: where it is singular no step size helps. FL alone is singular at
-    certain steps, perhaps only at the solution, not at Newton's start u. None if both are regular.
+    The mass matrix comes first: if it is singular, no step size helps. FL alone is singular at
+    certain steps, perhaps only at the solution, not at Newton's start u. None if both are regular
+    to round-off.
     """
     for matrix, name, letter, fix in (
         (_mass(context, x, u), "∂²l/∂ξ²", "ξ", "no smaller step helps, begin elsewhere"),
@@ -59,7 +60,7 @@ def singular_direction(
     ):
         if matrix is None:
             continue
-        # a thousand round-offs: the derivatives themselves are sums of as many terms at most
+        # a thousand round-offs: the derivatives are themselves sums of at most so many terms
         direction = null_direction(matrix, 2**10 * float(context.numbers.eps))
         if direction is not None:
             return f"{name} is singular in the direction ({shown(direction)}) of {letter}", fix
@@ -67,16 +68,16 @@ def singular_direction(
 
 
 def _FL(context: StepContext, x: Vector, u: Vector, translate: int) -> SymbolicMatrix | None:
-    """∂F⁻/∂u, m×m, as sympy's Floats; None where it has no value."""
+    """Return ∂F⁻/∂u, m×m, as sympy Floats, or None if it has no value."""
     try:
         slope, digits = context.geometry_in(translate).at(x, u)["minus_u"], context.numbers.digits
         return sympy.Matrix(slope.tolist()).applyfunc(lambda e: sympy.Float(str(e), digits + 5))
-    except (ArithmeticError, ValueError):  # the maps have no value there, or one that is infinite
+    except (ArithmeticError, ValueError):  # the maps have no finite value there
         return None
 
 
 def _mass(context: StepContext, x: Vector, u: Vector) -> SymbolicMatrix | None:
-    """∂²l/∂ξ², m×m; None where the scene has no Lagrangian or this has no value."""
+    """Return ∂²l/∂ξ², m×m, or None if the scene has no Lagrangian or the matrix no value."""
     s = context.equations.s
     if context.scene.lagrangian is None:
         return None

@@ -27,9 +27,10 @@ from .step_choice import StepChoice
 __all__ = ["Flow", "Trajectory"]
 
 INTEGER = (int, np.integer)
-TINIEST = Fraction(1, 10**100)  # steps whose squares and inverses are far from over- and underflow
+# the squares and inverses of such steps are far from over- and underflow
+TINIEST = Fraction(1, 10**100)
 
-#: the scheme of a substep, and its share of the step to so many digits
+#: (the scheme of a substep, a function digits ↦ its share of the step)
 Substeps = Sequence[tuple[DiscretisedScene, Callable[[int], Any]]]
 
 
@@ -37,17 +38,18 @@ class Flow:
     """The one-step maps of a scheme: (x, μ) ↦ (b, μ′) on the dual, Ψ: (x, u) ↦ (y, v) on G.
 
     step: a non-zero number (exact: a float is its binary value; "0.1" is one tenth); a negative
-    step runs Φ₋ₕ, which is the inverse only of a self-adjoint rule. digits = 16 is compiled double
-    precision; more gives mpmath numbers. on_edge: "refuse", "bisect" or "shrink" where a step
-    reaches the edge of its chart (`bisections.edge_policies`). substeps: of a composition, whose
-    rows have the u of the first substep; without a Ψ on arrows its `evolve`, `devolve`, `tangent`
-    and `pullback_defect` raise `CannotMeasure`. Raises `BadInput` for a step of 0 or a non-finite
-    one, and another on_edge.
+    step runs Φ₋ₕ, which is the inverse only for a self-adjoint rule. digits = 16 is compiled double
+    precision; more gives mpmath numbers. on_edge: "refuse", "bisect" or "shrink" if a step reaches
+    the edge of its chart (`bisections.edge_policies`). substeps: those of a composition, whose rows
+    have the u of the first substep; it has no Ψ on arrows, so its `evolve`, `devolve`, `tangent`
+    and `pullback_defect` raise `CannotMeasure`. Raises `BadInput` for a step that is 0 or not
+    finite, and for another on_edge.
     """
 
-    #: savings that the kernels do not make (`omissions.SAVINGS`), so that they can be measured
+    #: savings that the kernels do not make (`omissions.SAVINGS`), so that their gain can be
+    #: measured
     without: frozenset[str] = frozenset()
-    #: how the step was chosen, where a tolerance was given (`Scheme.flow`)
+    #: how the step was chosen, if a tolerance was given (`Scheme.flow`)
     choice: StepChoice | None = None
 
     def __init__(
@@ -68,16 +70,16 @@ class Flow:
         if not TINIEST <= abs(size) <= 1 / TINIEST:
             raise BadInput("the step is beyond 1e-100 or 1e100: choose units that fit the motion.")
         self.numbers = numbers = arithmetic(digits)
-        # thirty digits more, so that the shares add up to 1 in the flow's own numbers
+        # thirty more digits, so that the shares add up to 1 in the flow's own numbers
         shares = [(e, exact_rational(share(digits + 30), "coefficient")) for e, share in substeps]
         made = {key: StepContext(key[0], numbers, key[1] * size) for key in shares}
         self.context = StepContext(scheme, numbers, size, tuple(made[key] for key in shares))
         self._prepared = PreparedRuns()
-        #: contexts whose steps, one after another, are a step of this flow
+        #: contexts whose steps, one after another, make a step of this flow
         self.parts = self.context.parts
 
     def __reduce__(self) -> Again:
-        """To pickle it: it is made again of its scheme, step and digits."""
+        """Return the pickled form: the flow is made again from its scheme, step and digits."""
         own = {k: v for k, v in vars(self).items() if k in ("choice", "without")}
         return flow_of, (self.scheme, self.step, self.digits, self.on_edge, own)
 
@@ -94,14 +96,15 @@ class Flow:
         t0: Any = 0,
         progress: Callable[[int], None] | None = None,
     ) -> Trajectory:
-        """Run `steps` steps from the scene's start (or from x0, mu0), each every-th a row.
+        """Run `steps` steps from the scene's start (or from x0, mu0), with a row every `every`
+        steps.
 
-        t0: the time of the start (exact), on which the motion depends where the scene does; an x0
-        with its time, such as a row of `Trajectory.base`, says it itself.
-        Memory grows with the rows, not with the steps. u0 is only the first guess of Newton. Where
-        L_d is given on the group, element0 (N×N) may be the first step g instead: μ0 = F⁻/h.
-        `progress` is called with the steps done so far. Raises `StepFailure` (with the rows so far)
-        if a step cannot be solved, `BadInput` for wrong shapes, counts and starts off a constraint.
+        t0: the time of the start (exact), which matters if the scene depends on time; an x0 with
+        its time, such as a row of `Trajectory.base`, needs no t0. Memory grows with the rows, not
+        with the steps. u0 is only Newton's first guess. If L_d is given on the group, element0
+        (N×N) may be the first step g instead: μ0 = F⁻/h. `progress` is called with the number of
+        steps done so far. Raises `StepFailure` (with the rows so far) if a step cannot be solved,
+        `BadInput` for wrong shapes, counts and starts off a constraint.
         """
         plain = u0 is element0 is progress is None and type(t0) is int and t0 == 0
         if plain and type(steps) is type(every) is int and (steps, every) in self._prepared:
@@ -127,10 +130,11 @@ class Flow:
     def ensemble(
         self, x0s: Any = None, mu0s: Any = None, steps: Any = None, every: int = 1, **given: Any
     ) -> Ensemble:
-        """Run from many starts at once, on all cores; rows as of `trajectory`, a member in front.
+        """Run from many starts at once, on all cores; rows as in `trajectory`, members along axis
+        0.
 
-        x0s (k, n) and mu0s (k, m); None: the scene's own for all. steps: has to be given.
-        given: as to `trajectory`, for all members. A member that fails does so alone
+        x0s (k, n) and mu0s (k, m); None takes the scene's own for all. steps must be given. given:
+        arguments of `trajectory`, for all members. A member that fails does not stop the others
         (`Ensemble.failures`). Raises `BadInput` for starts that do not fit.
         """
 
@@ -140,7 +144,7 @@ class Flow:
         return ensemble(run, x0s, mu0s, self.numbers, self.scheme.scene.name)
 
     def elements(self, run: Trajectory) -> np.ndarray:
-        """The group elements g = τ(hu) B of a run's rows, (r, N, N); in Cayley's chart only.
+        """Return the group elements g = τ(hu) B of a run's rows, (r, N, N); in Cayley's chart only.
 
         Raises `BadInput` for other charts and for a run of another flow.
         """
@@ -150,7 +154,7 @@ class Flow:
             return self.numbers.public(np.array(rows))
 
     def arrow(self, run: Trajectory, row: int) -> Arrow:
-        """The arrow of a run's row, for `geometry.transitions`; raises as `elements`."""
+        """Return the arrow of a run's row, for `geometry.transitions`; raises like `elements`."""
         self._check_own(run)
         if (
             not isinstance(row, INTEGER)
@@ -162,27 +166,28 @@ class Flow:
 
     def _check_own(self, run: Trajectory) -> None:
         if not isinstance(run, Trajectory):
-            raise BadInput(f"{shown(run)} is no run: give what a flow's trajectory() returned.")
+            raise BadInput(f"{shown(run)} is not a run: give the result of a flow's trajectory().")
         if run.step != self.step or run.u.shape[1:] != (len(self.scheme.u),):
             raise BadInput(
                 f"{self.scheme.scene.name}: that run is of another flow; ask the flow that made it."
             )
 
     def evolve(self, x: Numbers, u: Numbers) -> tuple[Vector, Vector]:
-        """Ψ: the (y, v) with y = b(x, u) and F⁻(y, v) = F⁺(x, u) (paper, section 2.4)."""
+        """Apply Ψ: return (y, v) with y = b(x, u) and F⁻(y, v) = F⁺(x, u) (paper, section 2.4)."""
         with self.numbers.working():
             x, u = self.context.vectors(x, u)
             y, v = self.next_arrow(self._one_arrow(x, u), x, u)
             return self.numbers.public(y), self.numbers.public(v)
 
     def next_arrow(self, here: Maps, x: Vector, u: Vector, v0: Any = None) -> tuple[Vector, Vector]:
-        """Ψ(x, u) from the maps at (x, u), in the flow's numbers; v0: Newton's start, else u."""
+        """Return Ψ(x, u) from the maps at (x, u), in the flow's numbers; v0: Newton's start, else
+        u."""
         y, near = here["target"], u if v0 is None else v0
         branch = self.geometry.branch(x, u) if self.scheme.element is not None else None
         return y, first_u(self.edge, Start(y, here["plus"] / self.context.h, near), branch)
 
     def devolve(self, y: Numbers, v: Numbers) -> tuple[Vector, Vector]:
-        """Ψ⁻¹: the (x, u) with b(x, u) = y and F⁺(x, u) = F⁻(y, v), by Newton in (x, u).
+        """Apply Ψ⁻¹: return (x, u) with b(x, u) = y and F⁺(x, u) = F⁻(y, v), by Newton in (x, u).
 
         Raises `StepFailure` if Newton does not converge.
         """
@@ -192,18 +197,19 @@ class Flow:
             return self.numbers.public(x), self.numbers.public(u)
 
     def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
-        """(x, μ) ↦ (b, μ′) on the dual algebroid, with u from F⁻(x, u) = hμ."""
+        """Return (b, μ′), the step from (x, μ) on the dual algebroid, with u from F⁻(x, u) = hμ."""
         with self.numbers.working():
             run = run_from(self.edge, self.starting.at(x, mu), 1)
             return run.base[-1], run.mu[-1]
 
     def inverse_legendre(self, x: Numbers, mu: Numbers) -> Vector:
-        """A u with F⁻(x, u) = hμ; of several the one that Newton reaches from v0."""
+        """Return u with F⁻(x, u) = hμ; of several solutions the one that Newton reaches from v0."""
         with self.numbers.working():
             return self.numbers.public(first_u(self.edge, self.starting.at(x, mu)))
 
     def solutions(self, x: Numbers, mu: Numbers) -> list[Solution]:
-        """The elements g with F⁻(x, g) = hμ, by Newton from the cover's elements (section 4.3).
+        """Return the elements g with F⁻(x, g) = hμ, by Newton from the cover's elements (section
+        4.3).
 
         Raises `BadInput` unless on_edge is "bisect".
         """
@@ -217,7 +223,10 @@ class Flow:
             ]
 
     def pullback_defect(self, x: Numbers, u: Numbers, *, v0: Numbers | None = None) -> Number:
-        """`entrywise_defect` of PΨᵀ Ω PΨ = Ω at (x, u), in twice the digits; v0: near the next."""
+        """Return the `entrywise_defect` of PΨᵀ Ω PΨ = Ω at (x, u), in twice the digits.
+
+        v0: a velocity near that of the next arrow.
+        """
         with self.numbers.working():
             at, start = self.context.vectors(x, u), self.context.vectors(x, u if v0 is None else v0)
             _, near = self.next_arrow(self._one_arrow(*at), *at, start[1])
@@ -226,11 +235,11 @@ class Flow:
     def poisson_defect(
         self, x: Numbers, mu: Numbers, *, u0: Numbers | None = None, bracket_sign: int = 1
     ) -> Number:
-        """How far the dual step is from M Π Mᵀ = Π′ at (x, μ), M its derivative there.
+        """Return how far the dual step is from M Π Mᵀ = Π′ at (x, μ), where M is its derivative.
 
-        It is an `entrywise_defect`, to twice the digits. u0: where Newton starts; a run's own u is
-        needed near a chart's edge (default: v0). bracket_sign = −1 flips the bracket of Π: a
-        control, seen where there is a base and a group.
+        It is an `entrywise_defect`, to twice the digits. u0: Newton's start, by default v0; near a
+        chart's edge a run's own u is needed. bracket_sign = −1 flips the bracket of Π, a negative
+        control that shows an effect if there are both a base and a group.
         """
         return of_poisson(self.context, x, mu, u0, bracket_sign)
 
@@ -243,16 +252,16 @@ class Flow:
         *,
         u0: Numbers | None = None,
     ) -> Number:
-        """How far a step (x, μ) ↦ (after_x, after_mu) is from the discrete equations.
+        """Return how far a step (x, μ) ↦ (after_x, after_mu) is from the discrete equations.
 
-        The largest gap of an entry over what round-off may do to it (`step_round_off`), times the
-        unit of round-off: at most ε if nothing else did it. The step to compare with is that of
-        the Legendre maps themselves, to twice the digits: no kernel has a part in it.
+        It is the largest gap of an entry divided by the effect of round-off on it
+        (`step_round_off`), times the unit of round-off: at most ε for a correct step. The reference
+        is the step of the Legendre maps themselves, to twice the digits, without any kernel.
         """
         return of_step(self.context, (x, mu), (after_x, after_mu), u0)
 
     def tangent(self, x: Numbers, u: Numbers) -> Matrix:
-        """TΨ at (x, u), (n+m)×(n+m)."""
+        """Return TΨ at (x, u), (n+m)×(n+m)."""
         with self.numbers.working():
             x, u = self.context.vectors(x, u)
             here = self._one_arrow(x, u)
@@ -270,7 +279,8 @@ class Flow:
 
     @cached_property
     def system(self) -> System:
-        """One step as the data that is compiled; of a composition its adjoint's substeps too."""
+        """One step as the data that is compiled; for a composition including its adjoint's
+        substeps."""
         equations = dict.fromkeys(c.equations for c in (self.context, *self.parts))
         return step_system(*equations, composed=bool(self.context.substeps))
 
@@ -293,12 +303,12 @@ class Flow:
 
     @cached_property
     def stages(self) -> StagesAtStep | None:
-        """The kernels of collocation at this step, None where Newton's method does all."""
+        """The kernels of collocation at this step, or None if Newton's method solves all steps."""
         return self._collocation[0]
 
     @property
     def by_newton(self) -> str:
-        """Why steps are solved by Newton's method alone; "" where a fixed point goes first."""
+        """Why steps are solved by Newton's method alone; "" if a fixed point goes first."""
         return self._collocation[1]
 
     @cached_property

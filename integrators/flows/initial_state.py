@@ -1,4 +1,4 @@
-"""Starts of runs: arguments checked, rounded once, and completed by the scene."""
+"""Starts of runs: their arguments are checked, rounded once, and completed from the scene."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ DOUBLE = np.dtype(np.float64)
 
 
 class Start(NamedTuple):
-    """x, μ, and a guess of the first solution: u in the chart of a translate; and its time."""
+    """The start of a run: x, μ, a guess of the first u in the chart of a translate, and the
+    time."""
 
     x: Vector
     mu: Vector
@@ -40,23 +41,25 @@ class Starting:
         self.edge, self.context = edge, edge.context
 
     def at(self, x0: Any, mu0: Any, u0: Any = None, element0: Any = None, t0: Exact = 0) -> Start:
-        """The start of a run with these arguments (`Flow.trajectory`); None: the scene's own.
+        """Return the start of a run with these arguments of `Flow.trajectory`; None: the scene's
+        own.
 
-        Raises `BadInput` for what does not fit, `StepFailure` where FL is singular at element0.
+        Raises `BadInput` for arguments that do not fit, `StepFailure` if FL is singular at
+        element0.
         """
         if x0 is None and mu0 is None and u0 is None and element0 is None and t0 == 0:
             return self.own
-        x0, t0 = self._timed(x0, t0)
+        x0, t0 = self._split_time(x0, t0)
         if element0 is None:
             return self._with_momentum(x0, mu0, u0, t0)
         if mu0 is not None or u0 is not None:
             raise BadInput(
-                f"{self.context.scene.name}: element0 says what mu0 and u0 are; leave these out."
+                f"{self.context.scene.name}: element0 determines mu0 and u0; leave these out."
             )
         return self._with_element(element0, x0, t0)
 
     def at_once(self, x0: Any, mu0: Any) -> Start | None:
-        """The start at arrays of doubles, checked; None where more has to be asked, or refused."""
+        """Return the checked start at arrays of doubles, or None if it needs the general path."""
         if x0 is mu0 is None:
             return self.own
         x0 = self.own.x if x0 is None else x0
@@ -73,22 +76,22 @@ class Starting:
 
     @cached_property
     def _shapes(self) -> tuple[Any, Any]:
-        """The shapes of x and μ in doubles; of nothing where a start is more than these."""
+        """The shapes of x and μ in doubles, or (None, None) if a start needs more than these."""
         context, s = self.context, self.context.equations.s
         more = s.clocked or context.one_step or context.scene.constrained
         return (None, None) if more else ((len(s.x),), (len(context.equations.u),))
 
     @cached_property
     def _with_values(self) -> bool:
-        """Whether a quantity has its value, as |Γ|² = 1."""
+        """True if a quantity has a prescribed value, such as |Γ|² = 1."""
         return any(quantity.value is not None for quantity in self.context.scene.symmetries)
 
-    def _timed(self, x0: Any, t0: Exact) -> tuple[Any, Exact]:
-        """(x0 without its time, the time of the start), where x0 may hold one."""
+    def _split_time(self, x0: Any, t0: Exact) -> tuple[Any, Exact]:
+        """Return (x0 without its time, the time of the start); x0 may contain a time."""
         s = self.context.equations.s
         try:
             timed = s.clocked and len(x0) == s.n + 1
-        except TypeError:  # None, or what is refused further on
+        except TypeError:  # None, or an argument that is refused later
             timed = False
         if not timed:
             return x0, t0
@@ -111,7 +114,7 @@ class Starting:
     def check(self, start: Start) -> None:
         """Raise `BadInput` if a start violates a constraint of the scene.
 
-        A one-step map may leave it, and goes on from there.
+        A one-step map may violate it, and continues from there.
         """
         context, s = self.context, self.context.equations.s
         if context.scene.constrained:
@@ -137,7 +140,7 @@ class Starting:
         return Start(x, mu, context.start(x, mu, guess), t0=t0)
 
     def _with_element(self, element: Any, x0: Any, t0: Exact) -> Start:
-        """The start x, F⁻(x, g)/h of a first step g, an N×N matrix."""
+        """Return the start x, F⁻(x, g)/h of a first step g, an N×N matrix."""
         edge, context, scene = self.edge, self.context, self.context.scene
         if context.equations.element is None:
             raise BadInput(
@@ -153,7 +156,7 @@ class Starting:
         x, _ = context.vectors(scene.x0 if x0 is None else x0, scene.v0)
         translate, u = edge.place(g)
         mu = context.geometry_in(translate).at(x, u)["minus"] / context.h
-        # where FL is singular at g, μ does not tell g apart, and the run would begin elsewhere
+        # if FL is singular at g, μ does not determine g, and the run would begin elsewhere
         solved = edge.machine.solve(x, mu, edge.coefficients(translate), u)
         far = edge.root_eps * (1 + max(abs(u)))
         if solved is None or not max(abs(solved[0] - u)) <= far:
@@ -161,12 +164,12 @@ class Starting:
         return Start(x, mu, u, translate, t0=t0)
 
     def _in_group(self, g: Any) -> Matrix:
-        """g, N×N, if it is an element of the group to half of a double's digits."""
+        """Return g, N×N, if it is an element of the group to half of a double's digits."""
         scene, chart = self.context.scene, self.context.chart
         try:
             g = chart.array(g)
             u = self.context.coordinates(g, chart.best(g))
-        except (TypeError, ValueError, IndexError):  # no matrix, or of another size
+        except (TypeError, ValueError, IndexError):  # not a matrix, or one of another size
             u = None
         if u is None:
             raise BadInput(

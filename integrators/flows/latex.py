@@ -9,13 +9,14 @@ from ..errors import DiscmechError
 from ..numbers import sympy
 from ..numbers.types import Expression, Letter
 
-LARGEST = 400  # operations of an equation that is shown
+LARGEST = 400  # an equation with more operations is not shown
 
 
 def latex_of(scheme: Any) -> str | None:
-    """$$…$$ with the Lagrangian, L_d, the momentum before the step and the equations of a step.
+    """Return $$…$$ with the Lagrangian, L_d, the momentum before the step and the step's equations.
 
-    What is too long to be read is left out; None where nothing is left, as for one-step maps.
+    Equations that are too long to read are left out; the result is None if none remains, as for
+    one-step maps.
     """
     equations, lines = scheme.equations, []
     given: list[tuple[str, Expression]] = []
@@ -35,7 +36,7 @@ def latex_of(scheme: Any) -> str | None:
 
 
 def _has_arrows(scheme: Any) -> bool:
-    """Whether F± are formulas in x and u alone."""
+    """Return True if F± are formulas in x and u alone."""
     try:
         return bool(scheme.has_arrows and not len(scheme.s.stages) and scheme.equations.residual)
     except DiscmechError:
@@ -50,7 +51,8 @@ def _latex(e: Expression, s: Any) -> str:
 
 
 def _letter(symbol: Letter) -> str:
-    """x_0 as x_{1}, as the terminal counts; a parameter's whole name upright."""
+    """Return x_0 as x_{1}, counted like the terminal output, and a parameter's whole name
+    upright."""
     name, *index = str(symbol).split("_")
     tail = ",".join(str(int(k) + 1) if k.isdecimal() else k for k in index)
     greek = {"mu": r"\mu", "omega": r"\omega", "gamma": r"\gamma", "theta": r"\theta"}

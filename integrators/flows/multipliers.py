@@ -13,17 +13,17 @@ from .scheme import Scheme
 
 
 def mean_multipliers(flow: Flow, run: Trajectory) -> Matrix:
-    """λ at every row of a run, (r, k), to second order in h: the mean of both sides'.
+    """Return λ at every row of a run, (r, k), to second order in h: the mean of both sides' λ.
 
-    `run.multipliers` is the λ of the step h that leaves a row, λ + c h + O(h²) where the rule is
-    self-adjoint; what arrives there is the λ of the adjoint's step −h from the same row, which
-    undoes the step before it, λ − c h + O(h²). Their mean is even in h, so it is off by O(h²) and
-    by what the row itself is off. A rule that is not self-adjoint leaves the force of a step to its
-    two ends unevenly, and the constraint answers it so: no λ alone is near the force of the
-    constraint, their mean is, to O(h). A composition of such a rule and its adjoint has the uneven
-    ends of both at a row: there it is the mean of the λ that leave by a step h and a step −h of
-    both, even in h again. Costs a step a row, or four. Raises `BadInput` where there are no
-    constraints and for a run of another flow, `StepFailure` if a step back cannot be solved.
+    `run.multipliers` is the λ of the step h that leaves a row, λ + c h + O(h²) if the rule is
+    self-adjoint; on the side that arrives it is the λ of the adjoint's step −h from the same row,
+    which undoes the step before it, λ − c h + O(h²). Their mean is even in h, so its error is O(h²)
+    plus the error of the row itself. A rule that is not self-adjoint distributes the force of a
+    step unevenly to its two ends, and the constraint reacts to that: no single λ is near the force
+    of the constraint, but their mean is, to O(h). A composition of such a rule and its adjoint has
+    the uneven ends of both at a row: there the mean is over the λ that leave by a step h and a step
+    −h of both, again even in h. It costs one step per row, or four. Raises `BadInput` if there are
+    no constraints and for a run of another flow, `StepFailure` if a step back cannot be solved.
     """
     scheme = flow.scheme
     if not isinstance(scheme, Scheme) or not run.multipliers.shape[1]:

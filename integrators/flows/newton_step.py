@@ -1,4 +1,4 @@
-"""Steps by Newton with the Legendre maps' own derivatives, to compare the kernels with.
+"""Steps by Newton's method with the Legendre maps' own derivatives, a check of the kernels.
 
 This is the evolution operator through the identity bisections (`bisections.evolution_operator`).
 """
@@ -28,9 +28,9 @@ from ..numbers import Number, Numbers, Vector, inverse_sizes, tracked
 
 
 def arrow_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Vector:
-    """The u with F⁻(x, u) = hμ, by Newton from the guess; raises `StepFailure` if it diverges.
+    """Return u with F⁻(x, u) = hμ, by Newton from the guess; raises `StepFailure` if it diverges.
 
-    Those asked for last are not solved for again: several forms are about one step.
+    The latest results are remembered, because several forms are measured on one step.
     """
     return np.array(_arrow_from(context, tuple(x), tuple(mu), tuple(guess)), context.numbers.dtype)
 
@@ -49,7 +49,7 @@ def _arrow_from(context: StepContext, *given: tuple[Number, ...]) -> tuple[Numbe
 
 
 def arrow_before(context: StepContext, y: Vector, v: Vector) -> tuple[Vector, Vector]:
-    """The (x, u) with b(x, u) = y and F⁺(x, u) = F⁻(y, v); raises `StepFailure`."""
+    """Return (x, u) with b(x, u) = y and F⁺(x, u) = F⁻(y, v); raises `StepFailure`."""
     n, there = len(y), context.maps_at(y, v)
     start = np.concatenate([y - there["rho"] @ v, v])
     point = EvolutionOperator(context).preceding(y, there["minus"], start)
@@ -59,13 +59,13 @@ def arrow_before(context: StepContext, y: Vector, v: Vector) -> tuple[Vector, Ve
 
 
 def step_along(context: StepContext, here: Maps) -> Step:
-    """The step (b, F⁺/h) on the dual along an arrow, from the maps at it."""
+    """Return the step (b, F⁺/h) on the dual along an arrow, from the maps at it."""
     h = context.h
     return here["target"], here["plus"] / h, context.geometry.dual_step(here, h)
 
 
 def _step_of_map(context: StepContext, x: Vector, mu: Vector, near: Vector) -> Step:
-    """The step of a one-step map; raises `StepFailure` if Newton diverges."""
+    """Return the step of a one-step map; raises `StepFailure` if Newton diverges."""
     geometry: Any = context.geometry
     try:
         step: Step = geometry.step(x, mu, geometry.start(x, mu, near))
@@ -75,7 +75,8 @@ def _step_of_map(context: StepContext, x: Vector, mu: Vector, near: Vector) -> S
 
 
 def step_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Step:
-    """The step on the dual from (x, μ): substeps one after another, its derivative `Tracked`."""
+    """Return the step on the dual from (x, μ), substep by substep, with its `Tracked`
+    derivative."""
     total: Any = context.numbers.identity(len(x) + len(mu))
     for part in context.parts:
         if isinstance(part.geometry, OneStepGeometry):
@@ -89,7 +90,7 @@ def step_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Ste
 
 
 def _change_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> FormChange:
-    """The change of the form on the dual in the step from (x, μ), substeps one after another."""
+    """Return the change of the form on the dual in the step from (x, μ), substep by substep."""
     total: FormChange | None = None
     for part in context.parts:
         guess = arrow_from(part, x, mu, guess)
@@ -103,11 +104,11 @@ def _change_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> 
 def round_off_from(
     context: StepContext, x: Vector, mu: Vector, guess: Vector, errors: Vector | None = None
 ) -> Step:
-    """(x′, μ′) of `step_from`, and what round-off does to them, n+m units ε.
+    """Return (x′, μ′) of `step_from`, and the effect of round-off on them, n+m units ε.
 
-    errors: those of (x, μ), none by default. Every substep adds those of its own
-    (`step_round_off`), and the exact derivative of the steps after it hands them on: bounds of
-    each one's bound would grow from substep to substep, until no error were seen.
+    errors: those of (x, μ), 0 by default. Every substep adds its own errors (`step_round_off`), and
+    the exact derivative of the later steps propagates them: bounds of bounds would grow from
+    substep to substep until no error could be seen.
     """
     still = 0 * abs(np.concatenate([x, mu]))
     handed: Any = context.numbers.identity(len(still)) * (still if errors is None else errors)
@@ -130,7 +131,7 @@ def round_off_from(
 
 
 def of_pullback(context: StepContext, x: Any, u: Any, near: Vector) -> Number:
-    """The pullback defect at (x, u); near: the velocity of the next arrow, nearly."""
+    """Return the pullback defect at (x, u); near: approximately the velocity of the next arrow."""
     exactly, geometry = context.exactly, context.exactly.geometry
     with exactly.numbers.working():
         (x, u), (_, near) = exactly.vectors(x, u), exactly.vectors(x, near)
@@ -139,38 +140,39 @@ def of_pullback(context: StepContext, x: Any, u: Any, near: Vector) -> Number:
         here, there = geometry.tracked(x, u), geometry.tracked(at["target"], v)
         tangent, root = geometry.tangent(here, there), exactly.numbers.eps**0.5
         found = pullback_defect(geometry, here, there, tangent, root)
-    return _in(context, found)
+    return _public_number(context, found)
 
 
 def of_poisson(context: StepContext, x: Any, mu: Any, guess: Any, sign: int) -> Number:
-    """The Poisson defect at (x, μ), the bracket with that sign; guess: where Newton starts."""
+    """Return the Poisson defect at (x, μ), with the sign of the bracket; guess: Newton's start."""
     exactly = context.exactly
     with exactly.numbers.working():
         x, mu = exactly.vectors(x, mu)
         step = step_from(exactly, x, mu, _start(exactly, guess))
         root = exactly.numbers.eps**0.5
         found = poisson_defect(exactly.geometry, x, mu, step, sign, root)
-    return _in(context, found)
+    return _public_number(context, found)
 
 
 def of_step(context: StepContext, before: Any, after: Any, guess: Any) -> Number:
-    """The largest gap of (x′, μ′) from the step from (x, μ), over what round-off may do to it."""
+    """Return the largest gap between (x′, μ′) and the step from (x, μ), in units of round-off."""
     exactly = context.exactly
     with exactly.numbers.working():
         (x, mu), taken = exactly.vectors(*before), exactly.vectors(*after)
         *wanted, bound = round_off_from(exactly, x, mu, _start(exactly, guess))
         found = in_round_offs(np.concatenate(wanted) - np.concatenate(taken), bound)
-    return _in(context, found)
+    return _public_number(context, found)
 
 
 def return_defect(
     forth: Any, back: Any, x: Numbers, mu: Numbers, u0: Numbers, *returned: Any
 ) -> Number:
-    """How far Φ₋ₕ(Φₕ(x, μ)) is from (x, μ), as `Flow.step_defect`: 0 for a self-adjoint method.
+    """Return how far Φ₋ₕ(Φₕ(x, μ)) is from (x, μ), like `Flow.step_defect`.
 
-    The largest gap of a component over what round-off may do to it in both steps, times ε. forth,
-    back: flows of h and −h. The maps answer, to twice the digits; returned: each an (x, μ) in
-    which a run of the flows ended, which is held against the start as well. u0: Newton's start.
+    It is 0 for a self-adjoint method: the largest gap of a component divided by the effect of
+    round-off in both steps, times ε. forth, back: the flows of h and −h. The maps are evaluated to
+    twice the digits; returned: each an (x, μ) in which a run of the flows ended, which is compared
+    with the start as well. u0: Newton's start.
     """
     there, home = forth.context.exactly, back.context.exactly
     with there.numbers.working():
@@ -181,18 +183,19 @@ def return_defect(
         ends = [again, *(there.vectors(*run) for run in returned)]
         gaps = [np.concatenate(end) - np.concatenate([at, momentum]) for end in ends]
         found = in_round_offs(np.concatenate(gaps), np.concatenate([bound] * len(gaps)))
-    return _in(forth.context, found)
+    return _public_number(forth.context, found)
 
 
 def form_change_defects(
     flow: Any, x: Numbers, mu: Numbers, u0: Numbers
 ) -> tuple[Number, Number, Number]:
-    """What a force does to ω in the step of a flow from (x, μ): two defects, and det P.
+    """Return the effect of a force on ω in the step of a flow from (x, μ): two defects, and det P.
 
-    How far the change of ω is from −dθ_f, the differential of the force's one-form
-    (`geometry.forced_form`); how far that of a volume of phase space is from what dθ_f says; what
-    the volume is multiplied with. Relative to the absolute terms; u0: where Newton starts. Raises
-    `CannotMeasure` for one-step maps, and under constraints (`restricted_form_defect`).
+    The first defect compares the change of ω with −dθ_f, the differential of the force's one-form
+    (`geometry.forced_form`), the second that of a volume of phase space with the value that dθ_f
+    gives; det P is the factor of the volume. Both are relative to the absolute terms; u0: Newton's
+    start. Raises `CannotMeasure` for one-step maps, and with constraints
+    (`restricted_form_defect`).
     """
     context = flow.context.exactly
     if flow.scheme.one_step:
@@ -202,7 +205,7 @@ def form_change_defects(
         change = _change_from(context, at, momentum, _start(context, u0))
         grown, off = change.volume(context.numbers)
         found = change.defect(context.numbers.eps**0.5), off, grown
-    defect, off, grown = (_in(flow.context, e) for e in found)
+    defect, off, grown = (_public_number(flow.context, e) for e in found)
     return defect, off, grown
 
 
@@ -214,31 +217,31 @@ def restricted_form_defect(
     bracket_sign: int = 1,
     forced: bool = False,
 ) -> Number:
-    """The defect of ω under a step of a flow from (x, μ), on what its constraints leave.
+    """Return the defect of ω under a step of a flow from (x, μ), on the constrained states.
 
-    See `geometry.restricted_form`; u0: where Newton starts. forced: the change is to be that of the
-    force's one-form. Raises `CannotMeasure` where there are no constraints, or several substeps.
+    See `geometry.restricted_form`; u0: Newton's start. forced: True if the change should be that of
+    the force's one-form. Raises `CannotMeasure` if there are no constraints, or several substeps.
     """
     context = flow.context.exactly
     if not flow.scheme.scene.constrained or context.substeps:
         raise CannotMeasure(
             f"{flow.scheme.scene.name} has no constraints (or the rule has several substeps), so "
-            "there is no form on what they leave."
+            "there is no restricted form."
         )
     with context.numbers.working():
         here = context.vectors(x, mu)
         start = context.start(*here, _start(context, u0))
         geometry: Any = context.geometry
         found = restricted_defect(geometry, here[0], here[1], start, bracket_sign, forced)
-    return _in(flow.context, found)
+    return _public_number(flow.context, found)
 
 
 def _start(context: StepContext, guess: Any) -> Vector:
-    """Where Newton starts: a guess, or the scene's v0."""
+    """Return Newton's start: a guess, or the scene's v0."""
     return context.vector(context.scene.v0 if guess is None else guess, len(context.equations.u))
 
 
-def _in(context: StepContext, value: Number) -> Number:
-    """A number as the flow's user gets it."""
+def _public_number(context: StepContext, value: Number) -> Number:
+    """Return a number in the form that the flow's user gets."""
     with context.numbers.working():
         return context.number(context.numbers.number(value))

@@ -1,4 +1,4 @@
-"""Short runs, begun with nothing left to be checked or looked up."""
+"""Short runs that begin without checks or look-ups."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .initial_state import Start
 from .run import SHORT, Trajectory, counted, rows_of
 
 KEPT = 64  # prepared runs of a flow
-READ_ALONE = ("x", "u", "mu", "base")  # what is read without looking at all that was counted
+READ_ALONE = ("x", "u", "mu", "base")  # columns that can be read without computing the counters
 
 
 class PreparedRun:
-    """A run whose arrays stay where they are: a call copies its beginning and the rows it made.
+    """A run with fixed arrays: a call copies its beginning into them and its rows out of them.
 
-    What no call changes (times, step, solver) is taken from the rows of a first run.
+    Constants of all calls (times, step, solver) are taken from the rows of a first run.
     """
 
     def __init__(self, edge: EdgePolicy, start: Start, steps: int, every: int) -> None:
@@ -37,14 +37,14 @@ class PreparedRun:
         self.out = machine.kernels.advance.pair()
         self.beginning = run.state.copy(), run.totals.copy()
         function, substeps = machine.kernels.advance.function, len(machine.kinds)
-        # the row at the end gets its u, for which the first substep of one more step is enough
+        # the last row needs its u, for which the first substep of one more step suffices
         whole = substeps == 1
         calls = [] if whole or not steps else [(substeps, 0, steps)]
         calls.append((1, 0 if whole else steps, steps + 1))
         self.parts = []
         for call in calls:
             given = (run.state, run.c, machine.kinds, *call, every, *run.rows)
-            kinds = function.argtypes  # what is given in these need not be converted in each call
+            kinds = function.argtypes  # arguments of these types need no conversion in each call
             places = (address(e) if isinstance(e, np.ndarray) else e for e in given)
             given = tuple(kind(e) for kind, e in zip(kinds, places, strict=False))
             self.parts.append(partial(function, *given, self.out))
@@ -55,15 +55,15 @@ class PreparedRun:
         for column in (run.xs, run.us, run.mus):
             self.places.append((slice(at, at + column.size), column.shape))
             at += column.size
-        # 0·∞ is no number, so what 0s make of finite numbers is 0 and of others is not
+        # 0·∞ is NaN, so the sum of 0 times finite numbers is 0, and otherwise it is not
         self.zeros = np.zeros(len(self.block))
-        self.between = steps % every != 0  # the end is no row then
+        self.between = steps % every != 0  # then the end is no row
         self.end = self.state[: machine.layout.parts[1].stop]
         self.n, self.m = self.same["x"].shape[1], self.same["u"].shape[1]
         self.shorter = 2 / edge.context.parts[0].h
 
     def __call__(self, start: Start) -> Trajectory | None:
-        """The rows from a start at time 0; None where a step failed or lost its numbers."""
+        """Return the rows from a start at time 0, or None if a step failed or became non-finite."""
         np.copyto(self.state, self.beginning[0])
         np.copyto(self.totals, self.beginning[1])
         if start.guess is not self.start.guess:
@@ -82,7 +82,7 @@ class PreparedRun:
         return made
 
     def column(self, name: str, block: Vector) -> Matrix:
-        """x, base, u, mu or, as "shown", u with the multipliers, of a copy of what a call wrote."""
+        """Return x, base, u, mu or, as "shown", u with the multipliers, from a copy of the rows."""
         part, shape = self.places[0 if name in ("x", "base") else 2 if name == "mu" else 1]
         column = block[part].reshape(shape)
         return (
@@ -90,7 +90,7 @@ class PreparedRun:
         )
 
     def columns(self, block: Vector, counts: Vector) -> dict[str, Any]:
-        """The fields of a trajectory, from copies of what a call wrote."""
+        """Return the fields of a trajectory, from copies of the rows."""
         return {
             **self.same,
             **counted(block[: self.length].tolist(), self.steps),
@@ -103,9 +103,9 @@ class PreparedRun:
 
 
 class _Unread(Trajectory):
-    """A trajectory of which nobody has asked for more than its states; then it is plain."""
+    """A trajectory that computes its counters on first use, and then becomes a plain one."""
 
-    __qualname__ = Trajectory.__qualname__  # by which its repr begins
+    __qualname__ = Trajectory.__qualname__  # the name at the beginning of its repr
 
     def __init__(self) -> None:
         raise AssertionError("made by `PreparedRun` alone")
@@ -124,7 +124,7 @@ class _Unread(Trajectory):
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         _ = self.step
-        return self.__reduce_ex__(protocol)  # of what is a plain trajectory now
+        return self.__reduce_ex__(protocol)  # now it is a plain trajectory
 
 
 class PreparedRuns:
@@ -137,20 +137,20 @@ class PreparedRuns:
         return counts in self._waiting
 
     def run(self, steps: int, every: int, start: Start) -> Trajectory | None:
-        """The run from a start; None where it is not prepared, or fails."""
+        """Return the run from a start, or None if it is not prepared or fails."""
         waiting = self._waiting.get((steps, every))
         if not waiting or start.translate or start.t0:
             return None
         try:
             ready = waiting.pop()
-        except IndexError:  # another thread is at work with it
+        except IndexError:  # another thread is using it
             return None
         made = ready(start)
         waiting.append(ready)
         return made
 
     def prepare(self, edge: EdgePolicy, start: Start, steps: int, every: int) -> None:
-        """Let later runs begin at once; those that are long, or not of machine code, do not."""
+        """Prepare later runs, unless they are long or not in machine code."""
         machine: Any = edge.machine if edge.stages is None else edge.stages
         mapped = edge.context.one_step  # its u is computed from its rows
         coded = not mapped and hasattr(machine.kernels.advance, "function")

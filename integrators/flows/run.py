@@ -1,4 +1,4 @@
-"""Runs: the driver advances, the edge policy goes on at edges, rows become a trajectory."""
+"""Runs: the driver advances, the edge policy handles edges, rows become a trajectory."""
 
 from __future__ import annotations
 
@@ -29,28 +29,28 @@ from ..numbers.types import Exact
 from .failures import failure_of_run
 from .initial_state import Start
 
-#: steps between two reports of progress: some hundredths of a second, compiled and at many digits
+#: steps between two reports of progress, some hundredths of a second: compiled, and at many digits
 CHUNK, CHUNK_OF_DIGITS = 2**19, 64
-SHORT = 64  # rows of a run whose times are remembered
-STRETCH = 64  # steps by Newton before a fixed point is tried again
+SHORT = 64  # the times of runs with at most so many rows are remembered
+STRETCH = 64  # steps by Newton's method before a fixed point is tried again
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Rows of a run: the first is the start, then each every-th step.
+    """Rows of a run: the first is the start, then every `every`-th step.
 
     t (r,), x (r, n), u (r, m), mu (r, m): row k holds x_k, μ_k = F⁻/h in the natural basis, and the
-    u that leaves x_k; of a one-step map, which has no arrows, ξ(x_k, μ_k). base: x with the time as
-    last column where the equations hold it, else x: what the flow's own functions take.
+    u that leaves x_k; for a one-step map, which has no arrows, ξ(x_k, μ_k). base: x, with the time
+    as last column if the equations contain it: the form that the flow's own functions take.
     multipliers (r, k): λ of the constraints at the start of that row's step, in the natural basis.
-    iterations (r,): Newton corrections of that row's step. newton_mean and
-    newton_max: over all steps, with or without a row; newton_residual: size of the last correction.
-    margin: the smallest of all steps in the charts of groups (`chart_margin.Position`; 1 where
-    there is no edge; a lower bound for the exponential where it has no closed form). edges: how
-    often the edge was met and got past; translates (r,): the number of the element B of the cover
-    with g = τ(hu) B, 0 for e. solver: how steps were solved ("fixed point", "Newton", or both with
-    the number of steps by Newton); of a fixed point, iterations are its sweeps, and contraction is
-    what a sweep leaves of an error, in the step that took most. scheme: the scheme that ran.
+    iterations (r,): Newton corrections of that row's step. newton_mean and newton_max: over all
+    steps, with or without a row; newton_residual: size of the last correction. margin: the smallest
+    of all steps in the charts of groups (`chart_margin.Position`; 1 if there is no edge; a lower
+    bound for the exponential without a closed form). edges: how often the edge was met and passed;
+    translates (r,): the number of the cover's element B with g = τ(hu) B, 0 for e. solver: how
+    steps were solved ("fixed point", "Newton", or both with the number of steps by Newton); for a
+    fixed point, iterations are its sweeps, and contraction is the factor by which a sweep reduces
+    an error, in the step with most sweeps. scheme: the scheme that ran.
     """
 
     t: Vector
@@ -73,7 +73,7 @@ class Trajectory:
     scheme: Any = field(kw_only=True, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
-        """The numbers alone: a scheme may hold functions that cannot be pickled."""
+        """Return the fields without the scheme, whose functions may not be picklable."""
         return {**vars(self), "scheme": None}
 
 
@@ -85,7 +85,7 @@ def run_from(
     progress: Callable[[int], None] | None = None,
     branch: object = None,
 ) -> Trajectory:
-    """`steps` steps from a start, each every-th a row, within `numbers.working()`.
+    """Run `steps` steps from a start, with a row every `every` steps, within `numbers.working()`.
 
     branch: the number of the branch of the step before, if it is known. Raises `StepFailure`, with
     the rows so far, if a step cannot be solved.
@@ -110,7 +110,7 @@ def run_from(
 
 
 def _finite_rows(edge: EdgePolicy, run: Run, count: int, status: int) -> int | None:
-    """How many of the first rows are finite, where not all are, or the end of the run is not."""
+    """Return the number of finite rows at the beginning, or None if rows and end are all finite."""
     for columns in (run.xs[:count], run.mus[:count]):
         if not finite(columns).all():
             rows = finite(run.xs[:count]).all(axis=1) & finite(run.mus[:count]).all(axis=1)
@@ -121,9 +121,9 @@ def _finite_rows(edge: EdgePolicy, run: Run, count: int, status: int) -> int | N
 
 
 def _no_longer_finite(edge: EdgePolicy, run: Run, good: int, t0: Exact) -> StepFailure:
-    """The failure of the first step whose end is not finite, found again from the last good row.
+    """Return the failure of the first non-finite step, found again from the last finite row.
 
-    A kernel does not look at x and μ in each step; where no equation needs them, all goes on.
+    A kernel does not check x and μ in each step; it continues if no equation needs the lost number.
     """
     row, context = max(good - 1, 0), edge.context
     first, x, mu = row * run.every, run.xs[row].copy(), run.mus[row].copy()
@@ -149,9 +149,9 @@ def _no_longer_finite(edge: EdgePolicy, run: Run, good: int, t0: Exact) -> StepF
 
 
 def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> Vector:
-    """The u with F⁻(x, u) = hμ in the chart of e, of the first row of a run.
+    """Return u with F⁻(x, u) = hμ in the chart of e, for the first row of a run.
 
-    Raises `StepFailure` if Newton diverges, `BadInput` where that chart ends.
+    Raises `StepFailure` if Newton diverges, `BadInput` if u is beyond that chart's edge.
     """
     if edge.context.one_step:
         edge.context.check_one_arrow()
@@ -162,23 +162,23 @@ def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> Vector:
 
 
 def element_of(context: StepContext, run: Trajectory, row: int) -> Matrix:
-    """The group element g = τ(hu) B of a row, N×N, within `numbers.working()`."""
+    """Return the group element g = τ(hu) B of a row, N×N, within `numbers.working()`."""
     u = context.h * _velocity(context, run, row)
     return context.chart.element(u, int(run.translates[row]))
 
 
 def _velocity(context: StepContext, run: Trajectory, row: int) -> Vector:
-    """u of a row, in the flow's own numbers again."""
+    """Return u of a row, converted back to the flow's own numbers."""
     return context.vector(run.u[row], run.u.shape[1])
 
 
 def _advance(
     edge: EdgePolicy, run: Run, progress: Callable[[int], None] | None, guess: Vector
 ) -> int:
-    """Advance to the run's end or a step that fails; the last status.
+    """Advance to the run's end or to a failing step; return the last status.
 
-    Where the fixed point of the stages does not contract, Newton takes over for a while, twice as
-    long each time.
+    If the fixed point of the stages does not contract, Newton takes over for a while, each time
+    twice as long.
     """
     chunk = CHUNK if edge.context.numbers.dtype is np.float64 else CHUNK_OF_DIGITS
     stages, stretch, until = edge.stages, STRETCH, 0
@@ -211,7 +211,7 @@ def _advance(
 
 
 def rows_of(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
-    """The first `count` rows of a run that began at the time t0."""
+    """Return the first `count` rows of a run that began at the time t0."""
     context = edge.context
     public = context.numbers.public
     us, base = run.us[:count], public(run.xs[:count])
@@ -240,7 +240,7 @@ def rows_of(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
 
 
 def counted(totals: Numbers, steps: int) -> dict[str, Any]:
-    """What the driver counted over all steps, as fields of a trajectory."""
+    """Return the driver's counters over all steps, as fields of a trajectory."""
     return {
         "newton_mean": float(totals[CORRECTIONS]) / (steps + 1),
         "newton_max": int(totals[MOST]),
@@ -251,7 +251,7 @@ def counted(totals: Numbers, steps: int) -> dict[str, Any]:
 
 
 def _times(numbers: Arithmetic, step: Fraction, count: int, every: int, t0: Exact) -> Vector:
-    """The times of the first rows; those of short runs are remembered."""
+    """Return the times of the first rows; those of short runs are remembered."""
     times = _short_times if count <= SHORT else _short_times.__wrapped__
     return times(numbers, step, count, every, t0).copy()
 

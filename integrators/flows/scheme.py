@@ -19,11 +19,12 @@ from .step_choice import step_for
 
 
 class Scheme(DiscretisedScene):
-    """A scene discretised by a rule: (equations, values) with an order, an adjoint and flows.
+    """A scene discretised by a rule: equations and values, with an order, an adjoint and flows.
 
-    Raises `BadInput` if the groupoid violates its axioms, the rule or the Lagrangian cannot be
-    evaluated, or L_d is degenerate (FL singular everywhere); of a scene with contact, if the start
-    is inside the obstacle (how deep), and for gaps that are closed there and contradict each other.
+    Raises `BadInput` if the groupoid violates its axioms, if the rule or the Lagrangian cannot be
+    evaluated, or if L_d is degenerate (FL singular everywhere); for a scene with contact, if the
+    start is inside the obstacle (with the depth), and for gaps that are closed there and contradict
+    each other.
     """
 
     def __init__(self, scene: Any, rule: Any, equations: Any = None) -> None:
@@ -32,30 +33,31 @@ class Scheme(DiscretisedScene):
             check_gaps(self.equations.s, self.scene)
 
     def __new__(cls, scene: Any = None, *given: Any, **named: Any) -> Any:
-        """Of a `Lattice`, its `LatticeScheme`; of a rule that is no formula, what it makes."""
-        if cls is Scheme:  # what others are made with is theirs
+        """Return a `LatticeScheme` for a `Lattice`; a rule without a formula makes its own
+        object."""
+        if cls is Scheme:  # subclasses check their own arguments
             check_names("Scheme", named, ("scene", "rule", "equations"))
         if isinstance(scene, Lattice):
             return LatticeScheme(scene, *given, **named)
         rule: Any = given[0] if given else named.get("rule")
-        # a rule that is no formula says itself what it makes; what a subclass takes is no rule
+        # a rule without a formula makes its own scheme; a subclass's second argument may be no rule
         if cls is Scheme and hasattr(rule, "discretise"):
             return rule.discretise(scene)
         return super().__new__(cls)
 
     def _repr_latex_(self) -> str | None:
-        """The equations, for a notebook."""
+        """Return the equations for a notebook."""
         return latex_of(self)
 
     def __reduce__(self) -> Again:
-        """To pickle it: what is derived is derived again, from the cache where it can be."""
+        """Return the pickled form: equations are derived again, or read from the cache."""
         return Scheme, (self.scene, self.rule)
 
     def __deepcopy__(self, memo: Any) -> Scheme:
-        return self  # nothing of it changes
+        return self  # a scheme is immutable
 
     def at(self, **values: Any) -> Scheme:
-        """This scheme with other values: parameters, x0, v0, step, duration, name.
+        """Return this scheme with other values: parameters, x0, v0, step, duration, name.
 
         Nothing is derived or compiled again. Raises `BadInput` for values that do not fit, and for
         another Lagrangian or groupoid.
@@ -70,16 +72,17 @@ class Scheme(DiscretisedScene):
 
     @cached_property
     def self_adjoint(self) -> bool:
-        """Whether Φ₋ₕ is the inverse of Φₕ, derived from the Legendre maps, or the map itself."""
+        """True if Φ₋ₕ is the inverse of Φₕ, derived from the Legendre maps, or from the map
+        itself."""
         if isinstance(self.rule, Composition):
-            # a palindrome of self-adjoint steps, or of Φ* and Φ in turn
+            # a palindrome of self-adjoint steps, or of alternating Φ* and Φ
             return self.rule.method.symmetric
         with blamed(self):
             return is_self_adjoint(self.equations)
 
     @cached_property
     def base(self) -> Scheme:
-        """The scheme of a composition's base rule; of another rule this scheme."""
+        """The scheme of a composition's base rule; for another rule this scheme."""
         if not isinstance(self.rule, Composition):
             return self
         return Scheme(self.scene, self.equations.rule, self.equations)
@@ -99,20 +102,24 @@ class Scheme(DiscretisedScene):
 
     @property
     def has_arrows(self) -> bool:
-        """Whether a step is a map of arrows (x, u) ↦ (y, v), on which Ω is: not of a composition,
-        nor of a one-step map."""
+        """True if a step is a map of arrows (x, u) ↦ (y, v), on which Ω is defined.
+
+        It is False for a composition and for a one-step map.
+        """
         return not (self.substeps or self.one_step)
 
     @property
     def flow_substeps(self) -> Substeps:
-        """(scheme, share of the step) of each substep of a composition, as `Flow` takes them."""
+        """(scheme, share of the step) of each substep of a composition, in the form that `Flow`
+        takes."""
         return [(self.adjoint if s.adjoint else self, s.coefficient) for s in self.substeps]
 
     @cached_property
     def order(self) -> int | None:
-        """The order in (x, μ) that this rule has on this scene; None if the rule states none.
+        """The order in (x, μ) of this rule on this scene, or None if the rule states none.
 
-        That of `order_of_step`; a composition has its own or its base's, whichever is higher.
+        It is that of `order_of_step`; a composition has the higher one of its own and its base's
+        order.
         """
         if isinstance(self.rule, OneStepMap):
             return self.rule.order
@@ -135,14 +142,15 @@ class Scheme(DiscretisedScene):
         tolerance: Any = None,
         impacts: str | None = None,
     ) -> Flow:
-        """The flow at one step size; digits = 16 is compiled double precision, more is mpmath.
+        """Return the flow at one step size; digits = 16 is compiled double precision, more is
+        mpmath.
 
-        on_edge: "refuse", "bisect" or "shrink" where a step reaches the edge of its chart
+        on_edge: "refuse", "bisect" or "shrink" if a step reaches the edge of its chart
         (`bisections.edge_policies`); a composition cannot "bisect". tolerance: instead of a step,
-        the error at eight times of the scene's duration, for which a pilot picks the step
-        (`Flow.choice`). impacts: "stepped" or "located", where the scene has contact (default: as
-        it says). Raises `BadInput` unless there is one of the two, for a tolerance out of reach,
-        and for one with stepped impacts.
+        the error at eight times of the scene's duration, for which a pilot run chooses the step
+        (`Flow.choice`). impacts: "stepped" or "located", if the scene has contact (default: the
+        scene's own choice). Raises `BadInput` unless exactly one of step and tolerance is given,
+        for a tolerance out of reach, and for a tolerance with stepped impacts.
         """
         if impacts is not None:
             if self.scene.contact is None:
@@ -166,6 +174,6 @@ class Scheme(DiscretisedScene):
         return flow
 
     def flow_at(self, step: Any, digits: int, on_edge: str) -> Flow:
-        """The flow at a step that was given or chosen."""
+        """Return the flow at a step that was given or chosen."""
         kind = Flow if self.scene.contact is None else ContactFlow
         return kind(self, step, digits, on_edge, self.flow_substeps)

@@ -16,31 +16,36 @@ from ..errors import BadInput, StepFailure, shown
 from ..numbers import Matrix, arithmetic, measure, numeric
 from .run import Trajectory
 
-ROWS = 8  # times at which runs are compared: errors pass through zero, but not everywhere at once
-MOST, MOST_OF_DIGITS = 2**20, 2**12  # steps of a pilot, in double precision and with more digits
-#: a pilot whose fixed point contracts at no step so far turns to Newton's method at this number of
-#: steps, or at 1/2⁸ of the most that it may take: what is left then of the ladder is enough for it
+# number of times at which runs are compared: errors pass through zero, but not at all of them
+ROWS = 8
+# largest number of steps of a pilot, in double precision and with more digits
+MOST, MOST_OF_DIGITS = 2**20, 2**12
+#: if a pilot's fixed point has contracted at no step so far, it turns to Newton's method at this
+#: number of steps, or at 1/2⁸ of the largest allowed number, which leaves enough of the ladder
 CONTRACTS = 2**8
-#: a smaller step is taken where it needs so many fewer sweeps in all. A step has costs beside its
-#: sweeps, of which smaller ones have more: a tenth of the sweeps has to pay for them
+#: a smaller step is taken if it needs fewer sweeps in all by this factor. A step has costs besides
+#: its sweeps, and a run with smaller steps has more of them: a tenth of the sweeps pays for them
 FEWER = 0.9
-SMALLER = (Fraction(3, 2), 2, 3, 4, 6, 8)  # times as many steps that are tried for fewer sweeps
-#: h|λ| of the finest run, λ the eigenvalues of the linearised field: a step that does not resolve
-#: the fastest motion shares its error with one of half the size, which shows nothing of it
+# factors of the number of steps that are tried for fewer sweeps
+SMALLER = (Fraction(3, 2), 2, 3, 4, 6, 8)
+#: largest h|λ| of the finest run, where λ are the eigenvalues of the linearised field: a step that
+#: does not resolve the fastest motion shares its error with a step of half the size, so their
+#: difference shows nothing of it
 RESOLVED = 1.0
-SAFETY = 2.0  # the step aims at this part of the tolerance
-ROUND_OFF = 16  # units that no tolerance may be below: runs that agree may share their round-off
+SAFETY = 2.0  # the step aims at the tolerance divided by this factor
+# the smallest tolerance in units of round-off: runs that agree may share their round-off
+ROUND_OFF = 16
 
 
 @dataclass(frozen=True)
 class StepChoice:
     """A step that was chosen for a tolerance.
 
-    step: duration/steps, exact. error: from the largest difference to the pilot's finest run, of
-    twice as many steps or more, at ROWS equal times of the scene's duration (at the four they share
-    if there are 12 steps), of each component of (x, μ) by its own largest value there. order: with
-    which the error was scaled, the scheme's (at most 2 with contact), or measured where it states
-    none; constant: error/step^order.
+    step: duration/steps, exact. error: from the largest difference to the pilot's finest run, with
+    at least twice as many steps, at ROWS equal times of the scene's duration (at the four common
+    ones if there are 12 steps), each component of (x, μ) relative to its own largest value there.
+    order: used to scale the error, the scheme's (at most 2 with contact), or a measured one if it
+    states none; constant: error/step^order.
     """
 
     tolerance: float
@@ -58,23 +63,22 @@ class StepChoice:
 
 
 def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> StepChoice:
-    """The cheapest step found whose error over the scene's duration is within the tolerance.
+    """Return the cheapest step found whose error over the scene's duration is within the tolerance.
 
-    Of the steps at which the fixed point of the stages contracts (of all, if it contracts at none)
-    it is the largest. A part of it, down to an eighth (`SMALLER`), is taken instead where a run
-    with that needs fewer sweeps in all.
-    flow: step ↦ flow. Numbers of steps are doubled until the error, which runs with h and h/2
-    show, is within the tolerance, and the run is one that this can be believed of: the finer one
-    resolves the fastest motion (`fastest_rate`); the error fell by half the order or more, or was
-    within the tolerance twice; and a run whose number of steps is odd, in units of `ROWS`, has no
-    larger one than that of the next longer step. The scheme's order then says what the tolerance
-    needs, and a run with that many steps is compared with the best one. Raises `BadInput` for a
-    tolerance that is not positive, and for one that no step of the pilot reaches, with the smallest
-    that one does.
+    Among the steps at which the fixed point of the stages contracts (among all, if there are none)
+    it is the largest. A part of it, down to an eighth (`SMALLER`), is taken instead if a run with
+    that needs fewer sweeps in all.
+    flow: step ↦ flow. The number of steps is doubled until the error, measured by runs with h and
+    h/2, is within the tolerance, and the run can be trusted: the finer run resolves the fastest
+    motion (`fastest_rate`); the error fell by at least half the order, or was within the tolerance
+    twice; and a run with an odd number of steps, in units of `ROWS`, has no larger error than the
+    next longer step. The scheme's order then gives the step for the tolerance, and a run with that
+    number of steps is compared with the best one. Raises `BadInput` for a tolerance that is not
+    positive, and for one that no step of the pilot reaches, with the smallest reachable one.
     """
     scene, stated = scheme.scene, scheme.order or 0
     if scene.contact is not None:
-        stated = min(stated, 2)  # of what stays closed, whatever the rule
+        stated = min(stated, 2)  # the order of contacts that stay closed, with any rule
     wanted = float(measure(tolerance, "tolerance"))
     if not 0 < wanted < 1:
         raise BadInput(f"tolerance is {shown(tolerance)}: give a number between 0 and 1.")
@@ -83,13 +87,13 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
     most = MOST if numbers.digits == 16 else MOST_OF_DIGITS
     aim = max(wanted, ROUND_OFF * float(numbers.eps))
     failed: list[StepFailure] = []
-    # the fixed point goes without Newton's method, for which nothing is compiled
+    # the fixed point runs alone: nothing is compiled for Newton's method
     alone = scene.contact is None and whole.stages is not None
 
     @cache
     def pilot(steps: int) -> _Pilot:
-        """A run's rows, if it has an end; the sweeps of all its steps by fixed point, if so they
-        were made; the fastest rate at its rows."""
+        """Return a run's rows, if it finished, its sweeps, if all steps used the fixed point, and
+        the fastest rate at its rows."""
         run_with = flow(scene.duration / steps)
         if alone:
             run_with.stages.alone = True
@@ -114,14 +118,14 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         off = (abs(one - other) / np.where(sizes == 0, 1, sizes)).max()
         return float(off) / (1 - (steps / best) ** (stated or 1))
 
-    def turns(steps: int) -> float:
-        """h|λ| of a run of so many steps; 0 where it is not known."""
+    def phase_step(steps: int) -> float:
+        """Return h|λ| of a run with so many steps, or 0 if it is unknown."""
         return pilot(steps).rate * float(scene.duration) / steps
 
-    def believed(steps: int, found: float) -> bool:
-        """Whether the error of runs with h and h/2 is that of h, and not shared by both."""
+    def trusted(steps: int, found: float) -> bool:
+        """Return True if the error from runs with h and h/2 is that of h, not shared by both."""
         coarse, best = errors.get(steps // 2, inf), 2 * steps
-        if turns(best) > RESOLVED or coarse == inf:
+        if phase_step(best) > RESOLVED or coarse == inf:
             return False
         if coarse > aim and found > coarse / 2 ** ((stated or 1) / 2):
             return False
@@ -129,8 +133,8 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         return odd >= steps or error(odd, best) <= max(error(steps // 2, best), aim)
 
     steps, errors, floor = ROWS, dict[int, float](), 0
-    while (found := error(steps, 2 * steps)) > aim or not believed(steps, found):
-        # round-off: what was small and fell with the order does not fall any more, twice
+    while (found := error(steps, 2 * steps)) > aim or not trusted(steps, found):
+        # round-off: an error that was small and fell with the order stops falling, twice
         before = errors.get(steps // 2, inf)
         floor = floor + 1 if found > before / 2 and aim < found < before < 1e-6 else 0
         errors[steps] = found
@@ -174,7 +178,7 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
 
 @dataclass(frozen=True)
 class _Pilot:
-    """What is left of a pilot's run; without rows it has no end."""
+    """The result of a pilot's run; without rows the run did not finish."""
 
     rows: Matrix | None = None
     sweeps: float = inf
@@ -182,11 +186,12 @@ class _Pilot:
 
 
 def fastest_rate(scheme: Any, run: Trajectory) -> float:
-    """The largest |λ| at the rows of a run, λ the eigenvalues of the field's derivative there.
+    """Return the largest |λ| at the rows of a run, where λ are eigenvalues of the field's
+    derivative.
 
-    d(ẋ, μ̇)/d(x, μ) along μ = ∂l/∂ξ(x, ξ), in double precision and in one over the unit of time:
-    an angular frequency where a motion oscillates. 0 where there is no continuous field, and under
-    constraints, where it is not that of the motion.
+    The derivative is d(ẋ, μ̇)/d(x, μ) along μ = ∂l/∂ξ(x, ξ), in double precision; |λ| has the unit
+    1/time, an angular frequency if a motion oscillates. It is 0 if there is no continuous field,
+    and with constraints, where it is not that of the motion.
     """
     scene, s = scheme.scene, scheme.s
     if scene.lagrangian is None or scene.constrained:
@@ -201,7 +206,7 @@ def fastest_rate(scheme: Any, run: Trajectory) -> float:
                 by_z, by_xi, moving, mass = function(x, u, mu, p)
                 rates = np.linalg.eigvals(by_z + by_xi @ np.linalg.solve(mass, moving))
             except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-                continue  # no field there, as the run's own numbers say
+                continue  # no field there, as the run's own numbers show
             found.append(float(abs(rates).max(initial=0)))
     return max(rate for rate in found if rate < inf)
 
@@ -214,7 +219,7 @@ def _linearised(s: SceneSymbols) -> Any:
 
 
 def _unresolved(scheme: Any, wanted: float, fastest: float, most: int) -> BadInput:
-    """The error for a motion that is too fast for the steps of the pilot."""
+    """Return the error for a motion that is too fast for the steps of the pilot."""
     return BadInput(
         f"{scheme.scene.name} with {scheme.rule.name}: a tolerance of {wanted:g} cannot be "
         f"checked: the fastest motion there, of the rate {fastest:.3g}, is not resolved well "
@@ -227,13 +232,15 @@ def _unreachable(
     scheme: Any, wanted: float, errors: dict[int, float], steps: int | None, most: int,
     failed: list[StepFailure],
 ) -> BadInput:  # fmt: skip
-    """The error for a tolerance that no step of the pilot reaches; of so many steps the error is
-    the least that is believed."""
+    """Return the error for a tolerance that no step of the pilot reaches.
+
+    steps: number of steps with the least error that can be trusted, or None.
+    """
     what = f"{scheme.scene.name} with {scheme.rule.name}: a tolerance of {wanted:g}"
     if min(errors.values()) == inf:
         why = f"; the last failure: {failed[-1]}" if failed else ""
-        return BadInput(f"{what} is not reached: no pilot of up to {most} steps has an end{why}.")
-    found = "no run of the pilot has an error that is believed"
+        return BadInput(f"{what} is not reached: no pilot run of up to {most} steps finishes{why}.")
+    found = "no pilot run has an error that can be trusted"
     if steps is not None:
         found = f"the smallest that is reached: {errors[steps] * 1.03:.1e}, with {steps} steps"
     return BadInput(f"{what} is below round-off, or takes more than {most // 2} steps; {found}.")
