@@ -1,13 +1,13 @@
-"""Local bisections of a groupoid and their translations, as numbers (paper, section 4.1).
+"""Local bisections of a groupoid and their translations in numbers (paper, section 4.1).
 
 A local bisection through (x₀, u₀) is given by its section of α, linear in the base:
 
     Σ_α(x) = (x, σ(x)),   σ(x) = u₀ + S (x − x₀)
 
-S = 0, the constant section, is taken for pair (translations of the base), groups (the element),
-actions and products: there it is a bisection wherever the chart reaches. In general S comes from
-the existence proof: the graph of S must be a complement of ker Tα (it is, being a graph) and of
-ker Tβ. Translations act on arrows near the identities:
+S = 0, the constant section, serves pair (translations of the base), groups (the element), actions
+and products: there it is a bisection wherever the chart reaches. In general S comes from the
+existence proof: the graph of S must be a complement of ker Tα, which every graph is, and of ker Tβ.
+Translations act on arrows near the identities:
 
     L_Σ(x, u) = (z, p(z, σ(z), u))  with  b(z, σ(z)) = x,      R_Σ(x, u) = (x, p(x, u, σ(b(x, u))))
 """
@@ -40,12 +40,13 @@ linalg: Any = LazyModule("scipy.linalg")
 
 #: an arrow (x, u), n and m numbers
 Point = tuple[Vector, Vector]
-#: condition of β on a bisection beyond which fewer than four of a double's digits tell x from β(x)
+#: largest condition number of β on a bisection: beyond it fewer than four digits of x survive
 STEEPEST = 1e12
 
 
 def in_own_numbers(method: Callable[..., Any]) -> Callable[..., Any]:
-    """Compute a method of x (n numbers) and others (m numbers) in the bisection's arithmetic."""
+    """Decorate a method of x (n numbers) and others (m numbers) to compute in the own
+    arithmetic."""
 
     @wraps(method)
     def wrapped(self: Any, *vectors: Numbers) -> Any:
@@ -59,10 +60,10 @@ def in_own_numbers(method: Callable[..., Any]) -> Callable[..., Any]:
 class Bisection:
     """A local bisection through the arrow (x0, u0) at step h, in an arithmetic.
 
-    x0: n numbers, u0: m numbers; `slope` is S, m×n: if left out 0, or for a `LocalGroupoid` from
+    x0: n numbers, u0: m numbers; `slope` is S, m×n: by default 0, and for a `LocalGroupoid` from
     `complement_slope`. Raises `BadInput` if β is no diffeomorphism on it near x0, for other shapes,
-    what is no number, and a step of 0. Its methods take numbers of any kind and compute in the
-    arithmetic's own (beyond double precision gmpy2's, to all digits).
+    for values that are not numbers, and for a step of 0. Its methods take numbers of any kind and
+    compute in the arithmetic's own (beyond double precision gmpy2's, to all digits).
     """
 
     def __init__(
@@ -103,20 +104,20 @@ class Bisection:
                 )
 
     def vector(self, values: Any, length: int, name: str = "a vector") -> Vector:
-        """`length` numbers of this arithmetic (`vector_in`)."""
+        """Return `length` numbers of this arithmetic (`vector_in`)."""
         return vector_in(self.numbers, values, length, f"{self.groupoid.name}: {name}")
 
     @in_own_numbers
     def section(self, x: Vector) -> Vector:
-        """σ(x), m."""
+        """Return σ(x), m numbers."""
         return np.asarray(self.u0 + self.slope @ (x - self.x0))
 
     def _along(self, at: dict[str, np.ndarray], part: str = "b") -> Vector:
-        """The derivative of b(x, σ(x)), n×n, or of p(x, σ(x), u), m×n, by x."""
+        """Return the derivative by x of b(x, σ(x)), n×n, or of p(x, σ(x), u), m×n."""
         return np.asarray(at[f"{part}_x"] + at[f"{part}_u"] @ self.slope)
 
     def _solved(self, change: Callable[[Vector], Vector], start: Vector, off: str) -> Vector:
-        """Newton's solution from a start; `off` says in the error what the point is."""
+        """Return Newton's solution from a start; `off` describes the point in the error."""
         solution = newton(change, start, 1, self.numbers.eps)
         if solution is None:
             raise BadInput(
@@ -126,7 +127,7 @@ class Bisection:
 
     @in_own_numbers
     def source_of(self, y: Vector) -> Vector:
-        """The z with b(z, σ(z)) = y, n, by Newton from x0; α∘Σ_β of the paper.
+        """Return z with b(z, σ(z)) = y, n numbers, by Newton from x0; it is α∘Σ_β of the paper.
 
         Raises `BadInput` if y is too far from β(x0, u0).
         """
@@ -140,19 +141,19 @@ class Bisection:
 
     @in_own_numbers
     def left(self, x: Vector, u: Vector) -> Point:
-        """L_Σ(x, u) = h·(x, u) with h in Σ, β(h) = x; keeps the β-fibres."""
+        """Return L_Σ(x, u) = h·(x, u) with h in Σ, β(h) = x; it preserves the β-fibres."""
         z = self.source_of(x)
         return z, self.maps(z, self.section(z), u)["product"]
 
     @in_own_numbers
     def right(self, x: Vector, u: Vector) -> Point:
-        """R_Σ(x, u) = (x, u)·h with h in Σ, α(h) = b(x, u); keeps the α-fibres."""
+        """Return R_Σ(x, u) = (x, u)·h with h in Σ, α(h) = b(x, u); it preserves the α-fibres."""
         y = self.maps(x, u, 0 * self.u0)["target"]
         return x, self.maps(x, u, self.section(y))["product"]
 
     @in_own_numbers
     def left_tangent(self, x: Vector, u: Vector) -> Matrix:
-        """T L_Σ at (x, u), (n+m)×(n+m)."""
+        """Return T L_Σ at (x, u), (n+m)×(n+m)."""
         z = self.source_of(x)
         at = self.maps(z, self.section(z), u)
         back = self.numbers.solve(self._along(at), self.numbers.identity(self.n))
@@ -161,7 +162,7 @@ class Bisection:
 
     @in_own_numbers
     def right_tangent(self, x: Vector, u: Vector) -> Matrix:
-        """T R_Σ at (x, u), (n+m)×(n+m)."""
+        """Return T R_Σ at (x, u), (n+m)×(n+m)."""
         y = self.maps(x, u, 0 * self.u0)["target"]
         at = self.maps(x, u, self.section(y))
         through = at["p_v"] @ self.slope
@@ -171,7 +172,8 @@ class Bisection:
 
     @in_own_numbers
     def without_left(self, x: Vector, u: Vector) -> Point:
-        """L_Σ⁻¹: the arrow that L_Σ takes to (x, u); raises `BadInput` if that is too far off."""
+        """Return L_Σ⁻¹(x, u): the arrow that L_Σ maps to (x, u); raises `BadInput` if it is too far
+        off."""
         sigma = self.section(x)
 
         def change(v: Vector) -> Vector:
@@ -183,7 +185,8 @@ class Bisection:
 
     @in_own_numbers
     def without_right(self, x: Vector, u: Vector) -> Point:
-        """R_Σ⁻¹: the arrow that R_Σ takes to (x, u); raises `BadInput` if that is too far off."""
+        """Return R_Σ⁻¹(x, u): the arrow that R_Σ maps to (x, u); raises `BadInput` if it is too far
+        off."""
 
         def change(v: Vector) -> Vector:
             slope = self.right_tangent(x, v)[self.n :, self.n :]
@@ -193,14 +196,14 @@ class Bisection:
 
     @in_own_numbers
     def maps(self, x: Vector, u: Vector, v: Vector) -> dict[str, np.ndarray]:
-        """b, p and their derivatives at (x, u), (b, v)."""
+        """Return b, p and their derivatives at (x, u), (b, v)."""
         return groupoid_maps(self.groupoid, self.numbers, self.h, x, u, v)
 
 
 def groupoid_maps(
     groupoid: Groupoid, numbers: Arithmetic, h: Number, x: Vector, u: Vector, v: Vector
 ) -> dict[str, np.ndarray]:
-    """b (target), p (product) and their derivatives at (x, u), (b, v), in an arithmetic."""
+    """Return b (target), p (product) and their derivatives at (x, u), (b, v), in an arithmetic."""
     names = ("target", "product", "b_x", "b_u", "p_x", "p_u", "p_v")
     return dict(zip(names, _maps(groupoid, numbers)(x, u, v, h), strict=True))
 
@@ -212,7 +215,7 @@ def _maps(groupoid: Groupoid, numbers: Arithmetic) -> Callable[..., Any]:
 
 @lru_cache(maxsize=64)
 def _text_of_maps(groupoid: Groupoid) -> str:
-    """Their text, which serves every arithmetic."""
+    """Return the text of the maps, which serves every arithmetic."""
     s = groupoid.symbols
     x, u, v, h = s["x"], s["u"], s["v"], s["h"]
     b, p = groupoid.target(x, u, h), groupoid.product(x, u, v, h)
@@ -221,10 +224,10 @@ def _text_of_maps(groupoid: Groupoid) -> str:
 
 
 def complement_slope(b_x: Matrix, b_u: Matrix) -> Matrix:
-    """S (m×n) whose graph {(δx, S δx)} is a complement of ker Tα and of ker Tβ at an arrow.
+    """Return S (m×n) whose graph {(δx, S δx)} is a complement of ker Tα and ker Tβ at an arrow.
 
-    As in the paper's existence proof C is a complement of A = ker Tα and B = ker Tβ
-    (`common_complement`), as far from both as can be. In double precision: C is only chosen.
+    As in the paper's existence proof, C is a complement of A = ker Tα and B = ker Tβ
+    (`common_complement`), as far from both as possible. Double precision suffices to choose it.
     """
     b_x, b_u = np.asarray(b_x, dtype=float), np.asarray(b_u, dtype=float)
     n, m = b_u.shape
@@ -236,11 +239,12 @@ def complement_slope(b_x: Matrix, b_u: Matrix) -> Matrix:
 
 
 def common_complement(A: Matrix, B: Matrix) -> Matrix:
-    """A basis (columns) of a C with A ⊕ C = B ⊕ C = V (paper, lemma of section 4.1).
+    """Return a basis (columns) of C with A ⊕ C = B ⊕ C = V (paper, lemma of section 4.1).
 
-    A and B: columns that span subspaces of equal dimension. With {c} a basis of A ∩ B completed by
-    {a} to A and by {b} to B, and {d} that complete these to V, C = span{a + b, d}; in orthonormal
-    principal vectors (a ⟂ all b but its own) that is what a − b and c are orthogonal to.
+    A and B: columns that span subspaces of equal dimension. {c} is a basis of A ∩ B, {a} completes
+    it to A and {b} to B, and {d} completes these to V; then C = span{a + b, d}. In orthonormal
+    principal vectors (each a is orthogonal to every b but its own) C is the orthogonal complement
+    of a − b and c.
     """
     A, B = (np.linalg.qr(basis)[0] for basis in (A, B))
     left, cosines, right = np.linalg.svd(A.T @ B)

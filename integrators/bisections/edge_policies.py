@@ -1,12 +1,12 @@
-"""What a run does where a step reaches the edge of its chart (paper, section 4).
+"""Policies for steps that reach the edge of their chart (paper, section 4).
 
     refuse   an error that names the step
-    bisect   the step goes on in the chart of another translate, where L_d is given on the group
-    shrink   the step is taken as two of half its size, and so on
+    bisect   the step continues in the chart of another translate, if L_d is given on the group
+    shrink   the step is replaced by two of half its size, and so on
 
-A translate or a shorter step changes only the coefficients of the kernels (`prepare`). With
-`bisect` the solutions of F⁻(x, g) = hμ are searched through the cover; the one on the branch of the
-last step is taken, in the translate whose chart has it farthest from its edge.
+A translate or a shorter step changes only the coefficients of the kernels (`prepare`). `bisect`
+searches the solutions of F⁻(x, g) = hμ through the cover and takes the one on the branch of the
+last step, in the translate whose chart has it farthest from its edge.
 """
 
 from __future__ import annotations
@@ -40,18 +40,19 @@ CAUSES = {
     EDGE: "the step is at or beyond the edge of its chart, where coordinates lose their digits",
     STRAYED: "Newton found a solution on another branch than the last step's, and no other",
 }
-CURABLE = (NOT_CONVERGED, SINGULAR, EDGE, STRAYED)  # by another chart, or by a shorter step
-MOST_HALVINGS = 20  # to a millionth of the step: what needs less fails at any size
-SPREAD = 24  # elements between the cover's: a few to each of at most 16 translates
+# statuses that another chart or a shorter step can cure
+CURABLE = (NOT_CONVERGED, SINGULAR, EDGE, STRAYED)
+MOST_HALVINGS = 20  # to a millionth of the step: a step that needs smaller ones fails at any size
+SPREAD = 24  # number of elements between the cover's: a few for each of at most 16 translates
 
 
 class EdgePolicy:
-    """Limits that a run watches after each step, and its continuation where the driver stopped.
+    """Limits that a run checks after each step, and its continuation after the driver stops.
 
-    stages: the kernels of collocation, if there are: Newton's take over where they do not contract.
+    stages: the kernels of collocation or None: Newton's take over if they do not contract.
     """
 
-    #: the driver's statuses that `resume` may get past
+    #: statuses of the driver that `resume` may cure
     handles: tuple[int, ...] = ()
 
     def __init__(self, context: StepContext, made: Callable[[], KernelsAtStep], stages: Any = None):
@@ -66,7 +67,7 @@ class EdgePolicy:
 
     @property
     def chart(self) -> GroupChart:
-        """Cayley's chart and its translates; raises `BadInput` where there is none."""
+        """Cayley's chart and its translates; raises `BadInput` if there is none."""
         return self.context.chart
 
     @cached_property
@@ -75,15 +76,16 @@ class EdgePolicy:
         return chart_reach(self.context.scene.groupoid)
 
     def coefficients(self, translate: int) -> Any:
-        """The kernels' coefficients in the chart of a translate; e has the number 0."""
+        """Return the kernels' coefficients in the chart of a translate; e has the number 0."""
         return self.machine.c
 
     def place(self, g: Matrix) -> tuple[int, Vector]:
-        """(translate, u) of an element; only `Bisect` uses translates other than e."""
+        """Return (translate, u) of an element; only `Bisect` uses translates other than e."""
         return 0, self.in_own_chart(g)
 
     def in_own_chart(self, g: Matrix) -> Vector:
-        """u with g = τ(hu); raises `BadInput` at the chart's edge, where u has too few digits."""
+        """Return u with g = τ(hu); raises `BadInput` at the chart's edge, where u has too few
+        digits."""
         u = self.context.coordinates(g)
         if u is None:
             raise BadInput(
@@ -94,39 +96,39 @@ class EdgePolicy:
         return u
 
     def begin(self, run: Run, branch: Number | None = None) -> None:
-        """Set the limits that `watch` compares with; branch: of the step before, if known."""
+        """Set the limits of `watch`; branch: the branch number of the step before, if known."""
         run.totals[REACH] = self.reach
         run.totals[BRANCH] = self.huge if branch is None else branch
         run.totals[SLACK] = self.slack
 
     @cached_property
     def slack(self) -> Number:
-        """The largest change of the branch's number in a step; HUGE where it is not watched.
+        """The largest change of the branch number in a step; HUGE if it is not checked.
 
-        Watched where the map conserves it: round-off may change half the digits, less six bits. The
-        substeps of a composition differ in size, and each changes the number of the others.
+        It is checked if the map conserves it: round-off may change half the digits, less six bits.
+        The substeps of a composition differ in size, and each changes the number of the others.
         """
         watched = self._conserved and not self.context.substeps
         return self.scale * self.root_eps * 64 if watched else self.huge
 
     @property
     def _conserved(self) -> bool:
-        """Whether the map conserves the branch's number exactly."""
+        """True if the map conserves the branch number exactly."""
         element = self.context.equations.element
         return element is not None and element.given.kept
 
     @cached_property
     def scale(self) -> Number:
-        """The largest size of the branch's number at the cover's elements, where it has one."""
+        """The largest size of the branch number at the cover's elements where it has a value."""
         x, zero = self.context.vectors(self.context.scene.x0, [0] * self.chart.m)
         found = [self.context.numbers.number(0)]
         for J in range(len(self.chart.translates)):
-            with suppress(ArithmeticError, ValueError):  # as log tr g at half turns
+            with suppress(ArithmeticError, ValueError):  # for example log tr g at half turns
                 found.append(abs(self.context.geometry_in(J).branch(x, zero)))
         return max(size for size in found if size < self.huge)
 
     def resume(self, run: Run, status: int) -> int:
-        """Bring the run past the step; returns `OK`, or the status that remains."""
+        """Bring the run past the step; return `OK`, or the status that remains."""
         return status
 
 
@@ -140,7 +142,7 @@ class Refuse(EdgePolicy):
 
 
 class Shrink(EdgePolicy):
-    """Steps beyond the reach, twice what a cover would allow, are halved, with all substeps."""
+    """Steps beyond the reach, twice that of a cover, are halved, with all their substeps."""
 
     handles = CURABLE
 
@@ -148,13 +150,13 @@ class Shrink(EdgePolicy):
         machine, full = self.machine, run.c
         run.changes += 1
         start, past = run.state.copy(), machine.history(run.state)
-        # what Newton found beyond the edge is no start: the solution before it is
+        # a solution beyond the edge is no start: take the one before it
         last = past[status in (EDGE, STRAYED)] if past else ()
         for level in range(1, MOST_HALVINGS + 1):
             run.c = machine.coefficients(halvings=level)
             machine.recarry(run.state, run.c)
             machine.seed(run.state, last)
-            run.totals[BRANCH] = self.huge  # a branch's number depends on the step
+            run.totals[BRANCH] = self.huge  # the branch number depends on the step
             status = self._substeps(run, 2**level)
             if status == OK:
                 break
@@ -164,23 +166,25 @@ class Shrink(EdgePolicy):
         return status
 
     def _substeps(self, run: Run, count: int) -> int:
-        """One step in `count` parts, of which the first alone writes a row."""
+        """Take one step in `count` parts; only the first part writes a row."""
         machine, here = self.machine, run.index
         status = machine.one_step(run)
         if status != OK or here == run.steps:
             return status
         rest = machine.buffers(run.resume_point, count, 2 * count)
         rest.totals = run.totals
-        status = machine.advance(rest, count - 1)  # of `count`: its last row is not reached
+        status = machine.advance(rest, count - 1)  # not `count`: its last row is not reached
         if status != OK:
             run.index = here
         return status
 
 
 class Bisect(EdgePolicy):
-    """Another translate takes over; of several solutions the one on the last step's branch.
+    """Another translate takes over; of several solutions the one on the last step's branch is
+    taken.
 
-    A `Bisection` cannot serve: its arrows need coordinates in the chart of e, a half-turn has none.
+    A `Bisection` cannot serve: its arrows need coordinates in the chart of e, and a half turn has
+    none.
     """
 
     handles = CURABLE
@@ -204,24 +208,24 @@ class Bisect(EdgePolicy):
 
     @cached_property
     def slack(self) -> Number:
-        """The largest change of the branch's number: a tenth of its scale if it may change."""
+        """The largest change of the branch number: a tenth of its scale if it may change."""
         return super().slack if self._conserved else self.scale / 10
 
     def elements(self, velocities: Iterable[Vector], translate: int) -> Iterable[Matrix]:
-        """The elements g = τ(hu) B, but of those u that are so large that τ(hu) has no digit."""
+        """Yield the elements g = τ(hu) B, except for u so large that τ(hu) has no digits."""
         for u in velocities:
             with suppress(ArithmeticError):
                 yield self.chart.element(self.context.h * np.asarray(u), translate)
 
     def place(self, g: Matrix) -> tuple[int, Vector]:
-        """The translate whose chart has g farthest from its edge, and u in it."""
+        """Return the translate whose chart has g farthest from its edge, and u in it."""
         J = self.chart.best(g)
         return J, self.chart.coordinates(g, J) / self.context.h
 
     def resume(self, run: Run, status: int) -> int:
         run.changes += 1
         solved, before = self.machine.history(run.state)[:2]
-        accepted = status in (EDGE, STRAYED)  # by Newton, and not by `watch`
+        accepted = status in (EDGE, STRAYED)  # Newton accepted it, but `watch` did not
         starts = list(self.elements((before, solved)[not accepted :], run.translate))
         if status == EDGE and starts:
             status = self._step(run, *self.place(starts[-1]))
@@ -233,9 +237,10 @@ class Bisect(EdgePolicy):
     def _nearest(
         self, x: Vector, mu: Vector, starts: list[Matrix], totals: Vector
     ) -> Solution | None:
-        """The solution on the branch of the last step; None if the search fails."""
+        """Return the solution on the branch of the last step, or None if the search fails."""
         last, known = totals[BRANCH], totals[BRANCH] < self.huge
-        if known and self._conserved:  # the branch has one solution: the first that is met will do
+        # the branch has one solution, so the first one found on it is right
+        if known and self._conserved:
             for s in self._newton(x, mu, map(self.place, starts)):
                 if abs(s.branch - last) <= self.slack:
                     return s
@@ -247,11 +252,11 @@ class Bisect(EdgePolicy):
                 return best
         if best is None or (known and self._conserved):
             return None
-        totals[BRANCH] = self.huge  # the nearest there is, though the number jumped
+        totals[BRANCH] = self.huge  # this is the nearest solution, although the number jumped
         return best
 
     def _step(self, run: Run, translate: int, u: Vector) -> int:
-        """One step from a solution in another chart, however near to that chart's edge."""
+        """Take one step from a solution in another chart, however near that chart's edge is."""
         run.translate, run.c = translate, self.coefficients(translate)
         self.machine.recarry(run.state, run.c)
         self.machine.seed(run.state, u)
@@ -263,9 +268,11 @@ class Bisect(EdgePolicy):
     def solutions(
         self, x: Vector, mu: Vector, starts: Iterable[Matrix] = (), more: bool = True
     ) -> list[Solution]:
-        """Distinct solutions of F⁻(x, g) = hμ, by Newton from `starts` and the cover's elements.
+        """Return distinct solutions of F⁻(x, g) = hμ, by Newton from `starts` and the cover's
+        elements.
 
-        With `more` also from elements between these. Each is given in the translate of `place`.
+        With `more` it also starts from elements between these. Each solution is given in the
+        translate of `place`.
         """
         family = range(len(self.chart.translates))
         tries = [self.place(g) for g in starts]
@@ -281,7 +288,8 @@ class Bisect(EdgePolicy):
     def _newton(
         self, x: Vector, mu: Vector, tries: Iterable[tuple[int, Vector]]
     ) -> Iterable[Solution]:
-        """Where Newton converges from these (translate, u), and u says half of g's digits."""
+        """Yield the solutions from these (translate, u) for which u determines half of g's
+        digits."""
         for J, u in tries:
             solved = self.machine.solve(x, mu, self.coefficients(J), u)
             if solved is not None:
@@ -291,7 +299,7 @@ class Bisect(EdgePolicy):
 
     @cached_property
     def _between(self) -> list[Vector]:
-        """Coordinates ξ spread over the chart, fixed once and for all."""
+        """Coordinates ξ spread over the chart, the same in every run."""
         numbers, generator = self.context.numbers, np.random.default_rng(7)
         draws = generator.uniform(-2, 2, (SPREAD, self.chart.m))  # a right angle is ξ = 2
         return [numbers.number(1) * d.astype(numbers.dtype) for d in draws]

@@ -1,6 +1,6 @@
 """The general discrete evolution operator through bisections (paper, section 4.2).
 
-Arrows near g₀ are g = L_Σ(g_W), near h₀ they are h = R_Υ(h_W), with g_W = (x, u) and h_W = (y, v)
+Arrows near g₀ are g = L_Σ(g_W), those near h₀ are h = R_Υ(h_W), with g_W = (x, u) and h_W = (y, v)
 near the identities; (g, h) is composable iff y = b(x, u). The equations are
 
     e←_γ(g_W)(L_d∘L_Σ) = e→_γ(h_W)(L_d∘R_Υ)
@@ -29,12 +29,12 @@ Pair = tuple[Bisection, Bisection]
 class EvolutionOperator:
     """Ψ from near g₀ (on Σ = sigma) to near h₀ (on Υ = upsilon), and its inverse Ξ.
 
-    context: of a flow (`flow.context`). A bisection that is left out is the identity bisection. Of
+    context: that of a flow (`flow.context`). A missing bisection is the identity bisection. Of
     several solutions the one near the bisection is taken, as in the theorem. Arrows are written in
-    the groupoid's own chart, also where L_d is given on the group. Raises `BadInput` for bisections
-    of another groupoid, step or number of digits, `CannotMeasure` for a composition. All methods
-    take numbers of any kind and return floats, beyond double precision mpmath's; they raise
-    `StepFailure` where a map has no value.
+    the groupoid's own chart, even if L_d is given on the group. Raises `BadInput` for bisections of
+    another groupoid, step or number of digits, `CannotMeasure` for a composition. All methods take
+    numbers of any kind and return floats, beyond double precision mpmath's; they raise
+    `StepFailure` if a map has no value.
     """
 
     def __init__(
@@ -66,12 +66,14 @@ class EvolutionOperator:
 
     @in_own_numbers
     def evolve(self, x: Vector, u: Vector) -> Point:
-        """Ψ: the h = (y, v) that follows g = (x, u); raises `BadInput` if Newton diverges."""
+        """Apply Ψ: return h = (y, v) that follows g = (x, u); raises `BadInput` if Newton
+        diverges."""
         return self._public(self._step(x, u)[-1])
 
     @in_own_numbers
     def devolve(self, y: Vector, v: Vector) -> Point:
-        """Ξ: the g = (x, u) that h = (y, v) follows; raises `BadInput` if Newton diverges."""
+        """Apply Ξ: return g = (x, u) that h = (y, v) follows; raises `BadInput` if Newton
+        diverges."""
         goal = self._after(*_moved(self.upsilon, "without_right", y, v))["minus"]
         starts = (np.concatenate([y, w]) for w in (0 * v, v))
         near = self._solved(self.preceding, y, goal, starts)
@@ -80,11 +82,11 @@ class EvolutionOperator:
     def trajectory(
         self, steps: int, x: Numbers, u: Numbers, choose: Callable[..., Pair] | None = None
     ) -> Point:
-        """(x, u) of the arrows g, Ψ(g), …: (steps + 1)×n and (steps + 1)×m.
+        """Return (x, u) of the arrows g, Ψ(g), …: (steps + 1)×n and (steps + 1)×m.
 
-        choose(x, u): the bisections (Σ, Υ) for the step from that arrow. If left out, this
-        operator's own, or if it has neither, `bisections_at` each arrow. Raises `BadInput` for a
-        number of steps below 0, and as `evolve`.
+        choose(x, u): the bisections (Σ, Υ) for the step from that arrow. By default they are this
+        operator's own, or, if it has none, `bisections_at` each arrow. Raises `BadInput` for a
+        number of steps below 0, and like `evolve`.
         """
         steps = whole_number("steps", steps, 0)
         if choose is None and self.sigma is None and self.upsilon is None:
@@ -99,7 +101,7 @@ class EvolutionOperator:
 
     @in_own_numbers
     def bisections_at(self, x: Vector, u: Vector) -> Pair:
-        """Σ through (x, u), and Υ through the arrow of the same u at its target."""
+        """Return Σ through (x, u), and Υ through the arrow with the same u at its target."""
         y = groupoid_maps(self.groupoid, self.numbers, self.context.h, x, u, 0 * u)["target"]
         step, digits = self.context.step, self.numbers.digits
         sigma, upsilon = (Bisection(self.groupoid, z, u, step, digits) for z in (x, y))
@@ -107,21 +109,21 @@ class EvolutionOperator:
 
     @in_own_numbers
     def residual(self, x: Vector, u: Vector, v: Vector) -> Vector:
-        """The equations at g_W = (x, u), h_W = (b(x, u), v), m."""
+        """Return the residual of the equations at g_W = (x, u), h_W = (b(x, u), v), m numbers."""
         before = self._before(x, u)
         return self.numbers.public(before["plus"] - self._after(before["target"], v)["minus"])
 
     @in_own_numbers
     def FL(self, y: Vector, v: Vector) -> Matrix:
-        """(FL)^γ_μ = −∂/∂v^γ e→_μ(L_d∘R_Υ) at h_W = (y, v), row γ, m×m."""
+        """Return (FL)^γ_μ = −∂/∂v^γ e→_μ(L_d∘R_Υ) at h_W = (y, v), row γ, m×m."""
         return self.numbers.public(-self._after(y, v)["minus_u"].T)
 
     @in_own_numbers
     def barred_FL(self, y: Vector, v: Vector) -> Matrix:
-        """−∂/∂v̄^γ of −e←_μ(L_d∘L_Σ) in (x̄, ū) = (x, u)∘i, row γ, m×m (Implicit2).
+        """Return −∂/∂v̄^γ of −e←_μ(L_d∘L_Σ) in (x̄, ū) = (x, u)∘i, row γ, m×m (Implicit2).
 
-        At g_W = i(y, v̄), where v̄ = v: the β-fibre over y. It decides whether F⁺ is regular at
-        g = L_Σ(g_W) [misprint: implicit2].
+        It is taken at g_W = i(y, v̄), v̄ = v, on the β-fibre over y. It decides whether F⁺ is
+        regular at g = L_Σ(g_W) [misprint: implicit2].
         """
         (x, u), tangent = self._inverse(y, v)
         at = self._before(x, u)
@@ -129,12 +131,12 @@ class EvolutionOperator:
 
     @in_own_numbers
     def tangent(self, x: Vector, u: Vector) -> Matrix:
-        """TΨ at g = (x, u), (n+m)×(n+m): T R_Υ ∘ T(g_W ↦ h_W) ∘ (T L_Σ)⁻¹."""
+        """Return TΨ at g = (x, u), (n+m)×(n+m): T R_Υ ∘ T(g_W ↦ h_W) ∘ (T L_Σ)⁻¹."""
         return self.numbers.public(self._tangent(*self._step(x, u)[:2]))
 
     @in_own_numbers
     def pullback_defect(self, x: Vector, u: Vector) -> Number:
-        """How far PΨᵀ Ω PΨ is from Ω at g = (x, u) (`entrywise_defect`), through the bisections."""
+        """Return the `entrywise_defect` of PΨᵀ Ω PΨ = Ω at g = (x, u), through the bisections."""
         *maps, end = self._step(x, u)
         geometry = self.context.geometry
         here, there = geometry.tracked(x, u), geometry.tracked(*end)
@@ -146,9 +148,9 @@ class EvolutionOperator:
     def following(
         self, y: Vector, goal: Vector, start: Vector, scale: Number | Vector = 0
     ) -> Vector | None:
-        """The v with F⁻(R_Υ(y, v)) = goal, m, by Newton from a start; None if it diverges.
+        """Return v with F⁻(R_Υ(y, v)) = goal, m numbers, by Newton from a start, or None.
 
-        All in the context's numbers; scale: the size of v below which round-off is absolute.
+        All numbers are the context's; scale: the size of v below which round-off is absolute.
         """
 
         def change(v: Vector) -> Vector:
@@ -159,7 +161,7 @@ class EvolutionOperator:
         return newton(change, start, scale, self.numbers.eps)
 
     def preceding(self, y: Vector, goal: Vector, start: Vector, scale: Number = 0) -> Vector | None:
-        """The (x, u) with b(x, u) = y and F⁺(L_Σ(x, u)) = goal, n+m; else as `following`."""
+        """Return (x, u) with b(x, u) = y and F⁺(L_Σ(x, u)) = goal, n+m numbers, or None."""
         n = self.n
 
         def change(point: Vector) -> Vector:
@@ -174,7 +176,7 @@ class EvolutionOperator:
         return newton(change, start, scale, self.numbers.eps)
 
     def _along_group(self, R: Matrix, du: Vector, u: Vector) -> Vector:
-        """The change of u that follows R⁻¹du in the group, where L_d is given on it; else du."""
+        """Return the change of u along R⁻¹du in the group if L_d is given on it, else du."""
         if self.context.equations.element is None:
             return du
         chart, h = self.context.chart, self.context.h
@@ -195,11 +197,12 @@ class EvolutionOperator:
         x: Vector,
         u: Vector,
     ) -> Maps:
-        """The Legendre maps at L_Σ(x, u) or R_Σ(x, u) ("left", "right"); derivatives by (x, u).
+        """Return the Legendre maps at L_Σ(x, u) or R_Σ(x, u) ("left", "right"); derivatives by (x,
+        u).
 
-        F⁺ is e←(L_d∘L_Σ), F⁻ is e→(L_d∘R_Σ). The target, its derivatives and R are of (x, u)
-        itself; "tangent" is T L_Σ or T R_Σ (of a bisection only). maps_at: what gives the maps of
-        L_d, which fails with a `StepFailure` outside of Newton's iteration.
+        F⁺ is e←(L_d∘L_Σ), F⁻ is e→(L_d∘R_Σ). The target, its derivatives and R are those of (x, u)
+        itself; "tangent" is T L_Σ or T R_Σ (only for a bisection). maps_at: evaluates the maps of
+        L_d, and raises `StepFailure` outside of Newton's iteration.
         """
         if bisection is None:
             return maps_at(x, u)
@@ -217,13 +220,14 @@ class EvolutionOperator:
         return parts
 
     def _step(self, x: Vector, u: Vector) -> tuple[Maps, Maps, Point]:
-        """The maps at g_W and at h_W, and h, of the step from g = (x, u)."""
+        """Return the maps at g_W and at h_W, and h, for the step from g = (x, u)."""
         before = self._before(*_moved(self.sigma, "without_left", x, u))
         y = before["target"]
 
         def starts() -> Iterator[Vector]:
             yield 0 * u  # the bisection itself
-            yield _moved(self.upsilon, "without_right", y, u)[1]  # the last step, written on it
+            # the last step, expressed on the bisection
+            yield _moved(self.upsilon, "without_right", y, u)[1]
 
         v = self._solved(self.following, y, before["plus"], starts())
         return before, self._after(y, v), _moved(self.upsilon, "right", y, v)
@@ -239,7 +243,8 @@ class EvolutionOperator:
     def _solved(
         self, solve: Callable[..., Vector | None], y: Vector, goal: Vector, starts: Iterator[Vector]
     ) -> Vector:
-        """The solution by `following` or `preceding` from the first start that leads to one."""
+        """Return the solution by `following` or `preceding` from the first start that leads to
+        one."""
         for start in starts:
             solution = solve(y, goal, start, scale=1)
             if solution is not None:
@@ -250,7 +255,7 @@ class EvolutionOperator:
         )
 
     def _inverse(self, y: Vector, v: Vector) -> tuple[Point, Matrix]:
-        """i(y, v̄) = (b, ι), with p(y, v̄, ι) = 0, and ∂i/∂v̄, (n+m)×m."""
+        """Return i(y, v̄) = (b, ι), with p(y, v̄, ι) = 0, and ∂i/∂v̄, (n+m)×m."""
 
         def maps(w: Vector) -> Maps:
             return groupoid_maps(self.groupoid, self.numbers, self.context.h, y, v, w)
@@ -271,5 +276,5 @@ class EvolutionOperator:
 
 
 def _moved(bisection: Bisection | None, by: str, x: Vector, u: Vector) -> Point:
-    """(x, u) moved by a translation: left, right, without_left or without_right (`Bisection`)."""
+    """Return (x, u) translated by a method of `Bisection`, such as left or without_right."""
     return (x, u) if bisection is None else getattr(bisection, by)(x, u)

@@ -19,13 +19,13 @@ from .translates import GroupChart
 
 
 def vector_in(numbers: Arithmetic, values: Any, length: int, what: str) -> Vector:
-    """An array of numbers of an arithmetic, each rounded once; None is the empty vector.
+    """Return an array of numbers of an arithmetic, each rounded once; None is the empty vector.
 
     Raises `BadInput` (naming `what`) for anything but `length` numbers.
     """
     doubles = type(values) is np.ndarray and values.dtype == numbers.dtype == np.float64
     if doubles and values.shape == (length,) and np.isfinite(values).all():
-        return np.array(values)  # one of many starts should not take a fraction for each entry
+        return np.array(values)  # for many starts a Fraction for each entry would be slow
     entries = listed(() if values is None else values, length, what)
     rounded = [numbers.number(e, f"{what}[{i}]") for i, e in enumerate(entries)]
     return np.array(rounded, dtype=numbers.dtype)
@@ -35,7 +35,7 @@ def vector_in(numbers: Arithmetic, values: Any, length: int, what: str) -> Vecto
 class StepContext:
     """A discretised scene at one step size in one arithmetic.
 
-    substeps: the contexts of a composition's substeps in their order; empty for a rule of one step.
+    substeps: the contexts of a composition's substeps in order; empty for a rule of one step.
     """
 
     scheme: DiscretisedScene
@@ -45,7 +45,8 @@ class StepContext:
 
     @property
     def parts(self) -> tuple[StepContext, ...]:
-        """The contexts whose steps, one after another, are one step: of a plain rule, this one."""
+        """The contexts whose steps, one after another, make one step; for a plain rule only this
+        one."""
         return self.substeps or (self,)
 
     @property
@@ -67,12 +68,12 @@ class StepContext:
 
     @property
     def h(self) -> Number:
-        """The step in this arithmetic."""
+        """The step size in this arithmetic."""
         return self.q[0]
 
     @cached_property
     def exactly(self) -> StepContext:
-        """The same step to twice the digits: what speaks of the maps has no round-off there."""
+        """The same step to twice the digits, where tests of the maps are free of round-off."""
         parts = tuple(part.exactly for part in self.substeps)
         return StepContext(self.scheme, arithmetic(2 * self.numbers.digits), self.step, parts)
 
@@ -89,17 +90,18 @@ class StepContext:
 
     @property
     def one_step(self) -> bool:
-        """Whether a step is that of a one-step map, without a discrete Lagrangian."""
+        """True if a step is that of a one-step map, without a discrete Lagrangian."""
         return self.scheme.one_step
 
     def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
-        """Where Newton starts in a step from (x, μ): the velocity nearby, or as a map has it."""
+        """Return Newton's start for a step from (x, μ): the velocity nearby, or the map's own
+        start."""
         if isinstance(self.geometry, OneStepGeometry):
             return self.geometry.start(x, mu, near)
         return near
 
     def geometry_in(self, translate: int) -> LocalGeometry:
-        """The geometry in the chart of a translate B, by its number in the cover; 0 is e."""
+        """Return the geometry in the chart of a translate B, by its number in the cover; 0 is e."""
         if translate == 0:
             return self.geometry
         letters = [e for matrix in self.chart.translates[translate] for e in matrix.ravel()]
@@ -107,9 +109,9 @@ class StepContext:
         return LocalGeometry(self.equations, self.numbers, q)
 
     def coordinates(self, g: np.ndarray, translate: int = 0) -> np.ndarray | None:
-        """u with g = τ(hu) B; None at the chart's edge, and where g is no element of the group.
+        """Return u with g = τ(hu) B, or None at the chart's edge and for g outside the group.
 
-        There τ(hu) B is off g by 2²⁰ round-offs, half a double's digits, of a column of g.
+        There τ(hu) B differs from g by 2²⁰ round-offs, half a double's digits, of a column of g.
         """
         try:
             xi = self.chart.coordinates(g, translate)
@@ -120,29 +122,30 @@ class StepContext:
         return xi / self.h if right else None
 
     def maps_at(self, x: Numbers, u: Numbers) -> Maps:
-        """The maps and derivatives at (x, u) (`LocalGeometry.at`).
+        """Return the maps and derivatives at (x, u) (`LocalGeometry.at`).
 
-        Raises `StepFailure` where stages are not found, or a map has no value.
+        Raises `StepFailure` if stages are not found, or a map has no value.
         """
         try:
             return self.geometry.at(x, u)
         except StagesNotFound:
             cause = "the internal stages were not found"
-        except CannotMeasure:  # a ValueError, but of what was asked for
+        except CannotMeasure:  # it is a ValueError, but about the request
             raise
-        except (ArithmeticError, ValueError):  # Python's own functions outside their domain
+        # raised by Python's own functions outside their domain
+        except (ArithmeticError, ValueError):
             cause = "L_d or a derivative of it is no number"
         raise self.failure(cause, {"x": x, "u": u})
 
     def arrow(self, x: Numbers, mu: Numbers, u: Numbers, translate: int = 0) -> Arrow:
-        """The arrow (x, u) in the chart of a translate, with its μ and the maps there."""
+        """Return the arrow (x, u) in the chart of a translate, with its μ and the maps there."""
         with self.numbers.working():
             (x, u), mu = self.vectors(x, u), self.vector(mu, len(self.equations.u))
             geometry = self.geometry_in(translate)
             return Arrow(x, u, mu, geometry, geometry.at(x, u))
 
     def vectors(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
-        """An x and a u (or μ), checked and rounded (`vector`).
+        """Return x and u (or μ), checked and rounded (`vector`).
 
         The time of an x without one is 0.
         """
@@ -184,7 +187,8 @@ class StepContext:
         fix: str = SMALLER,
         look: Callable[[], tuple[str, str]] | None = None,
     ) -> StepFailure:
-        """The failure of step `index` at a state in this arithmetic; `trajectory`: rows so far."""
+        """Return the failure of step `index` at a state in this arithmetic; `trajectory`: rows so
+        far."""
         where = {name: self.numbers.public(value) for name, value in state.items()}
         names, time = (self.scene.name, self.scheme.rule.name), float(self.step * index)
         return StepFailure(*names, index, time, where, cause, trajectory, fix, look=look)

@@ -1,7 +1,7 @@
 """A matrix group's Cayley chart and its translates (paper, section 4.3).
 
 The chart around a translate B is {g : det(e + g B⁻¹) ≠ 0}; a family of translates whose charts
-have the whole group as union is a cover, stated by `MatrixAlgebra.cover`.
+together contain the whole group is a cover, given by `MatrixAlgebra.cover`.
 """
 
 from __future__ import annotations
@@ -40,32 +40,34 @@ class GroupChart(AlgebraInNumbers):
 
     @cached_property
     def translates(self) -> list[tuple[Matrix, Matrix]]:
-        """(B, B⁻¹) of the cover; the first is (e, e)."""
+        """The pairs (B, B⁻¹) of the cover; the first is (e, e)."""
         family = [self.array(B) for B in self.algebra.translates]
         return [(B, self.numbers.solve(B, self.e)) for B in family]
 
     def element(self, xi: Numbers, translate: int = 0) -> Matrix:
-        """τ(ξ) B, N×N."""
+        """Return τ(ξ) B, N×N."""
         return np.asarray(self.tau.element_in(self, xi) @ self.translates[translate][0])
 
     def coordinates(self, g: Matrix, translate: int = 0) -> Vector:
-        """ξ with g = τ(ξ) B, m; raises `ArithmeticError` at the chart's edge."""
+        """Return ξ with g = τ(ξ) B, m numbers; raises `ArithmeticError` at the chart's edge."""
         return self.tau.coordinates_in(self, g @ self.translates[translate][1])
 
     def alike(self, g: Matrix, other: Matrix, part: Number, floor: int = 0) -> bool:
-        """Whether two elements differ by no more than a part of (floor + |g|), column by column.
+        """Return True if two elements differ by at most a part of (floor + |g|), column by column.
 
-        A column's entries have one unit: those of a translation are lengths, of a rotation none.
+        The entries of a column have one unit: those of a translation are lengths, those of a
+        rotation have no unit.
         """
         sizes = np.maximum(abs(g), abs(other)).max(axis=0)
         return bool(np.all(abs(g - other) <= part * (floor + sizes)))
 
     def openness(self, g: Matrix, translate: int = 0) -> Number:
-        """|det(e + g B⁻¹)|: 0 at the edge of that chart."""
+        """Return |det(e + g B⁻¹)|, which is 0 at the edge of that chart."""
         return abs(self.numbers.det(self.e + g @ self.translates[translate][1]))
 
     def best(self, g: Matrix) -> int:
-        """The translate whose chart has g farthest from its edge (I and J of section 4.3)."""
+        """Return the translate whose chart has g farthest from its edge (I and J of section
+        4.3)."""
         return int(np.argmax([self.openness(g, J) for J in range(len(self.translates))]))
 
 

@@ -1,12 +1,12 @@
 """The two-point boundary problem of optimal control: Newton with a banded matrix over all steps.
 
-Unknowns are the states z_1 … z_N, the costates p_1 … p_N, and in every step v = (w, f, κ). v is
-eliminated; what is left of the Hessian of ℒ (`stages`) is symmetric, and a linear step of z, p:
+The unknowns are the states z_1 … z_N, the costates p_1 … p_N, and in every step v = (w, f, κ). v is
+eliminated; the remaining Hessian of ℒ (`stages`) is symmetric, and one linear step of z, p is
 
     δz′ = A δz + G δp′ + …,    δp = Q δz + Aᵀ δp′ + …
 
-so the matrix is block-tridiagonal over the steps, and the work linear in their number. At the end
-z_N = z1 along the orbit of x1 where it is given, and the rest of p_N vanishes.
+so the matrix is block-tridiagonal over the steps, and the work is linear in their number. At the
+end z_N = z1 along the orbit of x1 if it is given, and the other components of p_N vanish.
 """
 
 from __future__ import annotations
@@ -28,13 +28,15 @@ from .units import units_of
 
 lapack: Any = LazyModule("scipy.linalg.lapack")
 
-MOST = 60  # corrections: from a start in the basin some ten are enough
-HALVINGS = 12  # of a correction, before the search is given up
-TINY = 1e-6  # of the largest unknown, in units of the problem: what is below is held against this
-NEAR = 1e-8  # correction, of an unknown's size, that is as good as the last
-ROUNDED = 1e-13  # correction of an unknown, of its kind's size, that is round-off
-#: the part of the effort ½|f|² in the cost falls by this factor, less where that is too fast, and
-#: is left out once it is below LAST
+# largest number of corrections: from a start in the basin of convergence about ten are enough
+MOST = 60
+HALVINGS = 12  # largest number of halvings of a correction before the search stops
+# unknowns below this share of the largest one (in units of the problem) are compared with it
+TINY = 1e-6
+NEAR = 1e-8  # a relative correction of an unknown below this is as good as the last one
+ROUNDED = 1e-13  # a correction of an unknown, relative to the size of its kind, that is round-off
+#: the share of the effort ½|f|² in the cost falls by this factor, by less if that is too fast, and
+#: becomes 0 once it is below LAST
 FALL, SLOWEST, LAST = 1 / 8, 0.9, 1e-4
 
 #: states, costates and v of all steps
@@ -43,13 +45,13 @@ Parts = tuple[np.ndarray, ...]
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """A stationary motion of a discrete control problem with N steps, and that it is a minimum.
+    """A stationary motion of a discrete control problem with N steps that is a minimum.
 
-    t (N+1,), x (N+1, n), mu (N+1, m), u (N, m) as of a `Trajectory`; controls (N, r, k): their
-    values in each step, at the times control_times (N, r); node_controls (N+1, k): at the times t,
-    by Pontryagin's condition; costates (N+1, n+m): the derivative by (x, μ) of the cost that is
-    still to come; cost; iterations: Newton's corrections; correction: the last one, over the size
-    of its kind of unknown, which is what round-off leaves.
+    t (N+1,), x (N+1, n), mu (N+1, m), u (N, m) as in a `Trajectory`; controls (N, r, k): the
+    controls in each step, at the times control_times (N, r); node_controls (N+1, k): the controls
+    at the times t, by Pontryagin's condition; costates (N+1, n+m): the derivative of the remaining
+    cost by (x, μ); cost; iterations: number of Newton corrections; correction: the last one
+    relative to the size of its kind of unknown, at the level of round-off.
     """
 
     t: np.ndarray
@@ -66,12 +68,12 @@ class Optimum:
 
 
 class BoundaryProblem:
-    """The equations of an optimum with steps of a size h begun at `times`, and Newton's method.
+    """The equations of an optimum with steps of size h that begin at `times`, and Newton's method.
 
     z0 and z1: the states at the ends; fixed: the projection onto the conditions of the end, (n+m)².
-    All numbers inside are in `units` (of a letter each) and `cost_unit` (`units_of`): a matrix of
-    lengths beside momenta has pivots and eigenvalues that say nothing.
-    effort: the cost is (1 − effort) C + effort·½|f|², of which the second part binds all controls.
+    All numbers inside are in `units` (one for each letter) and `cost_unit` (`units_of`): pivots and
+    eigenvalues of a matrix that mixes lengths and momenta would mean nothing. effort: the cost is
+    (1 − effort) C + effort·½|f|², whose second part bounds all controls.
     """
 
     def __init__(
@@ -92,7 +94,7 @@ class BoundaryProblem:
         self.steps: Any = None
 
     def rows(self, y: Parts) -> Matrix:
-        """The inputs of ℒ for all steps, from (z, p, v)."""
+        """Return the inputs of ℒ for all steps, from (z, p, v)."""
         z, p, v = y
         a = np.empty((self.N, len(self.z) + len(self.v) + len(self.p)))
         a[:, self.z] = np.vstack([self.z0, z[:-1]])
@@ -100,7 +102,7 @@ class BoundaryProblem:
         return a * self.units
 
     def derivatives(self, y: Parts) -> tuple[Matrix, np.ndarray]:
-        """Gradients and Hessians of ℒ in all steps, in units of the problem."""
+        """Return the gradients and Hessians of ℒ in all steps, in units of the problem."""
         a, f, weight = self.rows(y), self.stages.slices["f"], self.effort
         g, H = self.stages(a, self.times, self.h, 1 - weight)
         per = self.units / self.cost_unit
@@ -110,7 +112,7 @@ class BoundaryProblem:
         return g, H
 
     def residual(self, y: Parts) -> tuple[Any, ...]:
-        """What vanishes at an optimum, by v, p and z; and the Hessians of ℒ."""
+        """Return the equations that vanish at an optimum, by v, p and z, and the Hessians of ℒ."""
         z, p, _ = y
         g, H = self.derivatives(y)
         of_end = self.fixed @ (z[-1] - self.z1) + p[-1] - self.fixed @ p[-1]
@@ -118,7 +120,8 @@ class BoundaryProblem:
         return g[:, self.v], g[:, self.p] - z, by_z, H
 
     def linearised(self, H: np.ndarray) -> Callable[..., Parts]:
-        """Newton's (δz, δp, δv) of residuals; raises `LinAlgError` where these do not fix it."""
+        """Return a function: residuals ↦ Newton's (δz, δp, δv); raises `LinAlgError` if it is
+        singular."""
         d, N, (z, v, p) = self.d, self.N, (self.z, self.v, self.p)
         outer, inner = np.r_[z, p], H[:, v][:, :, v]
         self.hessian = H
@@ -132,7 +135,8 @@ class BoundaryProblem:
         band = np.zeros((3 * width + 1, 2 * d * N))
 
         def put(row: int, column: int, blocks: np.ndarray, first: int = 0) -> None:
-            """Blocks (k, d, d) at rows and columns 2d·j + row, + column for j = first, …"""
+            """Write blocks (k, d, d) at rows 2d·j + row and columns 2d·j + column for j = first,
+            …"""
             j = 2 * d * np.arange(first, first + len(blocks))[:, None, None]
             i, c = j + row + np.arange(d)[:, None], j + column + np.arange(d)
             band[2 * width + i - c, c + 0 * i] = blocks
@@ -163,7 +167,7 @@ class BoundaryProblem:
         return corrections
 
     def size(self, change: Parts, y: Parts) -> float:
-        """The largest change of an unknown, of the size that its kind has."""
+        """Return the largest change of an unknown, relative to the size of its kind."""
         at, n = self.stages.slices, self.stages.n
         cuts = np.cumsum([at[k].stop - at[k].start for k in ("w", "f")])
 
@@ -177,10 +181,10 @@ class BoundaryProblem:
         return max(a / max(s, least) for a, s in zip(found, sizes, strict=True))
 
     def solve(self, y: Parts) -> tuple[Parts, int, float] | None:
-        """(z, p, v), the number of corrections and the size of the last, or None.
+        """Return (z, p, v), the number of corrections and the size of the last one, or None.
 
-        A correction is halved until the one that would follow, by the same matrix, is smaller: a
-        test that knows no units (Deuflhard 2004, 3.3).
+        A correction is halved until the next one, computed with the same matrix, is smaller: this
+        test is independent of units (Deuflhard 2004, 3.3).
         """
         (*residual, H), before = self.residual(y), np.inf
         for iteration in range(1, MOST + 1):
@@ -202,18 +206,19 @@ class BoundaryProblem:
         return None
 
     def newton(self, y: Parts) -> tuple[Parts, int, float] | None:
-        """As `solve`, and None too where a matrix is singular."""
+        """Return the result of `solve`, or None also if a matrix is singular."""
         try:
             return self.solve(y)
         except np.linalg.LinAlgError:
             return None
 
     def by_effort(self, y: Parts) -> tuple[Parts, int, float] | None:
-        """As `solve`, from the motion of least effort ½|f|² on, whose part in the cost falls to 0.
+        """Return the result of `solve` by continuation from the motion of least effort ½|f|².
 
-        A cost that is nearly flat where controls are large, as smoothed fuel is, sends Newton's
-        method away from a guess without controls (Bertrand, Epenoy, Optimal Control Appl. Methods
-        23 (2002), 171). Leaves `effort` at the last part that was solved for.
+        The share of the effort in the cost falls to 0. A cost that is nearly flat for large
+        controls, such as smoothed fuel, drives Newton's method away from a guess without controls
+        (Bertrand, Epenoy, Optimal Control Appl. Methods 23 (2002), 171). `effort` keeps the last
+        share that was solved for.
         """
         self.effort, corrections = 1.0, 0
         found = self.newton(y)
@@ -238,7 +243,7 @@ class BoundaryProblem:
 def solve(
     stages: ControlStages, end: Any, duration: Fraction, steps: int, path: Any = None
 ) -> Optimum:
-    """The optimum of a control problem (`Control.solve`)."""
+    """Return the optimum of a control problem (`Control.solve`)."""
     name, at, n, m = stages.scene.name, stages.slices, stages.n, stages.m
     t = np.array([float(duration * k / steps) for k in range(steps + 1)])
     h = float(duration / steps)
@@ -249,7 +254,7 @@ def solve(
         y = tuple(part / units[of] for part, of in zip(guess, (problem.z, problem.p, problem.v),
                                                        strict=True))  # fmt: skip
         found = problem.newton(y) or problem.by_effort(y)
-        if found is None:  # the cost where its own derivatives were asked for last
+        if found is None:  # the cost at the point of its last evaluation
             problem.effort = 0.0
             with suppress(np.linalg.LinAlgError):
                 problem.linearised(problem.derivatives(y)[1])
@@ -298,7 +303,7 @@ def solve(
 
 
 def _along(t: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values given at some times, on straight lines between and beyond them."""
+    """Return values at the times t by linear interpolation and extrapolation from given times."""
     if len(times) == 1:
         return np.full(len(t), values[0])
     k = np.clip(np.searchsorted(times, t) - 1, 0, len(times) - 2)

@@ -1,4 +1,4 @@
-"""Where Newton begins: the ends of a control problem, and a motion between them."""
+"""The start of Newton's method: the ends of a control problem, and a motion between them."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ..errors import RAISED, BadInput, line_of
 from ..numbers import jacobian, numeric
 from .stages import ControlStages
 
-FLAT = 1e-9  # singular value of the anchor, of the largest, that is none
-MOST = 60  # corrections of the straight arrow
+FLAT = 1e-9  # a smaller singular value of the anchor, relative to the largest, counts as 0
+MOST = 60  # largest number of corrections of the straight arrow
 
 
 def first_guess(stages: ControlStages, end: Any, t: np.ndarray, path: Any) -> tuple[Any, ...]:
-    """z0 and z1 (n+m), the projection onto the conditions of the end, and (z, p, v) to begin with.
+    """Return z0 and z1 (n+m), the projection onto the conditions of the end, and a start (z, p, v).
 
-    The guess goes along `path`, or the straight arrow b(x0, u; t) to x1, without a control.
+    The start follows `path`, or the straight arrow b(x0, u; t) to x1, without a control.
     """
     scene, s, n, m = stages.scene, stages.s, stages.n, stages.m
     given: list[Any] = [scene.x0, scene.v0, *end]
@@ -60,7 +60,7 @@ def first_guess(stages: ControlStages, end: Any, t: np.ndarray, path: Any) -> tu
 def _points(
     stages: ControlStages, x0: Any, v0: Any, x1: Any, t: np.ndarray, path: Any
 ) -> np.ndarray:
-    """The points of the guess, (N+1, n)."""
+    """Return the points of the guess, (N+1, n)."""
     s, n = stages.s, stages.n
     if path is not None:
         try:

@@ -1,4 +1,4 @@
-"""A problem of optimal control as data: a scene, a cost, inputs, and where the motion ends."""
+"""A problem of optimal control as data: a scene, a cost, inputs, and the end of the motion."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ class Control:
 
     cost(x, v, f, p) or cost(x, v, f, p, t): C, with sympy columns x (n×1), v (m×1) and f, the
     control (controls×1). inputs(x, v, f, p) or inputs(x, v, f, p, t): the m components of force
-    that the control gives, in the natural basis of A*, beside the scene's own force; left out, it
-    is f itself. end: (x1, v1), exact as the scene's start; None for x1 or v1 leaves it free.
-    duration: the time that it takes (default: the scene's). path(t): a point on the way at the
-    time t, n numbers, where Newton begins; left out, it is the straight arrow from the start.
+    that the control produces, in the natural basis of A*, in addition to the scene's own force; by
+    default f itself. end: (x1, v1), exact like the scene's start; None for x1 or v1 leaves it free.
+    duration: the time of the motion (default: the scene's). path(t): a point near the motion at the
+    time t, n numbers, where Newton begins; by default the straight arrow from the start.
 
-    The discrete problem takes cost and force wherever the rule asks for the Lagrangian, with the
-    weight that it has there. A group whose attitude matters is `scene.with_attitude()`.
-    Raises `BadInput` for what does not fit.
+    The discrete problem evaluates cost and force at the points where the rule evaluates the
+    Lagrangian, with the same weights. For a group whose attitude matters use
+    `scene.with_attitude()`. Raises `BadInput` for data that do not fit.
     """
 
     scene: Scene
@@ -74,7 +74,7 @@ class Control:
             object.__setattr__(self, key, value)
 
     def stages(self, rule: Discretisation = midpoint) -> ControlStages:
-        """The discrete problem of one step by a rule, which knows no number of steps.
+        """Return the discrete problem of one step by a rule, for any number of steps.
 
         Raises `CannotMeasure` for compositions and one-step maps.
         """
@@ -86,21 +86,21 @@ class Control:
             )
         if refusal := rule.refusal(self.scene):
             raise CannotMeasure(refusal)
-        assert self.controls is not None  # as it was checked
+        assert self.controls is not None  # __post_init__ has checked this
         return stages_of(self.scene, self.cost, self.inputs, self.controls, rule)
 
     def solve(self, steps: int, rule: Discretisation = midpoint) -> Optimum:
-        """The stationary discrete motion with so many steps, a minimum (`Optimum`).
+        """Return the discrete motion with `steps` steps that is a minimum (`Optimum`).
 
-        Raises `BadInput` where the end cannot be reached, the inputs do not steer it, or the cost
-        has no minimum there.
+        Raises `BadInput` if the end cannot be reached, the inputs do not steer it, or the cost has
+        no minimum there.
         """
         if type(steps) is not int or not 1 <= steps <= 10**6:
             raise BadInput(f"steps is {shown(steps)}: give a whole number from 1 to 10**6.")
         return solve(self.stages(rule), self.end, self.duration, steps, self.path)
 
     def with_values(self, **changes: Any) -> Control:
-        """A copy with some fields changed."""
+        """Return a copy with some fields changed."""
         names = [f.name for f in fields(self)]
         if foreign := set(changes) - set(names):
             raise BadInput(f"a Control has no {shown(min(foreign))}; it has {', '.join(names)}.")

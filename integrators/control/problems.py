@@ -46,7 +46,7 @@ def _oscillator() -> Control:
 
 
 def _reorientation(name: str, inertia: list[Any], title: str) -> Control:
-    """From rest to rest, a third of a turn about the diagonal of the axes."""
+    """A motion from rest to rest: a third of a turn about the diagonal of the axes."""
     body = scene_of("rigid-body").with_values(
         name=name, title=title, parameters={"inertia": inertia}, v0=[0, 0, 0], duration=2,
         symmetries=(),
@@ -56,7 +56,7 @@ def _reorientation(name: str, inertia: list[Any], title: str) -> Control:
 
 
 def _transfer() -> Control:
-    """From the circle of radius 1 to that of 5/4 in one turn, to the point (−3/4, 1)."""
+    """A transfer from the circle of radius 1 to that of 5/4 in one turn, to the point (−3/4, 1)."""
     scene = Scene(
         name="low-thrust-transfer",
         title="Transfer by small thrust",
@@ -78,7 +78,8 @@ def _transfer() -> Control:
 
 
 def _upright() -> Control:
-    """Γ, which points up, is the axis of the centre of mass when the top stands."""
+    """A top set upright; Γ, which points up, is the axis of the centre of mass when the top
+    stands."""
     scene = scene_of("lagrange-top").with_values(
         name="upright-top",
         title="Heavy top set upright",
@@ -105,7 +106,7 @@ NAMES = tuple(_PROBLEMS)
 
 @cache
 def get(name: str) -> Control:
-    """The problem of that name; raises `BadInput` with the nearest name."""
+    """Return the problem with that name; raises `BadInput` with the nearest name."""
     if name not in _PROBLEMS:
         raise unknown("control problem", name, NAMES)
     return _PROBLEMS[name]()

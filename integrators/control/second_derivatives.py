@@ -1,8 +1,8 @@
 """Value, gradient and Hessian of a scalar that is written with letters for its parts.
 
 The scalar is a straight-line program, ℓ_1 = V_1(a), ℓ_2 = V_2(a, ℓ_1), …, f(a, ℓ). Each V and f is
-differentiated symbolically by the letters that it holds, which is little; the parts are joined as
-numbers. With T = d(a, ℓ)/da forwards and ℓ̄ = df/dℓ backwards,
+differentiated symbolically by the few letters that it contains; the parts are joined as numbers.
+With T = d(a, ℓ)/da forwards and ℓ̄ = df/dℓ backwards,
 
     df/da = ∂f/∂a + Σ ℓ̄_i ∂V_i/∂a,    d²f/da² = Tᵀ ∂²(f + Σ ℓ̄_i V_i)/∂(a, ℓ)² T.
 """
@@ -29,15 +29,15 @@ from ..numbers import (
 )
 from ..numbers.types import Expression, Letter
 
-#: entries of an array that is worked on at a time
+#: number of array entries that are computed at a time
 CHUNK = 2**21
 
 
 class SecondDerivatives:
     """A scalar of `inputs` and `data` (letters) as a function of columns of numbers.
 
-    definitions: what other letters of the scalar stand for. Raises `BadInput` for functions that
-    double precision has not.
+    definitions: the values of other letters of the scalar. Raises `BadInput` for functions that
+    double precision does not have.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class SecondDerivatives:
         self._second_order = _in_columns(given, [inputs[0], *second.values()])
 
     def __call__(self, a: np.ndarray, q: Sequence[Any]) -> tuple[np.ndarray, ...]:
-        """(values (N,), gradients (N, k), Hessians (N, k, k)) at N rows of k inputs.
+        """Return (values (N,), gradients (N, k), Hessians (N, k, k)) at N rows of k inputs.
 
         q: the data, each a number or N numbers.
         """
@@ -87,7 +87,7 @@ class SecondDerivatives:
     def _at(self, a: np.ndarray, q: list[Any]) -> tuple[np.ndarray, ...]:
         rows, size, count = len(a), self.size, self.count
         first = self._first_order(a.T, q)
-        # constants too; integers beyond 2⁶³ are Python's own
+        # also for constants; integers beyond 2⁶³ are Python's own
         first = np.broadcast_to(first.reshape(len(first), -1).astype(float), (len(first), rows))
         letters, slopes = first[1 : 1 + count], first[1 + count :]
         tangent = np.zeros((size + count, rows, size))
@@ -110,7 +110,7 @@ class SecondDerivatives:
 def _in_small_parts(
     program: Sequence[Definition], scalar: Expression
 ) -> tuple[dict[Letter, Expression], Expression]:
-    """Letters and their values in order, what they share having letters too; and the scalar."""
+    """Return letters and their values in order, with letters for shared parts, and the scalar."""
     names = [letter for d in program for letter in d.letters]
     values = [*(e for d in program for e in d.values), scalar]
     shared, reduced = sympy.cse(values, sympy.numbered_symbols("part", real=True), order="none")
@@ -124,7 +124,7 @@ def _in_columns(
     results: list[Expression],
     program: Mapping[Letter, Expression] = {},
 ) -> Callable[..., np.ndarray]:
-    """The results (k, N) as a function of columns; row by row where they branch inside (tables)."""
+    """Return the results (k, N) as a function of columns; row by row if they branch (tables)."""
     before = [([letter], [value]) for letter, value in program.items()]
     branching = any(map(opaque, (*results, *program.values())))
     f = numeric(arguments, [results], arithmetic(16), before, columns=not branching)

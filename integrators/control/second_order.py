@@ -1,12 +1,12 @@
-"""Whether a stationary motion is a minimum, and whether the inputs steer its end at all.
+"""Second-order tests: whether a stationary motion is a minimum, and whether inputs steer its end.
 
 Eliminating the steps one after another leaves δz_k = −W_k δp_k + …, with W_0 = 0 and
 
     W′ = A (1 + W Q)⁻¹ W Aᵀ − G,
 
-the Gramian of the inputs where Q = 0. The cost grows along every motion that meets the equations
-just if the matrix of all steps has one negative eigenvalue for each equation and no other: it has
-those of its pivots, the v of each step and (p_k, z_k) of each node.
+which is the Gramian of the inputs if Q = 0. The cost grows along every motion that satisfies the
+equations exactly if the matrix of all steps has one negative eigenvalue for each equation and no
+other. It has as many as its pivots: v of each step and (p_k, z_k) of each node.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ import numpy as np
 
 from ..errors import BadInput
 
-SINGULAR = 1e-13  # eigenvalue, over the terms that its entries are sums of, that is round-off
-UNMOVED = 1e-10  # the same of a Gramian in units in which each state is moved by 1
+# a smaller eigenvalue, relative to the terms that its entries are sums of, is round-off
+SINGULAR = 1e-13
+UNMOVED = 1e-10  # the same for a Gramian in units in which each state is moved by 1
 
 
 def unbound(name: str) -> BadInput:
-    """The error for a cost in which a control does not count."""
+    """Return the error for a cost that does not depend on some control."""
     return BadInput(
         f"{name}: the cost does not bind every control to second order, so a minimum cannot be "
         "told; let it grow with each of them, as f.dot(f) does."
@@ -30,7 +31,7 @@ def unbound(name: str) -> BadInput:
 
 
 def check_bound(name: str, problem: Any) -> None:
-    """Raise `BadInput` where the controls of a step are not all bound by its cost."""
+    """Raise `BadInput` if the cost does not bound all controls of a step."""
     for reduced, terms in _curvatures(problem):
         size = np.sqrt(np.diagonal(terms, axis1=1, axis2=2))
         if not size.all():
@@ -41,9 +42,10 @@ def check_bound(name: str, problem: Any) -> None:
 
 
 def _curvatures(problem: Any) -> list[tuple[np.ndarray, np.ndarray]]:
-    """[(second derivatives of ℒ by the controls of each step, what they are sums of, absolute)].
+    """Return [(second derivatives of ℒ by the controls of each step, sums of absolute terms)].
 
-    Along what the step's equations leave, δw = −E_w⁻¹E_f δf. Nothing where there are no numbers.
+    They are taken along the steps' equations, δw = −E_w⁻¹E_f δf. The list is empty if numbers are
+    not finite.
     """
     H, at = problem.hessian, problem.stages.slices
     if H is None or not np.isfinite(H).all():
@@ -60,11 +62,11 @@ def _curvatures(problem: Any) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def check_steered(name: str, problem: Any) -> None:
-    """Raise `BadInput` where the inputs do not move the end in all of its directions.
+    """Raise `BadInput` if the inputs do not move the end in all of its directions.
 
-    By the Gramian of the linear equations alone: what the cost is, does not matter. A direction is
-    missed where no step moves it, whatever weight a step has; each has one that keeps motions that
-    grow from hiding what the last steps do.
+    This uses the Gramian of the linear equations alone, not the cost. A direction is missed if no
+    step moves it, whatever weights the steps have; the weights keep growing motions from hiding the
+    effect of the last steps.
     """
     H, d, at = problem.hessian, problem.d, problem.stages.slices
     if not np.isfinite(H).all():
@@ -99,7 +101,7 @@ def check_steered(name: str, problem: Any) -> None:
 
 
 def check_minimum(name: str, problem: Any) -> None:
-    """Raise `BadInput` where the stationary motion is no minimum."""
+    """Raise `BadInput` if the stationary motion is not a minimum."""
     (A, G, Q), (_, basis), steps = problem.steps, _ends(problem), problem.N
     inner = problem.hessian[:, problem.v][:, :, problem.v]
     W = _gramians(A, G, Q)
@@ -131,7 +133,7 @@ def check_minimum(name: str, problem: Any) -> None:
 
 
 def _ends(problem: Any) -> tuple[list[str], np.ndarray]:
-    """Names of the states, and an orthonormal basis of the conditions of the end, (n+m, r)."""
+    """Return names of the states, and an orthonormal basis of the end's conditions, (n+m, r)."""
     n = problem.stages.n
     names = [f"x[{i}]" for i in range(n)] + [f"mu[{i}]" for i in range(problem.d - n)]
     values, vectors = np.linalg.eigh(problem.fixed)
@@ -139,7 +141,7 @@ def _ends(problem: Any) -> tuple[list[str], np.ndarray]:
 
 
 def _gramians(A: np.ndarray, G: np.ndarray, Q: np.ndarray) -> np.ndarray:
-    """W_1 … W_N."""
+    """Return W_1 … W_N."""
     W = -G.copy()
     one = np.eye(G.shape[1])
     for k in range(1, len(A)):

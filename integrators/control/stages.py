@@ -1,13 +1,13 @@
-"""One step of a control problem: its Lagrange function, with cost and force where a rule has them.
+"""One step of a control problem: its Lagrange function, with cost and force at the rule's points.
 
 The control is a polynomial in the time of a step, given by its values f at the r points where the
-rule asks for L: one at the middle for midpoint, two for gauss-2. With the rows E of a step
-(`equations.step_system`), which w = (u, stages) solves, and the state z = (x, μ) that it leads to,
+rule evaluates L: one at the middle for midpoint, two for gauss-2. The rows E of a step
+(`equations.step_system`) determine w = (u, stages) and the next state z = (x, μ), and
 
     ℒ(z, w, f, κ, p) = C_d(x, w, f) + κ·E(z, w, f) + p·Z(z, w, f)
 
-is all that the conditions of an optimum are made of: stationary in w, f, κ, it generates the map
-of states and costates, z′ = ∂ℒ/∂p′, p = ∂ℒ/∂z, which is symplectic whatever the rule is.
+gives all conditions of an optimum: stationary in w, f, κ, it generates the map of states and
+costates, z′ = ∂ℒ/∂p′, p = ∂ℒ/∂z, which is symplectic for every rule.
 """
 
 from __future__ import annotations
@@ -35,20 +35,21 @@ from ..rules import Discretisation
 from ..scene import Scene, arguments_of, remembered
 from .second_derivatives import SecondDerivatives
 
-MOST = 30  # corrections of a control at a node
-HALVINGS = 12  # of such a correction
-NEAR = 1e-8  # the last one, of the largest velocity or control, where the condition has a solution
-ROUND_OFF = 2.0**-50  # of the sum of a rule's weights, over that of their absolute values
+MOST = 30  # largest number of corrections of a control at a node
+HALVINGS = 12  # largest number of halvings of such a correction
+# the last relative correction of velocities and controls, if the condition has a solution
+NEAR = 1e-8
+ROUND_OFF = 2.0**-50  # relative to the sum of the absolute values of a rule's weights
 
-#: parameters that the controlled scene has beside those of the scene
+#: parameters of the controlled scene in addition to those of the scene
 VALUES, PLACES, BEGIN, WIDTH = "control_values", "control_places", "step_begin", "step_width"
 
 
 class ControlStages:
     """The Lagrange function of a step, (values, gradients, Hessians) in a = (x, μ, w, f, κ, p).
 
-    n, m: the lengths of x and μ; places: the fractions of a step at which the control has values,
-    r of them; slices: where x, mu, w, f, kappa, p stand in a.
+    n, m: the lengths of x and μ; places: the r fractions of a step at which the control has values;
+    slices: the positions of x, mu, w, f, kappa, p in a.
     """
 
     def __init__(
@@ -90,17 +91,17 @@ class ControlStages:
         self._of_cost = SecondDerivatives(
             of.expression, inputs_of_step, of_cost, of.chain.definitions()
         )
-        #: all that it was made of
+        #: everything from which it was made
         self.formulas = [system, of_step, of.expression, *of.chain.definitions()]
 
     def cost(self, a: np.ndarray, times: np.ndarray, h: float) -> Any:
-        """C_d, its gradients and Hessians."""
+        """Return C_d, its gradients and Hessians."""
         return self._of_cost(a, self._values(self.cost_symbols, times, h))
 
     def __call__(self, a: np.ndarray, times: np.ndarray, h: float, share: float = 1.0) -> Any:
-        """(gradients (N, k), Hessians (N, k, k)) of ℒ at N rows a, begun at these times.
+        """Return (gradients (N, k), Hessians (N, k, k)) of ℒ at N rows a, begun at these times.
 
-        share: of the cost in ℒ.
+        share: the factor of the cost in ℒ.
         """
         of_step = self._of_step(a, self._values(self.s, times, h))
         if share == 0:
@@ -109,13 +110,14 @@ class ControlStages:
         return of_step[1] + share * of_cost[1], of_step[2] + share * of_cost[2]
 
     def gains(self, a: np.ndarray, times: np.ndarray, h: float) -> np.ndarray:
-        """What the controls give to μ and to the rows of a step at N rows a: ∂(E, Z_μ)/∂f."""
+        """Return the effect of the controls on the rows of a step and on μ at N rows a: ∂(E,
+        Z_μ)/∂f."""
         H, at = self._of_step(a, self._values(self.s, times, h))[2], self.slices
         given = np.r_[at["kappa"], at["p"].start + self.n : at["p"].stop]
         return np.asarray(H[:, given][:, :, at["f"]])
 
     def along(self, x: np.ndarray, u: np.ndarray, times: np.ndarray) -> tuple[Any, Any]:
-        """(∂l/∂ξ (N, m), the anchor ρ̂ (N, n, m)) at N points, velocities and times."""
+        """Return (∂l/∂ξ (N, m), the anchor ρ̂ (N, n, m)) at N points, velocities and times."""
         found = self._along(x.T, u.T, self._values(self.s, times, 1))
         mu, rho = (e.astype(float) for e in found)
         each = rho if rho.ndim == 3 else rho[:, :, None]  # constants are not repeated
@@ -131,12 +133,13 @@ class ControlStages:
     def at_nodes(
         self, x: np.ndarray, mu: np.ndarray, p: np.ndarray, times: np.ndarray, near: np.ndarray
     ) -> np.ndarray:
-        """The f with ∂/∂f (C + p_μ·inputs) = 0 at N states and costates p_μ, (N, k).
+        """Return f with ∂/∂f (C + p_μ·inputs) = 0 at N states and costates p_μ, (N, k).
 
-        Pontryagin's condition, which has the order of the states. Newton from `near`, (ξ, f), each
-        correction halved until the next one is smaller. Where there is no such f, as at an end
-        where a cost is nearly flat and the discrete costate just beyond its slope, f of `near`.
-        Raises `LinAlgError` where the condition does not hold f to first order at any node.
+        This is Pontryagin's condition; f has the order of the states. Newton starts from `near`,
+        (ξ, f), and halves each correction until the next one is smaller. If there is no such f, as
+        at an end where a cost is nearly flat and the discrete costate just beyond its slope, the f
+        of `near` is returned. Raises `LinAlgError` if the condition does not determine f to first
+        order at any node.
         """
         m, data, y = self.m, self._values(self.s, times, 1), near.copy()
 
@@ -175,7 +178,8 @@ class ControlStages:
         return np.where(missed[:, None], near, y)[:, m:]
 
     def _checked(self, s: SceneSymbols, cost: Any, inputs: Any) -> tuple[Any, ...]:
-        """f, p_μ and C + p_μ·inputs in letters; raises `BadInput` for what cannot be either."""
+        """Return f, p_μ and C + p_μ·inputs in letters; raises `BadInput` for unfit cost or
+        inputs."""
         f, p = vector("cf", self.controls), vector("pm", len(s.u))
         t = sympy.Symbol(BEGIN, real=True)
 
@@ -208,7 +212,8 @@ class ControlStages:
         return numeric(given, [[*rows, *slope]], self.numbers, columns=True)
 
     def _values(self, s: SceneSymbols, times: np.ndarray, h: float) -> list[Any]:
-        """The data of a step: its clock stands at 0, which makes the control's places exact."""
+        """Return the data of a step; its clock stands at 0, so that the control's places are
+        exact."""
         still = [0] * len(self.places) * self.controls
         own = [*self.scene.parameter_values, *still, *self.places, 0, h]
         values = dict(zip(s.q, s.q_values(h, own, self.numbers), strict=True))
@@ -218,7 +223,7 @@ class ControlStages:
 
 
 def _inverses(slopes: np.ndarray) -> np.ndarray:
-    """The inverses of N matrices, no numbers in place of that of a singular one."""
+    """Return the inverses of N matrices; that of a singular one is NaN."""
     try:
         return np.linalg.inv(slopes)
     except np.linalg.LinAlgError:
@@ -239,9 +244,9 @@ stages_of = remembered(maxsize=64)(ControlStages)
 
 
 def places_of(scene: Scene, rule: Discretisation) -> list[float]:
-    """The fractions of a step at which a rule asks for L, in order.
+    """Return the fractions of a step at which a rule evaluates L, in order.
 
-    Raises `CannotMeasure` unless its weights sum to 1, as cost and force take them too.
+    Raises `CannotMeasure` unless its weights sum to 1, because cost and force use them too.
     """
 
     def still(x: Any, v: Any, p: Any, t: Any) -> Any:
@@ -253,7 +258,7 @@ def places_of(scene: Scene, rule: Discretisation) -> list[float]:
     at = {c: sympy.Float(v(30), 30) for c, v in s.constants.items()} | {s.x[-1]: 0, s.h: 1}
     weights = [sympy.sympify(weight).xreplace(at) for weight, _ in of.asked]
     total = sympy.Add(*weights)
-    # control runs in double precision: weights that are floats sum to 1 but for their round-off
+    # control runs in double precision: float weights sum to 1 up to round-off
     if total.is_number and abs(total - 1) > ROUND_OFF * sum(map(abs, weights)):
         raise CannotMeasure(
             f"{scene.name}: the weights of {rule.name} sum to {float(total):.16g}: cost and "
@@ -263,9 +268,10 @@ def places_of(scene: Scene, rule: Discretisation) -> list[float]:
 
 
 def _controlled(scene: Scene, inputs: Any, controls: int, places: list[float]) -> Scene:
-    """The scene under a control, whose clock starts with the step.
+    """Return the scene under a control, with a clock that starts with the step.
 
-    Its values are parameters, and so are the time at which the step begins and its width.
+    The values of the control are parameters, and so are the time at which the step begins and its
+    width.
     """
     lagrangian: Any = scene.lagrangian
     force = scene.force
@@ -288,12 +294,12 @@ def _controlled(scene: Scene, inputs: Any, controls: int, places: list[float]) -
 
 
 def _time(function: Any, wanted: int, p: Any, t: Any) -> tuple[Any, ...]:
-    """The time for a function that takes it: the step's beginning and what its clock shows."""
+    """Return the time as a tuple for a function that takes it, else (): step's start plus clock."""
     return (getattr(p, BEGIN) + t,) if arguments_of(function) == wanted else ()
 
 
 def _with_control(function: Any) -> Callable[..., Any]:
-    """A function of (x, v, f, p) or (x, v, f, p, t) as one of (x, v, p, t)."""
+    """Return a function of (x, v, f, p) or (x, v, f, p, t) as one of (x, v, p, t)."""
 
     def at(x: Any, v: Any, p: Any, t: Any) -> Any:
         values, places = getattr(p, VALUES), getattr(p, PLACES)

@@ -1,4 +1,4 @@
-"""Units of a control problem's own, in which its unknowns, multipliers and cost are near 1."""
+"""Units of a control problem in which its unknowns, multipliers and cost are near 1."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from .stages import ControlStages
 
-#: of the largest of its kind: where a groupoid mixes components, a number below may be the
+#: relative to the largest of its kind: if a groupoid mixes components, a smaller number may be the
 #: round-off of others (of rates, times the number of steps), so it has no unit of its own
 NOISE = 2.0**-20
 
@@ -16,11 +16,11 @@ NOISE = 2.0**-20
 def units_of(
     stages: ControlStages, z0: np.ndarray, z1: np.ndarray, guess: Any, t: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """(a unit for each letter of ℒ, the unit of the cost), powers of two, which round nothing.
+    """Return (a unit for each letter of ℒ, the unit of the cost): powers of two, for exact scaling.
 
-    Each component of x, μ and the velocity has the size that it has in the first guess. From these
-    and the duration T follow a force, μ/T over what a control of 1 gives, and what it costs; κ·E
-    and p·z are costs. Where nothing moves in the guess, μ is that of the velocities x/T.
+    Each component of x, μ and the velocity has the size that it has in the first guess. These and
+    the duration T determine a unit of force, μ/T divided by the effect of a control of 1, and the
+    cost of that; κ·E and p·z are costs. If nothing moves in the guess, velocities are x/T.
     """
     at, n, m = stages.slices, stages.n, stages.m
     z, _, v = guess
@@ -58,16 +58,16 @@ def units_of(
 
 
 def sizes(columns: np.ndarray) -> np.ndarray:
-    """The largest finite absolute value of each column, 0 of none."""
+    """Return the largest finite absolute value of each column, or 0 if there is none."""
     return np.where(np.isfinite(columns), abs(columns), 0).max(axis=0, initial=0)
 
 
 def shared(found: np.ndarray, noise: float) -> np.ndarray:
-    """Sizes of one kind, of which those that are 0 or may be noise are that of the largest."""
+    """Return sizes of one kind; those that are 0 or may be noise become the largest."""
     most = found.max(initial=0) or 1.0
     return np.where(found > noise * most, found, most)
 
 
 def powers(values: Any) -> Any:
-    """The powers of two next to positive numbers."""
+    """Return the powers of two nearest to positive numbers."""
     return 2.0 ** np.round(np.log2(values))

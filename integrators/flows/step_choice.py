@@ -118,14 +118,14 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         off = (abs(one - other) / np.where(sizes == 0, 1, sizes)).max()
         return float(off) / (1 - (steps / best) ** (stated or 1))
 
-    def phase_step(steps: int) -> float:
+    def hlambda(steps: int) -> float:
         """Return h|λ| of a run with so many steps, or 0 if it is unknown."""
         return pilot(steps).rate * float(scene.duration) / steps
 
     def trusted(steps: int, found: float) -> bool:
         """Return True if the error from runs with h and h/2 is that of h, not shared by both."""
         coarse, best = errors.get(steps // 2, inf), 2 * steps
-        if phase_step(best) > RESOLVED or coarse == inf:
+        if hlambda(best) > RESOLVED or coarse == inf:
             return False
         if coarse > aim and found > coarse / 2 ** ((stated or 1) / 2):
             return False
@@ -148,8 +148,8 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
             raise _unresolved(scheme, wanted, fastest, most)
         if floor == 2 or 4 * steps > most:
             ranked = sorted(errors, key=lambda k: errors[k])
-            kept = next((k for k in ranked if believed(k, errors[k])), None)
-            if kept is None and min(errors.values()) < inf and turns(2 * min(errors)) > RESOLVED:
+            kept = next((k for k in ranked if trusted(k, errors[k])), None)
+            if kept is None and min(errors.values()) < inf and hlambda(2 * min(errors)) > RESOLVED:
                 raise _unresolved(scheme, wanted, fastest, most)
             raise _unreachable(scheme, wanted, errors, kept, most, failed)
         steps *= 2

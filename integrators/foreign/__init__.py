@@ -1,4 +1,4 @@
-"""Integrators that are programs: functions of numbers, run where they are, judged as they are."""
+"""Integrators that are programs: functions of numbers, run and judged without changes."""
 
 from ..rules import Claims
 from .box import BlackBox, black_box

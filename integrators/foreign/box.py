@@ -1,4 +1,4 @@
-"""A black box: an integrator that is a function of numbers, with what its author claims of it."""
+"""A black box: an integrator that is a function of numbers, with its author's claims."""
 
 from __future__ import annotations
 
@@ -17,18 +17,19 @@ from .signatures import METHODS, check_arguments
 
 _Given = TypeVar("_Given")
 
-#: what a box may take and give beside the scene's x
+#: the states that a box may take and return, beside the scene's x
 STATES = ("qp", "qv")
-#: the numbers that a box computes in: its own unit of round-off, and the digits that it has
+#: the numbers that a box computes with: they determine its unit of round-off and its digits
 NUMBERS = ("double", "any", "float32")
 
 
 @dataclass(frozen=True)
 class BlackBox(Discretisation):
-    """An integrator that is a program: it goes wherever a rule goes, and its formulas are unknown.
+    """An integrator that is a program: it can replace a rule anywhere, but its formulas are
+    unknown.
 
-    `formula` is the function (q, p, h, system) → (q, p), or a class with `start`, `step` and
-    `read` for a method that remembers more than (q, p). See `black_box` for the fields.
+    `formula` is the function (q, p, h, system) → (q, p), or a class with `start`, `step` and `read`
+    for a method that remembers more than (q, p). See `black_box` for the fields.
     """
 
     claims: Claims | None = field(default_factory=Claims)
@@ -42,46 +43,46 @@ class BlackBox(Discretisation):
 
     @property
     def is_formula(self) -> bool:
-        """No: its steps are what a program gives."""
+        """False: its steps are the output of a program."""
         return False
 
     @property
     def digest(self) -> str:
-        """Its text, what that reads, and all that is said of it.
+        """Its text, the objects that the text reads, and its claims.
 
-        Raises `Opaque` where it may read what no object of Python's holds.
+        Raises `Opaque` if it may read something that is not in any Python object.
         """
         return f"{self.said} {reads(self.formula, self.jacobian, self.read, self.write, pure=True)}"
 
     @property
     def said(self) -> str:
-        """What its author says of it."""
+        """The claims and options of its author, as text."""
         return repr((self.claims, self.state, self.runs, self.numbers, self.vectorised))
 
     @property
     def remembers(self) -> bool:
-        """Whether it is a class, whose state is more than (q, p)."""
+        """True if it is a class, whose state is more than (q, p)."""
         return inspect.isclass(self.formula)
 
     @property
     def long_run(self) -> int:
-        """The steps of a long run: fewer where each is a call of Python's."""
+        """The number of steps of a long run: fewer if each is a Python call."""
         return 10**6 if self.runs else 10**5
 
     def runs_at(self, digits: int) -> bool:
-        """Whether the box can compute with that many digits."""
+        """Return True if the box can compute with that many digits."""
         return digits == 16 or self.numbers == "any"
 
     def unit(self, digits: int) -> float:
-        """The unit of round-off of its numbers: of single precision 2⁻²⁴."""
+        """Return the unit of round-off of its numbers; in single precision it is 2⁻²⁴."""
         return 2.0**-24 if self.numbers == "float32" else super().unit(digits)
 
     def applies(self, scene: Any) -> bool:
-        """Whether the scene has the Hamiltonian system that a box integrates."""
+        """Return True if the scene has the Hamiltonian system that a box integrates."""
         return not self.refusal(scene)
 
     def refusal(self, scene: Any) -> str:
-        """Why the box has no meaning for the scene, a sentence; empty where it has one."""
+        """Return a sentence that says why the box cannot run on the scene, or ""."""
         if scene.contact is not None:
             return f"{scene.name} has contact, of which the black box {self.name} knows nothing."
         if scene.nonholonomic is not None:
@@ -97,11 +98,11 @@ class BlackBox(Discretisation):
         return super().refusal(scene)
 
     def discretise(self, scene: Any) -> Any:
-        """The box on a scene, as `Scheme(scene, box)` gives it."""
+        """Return the box on a scene, the result of `Scheme(scene, box)`."""
         return BoxScheme(scene, self)
 
     def __call__(self, *given: Any) -> Any:
-        """The function or the class itself, called as it is."""
+        """Call the function or the class itself."""
         return self.formula(*given)
 
 
@@ -123,28 +124,29 @@ def black_box(
     source: str = "",
     groupoids: str | Sequence[str] = (),
 ) -> Callable[[Callable[..., Any]], BlackBox]:
-    """Decorator: judge a function of numbers (q, p, h, system) → (q, p) as a rule is judged.
+    """Decorator: judge a function of numbers (q, p, h, system) → (q, p) like a rule.
 
-    q (n,) and p (m,) are arrays of numpy: the scene's x and μ, p in the natural basis (on a pair
-    groupoid the momentum ∂L/∂v). `system` may be left out; it gives the scene in numbers
+    q (n,) and p (m,) are numpy arrays: the scene's x and μ, p in the natural basis (on a pair
+    groupoid the momentum ∂L/∂v). `system` may be left out; it is the scene in numbers
     (`SceneInNumbers`): f, H, gradient, velocity, force, momentum, parameters, t. The arrays must
     not be changed in place.
 
-    What is claimed is judged, and all else only measured: order; symplectic (the Poisson bracket is
-    kept; on a pair groupoid the canonical form); reversible (a step of −h undoes a step of h);
-    keeps, of "energy", "volume" and names of the scene's own quantities.
+    Claims are judged, everything else is only measured: order; symplectic (the Poisson bracket is
+    preserved; on a pair groupoid the canonical form); reversible (a step of −h undoes a step of h);
+    keeps: some of "energy", "volume" and names of the scene's own quantities.
 
-    state="qv": the box takes and gives velocities in place of momenta. runs=True: the function is
-    (q, p, h, steps, every, system) → arrays (rows, n) and (rows, m), the first row the start, then
-    each every-th step. numbers="any": the box works on mpmath numbers in object arrays too, and is
-    judged at 50 digits as well; "float32": in single precision. jacobian(q, p, h, system): the
-    derivative of the step, (n+m, n+m), in place of differences. vectorised=True: the box takes
-    arrays q (n, k) and p (m, k) as well, k states at once, each a column, as `system` does; it is
-    asked so where many states are looked at, for differences and closed curves.
-    write(x, mu) → (q, p) and read(q, p) → (x, mu) lead to and from coordinates of one's own.
+    state="qv": the box takes and returns velocities in place of momenta. runs=True: the function is
+    (q, p, h, steps, every, system) → arrays (rows, n) and (rows, m); the first row is the start,
+    then there is one row every `every` steps. numbers="any": the box also works on mpmath numbers
+    in object arrays, and is judged at 50 digits as well; "float32": it computes in single
+    precision. jacobian(q, p, h, system): the derivative of the step, (n+m, n+m), in place of
+    differences. vectorised=True: the box also takes arrays q (n, k) and p (m, k), k states at once
+    as columns, as `system` does; this is used where many states are needed, for differences and
+    closed curves. write(x, mu) → (q, p) and read(q, p) → (x, mu) convert to and from the box's own
+    coordinates.
 
-    A class has start(q, p, h, system) → state, step(state, h, system) → state and
-    read(state, system) → (q, p). Raises `BadInput` for claims and functions of another kind.
+    A class has start(q, p, h, system) → state, step(state, h, system) → state and read(state,
+    system) → (q, p). Raises `BadInput` for claims and functions of another kind.
     """
     where = checked("black_box", "black box", order, 0, groupoids)
     _one_of("state", state, STATES)
@@ -180,7 +182,8 @@ def _one_of(word: str, given: Any, known: Sequence[str]) -> None:
 
 
 def _checked(formula: Any, name: str | None, runs: bool) -> str:
-    """The name of a box; raises `BadInput` for what is no function or class of the right kind."""
+    """Return the name of a box; raises `BadInput` unless it is a function or class of the right
+    kind."""
     if not callable(formula):
         raise BadInput(
             f"a black box is a function (q, p, h, system) or a class with start, step and read, "

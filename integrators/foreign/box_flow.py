@@ -1,4 +1,4 @@
-"""A black box on a scene at one step: runs, steps, and what differences say of its derivative."""
+"""A black box on a scene at one step size: its runs, its steps, and its derivative."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from ..numbers import Double, Matrix, Numbers, Vector, arithmetic, exact_rationa
 from .calls import BoxRaised, Calls
 from .differences import Map, MapOfRows
 
-CHUNK = 2**12  # steps between two reports of progress
-ALSO_ALONE = 2  # states of a call of many that are asked for by themselves too
-#: by how much these may differ, in parts of the largest: what is computed for whole arrays rounds
-#: otherwise, which a motion near a pole makes thousands of times larger
+CHUNK = 2**12  # number of steps between two reports of progress
+ALSO_ALONE = 2  # number of states of a vectorised call that are also computed one by one
+#: largest relative difference between the two: arrays round differently from single numbers, and a
+#: motion near a pole enlarges that thousands of times
 ALIKE = 2.0**-36
 
 
 class BoxFlow:
-    """The steps of a black box, on (x, μ) as every flow's: `trajectory`, `dual_step`.
+    """The steps of a black box, on (x, μ) like those of every flow: `trajectory`, `dual_step`.
 
     step: exact; a negative one runs back. digits = 16 is double precision (single, for a box of
-    float32); more needs a box of numbers="any". Raises `BadInput` for a step of 0.
+    float32); more needs a box with numbers="any". Raises `BadInput` for a step of 0.
     """
 
-    #: how the step was chosen: a program is told
+    #: how the step was chosen: a program's step is always given
     choice: Any = None
 
-    #: no fixed point of stages: a program solves what it has to by itself
+    #: no fixed point of stages: a program solves its own equations
     stages = None
 
     def __init__(self, scheme: Any, step: Any, digits: int = 16) -> None:
@@ -58,11 +58,12 @@ class BoxFlow:
         self, steps: int, every: int = 1, *, x0: Any = None, mu0: Any = None, u0: Any = None,
         t0: Any = 0, progress: Callable[[int], None] | None = None,
     ) -> Trajectory:  # fmt: skip
-        """Run `steps` steps from the scene's start (or from x0, mu0), each every-th a row.
+        """Run `steps` steps from the scene's start (or from x0, mu0), with a row every `every`
+        steps.
 
-        As `Flow.trajectory`; u is ξ(x, μ) of each row. u0 is of no use to a box, and is not looked
-        at. Raises `StepFailure`, with the rows so far, where the box raises or gives numbers that
-        are not finite, and `BadInput` for answers of another kind.
+        See `Flow.trajectory`; u is ξ(x, μ) of each row. u0 is ignored. Raises `StepFailure`, with
+        the rows so far, if the box raises or returns numbers that are not finite, and `BadInput`
+        for answers of another kind.
         """
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
         x, mu, t0 = self._start(x0, mu0, t0)
@@ -86,19 +87,19 @@ class BoxFlow:
             return self._rows(xs, mus, steps, every, t0)
 
     def dual_step(self, x: Numbers, mu: Numbers, t0: Any = 0) -> tuple[Vector, Vector]:
-        """(x, μ) ↦ (x′, μ′): one step."""
+        """Return (x′, μ′), one step after (x, μ)."""
         return self.advance(x, mu, 1, t0)
 
     def advance(self, x: Numbers, mu: Numbers, steps: int, t0: Any = 0) -> tuple[Vector, Vector]:
-        """(x, μ) after so many steps."""
+        """Return (x, μ) after so many steps."""
         run = self.trajectory(steps, every=steps, x0=x, mu0=mu, t0=t0)
         return run.x[-1], run.mu[-1]
 
     def map_of(self, steps: int = 1, t0: Any = 0) -> Map:
-        """z ↦ Z on states z = (x, μ), (n+m,), of so many steps, for differences.
+        """Return the map z ↦ Z of `steps` steps on states z = (x, μ), (n+m,), for differences.
 
-        Of a box that is vectorised it has the images of many states in one call (`MapOfRows`). In
-        double precision; nothing is checked but what the box gives. Raises `StepFailure`.
+        For a vectorised box it can map many states in one call (`MapOfRows`). It works in double
+        precision and checks only the answers of the box. Raises `StepFailure`.
         """
         n = self.system.n
 
@@ -119,7 +120,7 @@ class BoxFlow:
         return self._of_rows(image) if self.scheme.rule.vectorised else image
 
     def _of_rows(self, image: Map) -> MapOfRows:
-        """A map that takes columns of states, with a look at some of them one by one."""
+        """Return a map of rows that calls a map of columns, and checks some states one by one."""
         drawn = np.random.default_rng(0)
 
         def rows(points: Matrix) -> Matrix:
@@ -153,7 +154,7 @@ class BoxFlow:
         return mpmath.workdps(self.digits + 15)
 
     def _public(self, given: Any) -> Any:
-        """Numbers of the flow's own arithmetic as the box and the user get them."""
+        """Return numbers of the flow's own arithmetic in the form that the box and the user get."""
         return self.numbers.public(np.array(given, dtype=self.numbers.dtype))
 
     def _start(self, x0: Any, mu0: Any, t0: Any) -> tuple[Vector, Vector, Any]:
@@ -180,7 +181,7 @@ class BoxFlow:
         return found[0], found[1], t0
 
     def _at(self, k: int, t0: Any) -> None:
-        """Set the time of the scene in numbers, where step k begins."""
+        """Set the time of the scene in numbers to the beginning of step k."""
         time = t0 + k * self.step
         if self.digits == 16:
             self.system.t = float(time)
@@ -189,7 +190,7 @@ class BoxFlow:
             self.system.t = self._public([self.numbers.number(time)])[0]
 
     def _written(self, x: Vector, mu: Vector, t0: Any) -> tuple[Any, Any]:
-        """(x, μ) in the box's own coordinates and numbers."""
+        """Return (x, μ) in the box's own coordinates and numbers."""
         box = self.scheme.rule
         self._at(0, t0)
         second = self.system.velocity(x, mu) if box.state == "qv" else mu
@@ -197,7 +198,7 @@ class BoxFlow:
         return np.array(q, dtype=self.kind), np.array(p, dtype=self.kind)
 
     def _read(self, q: Any, p: Any, k: int, t0: Any) -> tuple[Any, Any]:
-        """(x, μ) of the box's own coordinates."""
+        """Return (x, μ) from the box's own coordinates."""
         box = self.scheme.rule
         if box.read is not None:
             q, p = _checked(box, "read", box.read(q.copy(), p.copy()))
@@ -231,7 +232,7 @@ class BoxFlow:
         )  # fmt: skip
 
     def _velocities(self, base: Any, mus: Any) -> Any:
-        """ξ(x, μ) of rows, (r, m)."""
+        """Return ξ(x, μ) of rows, (r, m)."""
         numbers, scene = self.numbers, self.scheme.scene
         if scene.in_numbers:
             n = self.system.n

@@ -1,4 +1,4 @@
-"""A scene with a black box: what is asked of a scheme, as far as a program can answer it."""
+"""A scene with a black box: the attributes of a scheme, as far as a program can provide them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .scene_in_numbers import SceneInNumbers
 
 
 class BoxEquations:
-    """The scene's letters and a box, whose step has no formula: what asks for one is told so."""
+    """The scene's letters and a box, whose step has no formula: a request for one raises."""
 
     element = None
     multipliers: Any = ()
@@ -35,13 +35,13 @@ class BoxEquations:
 
 
 class BoxScheme(DiscretisedScene):
-    """A scene with a black box. Its steps are numbers, so it has flows, an order that is claimed,
-    and no Ω on arrows.
+    """A scene with a black box: it has flows and a claimed order, but no Ω on arrows.
 
-    Raises `BadInput` for a scene that is none, and `CannotMeasure` where the box has no meaning.
+    Raises `BadInput` for an argument that is not a scene, and `CannotMeasure` if the box cannot run
+    on the scene.
     """
 
-    #: a step is a map (x, μ) ↦ (x′, μ′) and no arrow
+    #: a step is a map (x, μ) ↦ (x′, μ′), not an arrow
     one_step = True
     has_arrows = False
     substeps: tuple[Any, ...] = ()
@@ -70,26 +70,26 @@ class BoxScheme(DiscretisedScene):
         self.rule = rule
 
     def in_numbers(self, numbers: Arithmetic, kind: Any = None) -> SceneInNumbers:
-        """The scene as the last argument of a black box, in an arithmetic of its own each."""
+        """Return the scene as the last argument of a black box, in the given arithmetic."""
         return system_of(self.s, self.scene, numbers, kind)
 
     @property
     def order(self) -> int | None:
-        """The order that is claimed."""
+        """The order that the author claims."""
         return self.rule.order
 
     @property
     def base(self) -> BoxScheme:
-        """This scheme: a box is no composition."""
+        """This scheme, since a box is not a composition."""
         return self
 
     @property
     def self_adjoint(self) -> bool | None:
-        """The claim, which only steps there and back can try."""
+        """The claim, which only steps there and back can test."""
         return None if self.rule.claims is None else self.rule.claims.reversible
 
     def at(self, **values: Any) -> BoxScheme:
-        """This box on the scene with other values; raises as `Scheme.at`."""
+        """Return this box on the scene with other values; raises like `Scheme.at`."""
         functions = {"lagrangian", "groupoid", "discrete_lagrangian", "fast", "force", "contact"}
         if derived := set(values) & functions:
             raise BadInput(
@@ -102,8 +102,11 @@ class BoxScheme(DiscretisedScene):
     def flow(
         self, step: Any = None, digits: int = 16, on_edge: str = "refuse", *, tolerance: Any = None
     ) -> BoxFlow:
-        """The box at one step size. Raises `CannotMeasure` for digits that it has not, and
-        `BadInput` for a tolerance, for which only a scheme can choose a step."""
+        """Return the box at one step size.
+
+        Raises `CannotMeasure` for digits that it does not have, and `BadInput` for a tolerance, for
+        which only a scheme can choose a step.
+        """
         if step is None or tolerance is not None:
             raise BadInput(f"{self.scene.name}: give a step; a black box chooses none itself.")
         if not self.rule.runs_at(digits):

@@ -1,4 +1,4 @@
-"""Where the file is that calls: names of files in it are meant from there."""
+"""The folder of the calling file, from which relative file names are taken."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _OURS = Path(__file__).resolve().parents[1]
 
 
 def folder_of_caller() -> Path:
-    """The folder of the file that called into this package; the current one if it is no file."""
+    """Return the folder of the file that called into this package, or the current folder."""
     frame: FrameType | None = sys._getframe(1)
     while frame is not None:
         path = Path(frame.f_code.co_filename)

@@ -1,4 +1,4 @@
-"""How a black box is called: a step at a time, with memory, or a whole run, its answers checked."""
+"""Calls of a black box, step by step, with memory, or for a whole run; its answers are checked."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DOUBLE = np.dtype(np.float64)
 
 
 class BoxRaised(Exception):
-    """The box raised an exception of its own: in which step, and what it said."""
+    """The box raised an exception of its own; it has the step's number and the message."""
 
     def __init__(self, index: int, said: str) -> None:
         self.index, self.said = index, said
@@ -24,14 +24,14 @@ class BoxRaised(Exception):
 
 
 class NotFinite(BoxRaised):
-    """The box gave numbers that are not finite."""
+    """The box returned numbers that are not finite."""
 
 
 class Calls:
-    """A box on one scene at one step: `run` makes steps from states in the box's own coordinates.
+    """A box on one scene at one step size: `run` makes steps in the box's own coordinates.
 
-    n, m: the lengths that its q and p have (None: those of the first answer, where the box has
-    coordinates of its own). kind: the type of its numbers.
+    n, m: the lengths of its q and p (None: those of the first answer, if the box has its own
+    coordinates). kind: the type of its numbers.
     """
 
     def __init__(self, box: Any, system: Any, h: Any, kind: Any, scene: str) -> None:
@@ -51,10 +51,10 @@ class Calls:
         self, q: Any, p: Any, steps: int, every: int, at: Callable[[int], None],
         row: Callable[[int, Any, Any], None],
     ) -> None:  # fmt: skip
-        """Make `steps` steps; `row(k, q, p)` is called for each every-th and the start.
+        """Make `steps` steps; call `row(k, q, p)` for the start and every `every`-th step.
 
         at(k) sets the time before step k. Raises `BadInput` for answers of a wrong kind,
-        `BoxRaised` for what the box raises, `NotFinite`.
+        `BoxRaised` for exceptions of the box, `NotFinite`.
         """
         row(0, q, p)
         if not steps:
@@ -85,7 +85,7 @@ class Calls:
                 if not (type(q) is type(p) is np.ndarray and q.dtype == p.dtype == kind
                         and (q.shape, p.shape) == shapes):  # fmt: skip
                     q, p = self._arrays(q, p, shapes)
-                q, p = q.copy(), p.copy()  # what it gives may be a view, or a buffer of its own
+                q, p = q.copy(), p.copy()  # the answer may be a view, or a buffer of the box
                 if plain and not math.isfinite(q.dot(q) + p.dot(p)):
                     self._check_finite(k, q, p)
                 if several:
@@ -152,7 +152,8 @@ class Calls:
         raise BadInput(f"{self.what} gives {shown}, but must give the pair (q, p).")
 
     def _arrays(self, q: Any, p: Any, shapes: Any) -> tuple[Any, Any]:
-        """Both answers as arrays of the wanted shapes; raises `BadInput` for anything else."""
+        """Return both answers as arrays of the given shapes; raises `BadInput` for anything
+        else."""
         found = []
         for name, given, shape in zip("qv" if self.box.state == "qv" else "qp",
                                       (q, p), shapes, strict=True):  # fmt: skip
@@ -189,7 +190,7 @@ class Calls:
             raise NotFinite(k, "the black box gives numbers that are not finite")
 
     def _raised(self, k: int, error: BaseException) -> Exception:
-        """What is said of an exception of the box's own."""
+        """Return the error for an exception that the box raised."""
         place = line_of(self._function(), error)
         if isinstance(error, ValueError) and str(error).endswith(" is read-only"):
             return BadInput(
@@ -215,14 +216,14 @@ class Calls:
         return _asked(self.box)
 
 
-#: what the text of a function raises at its first step, whatever its numbers are
+#: errors of a function's text, which it raises at its first step for any numbers
 SLIPS = (TypeError, AttributeError, NameError, ImportError)
-#: roundings of a start on its way into coordinates of a program's own and back (p/m·m, say)
+#: roundings of a start on its way into a program's own coordinates and back (such as p/m·m)
 ROUNDINGS = 8
 
 
 def _displaced(row: Any, start: Any) -> bool:
-    """Whether a run's first row is not its start, roundings aside."""
+    """Return True if a run's first row differs from its start by more than roundings."""
     unit = 2.0**-23 if start.dtype == np.float32 else 2.0**-52
     return bool(abs(row - start).max(initial=0) > ROUNDINGS * unit * abs(start).max(initial=0))
 
@@ -233,7 +234,7 @@ def _place(box: Any) -> str:
 
 
 def _asked(box: Any) -> Any:
-    """The function whose line messages name."""
+    """Return the function whose line messages name."""
     given: Any = box.formula
     return given.step if box.remembers else given
 

@@ -1,4 +1,4 @@
-"""Parameters of the states that holonomic constraints leave, for differences on them."""
+"""Parameters of the states that satisfy holonomic constraints, for differences on them."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ import numpy as np
 
 from ..numbers import Vector
 
-CORRECTIONS = 50  # Newton's; each doubles the digits
+CORRECTIONS = 50  # largest number of Newton corrections; each doubles the digits
 
 
 def constrained_parameters(
     system: Any, z: Vector, scale: Vector
 ) -> tuple[Callable[[Vector], Vector], Vector]:
-    """(embedding, reach): y (2(n−k),) ↦ a state z(y) with φ(q) = 0 and φ′(q) q̇ = 0, z(0) near z.
+    """Return (embedding, reach) of the constrained states near z.
 
-    y are parts along the tangent spaces at z, of which q is brought back along the normals of z,
-    and p by the normal part that the constraint on velocities takes. reach: the size of each y.
+    embedding: y (2(n−k),) ↦ a state z(y) with φ(q) = 0 and φ′(q) q̇ = 0, z(0) near z. y are
+    components in the tangent spaces at z; q is brought back along the normals at z, and p by the
+    normal part that the constraint on velocities requires. reach: the size of each y.
     """
     n = system.n
     first = system.constraint_jacobian(z[:n])
@@ -40,7 +41,7 @@ def constrained_parameters(
         q = on(q0 + tangent @ y[: n - k])
         p = p0 + tangent @ y[n - k :]
         slope = system.constraint_jacobian(q)
-        for _ in range(3):  # linear in p where H is quadratic in it
+        for _ in range(3):  # linear in p if H is quadratic in it
             rate = slope @ system.velocity(q, p)
             probe = np.array([slope @ (system.velocity(q, p + row) - system.velocity(q, p))
                               for row in slope]).T  # fmt: skip
@@ -51,6 +52,6 @@ def constrained_parameters(
 
 
 def constraint_defects(system: Any, x: Any, mu: Any) -> tuple[float, float]:
-    """(|φ(q)|, |φ′(q) q̇|) at a state, the largest of each."""
+    """Return the largest entries of |φ(q)| and of |φ′(q) q̇| at a state."""
     rate = system.constraint_jacobian(x) @ system.velocity(x, mu)
     return float(np.abs(system.constraint(x)).max()), float(np.abs(rate).max())

@@ -1,9 +1,9 @@
-"""Derivatives of a map of numbers by central differences, each entry with an error that is certain.
+"""Derivatives of a map of numbers by central differences, each entry with a certain error bound.
 
-A_w, the difference of order 8 at the width w, is off by its truncation, O(w⁸), and by the noise η
-of the map over w. Truncation is told by neighbouring widths, which differ by more than it as soon
-as it sinks; noise by differences of high order along a short line, which leave nothing of a smooth
-function (Moré, Wild, SIAM J. Sci. Comput. 33 (2011), 1292).
+A_w, the difference of order 8 with the width w, has a truncation error O(w⁸) and the noise η of the
+map divided by w. Neighbouring widths differ by more than the truncation error as soon as it falls,
+which measures it; the noise is measured by differences of high order along a short line, in which a
+smooth function cancels (Moré, Wild, SIAM J. Sci. Comput. 33 (2011), 1292).
 """
 
 from __future__ import annotations
@@ -21,32 +21,35 @@ from ..numbers import Matrix, Vector
 Map = Callable[[Vector], Vector]
 #: weights of f(z + iw) − f(z − iw), over w: exact for polynomials of degree 8
 WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
-#: widths in parts of the scale, the widest first: four of them reach as far as the scale
+#: widths relative to the scale, the widest first; with it the stencil reaches as far as the scale
 WIDTHS = [2.0**-k for k in range(2, 17)]
 PARTS = sorted({i * w for i in WEIGHTS for w in WIDTHS})
-ROUND_OFFS = 2 * sum(map(abs, WEIGHTS.values()))  # of a difference, in units of the noise over w
-#: noise beyond so many standard deviations comes once in 10⁹ draws of a normal one
+# round-off of a difference, in units of the noise over w
+ROUND_OFFS = 2 * sum(map(abs, WEIGHTS.values()))
+#: normal noise exceeds so many standard deviations once in 10⁹ draws
 FARTHEST = 6
 EPS = 2.0**-53
-LINE, ORDER = 24, 6  # points of a line on which noise is looked for, and the order of differences
-SPACINGS = (2.0**-9, 2.0**-14, 2.0**-22)  # of these points, in parts of the scale
-#: roundings of the argument in a sixth difference: its weights add up to 64, and the argument, of
-#: a size of a few scales, is rounded a few times in a step
+# number of points of a line on which noise is measured, and the order of differences
+LINE, ORDER = 24, 6
+SPACINGS = (2.0**-9, 2.0**-14, 2.0**-22)  # distances of these points, relative to the scale
+#: roundings of the argument in a sixth difference: its weights add up to 64, and the argument,
+#: whose size is a few scales, is rounded a few times in a step
 ARGUMENT = 64 * 8
-FINER = (8, 64)  # times finer lines, on which a jump is looked for again
-#: a sixth difference of independent errors of size 1 has this inverse size
+FINER = (8, 64)  # factors of refinement of lines on which a jump is checked again
+#: the inverse size of a sixth difference of independent errors of size 1
 DEVIATION = (factorial(ORDER) ** 2 / factorial(2 * ORDER)) ** 0.5
-#: a sixth difference at spacing w of what varies over the scale is about (6w)⁶ of it, and no noise:
-#: 3e-12 of the map at the widest spacing
+#: a sixth difference at spacing w of a function that varies over the scale is about (6w)⁶ of it
+#: without any noise: 3e-12 of the map at the widest spacing
 SMOOTH = [(6 * w) ** 6 for w in SPACINGS]
 
 
 @dataclass(frozen=True)
 class Noise:
-    """What a map has that is not smooth, per entry of its value.
+    """The part of a map that is not smooth, for each entry of its value.
 
     level: the standard deviation of its round-off. jump: the largest jump between neighbouring
-    points, as of an iteration that stops at another count; 0 where none stands out.
+    points, such as that of an iteration that stops after another number of steps; 0 if none stands
+    out.
     """
 
     level: Vector
@@ -55,7 +58,8 @@ class Noise:
 
 @dataclass(frozen=True)
 class Derivative:
-    """∂f/∂y (k, l), and of each entry an error that holds (inf where no width gives a value)."""
+    """The derivative ∂f/∂y (k, l) with an error bound for each entry (inf if no width gives a
+    value)."""
 
     value: Matrix
     error: Matrix
@@ -63,24 +67,24 @@ class Derivative:
 
 @dataclass(frozen=True)
 class MapOfRows:
-    """A map that has the images of many points, rows (r, l), in one call as well: `rows`."""
+    """A map that can also map many points, rows (r, l), in one call: `rows`."""
 
     one: Map
     rows: Callable[[Matrix], Matrix]
 
     def __call__(self, z: Vector) -> Vector:
-        """The image of one point."""
+        """Return the image of one point."""
         return self.one(z)
 
 
 def images(f: Map, points: Any) -> Matrix:
-    """The images (r, k) of points (r, l), in one call where the map can do so."""
+    """Return the images (r, k) of points (r, l), in one call if the map supports that."""
     rows = np.asarray(points, dtype=float)
     return f.rows(rows) if isinstance(f, MapOfRows) else np.array([f(z) for z in rows])
 
 
 def guarded(f: Map, size: int) -> Map:
-    """f, with nan where it raises a `StepFailure`."""
+    """Return f with nan in place of a `StepFailure`."""
 
     def image(z: Vector) -> Vector:
         try:
@@ -91,23 +95,23 @@ def guarded(f: Map, size: int) -> Map:
     def rows(points: Matrix) -> Matrix:
         try:
             return images(f, points)
-        except StepFailure:  # of one of them
+        except StepFailure:  # one of the points fails
             return np.array([image(z) for z in points])
 
     return MapOfRows(image, rows) if isinstance(f, MapOfRows) else image
 
 
 def shifted(f: Map, z: Vector) -> Map:
-    """y ↦ f(z + y)."""
+    """Return the map y ↦ f(z + y)."""
     if isinstance(f, MapOfRows):
         return MapOfRows(lambda y: f(z + y), lambda points: images(f, z + points))
     return lambda y: f(z + y)
 
 
 def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> Noise:
-    """The noise of f around z, from sixth differences on short lines in a random direction.
+    """Return the noise of f around z, from sixth differences on short lines in a random direction.
 
-    unit: round-off of the map's numbers, below which no noise is.
+    unit: the round-off of the map's numbers, the least possible noise.
     """
     random = np.random.default_rng(seed)
     way = random.standard_normal(len(z)) * scale / max(1.0, len(z) ** 0.5)
@@ -122,8 +126,8 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
         usual, most = np.median(rows, axis=0), rows.max(axis=0)
         with np.errstate(all="ignore"):
             reach = np.nanmax(np.abs(line), axis=0) + np.abs(value)
-        # what the rounding of the argument does is no jump: near a pole that is far more than the
-        # round-off of the value, and more at some points of the line than at most
+        # the rounding of the argument causes no jump: near a pole its effect is far larger than the
+        # round-off of the value, and larger at some points of the line than at most
         with np.errstate(all="ignore"):
             slope = np.nanmax(np.abs(np.diff(line, axis=0)), axis=0) / width
         rounding = ARGUMENT * unit * (np.nan_to_num(slope, posinf=0.0) + reach)
@@ -133,7 +137,7 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
             np.maximum(smooth * reach, rounding),
             2 * FARTHEST * np.maximum(usual, level / DEVIATION),
         )
-        if beyond.any():  # a jump stays as large on a finer line, and what is only steep does not
+        if beyond.any():  # a jump keeps its size on a finer line, but a steep slope does not
             first = int(rows[:, int(np.argmax(beyond))].argmax()) - LINE // 2
             for finer in FINER:
                 fine = [z + (first + i / finer) * width * way for i in range(ORDER * finer + 1)]
@@ -143,9 +147,10 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
 
 
 def jump_on(f: Callable[[float], Vector], a: float, b: float, count: int, size: Vector) -> Vector:
-    """The largest jump of each entry of f on [a, b], of those that a line of so many points shows.
+    """Return the largest jump of each entry of f on [a, b] that a line of `count` points shows.
 
-    size: of each entry, which is smooth over a part of [a, b]. 0 where none stays on finer lines.
+    size: that of each entry, which is smooth over a part of [a, b]. The result is 0 if no jump
+    remains on finer lines.
     """
     gap = (b - a) / (count - 1)
     rows = _sixth(np.array([f(a + k * gap) for k in range(count)]))
@@ -163,7 +168,7 @@ def jump_on(f: Callable[[float], Vector], a: float, b: float, count: int, size: 
 
 
 def _sixth(line: Matrix) -> Matrix:
-    """|Sixth differences| along a line of points; 0 where one is not finite."""
+    """Return the absolute sixth differences along a line of points; 0 if one is not finite."""
     weights = np.array([(-1) ** i * comb(ORDER, i) for i in range(ORDER + 1)])
     with np.errstate(all="ignore"):
         rows = np.abs(np.lib.stride_tricks.sliding_window_view(line, ORDER + 1, axis=0) @ weights)
@@ -173,9 +178,9 @@ def _sixth(line: Matrix) -> Matrix:
 def derivative(
     f: Map, size: int, scale: Vector, noise: Noise, at: Vector | None = None
 ) -> Derivative:
-    """The derivative at 0 (or `at`) of f: R^l → R^size, whose arguments vary over the scale (l,).
+    """Return the derivative at 0 (or `at`) of f: R^l → R^size; its arguments vary over scale (l,).
 
-    Points are shared between the widths, which are powers of 2.
+    The widths are powers of 2 and share points.
     """
     f = guarded(f, size)
     origin = np.zeros(len(scale)) if at is None else at
@@ -208,10 +213,11 @@ def derivative(
         best = off.argmin(axis=0)
         value[:, j] = np.take_along_axis(found[1:-1], best[None], 0)[0]
         error[:, j] = np.take_along_axis(off, best[None], 0)[0]
-        # What moves little may be smooth over far more: the round-off of a light body's large
-        # coordinates drowns the small ones of a heavy body else. A wider width counts only where
-        # each one before it did, and within the error that was known: far away a function may be
-        # flat, and widths that agree there say nothing of its slope here.
+        # An argument that moves little may be smooth over a far larger width: otherwise the
+        # round-off of a light body's large coordinates would drown the small ones of a heavy body.
+        # A wider width counts only if each one before it did, and within the error known so far:
+        # far away a function may be flat, and widths that agree there tell nothing about its slope
+        # here.
         better, (before, here), width = best == 0, (found[1], found[0]), WIDTHS[0]
         while better.any() and 8 * width * d <= most:
             with np.errstate(all="ignore"):

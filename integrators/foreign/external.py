@@ -1,4 +1,4 @@
-"""A program in any language as an integrator, asked by JSON lines (`program`)."""
+"""A program in any language as an integrator that is asked by JSON lines (`program`)."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ from .program import RESTARTS, SECONDS, Program
 
 @dataclass(frozen=True)
 class Runs:
-    """The runs of a program, as a black box of runs makes them."""
+    """The runs of a program, in the form of a black box with runs=True."""
 
     program: Program
 
     def __call__(
         self, q: np.ndarray, p: np.ndarray, h: Any, steps: int, every: int, system: Any
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Arrays (rows, n) and (rows, m); raises `ProgramFailure` if the program gives none."""
+        """Return arrays (rows, n) and (rows, m); raises `ProgramFailure` if the program gives
+        none."""
         t = float(system.t) if system._clocked else None
         parameters = vars(system.parameters)
         xs, mus = self.program.run(q, p, h, steps, every, system.name, parameters, t)
-        xs[0], mus[0] = q, p  # the program may have rounded them on the way
+        xs[0], mus[0] = q, p  # the program may have rounded them
         return xs, mus
 
 
@@ -40,12 +41,12 @@ class External(BlackBox):
 
     @property
     def long_run(self) -> int:
-        """A hundred thousand steps: each row is written and read in decimal digits."""
+        """The number of steps of a long run: each row is written and read in decimal digits."""
         return 10**5
 
     @property
     def digest(self) -> str:
-        """What tells this program from a changed one; raises `Opaque` where that is not said."""
+        """The key of this version of the program; raises `Opaque` if its files are not given."""
         program = self.formula.program  # type: ignore[attr-defined]
         if program.files is None:
             raise Opaque(f"{program.label}, which may read any file")
@@ -63,16 +64,16 @@ def external(
     name: str | None = None,
     **claims: Any,
 ) -> External:
-    """A program as an integrator: a JSON line in, a JSON line out, for each run (`program`).
+    """Use a program as an integrator: one JSON line in and one out for each run (`program`).
 
-    command: the words, such as ["./my-code", "--json"]. A path is taken from the folder of the file
-    that says this, where the program also runs; a name without a slash is looked for on the PATH.
-    order and claims: as of `black_box` (symplectic, reversible, keeps, state, numbers, read, write,
-    source, groupoids). seconds: how long one answer may take. restarts: how many more times it is
-    started after crashes and silences that follow one another on one scene. files: all files and
-    folders that it reads beside those that the command names, () for none: its results are then
-    remembered until one of them, or the command, changes. The program is started when it is first
-    asked, and ends with Python.
+    command: the words, such as ["./my-code", "--json"]. A path is relative to the folder of the
+    calling file, where the program also runs; a name without a slash is searched on the PATH. order
+    and claims: as for `black_box` (symplectic, reversible, keeps, state, numbers, read, write,
+    source, groupoids). seconds: the longest time for one answer. restarts: how often it is started
+    again after successive crashes and timeouts on one scene. files: all files and folders that it
+    reads beside those in the command, () for none: then its results are remembered until one of
+    them, or the command, changes. The program is started when it is first needed, and ends with
+    Python.
 
     Raises `BadInput` for a command that cannot be run and for claims of another kind.
     """
@@ -84,7 +85,7 @@ def external(
 
 
 def _name(program: Program) -> str:
-    """The name of the last file that the command names, or of the program."""
+    """Return the name of the last file in the command, or of the program."""
     files = [word for word in program.words if (program.folder / word).is_file()]
     stem = Path((files or program.words)[-1 if files else 0]).stem
     return re.sub(r"[^\w.-]+", "-", stem)[:80] or "program"

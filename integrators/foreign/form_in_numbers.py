@@ -1,4 +1,4 @@
-"""The Poisson form, the symplectic form and volume under a map of numbers, with what is certain."""
+"""The Poisson form, the symplectic form and volume under a map of numbers, with certain defects."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ import numpy as np
 from ..numbers import Matrix, Vector
 from .differences import EPS, FARTHEST, Derivative, Map, Noise, images
 
-LOOP = 64  # points of a closed curve
-UNRESOLVED = 1e-3  # of its amplitudes at the highest frequencies: its points do not resolve it
+LOOP = 64  # number of points of a closed curve
+# the points do not resolve a curve with a larger share of its amplitudes at high frequencies
+UNRESOLVED = 1e-3
 
 
 @dataclass(frozen=True)
 class Defect:
-    """A defect relative to the terms that it is made of.
+    """A defect relative to the terms from which it is made.
 
-    certain: what remains of it beyond the errors of the derivative; 0 if these explain it all.
-    measured: the largest. resolution: the largest that these errors may hide. entry: of the worst.
+    certain: the part of it that the errors of the derivative cannot explain, or 0. measured: the
+    largest value. resolution: the largest value that these errors may hide. entry: the worst entry.
     """
 
     certain: float
@@ -29,11 +30,11 @@ class Defect:
 
 
 def form_defect(of: Derivative, before: Matrix, after: Matrix) -> Defect:
-    """How far M Π Mᵀ is from Π′, M (k, l), Π before (l, l), Π′ after (k, k).
+    """Return how far M Π Mᵀ is from Π′, M (k, l), Π before (l, l), Π′ after (k, k).
 
-    Each entry relative to the sum of its absolute terms, or, if that is larger, to the natural unit
-    of the pair: with the sizes of entries that M and Π′ themselves give, so that bodies of very
-    different mass do not drown.
+    Each entry is relative to the sum of its absolute terms, or, if that is larger, to the natural
+    unit of the pair, which M and Π′ themselves determine, so that bodies of very different mass are
+    all seen.
     """
     M, E = of.value, of.error
     size = np.abs(M) @ np.abs(before) @ np.abs(M).T + np.abs(after)
@@ -44,8 +45,11 @@ def form_defect(of: Derivative, before: Matrix, after: Matrix) -> Defect:
 
 
 def pulled_back_defect(of: Derivative, start: Derivative, form: Any) -> Defect:
-    """How far Dᵀ ω D is from Nᵀ ω N: D and N the derivatives of a map and of where it starts from,
-    (2n, l) each, in parameters of the submanifold on which ω = dq ∧ dp is looked at."""
+    """Return how far Dᵀ ω D is from Nᵀ ω N.
+
+    D and N, (2n, l) each, are the derivatives of a map and of its start by parameters of the
+    submanifold on which ω = dq ∧ dp is tested.
+    """
     w, absolute = np.asarray(form), np.abs(form)
     gap = np.abs(of.value.T @ w @ of.value - start.value.T @ w @ start.value)
     size = unsure = np.zeros_like(gap)
@@ -58,7 +62,7 @@ def pulled_back_defect(of: Derivative, start: Derivative, form: Any) -> Defect:
 
 
 def volume_defect(of: Derivative, growth: float = 1.0) -> Defect:
-    """How far det M is from `growth`, relative to 1; the error by the inverse of M."""
+    """Return how far det M is from `growth`, relative to 1; the error uses the inverse of M."""
     value = abs(float(np.linalg.det(of.value)))
     try:
         inverse = np.abs(np.linalg.inv(of.value))
@@ -70,8 +74,11 @@ def volume_defect(of: Derivative, growth: float = 1.0) -> Defect:
 
 
 def _natural(size: Matrix) -> Matrix:
-    """The natural unit of each pair of entries: a thousandth of the geometric mean of the largest
-    that either has, below which an entry is no part of the motion."""
+    """Return the natural unit of each pair of entries.
+
+    It is a thousandth of the geometric mean of the largest values of both; a smaller entry is no
+    part of the motion.
+    """
     most = np.sqrt(size.max(axis=1))
     return 1e-3 * np.outer(most, most)
 
@@ -93,11 +100,11 @@ def _worst(gap: Matrix, unsure: Matrix, size: Matrix) -> Defect:
 
 
 def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise) -> Defect:
-    """How far ∮ p·dq is from what it was, over the closed curve of starts (r, 2n), after f.
+    """Return how far ∮ p·dq over a closed curve of starts (r, 2n) is from that over its image by f.
 
-    By Fourier derivatives, which are exact for a curve that 64 points resolve: no derivative of the
-    map (Poincaré's integral invariant). Relative to ∮ |p·dq| about the mean of p, per degree of
-    freedom. What is not resolved is told by every second point.
+    It uses Fourier derivatives, which are exact for a curve that 64 points resolve, and no
+    derivative of the map (Poincaré's integral invariant). It is relative to ∮ |p·dq| about the mean
+    of p, per degree of freedom. Every second point shows whether the curve is resolved.
     """
     image = images(f, curve)
     if not np.isfinite(image).all():
@@ -108,7 +115,7 @@ def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise) -> Defect:
     rough = np.maximum(noise.level, EPS * np.abs(image).max(axis=0)) * FARTHEST + noise.jump
     dq = np.abs(np.diff(image[:, :n], axis=0, append=image[:1, :n])).max(axis=0)
     p = np.abs(image[:, n:] - image[:, n:].mean(axis=0)).max(axis=0)
-    # each value's noise, by the other's derivative; those of 64 points are independent
+    # each value's noise, weighted by the other's derivative; the noise of 64 points is independent
     of_noise = float((rough[n:] * dq + rough[:n] * p * np.pi).sum()) * len(curve) ** 0.5
     tails = max(a[2] for a in found)
     if tails > UNRESOLVED:
@@ -121,7 +128,7 @@ def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise) -> Defect:
 
 
 def _integral(rows: Matrix, n: int) -> tuple[float, float, float]:
-    """(∮ p·dq, its absolute terms, how much of the curve is at the highest frequencies)."""
+    """Return (∮ p·dq, its absolute terms, the share of the curve at the highest frequencies)."""
     p = rows[:, n:] - rows[:, n:].mean(axis=0)
     slopes, tail = slopes_and_tail(np.hstack([rows[:, :n], p]))
     terms = p * slopes[:, :n] * (2 * np.pi / len(rows))
@@ -129,8 +136,10 @@ def _integral(rows: Matrix, n: int) -> tuple[float, float, float]:
 
 
 def slopes_and_tail(rows: Matrix) -> tuple[Matrix, float]:
-    """The derivative (r, l) along a closed curve (r, l) by its Fourier series, and how much of the
-    curve is at the highest frequencies."""
+    """Return the derivative (r, l) along a closed curve (r, l) by its Fourier series.
+
+    The second result is the share of the curve at the highest frequencies.
+    """
     r = len(rows)
     spectrum = np.fft.fft(rows, axis=0)
     k = np.fft.fftfreq(r, 1 / r)
@@ -143,7 +152,7 @@ def slopes_and_tail(rows: Matrix) -> tuple[Matrix, float]:
 
 
 def random_curve(random: Any, z: Vector, scale: Vector, reach: float) -> Matrix:
-    """A closed curve of `LOOP` points around z, (r, 2n), with three harmonics."""
+    """Return a closed curve of `LOOP` points around z, (r, 2n), with three harmonics."""
     t = 2 * np.pi * np.arange(LOOP) / LOOP
     a, b, c = (random.standard_normal(len(z)) * scale * reach for _ in range(3))
     return z + np.outer(np.cos(t), a) + np.outer(np.sin(t), b) + 0.3 * np.outer(np.cos(2 * t), c)

@@ -1,11 +1,11 @@
-"""Closed curves on symplectic leaves, and the form integrated over what they enclose.
+"""Closed curves on symplectic leaves, and the area that they enclose.
 
-A Poisson map takes leaves to leaves and keeps the symplectic form ω on them, so that the area of
-what a closed curve on a leaf encloses is that of its image. From a point z₀ the leaf is reached by
-the motions of linear functions, ∂Z/∂t = B(Z) a, Z(0; a) = z₀, with a covector a. On it
-ω(B a, v) = ⟨a, v⟩, so the cone of these motions over a closed curve s ↦ Z(1; a(s)) has the area
-∫₀¹ ∮ ⟨a, ∂Z/∂s⟩ ds dt. In canonical coordinates that is ∮ p·dq, on a coadjoint orbit ∮ ⟨μ, g⁻¹dg⟩
-with the lift g = exp a, which is closed where a is; nothing is asked for but B.
+A Poisson map takes leaves to leaves and preserves the symplectic form ω on them, so a closed curve
+on a leaf encloses the same area as its image. From a point z₀ the leaf is reached by the motions of
+linear functions, ∂Z/∂t = B(Z) a, Z(0; a) = z₀, with a covector a. On it ω(B a, v) = ⟨a, v⟩, so the
+cone of these motions over a closed curve s ↦ Z(1; a(s)) has the area ∫₀¹ ∮ ⟨a, ∂Z/∂s⟩ ds dt. In
+canonical coordinates this is ∮ p·dq, on a coadjoint orbit ∮ ⟨μ, g⁻¹dg⟩ with the lift g = exp a,
+which is closed if a is. Only B is needed.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from ..numbers import Matrix, Vector
 from .differences import EPS, FARTHEST, Map, Noise, images
 from .form_in_numbers import UNRESOLVED, Defect, slopes_and_tail
 
-NODES = 6  # Gauss's of a motion, of order 12; one less, of order 10, tells their error
-MOST = 60  # corrections; each leaves a part as small as the curve
+NODES = 6  # Gauss nodes of a motion, of order 12; with one less, of order 10, they give the error
+MOST = 60  # largest number of corrections; each reduces the error by a factor as small as the curve
 #: directions in which B is smaller than this, in natural units, leave the leaf
 RANK = 1e-9
-SETTLED = 8  # round-offs of a state in natural units, below which corrections are none
+SETTLED = 8  # corrections below so many round-offs of a state, in natural units, count as 0
 
 
 class Leaf:
-    """The leaf through z (l,), of a tensor (l, r) ↦ (l, l, r); scale: the size of each entry."""
+    """The leaf through z (l,) of a tensor (l, r) ↦ (l, l, r); scale: the size of each entry."""
 
     def __init__(self, tensor: Callable[[Matrix], Any], z: Vector, scale: Vector) -> None:
         self.tensor, self.z, self.scale = tensor, z, scale
@@ -36,14 +36,17 @@ class Leaf:
         self.back = np.linalg.pinv(here, rcond=RANK) / np.outer(scale, scale)
 
     def covectors(self, ways: Matrix) -> Matrix:
-        """The a (r, l) whose motions begin along what of the ways (r, l) is along the leaf."""
+        """Return a (r, l) whose motions begin along the part of the ways (r, l) in the leaf."""
         return ways @ self.back.T
 
     def motions(
         self, a: Matrix, ends: Matrix | None = None, nodes: int = NODES
     ) -> tuple[Matrix, Any, Matrix]:
-        """(a, Z at Gauss's nodes (nodes, r, l), Z(1; a) (r, l)); with `ends`, the a of which
-        Z(1; a) is nearest to them. All nan where this has no end: the curve is too large."""
+        """Return (a, Z at the Gauss nodes (nodes, r, l), Z(1; a) (r, l)).
+
+        With `ends`, a is chosen so that Z(1; a) is nearest to them. All are nan if the iteration
+        does not converge because the curve is too large.
+        """
         weights, integrals = _gauss(nodes)
         least = SETTLED * EPS * (1 + float((np.abs(self.z) / self.scale).max()))
         stages = np.broadcast_to(self.z, (nodes, *a.shape))
@@ -66,15 +69,19 @@ class Leaf:
         return a, stages, end
 
     def curve(self, ways: Matrix) -> tuple[Matrix, Matrix]:
-        """(a, points), each (r, l): a closed curve on the leaf, about along the ways from z."""
+        """Return (a, points), each (r, l): a closed curve on the leaf, approximately along the
+        ways."""
         a, _, end = self.motions(self.covectors(ways))
         return a, end
 
     def area(
         self, a: Matrix, ends: Matrix | None = None, nodes: int = NODES
     ) -> tuple[float, float, float, Matrix]:
-        """(the area of the cone over the curve, its absolute terms, how much of the curve is at the
-        highest frequencies, the curve itself (r, l))."""
+        """Return the area of the cone over the curve and its accuracy.
+
+        The result is (the area, its absolute terms, the share of the curve at the highest
+        frequencies, the curve itself (r, l)).
+        """
         a, stages, end = self.motions(a, ends, nodes)
         slopes, tail = slopes_and_tail(np.concatenate([*stages, end], axis=1))
         slopes = slopes[:, : -len(self.z)].reshape(len(a), nodes, -1)
@@ -84,7 +91,7 @@ class Leaf:
 
 @cache
 def _gauss(nodes: int) -> tuple[Vector, Matrix]:
-    """(weights (s,), A (s, s)) of Gauss's method with s nodes in [0, 1]."""
+    """Return (weights (s,), A (s, s)) of Gauss's method with s nodes in [0, 1]."""
     c, weights = np.polynomial.legendre.leggauss(nodes)
     c, powers = (c + 1) / 2, np.arange(1, nodes + 1)
     # A_ij = ∫₀^{c_i} ℓ_j, by the polynomials that are 1 at one node
@@ -95,10 +102,10 @@ def _gauss(nodes: int) -> tuple[Vector, Matrix]:
 def leaf_defect(
     f: Map, tensor: Callable[[Matrix], Any], z: Vector, scale: Vector, ways: Matrix, noise: Noise
 ) -> Defect:
-    """How far the area of a closed curve about z on its leaf is from that of its image under f.
+    """Return how far the area of a closed curve about z on its leaf is from that of its image by f.
 
-    ways (r, l): the curve relative to z, of which the part along the leaf is taken. An image that
-    is on no leaf has a defect by how far it is off, in parts of its extent.
+    ways (r, l): the curve relative to z, of which the part along the leaf is taken. If the image
+    lies on no leaf, the defect is its distance from one, relative to its extent.
     """
     leaf = Leaf(tensor, z, scale)
     a, curve = leaf.curve(ways)
@@ -117,7 +124,8 @@ def leaf_defect(
     along = np.abs(there.covectors(np.diff(image, axis=0, append=image[:1]))).max(axis=0)
     beyond = sum(abs(e[0] - c[0]) for e, c in zip(found, coarse, strict=True))
     size = max(found[0][1], found[1][1]) or 1.0
-    # noise of 64 points is independent, and a point's moves the area by ω(noise, the curve's way)
+    # noise of 64 points is independent, and a point's noise moves the area by ω(noise, the curve's
+    # way)
     unsure = float(rough @ along) * len(curve) ** 0.5 + beyond + size * tails
     gap = abs(found[1][0] - found[0][0])
     off = np.abs(image - found[1][3]).max(axis=0)

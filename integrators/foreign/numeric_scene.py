@@ -1,4 +1,4 @@
-"""A scene whose Hamiltonian is a function of numbers, as a black box is given it."""
+"""A scene whose Hamiltonian is a function of numbers, in the form that a black box gets."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ..scene import Scene
 from .differences import derivative, noise_of
 from .scene_in_numbers import SceneInNumbers, several
 
-#: how far a gradient may be beside the differences of its function, in parts of its largest entry:
-#: a table in single precision has no more
+#: largest difference of a gradient from the differences of its function, relative to its largest
+#: entry: a table in single precision is no better
 NEAR = 1e-4
 
 
 class NumericScene(SceneInNumbers):
-    """`SceneInNumbers` of the user's own functions H(q, p) and gradient(q, p)."""
+    """`SceneInNumbers` for the user's own functions H(q, p) and gradient(q, p)."""
 
     _double = True
 
@@ -76,12 +76,12 @@ class NumericScene(SceneInNumbers):
 
 
 def system_of(s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: Any) -> SceneInNumbers:
-    """The scene in numbers, of whatever it is given by."""
+    """Return the scene in numbers, for symbolic and for numeric scenes."""
     return (NumericScene if scene.in_numbers else SceneInNumbers)(s, scene, numbers, kind)
 
 
 def check_gradient(scene: Scene) -> None:
-    """Raise `BadInput` for functions of other shapes, and a gradient that is not that of H."""
+    """Raise `BadInput` for functions of other shapes, and for a gradient that is not that of H."""
     n, m = scene.groupoid.dim_x, scene.groupoid.dim_u
     z = np.array([float(e) for e in (*scene.x0, *(scene.mu0 or ()))])
     value, slopes = _asked(scene.numeric_hamiltonian, z, n), _asked(scene.gradient, z, n)

@@ -1,4 +1,4 @@
-"""A process that is written a line and answers with one, within a time; it ends with this one."""
+"""A process that reads a line and answers with one within a time; it ends with this process."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-GRACE = 0.5  # seconds in which a program whose input has ended may end by itself
-LINES = 3  # of standard error that a message quotes
+GRACE = 0.5  # seconds that a program may take to end by itself after its input has ended
+LINES = 3  # number of lines of standard error that a message quotes
 
 
 class Broken(Exception):
-    """A program that cannot be asked again: its text says what the program did, `fix` the cure."""
+    """A program failed and cannot be asked again; its text says how, `fix` says what to do."""
 
     def __init__(self, what: str, fix: str = 'mend it, or let it answer {"error": "why"}') -> None:
         super().__init__(what)
@@ -26,8 +26,8 @@ class Broken(Exception):
 class Process:
     """A running program with its pipes; raises `Broken` if it cannot be started.
 
-    path: the program; words: its name and arguments. It gets a session of its own, so that an
-    interrupt reaches this process alone, which then ends the program and all that it has started.
+    path: the program; words: its name and arguments. It gets its own session, so that an interrupt
+    reaches only this process, which then ends the program and all its children.
     """
 
     def __init__(self, path: str, words: Sequence[str], folder: Path) -> None:
@@ -46,8 +46,8 @@ class Process:
                 f"cannot be started in {folder} ({why})",
                 "give a program that this system runs, or its interpreter first",
             ) from None
-        # If this process is killed it cannot end the program. A shell that waits for the end of its
-        # own input does it then: that end comes however this process ends.
+        # If this process is killed it cannot end the program. So a shell waits for the end of its
+        # own input, which comes however this process ends, and then ends the program.
         self.watch = subprocess.Popen(
             ["/bin/sh", "-c", "read nothing; kill -KILL -$1", "sh", str(self.program.pid)],
             stdin=pipe, stdout=nothing, stderr=nothing, start_new_session=True,
@@ -65,8 +65,8 @@ class Process:
     def ask(self, request: bytes, seconds: float, most: int) -> bytes:
         """Write a line and return the line that answers it.
 
-        most: as many characters may the answer have. Raises `Broken` if there is no such line
-        within the seconds, or if the program had printed something before it was asked.
+        most: the largest number of characters of an answer. Raises `Broken` if there is no such
+        line within the seconds, or if the program had printed something before it was asked.
         """
         if spare := self._printed():
             when = "after its answer, where nothing was asked" if self.answers else "at its start"
@@ -112,22 +112,22 @@ class Process:
                 self._ready.unregister(self.into)
 
     def _written(self, request: bytes) -> bytes:
-        """The part of a request that does not go into the pipe yet."""
+        """Write what fits into the pipe; return the rest of the request."""
         try:
             return request[os.write(self.into, request) :]
         except BlockingIOError:
             return request
-        except BrokenPipeError:  # it reads no more; its output tells whether it has ended
+        except BrokenPipeError:  # it reads no more; its output shows whether it has ended
             return b""
 
     def _printed(self) -> bytes:
-        """What it has printed beside its answers."""
+        """Return what the program printed outside its answers."""
         with contextlib.suppress(BlockingIOError):
             self._rest += os.read(self.out, 4096)
         return self._rest.strip()
 
     def _hear(self) -> bool:
-        """Keep the end of what it writes to standard error; False once that has ended."""
+        """Read standard error and keep its end; return False once it has ended."""
         try:
             found = os.read(self.errors, 1 << 16)
         except BlockingIOError:
@@ -138,10 +138,10 @@ class Process:
         return bool(found)
 
     def last_lines(self) -> str:
-        """The last lines of its standard error, in one."""
+        """Return the last lines of its standard error, joined into one."""
         ended, until = self.program.poll() is not None, time.monotonic() + GRACE
         while self.errors in self._ready.get_map():
-            # what a program that crashed has written may still be on its way
+            # output of a crashed program may still arrive
             events = self._ready.select(max(0.0, until - time.monotonic()) if ended else 0.0)
             if self.errors not in [key.fd for key, _ in events] or not self._hear():
                 break
@@ -161,9 +161,9 @@ class Process:
         return f"was ended by the signal {-code}"
 
     def end(self, grace: float = GRACE) -> None:
-        """End the program, all that it has started, and the shell that watches it."""
+        """End the program, all its children, and the shell that watches it."""
         if self.owner != os.getpid():
-            return  # another process has started it, and ends it
+            return  # another process started it, and ends it
         program, watch = self.program, self.watch
         assert program.stdin and program.stdout and program.stderr and watch.stdin
         self._ready.close()
@@ -180,6 +180,6 @@ class Process:
 
 
 def quoted(line: bytes) -> str:
-    """The first line of what was printed, shortened, for a message."""
+    """Return the first line of an output, shortened for a message."""
     first = (line.decode("utf-8", "replace").strip().splitlines() or [""])[0]
     return repr(first if len(first) <= 60 else f"{first[:57]}...")

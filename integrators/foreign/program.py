@@ -1,14 +1,14 @@
 """A program in any language as an integrator: one JSON line in, one JSON line out, for each run.
 
-The program is started when it is first asked, and answers many runs. Its standard input gets
+The program is started when it is first needed, and answers many runs. Its standard input gets
 
     {"x": [...], "mu": [...], "h": 0.01, "steps": 100, "every": 10, "scene": "pendulum",
      "parameters": {"length": 1.0}}
 
-on one line (with "t", the time of the start, where the scene depends on time). On its standard
-output it gives {"x": rows, "mu": rows}, the start and then each every-th step, with 17 significant
-digits, so that doubles come and go unchanged; or {"error": "a sentence"}. Standard error is the
-program's own: its last lines are quoted where something went wrong.
+on one line (with "t", the time of the start, if the scene depends on time). On its standard output
+it prints {"x": rows, "mu": rows}, the start and then every `every`-th step, with 17 significant
+digits, so that doubles are transferred unchanged; or {"error": "a sentence"}. Standard error is
+free for the program; its last lines are quoted if something goes wrong.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ import numpy as np
 from ..errors import BadInput, shown
 from .process import Broken, Process, quoted
 
-SECONDS = 60.0  # for an answer
-RESTARTS = 3  # starts after failures that follow one another on one scene
-#: a number with its sign, digits, exponent, comma and blanks has fewer characters; and what a line
-#: may have beside its numbers
+SECONDS = 60.0  # longest time for an answer
+RESTARTS = 3  # number of restarts after successive failures on one scene
+#: a number with its sign, digits, exponent, comma and blanks has fewer characters; and the largest
+#: number of other characters of a line
 CHARACTERS, BESIDE = 64, 65536
 #: roundings that a program may make of the start on the way into its own coordinates and back
 ROUNDINGS = 8
@@ -41,17 +41,17 @@ ANSWER = 'print one line {"x": rows, "mu": rows} for each line read, all else to
 
 
 class ProgramFailure(BadInput):
-    """A program crashed, kept silent, was too slow, or answered with something else than rows."""
+    """A program crashed, gave no answer in time, or answered with something other than rows."""
 
 
 class Program:
-    """A command that answers runs; `run` starts it where it does not run.
+    """A command that answers runs; `run` starts it if it does not run yet.
 
-    command: the words, the first a program on the PATH, or a path. folder: where it runs, and from
-    where relative paths are meant. seconds: how long one answer may take. After a crash or a
-    silence the next run starts it anew; after restarts + 1 such failures in a row on one scene it
-    is not asked about that scene again. files: what else it reads, None if that is not known.
-    Raises `BadInput` for a command that cannot be run, and for files that do not exist.
+    command: the words, the first a program on the PATH, or a path. folder: where it runs; relative
+    paths are taken from there. seconds: the longest time for one answer. After a crash or a timeout
+    the next run starts it again; after restarts + 1 such failures in a row on one scene it is not
+    asked about that scene again. files: other files that it reads, None if unknown. Raises
+    `BadInput` for a command that cannot be run, and for files that do not exist.
     """
 
     def __init__(
@@ -69,14 +69,15 @@ class Program:
         self.files = _files(files, folder)
         self._process: Process | None = None
         self._failures: dict[str, list[str]] = {}
-        self._turn = Lock()  # ensembles run in threads, and there is one pipe
+        self._turn = Lock()  # ensembles run in threads, but there is one pipe
 
-    def __reduce__(self) -> tuple[Any, ...]:  # another process starts a program of its own
+    def __reduce__(self) -> tuple[Any, ...]:  # another process starts its own program
         return Program, (self.words, self.folder, self.seconds, self.restarts, self.files)
 
     @property
     def digest(self) -> str:
-        """A digest of the command and of the files that it names: another one, another program."""
+        """The digest of the command and of the files that it names, which changes with the
+        program."""
         digest = hashlib.sha256(repr((self.words, str(self.folder))).encode())
         named = (self.folder / word for word in self.words[1:])
         below = (path for name in self.files or () for path in _below(self.folder / name))
@@ -97,7 +98,7 @@ class Program:
         parameters: Mapping[str, Any],
         t: float | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The rows (r, n) and (r, m) of a run, r = steps // every + 1.
+        """Return the rows (r, n) and (r, m) of a run, r = steps // every + 1.
 
         Raises `ProgramFailure` if the program does not give them.
         """
@@ -128,7 +129,7 @@ class Program:
             failures.append(str(failure))
             self.close(0.0)
             raise failure from None
-        except BaseException:  # an interrupt: a late answer would be taken for the next one
+        except BaseException:  # after an interrupt a late answer would be taken for the next one
             self.close(0.0)
             raise
         failures.clear()
@@ -141,7 +142,8 @@ class Program:
             raise self._failure(f"answered {wrong}, asked for {asked}", wrong.fix) from None
 
     def close(self, grace: float = 0.5) -> None:
-        """End the program, if it runs: its input ends, and after the grace (in seconds) it does."""
+        """End the program, if it runs: close its input and wait for `grace` seconds before a
+        kill."""
         if self._process is not None:
             self._ending.detach()
             self._process.end(grace)
@@ -155,7 +157,8 @@ class Program:
         return self._process
 
     def _answer(self, line: bytes) -> dict[str, Any]:
-        """The object of a line; raises `Broken` if it is none, since more may be under way."""
+        """Return the object in a line; raises `Broken` if it has none, since more output may
+        follow."""
         try:
             answer = json.loads(line.decode("utf-8", "replace"))
         except (ValueError, RecursionError):
@@ -170,7 +173,7 @@ class Program:
         return ProgramFailure(f"{self.label} {what}: {fix}.{end}")
 
 
-# -- what it answers ------------------------------------------------------------------------------
+# -- its answers ----------------------------------------------------------------------------------
 
 
 class _Wrong(Exception):
@@ -180,7 +183,7 @@ class _Wrong(Exception):
 
 
 def _rows(name: str, answer: Mapping[str, Any], start: np.ndarray, rows: int) -> np.ndarray:
-    """The rows of that name, (rows, len(start)), finite, the first of them the start.
+    """Return the named rows, (rows, len(start)), finite, with the start as the first one.
 
     Raises `_Wrong` for anything else.
     """
@@ -198,7 +201,7 @@ def _rows(name: str, answer: Mapping[str, Any], start: np.ndarray, rows: int) ->
         raise _Wrong(f"{shape[0]} rows of {shape[1]} numbers in {shown(name)}", wanted)
     try:
         found = np.array(given, dtype=float)
-    except OverflowError:  # a whole number beyond the largest double
+    except OverflowError:  # an integer beyond the largest double
         found = np.array([[float(str(entry)) for entry in row] for row in given])
     if len(wrong := np.flatnonzero(~np.isfinite(found).all(axis=1))):
         raise _Wrong(f"a number that is not finite in row {wrong[0]} of {shown(name)}",
@@ -213,7 +216,7 @@ def _rows(name: str, answer: Mapping[str, Any], start: np.ndarray, rows: int) ->
 
 
 def _no_table(given: Any) -> str:
-    """What is given in place of equally long rows of numbers; "" if nothing is wrong with it."""
+    """Return what is wrong with a table of equally long rows of numbers, or ""."""
     if not isinstance(given, list):
         return f"{_brief(given)}, which is no list,"
     for number, row in enumerate(given):
@@ -232,18 +235,18 @@ def _brief(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-# -- what it is given -----------------------------------------------------------------------------
+# -- its input ------------------------------------------------------------------------------------
 
 
 def _plain(value: Any) -> Any:
-    """A parameter as JSON has it: a number, or lists of numbers."""
+    """Return a parameter for JSON: a number, or lists of numbers."""
     if isinstance(value, tuple | list | np.ndarray):
         return [_plain(entry) for entry in value]
     return float(value)
 
 
 def _words(command: Any) -> list[str]:
-    """The command as a list of texts."""
+    """Return the command as a list of texts."""
     example = '["./my-code", "--json"]'
     if isinstance(command, str) or not isinstance(command, Sequence) or not command:
         raise BadInput(
@@ -258,7 +261,7 @@ def _words(command: Any) -> list[str]:
 
 
 def _found(word: str, folder: Path) -> str:
-    """The program's path; raises `BadInput` where there is none that can be run."""
+    """Return the program's path; raises `BadInput` if there is none that can be run."""
     if os.sep not in word:
         if path := shutil.which(word):
             return path
@@ -282,7 +285,7 @@ def _found(word: str, folder: Path) -> str:
 
 
 def _files(files: Any, folder: Path) -> tuple[str, ...] | None:
-    """The files that a program says it reads; raises `BadInput` for what is no list of files."""
+    """Return the files that a program reads; raises `BadInput` unless they are a list of files."""
     if files is None:
         return None
     if isinstance(files, str | os.PathLike) or not isinstance(files, Sequence):
@@ -295,11 +298,11 @@ def _files(files: Any, folder: Path) -> tuple[str, ...] | None:
 
 
 def _below(path: Path) -> list[Path]:
-    """The file, or all files of the folder."""
+    """Return the file, or all files of the folder."""
     return sorted(path.rglob("*")) if path.is_dir() else [path]
 
 
-LONGEST = 1e9  # seconds: 30 years; a clock of the system takes no more
+LONGEST = 1e9  # seconds, 30 years; a system clock cannot wait longer
 
 
 def _positive(seconds: Any) -> float:

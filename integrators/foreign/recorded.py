@@ -1,4 +1,4 @@
-"""Runs that were made elsewhere as an integrator: what they show is judged, and no step is made."""
+"""Runs made elsewhere as an integrator: the runs are judged, and no further step is made."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from .caller import folder_of_caller
 from .recordings import Recording, recordings
 from .scene_in_numbers import SceneInNumbers
 
-#: the studies that ask for runs alone; all others make steps of their own
+#: the studies that need only runs; all others make their own steps
 MEASURED_BY = ("order", "momentum", "energy")
-DIGITS = 40  # to which the velocity of a recorded start is solved for
-#: relative to the start: roundings of its way into a program and out, in any units
+DIGITS = 40  # number of digits to which the velocity of a recorded start is solved for
+#: tolerance relative to the start, for roundings on its way into a program and out, in any units
 ALIKE = 2.0**-45
 
 
@@ -33,24 +33,24 @@ class Recorded(BlackBox):
     """Runs of a method at several steps; see `recorded`."""
 
     recordings: tuple[Recording, ...] = ()
-    #: the scene that the runs are of; any that they fit if empty
+    #: the name of the scene of the runs; if empty, any scene that they fit
     scene: str = ""
 
     @property
     def is_recorded(self) -> bool:
-        """Yes: no further step can be made."""
+        """True: no further step can be made."""
         return True
 
     def measured_by(self, study: str) -> bool:
-        """Whether the study asks for runs alone."""
+        """Return True if the study needs only runs."""
         return study in MEASURED_BY
 
     def unit(self, digits: int) -> float:
-        """The unit of round-off, or of the digits that were written, relative to the motion."""
+        """Return the unit of round-off, or of the written digits, relative to the motion."""
         return max(super().unit(digits), *(run.unit for run in self.recordings))
 
     def refusal(self, scene: Any) -> str:
-        """Why the runs cannot be of the scene, a sentence; empty where they may be."""
+        """Return a sentence that says why the runs cannot be those of the scene, or ""."""
         if self.scene not in ("", scene.name):
             return f"{self.name} are runs of {self.scene}, not of {scene.name}."
         run = self.recordings[0]
@@ -64,16 +64,16 @@ class Recorded(BlackBox):
         return super().refusal(scene)
 
     def begins_at(self, scene: Any) -> bool:
-        """Whether the runs fit the scene and begin where it does."""
+        """Return True if the runs fit the scene and begin at its start."""
         return not self.refusal(scene) and RecordedScheme(scene, self).begins_there
 
     def discretise(self, scene: Any) -> RecordedScheme:
-        """The runs on a scene, as `Scheme(scene, runs)` gives them."""
+        """Return the runs on a scene, the result of `Scheme(scene, runs)`."""
         return RecordedScheme(scene, self)
 
     @property
     def digest(self) -> str:
-        """What tells these runs from others."""
+        """The key of these runs."""
         return " ".join((self.said, *(run.digest for run in self.recordings)))
 
 
@@ -91,16 +91,17 @@ def recorded(
     name: str | None = None,
     **claims: Any,
 ) -> Recorded:
-    """Runs that were made elsewhere, one a file: CSV, npz or parquet, columns by name.
+    """Judge runs that were made elsewhere, one per file: CSV, npz or parquet, columns by name.
 
-    files: a pattern such as "runs/*.csv", or several, from the folder of the file that says this.
-    Columns t, q1, …, p1, … (or x1, …, mu1, …), evenly spaced in t; of state="qv" v1, … in place of
-    momenta; a column h says the step where rows are not each step. All begin alike. scene: the
-    scene that they are of; without it they are of any that they fit (`verify` takes those that
-    begin where they do). order and claims (symplectic, keeps, source): as of `black_box`.
+    files: a pattern such as "runs/*.csv", or several, relative to the folder of the calling file.
+    The columns are t, q1, …, p1, … (or x1, …, mu1, …), evenly spaced in t; with state="qv" v1, … in
+    place of momenta; a column h gives the step if not every step has a row. All runs begin at the
+    same state. scene: the scene of the runs; without it they belong to any scene that they fit
+    (`verify` takes those that begin at the same state). order and claims (symplectic, keeps,
+    source): as for `black_box`.
 
-    Order, momenta and energy are judged; what needs further steps is not asked. Raises `BadInput`
-    for files that are no such runs.
+    Order, momenta and energy are judged; studies that need further steps are left out. Raises
+    `BadInput` for files that are not such runs.
     """
     found = recordings(files, folder_of_caller(), state)
     pattern = str(files if isinstance(files, str | Path) else files[0])
@@ -113,10 +114,10 @@ def recorded(
 
 
 class RecordedScheme(BoxScheme):
-    """A scene with recorded runs. Its `scene` begins where the runs do.
+    """A scene with recorded runs. Its `scene` begins where the runs begin.
 
     Raises `CannotMeasure` for runs that do not fit the scene, and `BadInput` for runs whose starts
-    differ, or are none that the scene can have.
+    differ, or that the scene cannot have.
     """
 
     rule: Any
@@ -152,7 +153,7 @@ class RecordedScheme(BoxScheme):
                 )
         if not self.begins_there:
             moved = scene.with_values(x0=first.x[0].tolist(), v0=v0)
-            self.scene = BoxScheme(moved, rule).scene  # which checks the start
+            self.scene = BoxScheme(moved, rule).scene  # this checks the start
 
     @cached_property
     def runs(self) -> tuple[Trajectory, ...]:
@@ -170,7 +171,7 @@ class RecordedScheme(BoxScheme):
     def flow(
         self, step: Any = None, digits: int = 16, on_edge: str = "refuse", *, tolerance: Any = None
     ) -> Any:
-        """The recorded run of that step; raises `CannotMeasure` where there is none."""
+        """Return the recorded run with that step; raises `CannotMeasure` if there is none."""
         if step is None or tolerance is not None:
             raise BadInput(f"{self.rule.name}: give the step of a run that was recorded.")
         if digits != 16:
@@ -195,8 +196,10 @@ class RecordedFlow:
 
     @arguments_checked
     def trajectory(self, steps: int, every: int = 1, **start: Any) -> Trajectory:
-        """The rows of the first `steps` steps, each every-th; raises `CannotMeasure` where these
-        were not recorded, or from another start."""
+        """Return the rows of the first `steps` steps, every `every`-th.
+
+        Raises `CannotMeasure` if these were not recorded, or for another start.
+        """
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
         run, apart = self._run, self._run.steps // (len(self._run.t) - 1)
         start.pop("progress", None)

@@ -1,9 +1,9 @@
 """Runs that were made elsewhere, read from files: CSV, npz or parquet, columns by name.
 
 A file is one run at one step size. It has the columns t, q1, q2, … and p1, p2, … (also x1, … and
-mu1, …; counted from 0 or from 1; of one coordinate the number may be left out), in any order; of an
-npz archive, q and p may be arrays (rows, n). Other columns are left alone. Where rows are not each
-step, the column h says the step.
+mu1, …; counted from 0 or from 1; a single coordinate needs no number), in any order; in an npz
+archive q and p may be arrays (rows, n). Other columns are ignored. If not every step has a row, the
+column h gives the step.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ import numpy as np
 from ..errors import BadInput, shown
 from .tables import STEP, WANTED, Columns, columns_of, place
 
-#: the first letters of columns, by what they hold; velocities are asked for by state="qv"
+#: the first letters of columns, for state="qp" and for velocities, state="qv"
 NAMES = {"qp": (("q", "x"), ("p", "mu", "μ")), "qv": (("q", "x"), ("v",))}
-#: with so many significant digits a decimal number is a double, and no rounding of one
+#: a decimal number with so many significant digits is a double without rounding
 ALL_DIGITS = 16
-#: that a number at random has a fraction as simple as this within its rounding (`_simplest`)
+#: probability that a random number has such a simple fraction within its rounding (`_simplest`)
 CHANCE = 1e-4
-#: rows are a whole number of steps apart if it is one to this, for a step may be written rounded
+#: rows may be a whole number of steps apart to this tolerance, since a step may be written rounded
 WHOLE = 0.01
 
 
@@ -37,9 +37,9 @@ WHOLE = 0.01
 class Recording:
     """A recorded run: t (r,), x (r, n), mu (r, m), and the step.
 
-    mu holds what the second half of the columns held, momenta or velocities. interval is the time
-    between rows, `every` steps. rounding: how far the numbers of x and of mu may be from those that
-    were computed, since fewer digits were written; late: the same of the times.
+    mu holds the second half of the columns, momenta or velocities. interval is the time between
+    rows, `every` steps. rounding: the largest error of x and mu from writing fewer digits; late:
+    the same for the times.
     """
 
     path: Path
@@ -53,7 +53,7 @@ class Recording:
 
     @property
     def digest(self) -> str:
-        """What tells this run from another."""
+        """The key of this run."""
         parts = (self.t.tobytes(), self.x.tobytes(), self.mu.tobytes(), repr(self.step).encode())
         return hashlib.sha256(b"|".join(parts)).hexdigest()
 
@@ -64,27 +64,28 @@ class Recording:
 
     @property
     def unit(self) -> float:
-        """How far a number may be from the computed one, relative to the largest of the run."""
+        """The largest error of a number from rounding, relative to the largest number of the
+        run."""
         size = max(np.abs(self.x).max(initial=0.0), np.abs(self.mu).max(initial=0.0))
         return self.rounding / size if size else 0.0
 
     @property
     def every(self) -> int:
-        """Steps between two rows."""
+        """The number of steps between two rows."""
         return round(self.interval / self.step)
 
     @property
     def steps(self) -> int:
-        """Steps of the whole run."""
+        """The number of steps of the whole run."""
         return self.every * (len(self.t) - 1)
 
 
 def recordings(pattern: Any, folder: Path, state: str = "qp") -> tuple[Recording, ...]:
-    """The runs of the files that a pattern (or several) names, the largest step first.
+    """Return the runs in the files that a pattern (or several) names, the largest step first.
 
-    Relative patterns are meant from the folder. Raises `BadInput` where no file is found, a file
-    cannot be read, lacks a column, has an entry that is no finite number, or times that are not
-    evenly spaced; and for runs of different sizes.
+    Patterns are relative to the folder. Raises `BadInput` if no file is found, if a file cannot be
+    read, lacks a column, or has an entry that is not a finite number or times that are not evenly
+    spaced, and for runs of different sizes.
     """
     if not isinstance(state, str) or state not in NAMES:
         raise BadInput(f"recorded(state={shown(state)}): state is {' or '.join(map(repr, NAMES))}.")
@@ -121,7 +122,7 @@ def recordings(pattern: Any, folder: Path, state: str = "qp") -> tuple[Recording
 
 
 def read(path: Path, state: str = "qp") -> Recording:
-    """The run of one file; raises `BadInput` as `recordings`."""
+    """Return the run of one file; raises `BadInput` like `recordings`."""
     return _recording(path, columns_of(path), state)
 
 
@@ -171,7 +172,8 @@ def _lacking(path: Path, what: str, columns: Mapping[str, Any], fix: str = "") -
 
 
 def _numbered(path: Path, columns: Columns, letters: tuple[str, ...]) -> list[str]:
-    """The names of the columns with one of the letters, by their numbers, which leave none out."""
+    """Return the names of the columns with one of the letters, ordered by their complete
+    numbers."""
     held: dict[str, dict[int | None, str]] = {letter: {} for letter in letters}
     for name in columns:
         letter, number = place(name) or ("", None)
@@ -198,12 +200,12 @@ def _numbered(path: Path, columns: Columns, letters: tuple[str, ...]) -> list[st
 
 
 def _interval(path: Path, t: np.ndarray, written: list[str] | None) -> tuple[Fraction, float]:
-    """(the time between rows, how far the times may be from those of the run).
+    """Return (the time between rows, the largest error of the times).
 
-    Decimal times that are exactly even are taken as they are. Others may have been added up, a
-    rounding a step, or be written with few digits: within these bounds they have to be even, and
-    the simplest fraction within them is the interval where that can be no chance. Raises `BadInput`
-    for times that stand still, go back, or are uneven.
+    Decimal times that are exactly even are taken as they are. Others may have been added up, with a
+    rounding per step, or written with few digits: they must be even within these bounds, and the
+    simplest fraction within them is the interval if that cannot be chance. Raises `BadInput` for
+    times that stand still, go back, or are uneven.
     """
     rows = len(t) - 1
     if len(wrong := np.flatnonzero(np.diff(t) <= 0)):
@@ -215,7 +217,7 @@ def _interval(path: Path, t: np.ndarray, written: list[str] | None) -> tuple[Fra
             return times[1] - times[0], 0.0
     bound = _rounding(written) + np.finfo(float).eps * rows * np.abs(t).max()
     mean = (t[-1] - t[0]) / rows
-    # of the lines through the times the one in the middle: even where all are within the bound
+    # among the lines through the times the middle one: it is even if all are within the bound
     off = t - (t[0] + mean * np.arange(len(t)))
     if np.ptp(off) / 2 > 2 * bound:
         gaps = np.diff(t)
@@ -233,7 +235,7 @@ def _interval(path: Path, t: np.ndarray, written: list[str] | None) -> tuple[Fra
 
 
 def _simplest(low: Fraction, high: Fraction) -> Fraction:
-    """The fraction of the smallest denominator within [low, high], 0 < low (Stern–Brocot)."""
+    """Return the fraction with the smallest denominator in [low, high], 0 < low (Stern–Brocot)."""
     whole = math.floor(low)
     if whole == low or whole + 1 <= high:
         return Fraction(whole if whole == low else whole + 1)
@@ -241,7 +243,7 @@ def _simplest(low: Fraction, high: Fraction) -> Fraction:
 
 
 def _step(path: Path, columns: Columns, interval: Fraction) -> Fraction:
-    """The step that the file says; without a word the time between rows."""
+    """Return the step that the file gives, or else the time between rows."""
     told = next((name for name in STEP if name in columns), None)
     if told is None:
         return interval
@@ -259,10 +261,10 @@ def _step(path: Path, columns: Columns, interval: Fraction) -> Fraction:
 
 
 def _rounding(texts: list[str] | None) -> float:
-    """How far decimal numbers may be from what was computed: half a unit in their last place.
+    """Return the rounding error of decimal numbers: half a unit in their last place.
 
     The place is that of the column's largest number, if its longest number shows how many digits
-    were written; 0 where these are all that a double has.
+    were written; 0 if a double has no more digits.
     """
     if texts is None:
         return 0.0

@@ -1,4 +1,4 @@
-"""A scene in numbers: what a black box is given of it, each a compiled function of arrays."""
+"""A scene in numbers for a black box: compiled functions of arrays."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from ..scene import Scene
 class SceneInNumbers:
     """The scene as the last argument of a black box: functions of arrays q (n,) and p (m,).
 
-    In double precision q (n, k) and p (m, k) are k states at once, and what is given has a last
-    dimension more.
+    In double precision q (n, k) and p (m, k) are k states at once, and results have one more
+    dimension at the end.
 
     Attributes: parameters, by name (numbers, or arrays for lists); t, the time at the start of the
-    step; n, m, the lengths of q and p; name, the scene's. Where the scene depends on the time, each
-    function takes it as a last argument too (default: `t`). p is the momentum in the natural basis,
-    velocities are natural ones; on a pair groupoid these are ∂L/∂v and v.
+    step; n, m, the lengths of q and p; name, the scene's. If the scene depends on time, each
+    function also takes it as a last argument (default: `t`). p is the momentum in the natural
+    basis, velocities are natural ones; on a pair groupoid these are ∂L/∂v and v.
     """
 
     def __init__(
@@ -63,31 +63,31 @@ class SceneInNumbers:
             setattr(found, name, array if columns == 1 else array.reshape(rows, columns))
         return found
 
-    # -- what a box may ask ----------------------------------------------------------------------
+    # -- public functions ------------------------------------------------------------------------
 
     def f(self, q: Any, p: Any, t: Any = None) -> tuple[Vector, Vector]:
-        """The vector field: (q̇, ṗ), arrays (n,) and (m,)."""
+        """Return the vector field (q̇, ṗ), arrays (n,) and (m,)."""
         found = self._of_states("f", q, p, t)
         return found[: self.n], found[self.n :]
 
     def H(self, q: Any, p: Any, t: Any = None) -> Any:
-        """The energy H(q, p), a number."""
+        """Return the energy H(q, p), a number."""
         return self._of_states("H", q, p, t)
 
     def gradient(self, q: Any, p: Any, t: Any = None) -> Vector:
-        """∂H/∂q at (q, p), (n,); without the scene's force, which `force` has."""
+        """Return ∂H/∂q at (q, p), (n,), without the scene's force (see `force`)."""
         return self._of_states("gradient", q, p, t)
 
     def velocity(self, q: Any, p: Any, t: Any = None) -> Vector:
-        """∂H/∂p at (q, p), (m,): the natural velocity."""
+        """Return ∂H/∂p at (q, p), (m,): the natural velocity."""
         return self._of_states("velocity", q, p, t)
 
     def force(self, q: Any, p: Any, t: Any = None) -> Vector:
-        """The force that acts beside the Hamiltonian, (m,); zeros where the scene has none."""
+        """Return the force beside the Hamiltonian, (m,); zeros if the scene has none."""
         return self._of_states("force", q, p, t)
 
     def tensor(self, q: Any, p: Any) -> Any:
-        """The Poisson tensor B at (q, p), (n+m, n+m): f = B dH + force."""
+        """Return the Poisson tensor B at (q, p), (n+m, n+m): f = B dH + force."""
         if several(q, p):
             base, rest = self._columns(q, p, None)
             found = _tensor(self._s, self._numbers, True)(base, rest, self._p)
@@ -97,7 +97,7 @@ class SceneInNumbers:
             return self._given(_tensor(self._s, self._numbers)(x, mu, self._p))
 
     def momentum(self, q: Any, v: Any, t: Any = None) -> Vector:
-        """The momentum ∂L/∂v that belongs to a velocity v, (m,)."""
+        """Return the momentum ∂L/∂v of a velocity v, (m,)."""
         if several(q, v):
             base, rest = self._columns(q, v, t)
             return self._given(_momentum(self._s, self._numbers, True)(base, rest, self._p))
@@ -108,14 +108,14 @@ class SceneInNumbers:
             return self._given(function(self._base(q, t), self._list(v), self._p))
 
     def constraint(self, q: Any) -> Vector:
-        """φ(q) of the scene's holonomic constraints, (k,)."""
+        """Return φ(q) of the scene's holonomic constraints, (k,)."""
         return self._of_base("constraint", q)
 
     def constraint_jacobian(self, q: Any) -> Any:
-        """φ′(q) of the scene's holonomic constraints, (k, n)."""
+        """Return φ′(q) of the scene's holonomic constraints, (k, n)."""
         return self._of_base("constraint_jacobian", q)
 
-    # -- how it is computed ----------------------------------------------------------------------
+    # -- their computation -----------------------------------------------------------------------
 
     def _of_states(self, what: str, q: Any, p: Any, t: Any) -> Any:
         numbers = self._numbers
@@ -134,7 +134,7 @@ class SceneInNumbers:
             return self._given(function(x, list(xi), mu, self._p))
 
     def _at_once(self, what: str, q: Any, p: Any, t: Any) -> Any:
-        """The same of k states at once, the last dimension of all that is given."""
+        """Return the quantity for k states at once, along its last dimension."""
         function = _of_states(self._s, what, self._numbers, True)
         base, rest = self._columns(q, p, t)
         count = rest[0].size
@@ -149,7 +149,7 @@ class SceneInNumbers:
         return self._given(np.broadcast_to(np.asarray(found).T, shape[::-1]).T)
 
     def _columns(self, q: Any, p: Any, t: Any) -> tuple[list[Any], list[Any]]:
-        """The entries of k states, each an array (k,): q, with the time behind it, and p."""
+        """Return the entries of k states, (k,) each: q, followed by the time, and p."""
         rest = list(np.asarray(p, dtype=float))
         base = list(np.asarray(q, dtype=float))
         if self._clocked:
@@ -168,7 +168,7 @@ class SceneInNumbers:
         return self._double and type(q) is type(p) is np.ndarray and q.dtype == p.dtype == float
 
     def _base(self, q: Any, t: Any) -> list[Any]:
-        """q in this arithmetic, with the time behind it where the scene depends on it."""
+        """Return q in this arithmetic, followed by the time if the scene depends on it."""
         x = self._list(q)
         if not self._clocked:
             return x
@@ -180,7 +180,7 @@ class SceneInNumbers:
         return [self._numbers.number(e) for e in np.ravel(given)]
 
     def _given(self, found: Any) -> Any:
-        """What the box gets: of its own kind of number."""
+        """Return a result in the box's kind of number."""
         if self._kind is not None:
             return np.asarray(found, dtype=self._kind)[()]
         if self._double:
@@ -190,13 +190,13 @@ class SceneInNumbers:
 
 
 def several(q: Any, p: Any) -> bool:
-    """Whether these are many states at once, each a column."""
+    """Return True if these are many states at once, each a column."""
     return getattr(q, "ndim", 1) == 2 or getattr(p, "ndim", 1) == 2
 
 
 @lru_cache(maxsize=512)
 def _of_states(s: SceneSymbols, what: str, numbers: Arithmetic, columns: bool = False) -> Any:
-    """A quantity as a function of (x, μ, parameters), or of (x, ξ, μ, parameters)."""
+    """Return a quantity as a function of (x, μ, parameters), or of (x, ξ, μ, parameters)."""
     closed = closed_velocity(s)
     letters: dict[str, Any] = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     known: list[Any] = []
@@ -222,7 +222,7 @@ def _formula(s: SceneSymbols, what: str) -> Any:
 
 @lru_cache(maxsize=128)
 def _tensor(s: SceneSymbols, numbers: Arithmetic, columns: bool = False) -> Any:
-    """{xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, of the groupoid alone."""
+    """Return {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, which the groupoid alone determines."""
     rho, structure = natural_structure(s, s.x)
     bracket = sympy.zeros(len(s.mu))
     for nu, c in enumerate(structure):

@@ -1,4 +1,4 @@
-"""How many arguments functions of a black box take: all that are wanted, or all but the last."""
+"""The arguments of a black box's functions: all wanted ones, or all but the last."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any
 
 from ..errors import BadInput, line_of
 
-#: by which names a class says how its memory begins, goes on, and is shown
+#: the names of a class's methods that begin, continue and read its memory
 METHODS = {"start": "(q, p, h, system)", "step": "(state, h, system)", "read": "(state, system)"}
 
 
 def takes_system(function: Any, wanted: str, bound: int = 0) -> bool:
-    """Whether a function takes the last of the wanted arguments, the scene in numbers, too."""
+    """Return True if a function also takes the last wanted argument, the scene in numbers."""
     full = wanted.count(",") + 1 + bound
     return _counts(function)[1] >= full
 
@@ -37,7 +37,7 @@ def check_arguments(what: str, function: Any, wanted: str, bound: int = 0) -> No
 
 
 def _only_named(function: Any) -> str:
-    """The arguments that have to be given by name; "" if there are none."""
+    """Return the arguments that must be given by name, or ""."""
     try:
         given = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):
@@ -46,10 +46,10 @@ def _only_named(function: Any) -> str:
 
 
 def _counts(function: Any) -> tuple[int, float]:
-    """The least and the largest number of arguments by place."""
+    """Return the least and the largest number of positional arguments."""
     try:
         given = list(inspect.signature(function).parameters.values())
-    except (TypeError, ValueError):  # of a callable that tells nothing
+    except (TypeError, ValueError):  # some callables have no signature
         return 0, float("inf")
     plain = [p for p in given if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     least = sum(p.default is p.empty for p in plain)

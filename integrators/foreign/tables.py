@@ -11,16 +11,16 @@ import numpy as np
 from ..errors import BadInput, shown
 
 WANTED = "columns t, q1, q2, … and p1, p2, …"
-STEP = ("h", "step", "dt")  # names of the column that says the step
+STEP = ("h", "step", "dt")  # names of the column with the step
 
-#: a column: its numbers, and their texts where the file has decimal numbers
+#: a column: its numbers, and their texts if the file has decimal numbers
 Columns = dict[str, tuple[np.ndarray, list[str] | None]]
 
 
 def columns_of(path: Path) -> Columns:
-    """The columns of a file; those that no run has are there by their names only.
+    """Return the columns of a file; those that a run does not use are empty.
 
-    Raises `BadInput` for files of another kind, files that cannot be read, and entries that are no
+    Raises `BadInput` for files of another kind, files that cannot be read, and entries that are not
     numbers.
     """
     readers = {".csv": _of_text, ".txt": _of_text, ".tsv": _of_text, ".dat": _of_text,
@@ -36,7 +36,7 @@ def columns_of(path: Path) -> Columns:
 
 
 def place(name: str) -> tuple[str, int | None] | None:
-    """(letter, number) of a column such as t, h, q1, p_2, mu[0]; None of any other."""
+    """Return (letter, number) of a column such as t, h, q1, p_2, mu[0]; None for any other."""
     if name == "t" or name in STEP:
         return name, None
     told = re.fullmatch(r"(q|x|p|mu|μ|v)(?:_?(\d+)|\[(\d+)\])?", name)
@@ -47,7 +47,8 @@ def place(name: str) -> tuple[str, int | None] | None:
 
 
 def _of_text(path: Path) -> Columns:
-    """Columns of numbers under a line of names, parted by commas, semicolons, tabs or blanks."""
+    """Return columns of numbers under a line of names, separated by commas, semicolons or
+    blanks."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
@@ -55,7 +56,7 @@ def _of_text(path: Path) -> Columns:
     lines = [(k, line.strip()) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
     if not lines:
         raise BadInput(f"{path.name} is empty; a run has {WANTED}.")
-    # of lines that begin with # the last before the numbers may have the names (numpy.savetxt)
+    # the last comment line before the numbers may have the names (numpy.savetxt)
     comments = [line for _, line in lines if line.startswith("#")]
     lines = [(k, line) for k, line in lines if not line.startswith("#")]
     head = lines.pop(0)[1] if lines and not _is_number(_fields(lines[0][1])[0]) else ""
@@ -80,7 +81,7 @@ def _of_text(path: Path) -> Columns:
     found: Columns = {}
     for name, column in zip(names, texts, strict=True):
         if name not in wanted:
-            found[name] = np.zeros(0), None  # a name for messages; its entries may be words
+            found[name] = np.zeros(0), None  # the name is for messages; its entries may be words
             continue
         for (number, _), field in zip(lines, column, strict=True):
             if not _is_number(field):
@@ -107,12 +108,13 @@ def _is_number(text: str) -> bool:
 
 
 def _of_npz(path: Path) -> Columns:
-    """Columns of an archive: arrays (rows,), and those of tables (rows, n) by their numbers."""
+    """Return the columns of an archive: arrays (rows,), and those of tables (rows, n) by
+    numbers."""
     found: Columns = {}
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
-    except Exception as error:  # zipfile's, numpy's own: what is damaged has many names
+    except Exception as error:  # zipfile and numpy raise many errors for damage
         raise BadInput(f"{path.name} is no npz archive of numbers ({error}).") from None
     for name, array in arrays.items():
         if place(name) is None:
@@ -137,7 +139,7 @@ def _of_parquet(path: Path) -> Columns:
         ) from None
     try:
         table = parquet.read_table(path).to_pydict()
-    except Exception as error:  # pyarrow's own
+    except Exception as error:  # pyarrow raises its own errors
         raise BadInput(f"{path.name} is no parquet file ({error}).") from None
     found: Columns = {}
     for name, column in table.items():

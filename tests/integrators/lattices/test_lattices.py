@@ -231,7 +231,7 @@ def test_a_block_that_fails_has_its_rows():
         ({"on_bond": None}, "on_bond is None"),
         ({"fixed": [N]}, "fixed names the site 5"),
         ({"bonds": "ring", "fixed_ends": True}, "only a chain has ends"),
-        ({"fixed": [True, False]}, "fixed holds True or False; give numbers of sites, or one of"),
+        ({"fixed": [True, False]}, "fixed holds True or False; give numbers of sites, or one"),
         ({"fixed": [3, True]}, "fixed holds True or False"),
         ({"x0": np.full((N, 1), 1 + 1j)}, "x0 holds complex numbers; give real ones"),
         ({"parameters": {"lambda": 1}}, "'lambda' is a word of Python's"),
