@@ -41,9 +41,14 @@ class Recorded(BlackBox):
         """True: no further step can be made."""
         return True
 
-    def measured_by(self, study: str) -> bool:
-        """Return True if the study needs only runs."""
-        return study in MEASURED_BY
+    def unmeasured(self, study: str) -> str:
+        """Return the reason why a study cannot measure runs: it makes steps of its own."""
+        if study in MEASURED_BY:
+            return ""
+        return (
+            f"the study {study} makes steps of its own, and {self.name} are runs that were "
+            "recorded: order, momentum and energy judge these."
+        )
 
     def unit(self, digits: int) -> float:
         """Return the unit of round-off, or of the written digits, relative to the motion."""

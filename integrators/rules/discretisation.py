@@ -87,7 +87,11 @@ class Discretisation:
 
     def measured_by(self, study: str) -> bool:
         """Whether a study of that name can measure it: of what can make any step always."""
-        return True
+        return not self.unmeasured(study)
+
+    def unmeasured(self, study: str) -> str:
+        """Why a study of that name cannot measure it, a sentence; empty where it can."""
+        return ""
 
     def runs_at(self, digits: int) -> bool:
         """Whether its steps can be made with that many digits: of formulas always."""

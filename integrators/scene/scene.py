@@ -26,6 +26,7 @@ _FUNCTIONS = (
     ("nonholonomic", "(x, p)"),
     ("contact", "(x, p)"),
     ("fast", "(x, p)"),
+    ("sigma", "(x, mu, p)"),
 )
 
 
@@ -46,6 +47,8 @@ class Scene:
     number or one a gap; restitution: e in [0, 1]; impacts: "stepped" or "located" inside a step.
     fast(x, p): the part of the potential that makes the stiff motion, for rules that treat it apart
     (`imex`); `lagrangian` subtracts it all the same.
+    sigma(x, mu, p): a smooth positive σ for rules whose steps vary (`steps.vary`), dt = σ dτ: the
+    time that a step may be a part of, where the motion is at x.
     discrete_lagrangian(x, u, h, p) instead, for a discrete Lagrangian given as such; or
     on_group(formula(x, g, h, p)) for one of the group element g, then with lagrangian= too if it
     approximates a continuous system. mu0: the momentum of the start (m, natural basis: F⁻/h) where
@@ -86,6 +89,7 @@ class Scene:
     numeric_hamiltonian: Callable[..., Any] | None = None
     gradient: Callable[..., Any] | None = None
     hamiltonian: Callable[..., Any] | None = None
+    sigma: Callable[..., Any] | None = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:

@@ -11,12 +11,18 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
     return v.dot(v) / 2 + p.strength / sympy.sqrt(x.dot(x))
 
 
+def sigma(x: Any, mu: Any, p: Any) -> Any:
+    """r^(3/2): a part of the time in which a body falls to the centre."""
+    return x.dot(x) ** sympy.Rational(3, 4) / sympy.sqrt(p.strength)
+
+
 scene = Scene(
     name="kepler",
     title="Kepler's problem, e = 0.6",
     groupoid=pair(2),
     parameters={"strength": 1},
     lagrangian=lagrangian,
+    sigma=sigma,
     x0=["2/5", 0],  # (1 − e, 0)
     v0=[0, 2],  # (0, √((1 + e)/(1 − e)))
     duration=5,

@@ -37,6 +37,7 @@ scene = Scene(
     lagrangian=lagrangian,
     x0=[1, 3, -2, -1, 1, -1],  # each body opposite the side of its length
     v0=[0, 0, 0, 0, 0, 0],
+    sigma=sigma,
     duration=63,
     step="1/10000",
     symmetries=[

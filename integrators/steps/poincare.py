@@ -47,15 +47,20 @@ class InOwnTime:
         return sigma * (self.function(x, second / sigma, p) + E)
 
 
-def in_own_time(scene: Scene, sigma: Callable[..., Any], duration: Any = None) -> Scene:
+def in_own_time(
+    scene: Scene, sigma: Callable[..., Any] | None = None, duration: Any = None
+) -> Scene:
     """The scene in the time τ with dt = sigma(x, mu, p) dτ, called SCENE-in-own-time.
 
     An ordinary scene: every rule and every study takes it, and its form is that of the extended
     phase space at p_t = −E₀. Its symmetries are those that σ has too. sigma: of x alone for a scene
-    by its Lagrangian. duration: in τ; default: the scene's over σ at the start. Raises `BadInput`
-    for a σ that is not positive there, and for scenes with a force, a time, constraints or contact.
+    by its Lagrangian; default: the scene's own. duration: in τ; default: the scene's over σ at the
+    start. Raises `BadInput` for a σ that is not positive there, and for scenes with a force, a
+    time, constraints or contact.
     """
-    check_function(sigma, f"{scene.name}: sigma=", "(x, mu, p)")
+    if (given := scene.sigma if sigma is None else sigma) is None:
+        raise BadInput(f"{scene.name} names no sigma of its own: give in_own_time(scene, sigma).")
+    check_function(given, f"{scene.name}: sigma=", "(x, mu, p)")
     for has, what in (
         (scene.force is not None, "a force"), (scene.timed, "a time in its Lagrangian"),
         (scene.constrained, "constraints"), (scene.contact is not None, "contact"),
@@ -66,7 +71,7 @@ def in_own_time(scene: Scene, sigma: Callable[..., Any], duration: Any = None) -
             raise BadInput(f"{scene.name} has {what}, so it has no such time of its own.")
     s = SceneSymbols(scene)
     by_hamiltonian = scene.hamiltonian is not None
-    found = sigma_of(s, sigma, bare=not by_hamiltonian)
+    found = sigma_of(s, given, bare=not by_hamiltonian)
     at = s.exact_parameters(scene) | dict(zip(s.x, map(to_sympy, scene.x0), strict=True))
     E = energy(s)
     if by_hamiltonian:
@@ -82,7 +87,7 @@ def in_own_time(scene: Scene, sigma: Callable[..., Any], duration: Any = None) -
         )
     function: Any = scene.hamiltonian or scene.lagrangian
     field = "hamiltonian" if by_hamiltonian else "lagrangian"
-    made: dict[str, Any] = {field: InOwnTime(function, sigma, by_hamiltonian)}
+    made: dict[str, Any] = {field: InOwnTime(function, given, by_hamiltonian)}
     share = Fraction(scene.step) / Fraction(scene.duration)
     if duration is None:  # a short number near to it
         duration = Fraction(f"{float(to_sympy(scene.duration) / size):.3g}")
@@ -91,7 +96,7 @@ def in_own_time(scene: Scene, sigma: Callable[..., Any], duration: Any = None) -
         scene, name=f"{scene.name}-in-own-time", title=f"{scene.title or scene.name}, in its time",
         parameters={**scene.parameters, ENERGY: E},
         v0=() if by_hamiltonian else [size * to_sympy(e) for e in scene.v0],
-        duration=duration, step=duration * share,
+        duration=duration, step=duration * share, sigma=None,
         symmetries=[q for q in scene.symmetries if _has(s, found, q)], **made,
     )  # fmt: skip
 

@@ -39,7 +39,7 @@ class Varied(Discretisation):
     """`base` with steps of the size step·σ in physical time, by one of the `WAYS`."""
 
     base: Discretisation = field(kw_only=True)
-    sigma: Callable[..., Any] = field(kw_only=True)
+    sigma: Callable[..., Any] | None = field(kw_only=True)
     way: str = field(kw_only=True)
 
     @property
@@ -47,9 +47,22 @@ class Varied(Discretisation):
         """No: its step is of the time τ, and has a state of its own."""
         return False
 
-    def measured_by(self, study: str) -> bool:
-        """The study of varying steps judges it: others take equal steps of physical time."""
-        return study == "steps"
+    @property
+    def digest(self) -> str:
+        """The way, and the rule with the coefficients that it composes."""
+        own = getattr(self.base, "method", None)
+        numbers = "" if own is None else f" {own.in_turn} {own.coefficients(60)}"
+        return f"{self.way} {self.base.name} {self.base.order}{numbers} {self.base.digest}"
+
+    def unmeasured(self, study: str) -> str:
+        """Why another study than that of varying steps, which takes equal ones, cannot measure."""
+        if study == "steps":
+            return ""
+        return (
+            f"the study {study} takes equal steps, and those of {self.name} vary: `discmech steps` "
+            f"judges it; {study} judges the rule {self.base.name}, and takes a scene in its own "
+            "time, in_own_time(scene, sigma)."
+        )
 
     def applies(self, scene: Any) -> bool:
         """Whether the base can be used, in this way."""
@@ -79,7 +92,16 @@ class Varied(Discretisation):
                 "is a one-step map: take a rule such as gauss-2, or a scene in its own time, "
                 "in_own_time(scene, sigma)."
             )
+        if self.sigma is None and scene.sigma is None:
+            return (
+                f"{scene.name} names no sigma of its own, which {self.name} follows: give "
+                "Scene(sigma=...), or vary(rule, sigma)."
+            )
         return self.base.refusal(scene)
+
+    def sigma_on(self, scene: Any) -> Any:
+        """The function σ: its own, or that of the scene."""
+        return scene.sigma if self.sigma is None else self.sigma
 
     def discretise(self, scene: Any) -> VariedScheme:
         """The scheme, as `Scheme(scene, rule)` gives it."""
@@ -93,7 +115,7 @@ class Varied(Discretisation):
 @arguments_checked
 def vary(
     rule: Any,
-    sigma: Callable[..., Any],
+    sigma: Callable[..., Any] | None = None,
     way: str = "reversible",
     *,
     name: str | None = None,
@@ -102,7 +124,8 @@ def vary(
     """A rule with steps that vary: dt = sigma(x, mu, p) dτ, p the scene's parameters.
 
     rule: any rule of one step, one-step map or composition. sigma: a smooth positive function of x
-    (n×1), the momentum mu (m×1, natural basis) and the parameters; of x alone for "poincare". way:
+    (n×1), the momentum mu (m×1, natural basis) and the parameters; of x alone for "poincare";
+    default: that of the scene (`Scene(sigma=...)`), and commands call the rule way:rule. way:
     "poincare", "reversible" or "naive" (`WAYS`). The flow's step is ε, a step of τ; rows of its
     runs have the physical time in t. name: default way:rule.
 
@@ -115,7 +138,8 @@ def vary(
         raise BadInput(f"vary: {rule.name} is a program, which chooses its steps itself.")
     if way not in WAYS:
         raise unknown("way to vary steps", way, WAYS)
-    check_function(sigma, "vary: sigma=", "(x, mu, p)")
+    if sigma is not None:
+        check_function(sigma, "vary: sigma=", "(x, mu, p)")
     label = name or f"{way}:{rule.name}"
     if not isinstance(label, str) or not re.fullmatch(r"[\w.:-]{1,80}", label):
         raise BadInput(f"a rule's name is {shown(label)}: use letters, digits, dots and dashes.")
@@ -124,6 +148,6 @@ def vary(
 
 def _made(rule: Any, sigma: Any, way: str, name: str, source: str) -> Varied:
     return Varied(
-        name, sigma, rule.order, source, rule.stages, rule.splits, rule.groupoids,
+        name, sigma or rule.formula, rule.order, source, rule.stages, rule.splits, rule.groupoids,
         base=rule, sigma=sigma, way=way,
     )  # fmt: skip

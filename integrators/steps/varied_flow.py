@@ -10,19 +10,22 @@ import numpy as np
 
 from ..bisections import StepContext
 from ..compiler import KernelsAtStep, System
-from ..equations import SceneSymbols, legendre_inverse
+from ..equations import SceneSymbols, energy, legendre_inverse
 from ..errors import SMALLER, BadInput, StepFailure, arguments_checked, check_progress
 from ..flows import Flow, Start, Trajectory, run_from
 from ..geometry import LocalGeometry, OneStepGeometry
 from ..numbers import (
+    Arithmetic,
     Double,
     Number,
     Numbers,
     Vector,
     arithmetic,
     exact_rational,
+    numeric,
     whole_number,
 )
+from ..scene import Scene, remembered
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,7 @@ class VariedFlow(Flow):
     def __init__(self, varied: Any, step: Any, digits: int = 16) -> None:
         inner = varied.inner
         super().__init__(inner, step, digits, "refuse", inner.flow_substeps)
-        self.varied = varied
+        self.scheme = self.varied = varied
         plain = self.context
         self.context = _Context(
             plain.scheme, plain.numbers, plain.step, plain.substeps, varied=varied
@@ -152,9 +155,6 @@ class VariedFlow(Flow):
         ):  # fmt: skip
             if given is not None and not wanted:
                 raise BadInput(f"{varied.rule.name} has no {word[:-1]} of its own: leave it out.")
-        if varied.by_poincare and not x0 is mu0 is energy0 is None:
-            flow = self._at_energy(x0, mu0, energy0)
-            return flow.trajectory(steps, every, u0=u0, t0=t0, progress=progress)
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
         check_progress(progress)
         with self.numbers.working():
@@ -162,6 +162,16 @@ class VariedFlow(Flow):
             start = self.starting.at(x0, mu0, u0, None, t0)
             if mu0 is not None:
                 self.starting.check(start)
+        flow = self
+        if varied.by_poincare and not x0 is mu0 is energy0 is None:
+            E = self._energy_of(start) if energy0 is None else energy0
+            flow = VariedFlow(varied.with_energy(E), self.step, self.digits)
+        return flow._run(start, steps, every, density0, progress)
+
+    def _run(
+        self, start: Start, steps: int, every: int, density0: Any, progress: Any
+    ) -> VariedTrajectory:
+        with self.numbers.working():
             start = start._replace(x=np.concatenate([start.x, self._more(start, density0)]))
             try:
                 return self._rows(run_from(self.edge, start, steps, every, progress))
@@ -242,23 +252,25 @@ class VariedFlow(Flow):
         """The scheme of the base rule."""
         return self.varied.inner
 
-    def _at_energy(self, x0: Any, mu0: Any, energy0: Any) -> VariedFlow:
-        """The flow on the scene with this start, and with its energy as E₀ unless it is given."""
-        varied, scene = self.varied, self.varied.scene
-        changes = {} if x0 is None else {"x0": list(x0)}
-        if mu0 is not None and scene.hamiltonian is not None:
-            changes["mu0"] = list(mu0)
-        elif mu0 is not None:
-            numbers, s = arithmetic(2 * self.digits), SceneSymbols(scene)
-            with numbers.working():
-                at = scene.x0 if x0 is None else x0
-                x, mu, near, p = (
-                    np.array([numbers.number(e) for e in given], dtype=numbers.dtype)
-                    for given in (at, mu0, scene.v0, scene.parameter_values)
-                )
-                found = legendre_inverse(s, numbers)(x[None], mu[None], list(p), near[None])[0]
-                changes["v0"] = list(numbers.public(found))
-        return VariedFlow(varied.at(energy0=energy0, **changes), self.step, self.digits)
+    def _energy_of(self, start: Start) -> Any:
+        """H at a start, which is rounded already, to twice the digits."""
+        numbers, scene = arithmetic(2 * self.digits), self.varied.scene
+        f, inverse = _energy(scene, numbers)
+        with numbers.working():
+            x, mu, near, p = (
+                np.array([numbers.number(e) for e in given], dtype=numbers.dtype)
+                for given in (start.x, start.mu, scene.v0, scene.parameter_values)
+            )
+            (xi,) = inverse(x[None], mu[None], list(p), near[None])
+            return numbers.public([f(x, xi, mu, list(p))])[0]
+
+
+@remembered(maxsize=16)
+def _energy(scene: Scene, numbers: Arithmetic) -> tuple[Any, Any]:
+    """H(x, ξ, μ, parameters), and ξ(x, μ) as of rows."""
+    s = SceneSymbols(scene)
+    letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
+    return numeric(letters, [energy(s)], numbers), legendre_inverse(s, numbers)
 
 
 def _part(run: VariedTrajectory, count: int, every: int) -> VariedTrajectory:

@@ -11,6 +11,7 @@ from ..equations import step_system
 from ..errors import BadInput, CannotMeasure, arguments_checked, brief_name
 from ..flows import Scheme
 from ..numbers import Arithmetic, Double, numeric, sympy
+from ..numbers.types import Expression
 from ..scene import Scene
 from .poincare import ENERGY, in_own_time
 from .varied_flow import VariedFlow
@@ -45,10 +46,10 @@ class VariedScheme:
         if inner is not None:
             self.inner = inner
         elif self.by_poincare:
-            self.inner = Scheme(in_own_time(scene, rule.sigma), rule.base)
+            self.inner = Scheme(in_own_time(scene, rule.sigma_on(scene)), rule.base)
         else:
             self.inner = Scheme(scene, rule.base)
-        self.sigma = sigma_of(self.inner.s, rule.sigma, bare=self.by_poincare)
+        self.sigma = sigma_of(self.inner.s, rule.sigma_on(scene), bare=self.by_poincare)
 
     @property
     def by_poincare(self) -> bool:
@@ -84,25 +85,34 @@ class VariedScheme:
         """Whether a step of −ε undoes one of ε, as a map of (x, μ, t, ζ)."""
         return self.rule.way != "naive" and self.inner.self_adjoint
 
-    def at(self, energy0: Any = None, **values: Any) -> VariedScheme:
-        """This rule on the scene with other values; raises as `Scheme.at`.
-
-        energy0: by "poincare", E₀ where it is not the energy of the start.
-        """
+    def at(self, **values: Any) -> VariedScheme:
+        """This rule on the scene with other values; raises as `Scheme.at`."""
         if not self.by_poincare:
             inner = self.inner.at(**values)
             return VariedScheme(inner.scene, self.rule, inner)
         scene = self.scene.with_values(**values)
-        own = in_own_time(scene, self.rule.sigma)
-        if energy0 is not None:
-            own = own.with_values(parameters={ENERGY: energy0})
+        own = in_own_time(scene, self.rule.sigma_on(scene))
         return VariedScheme(scene, self.rule, Scheme(own, self.rule.base, self.inner.equations))
 
+    def with_energy(self, energy0: Any) -> VariedScheme:
+        """By "poincare", this scheme with E₀ = energy0, whatever the energy of the start is."""
+        inner = self.inner.at(parameters={ENERGY: energy0})
+        return VariedScheme(self.scene, self.rule, inner)
+
     @arguments_checked
-    def flow(self, step: Any = None, digits: int = 16, on_edge: str = "refuse") -> VariedFlow:
-        """The flow at one step ε of τ. Raises `BadInput` for another on_edge than "refuse"."""
-        if step is None:
-            raise BadInput(f"{self.scene.name}: give a step, of the time τ.")
+    def flow(
+        self, step: Any = None, digits: int = 16, on_edge: str = "refuse", *, tolerance: Any = None
+    ) -> VariedFlow:
+        """The flow at one step ε of τ.
+
+        Raises `BadInput` for another on_edge than "refuse", and for a tolerance, for which nothing
+        chooses a step ε.
+        """
+        if step is None or tolerance is not None:
+            raise BadInput(
+                f"{self.scene.name} with {self.rule.name}: give a step, of the time τ; none is "
+                "chosen for a tolerance."
+            )
         if on_edge != "refuse":
             raise BadInput(f'{self.rule.name} has steps that vary: leave on_edge="refuse".')
         return VariedFlow(self, step, digits)
@@ -114,15 +124,7 @@ class VariedScheme:
         kinds = [inner.equations]
         if any(part.adjoint for part in inner.substeps):
             kinds.append(inner.adjoint.equations)
-        main, *others = (self._of(equations, bool(inner.substeps)) for equations in kinds)
-        return replace(main, adjoint=others[0]) if others else main
-
-    def _of(self, equations: Any, composed: bool) -> System:
-        system = step_system(equations, composed=composed)
-        if not self.by_poincare:
-            return controlled(system, equations.s, self.sigma, self.rule.way)
-        passed = equations.discrete_lagrangian.diff(getattr(equations.s.parameters, ENERGY))
-        return with_columns(system, [letter(TIME)], [passed])
+        return _system(tuple(kinds), bool(inner.substeps), self.sigma, self.rule.way)
 
     @lru_cache(maxsize=8)  # noqa: B019 - a scheme has few arithmetics
     def control(self, numbers: Arithmetic) -> Any:
@@ -131,3 +133,16 @@ class VariedScheme:
         grows = logarithmic_rate(s, self.sigma) if self.controlled else sympy.S.Zero
         letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
         return numeric(letters, [self.sigma, grows], numbers, columns=isinstance(numbers, Double))
+
+
+@lru_cache(maxsize=64)  # schemes that differ in values alone have one
+def _system(kinds: tuple[Any, ...], composed: bool, sigma: Expression, way: str) -> System:
+    def of(equations: Any) -> System:
+        system = step_system(equations, composed=composed)
+        if way != "poincare":
+            return controlled(system, equations.s, sigma, way)
+        passed = equations.discrete_lagrangian.diff(getattr(equations.s.parameters, ENERGY))
+        return with_columns(system, [letter(TIME)], [passed])
+
+    main, *others = map(of, kinds)
+    return replace(main, adjoint=others[0]) if others else main

@@ -11,6 +11,7 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import misplaced, nearest, shown, unknown
 from discmech.integrators.lattices import systems
 from discmech.integrators.rules import METHODS, Composition, compose
+from discmech.integrators.steps import WAYS, Varied, vary
 
 from .notebook import place_of
 from .userfile import UserFile, load, loaded
@@ -40,7 +41,7 @@ def named(word: str) -> tuple[tuple[Discretisation, ...], tuple[Scene, ...]]:
 
     Any other word is a rule's. Raises `BadInput` as `rules`.
     """
-    if word.partition(":")[0] in METHODS:
+    if word.partition(":")[0] in (*METHODS, *WAYS):
         return _rules(word), ()
     file, name = in_file(word)
     if file is None:
@@ -119,6 +120,8 @@ def word_for(thing: Discretisation | Scene) -> str:
         return f"{file.path}:{thing.name}"
     if isinstance(thing, Composition):
         return f"{thing.method.name}:{word_for(thing.base)}"
+    if isinstance(thing, Varied) and thing.sigma is None:
+        return f"{thing.way}:{word_for(thing.base)}"
     return thing.name
 
 
@@ -176,6 +179,8 @@ def _rules(word: str) -> tuple[Discretisation, ...]:
     method, colon, base = word.partition(":")
     if colon and method in METHODS:
         return tuple(compose(rule, method) for rule in _rules(base))
+    if colon and method in WAYS:
+        return tuple(vary(rule, way=method) for rule in _rules(base))
     file, name = in_file(word)
     if file is None:
         return (_called(word, "rule"),)

@@ -75,12 +75,9 @@ def run_studies(
                     f"{', '.join(r.name for r in choice.rules)} can be used on none of the chosen "
                     f"scenes ({names}): a rule needs a Lagrangian, imex one with a fast part."
                 )
-            if choice.rules and not any(rule.measured_by(study.name) for rule in choice.rules):
-                raise BadInput(
-                    f"the study {study.name} makes steps of its own, and "
-                    f"{choice.rules[0].name} are runs that were recorded: order, momentum and "
-                    "energy judge these."
-                )
+            unmeasured = [rule.unmeasured(study.name) for rule in choice.rules]
+            if unmeasured and all(unmeasured):
+                raise BadInput(unmeasured[0])
             raise BadInput(
                 f"the study {study.name} applies to none of the chosen scenes"
                 + (f" ({names})" if names else "")

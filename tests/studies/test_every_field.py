@@ -81,6 +81,7 @@ SCENES = {
     "title": (SCENE, SCENE.with_values(title="a title")),
     "discrete_lagrangian": (GIVEN, replace(GIVEN, discrete_lagrangian=lambda x, u, h, p: u[0])),
     "fast": (SCENE, SCENE.with_values(fast=lambda x, p: x[0] ** 2)),
+    "sigma": (SCENE, SCENE.with_values(sigma=lambda x, mu, p: 1 + x[0] ** 2)),
     "force": (SCENE, SCENE.with_values(force=lambda x, v, p: [v[0]])),
     "mu0": (GIVEN, replace(GIVEN, mu0=[2])),
     "holonomic": (SCENE, SCENE.with_values(holonomic=lambda x, p: [x[0] - 1])),
