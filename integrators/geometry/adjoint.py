@@ -18,18 +18,19 @@ from .defects import in_round_offs
 from .local_geometry import LocalGeometry
 from .one_step_geometry import OneStepGeometry
 
-#: so many, for in units of their own the terms that tell a map from its adjoint may be small beside
-#: others, as those of the potential where the state is drawn in no unit
+#: many digits, because in unfavourable units the terms that distinguish a map from its adjoint may
+#: be tiny beside others, for example those of the potential at a random state
 DIGITS = 300
 
 
 @lru_cache(maxsize=512)
 def is_self_adjoint(equations: DiscreteEquations) -> bool:
-    """Whether the Legendre maps of L_d* and L_d agree: Φ₋ₕ is then the inverse of Φₕ.
+    """Return True if the Legendre maps of L_d* and L_d agree: then Φ₋ₕ is the inverse of Φₕ.
 
-    Decided at two random points (`identities`), in x, u, h and the parameters, component by
-    component: a difference counts from 10¹⁰⁻³⁰⁰ of its own terms on, above 10²² round-offs of the
-    312 digits. Internal stages are solved for. A one-step map is stepped to and fro instead.
+    This is decided at two random points (`identities`), in x, u, h and the parameters, component by
+    component: a difference counts if it exceeds 10¹⁰⁻³⁰⁰ of its own terms, which is above 10²²
+    round-offs of the 312 digits. Internal stages are solved for. A one-step map is stepped to and
+    fro instead.
     """
     if isinstance(equations, ConstrainedEquations):
         return equations.symmetric and is_self_adjoint(equations.discrete)
@@ -38,23 +39,26 @@ def is_self_adjoint(equations: DiscreteEquations) -> bool:
 
 
 def order_of_step(rule: Any, equations: Any, self_adjoint: Callable[[], bool]) -> int | None:
-    """The order in (x, μ) that a rule of one step has with its equations; None if it states none.
+    """Return the order in (x, μ) of a rule of one step with its equations; None if it states none.
 
     A self-adjoint method has even order (Hairer, Lubich, Wanner, II.3): so the rectangle rule gains
-    one wherever it turns out self-adjoint, as on a group, where every rule is h·l(u).
+    one order wherever it turns out self-adjoint, as on a group, where every rule is h·l(u).
     """
     order, groupoid = rule.order, equations.groupoid
     every_chart = groupoid.symmetric_chart or equations.of.G.gave_velocities
     if order is not None and order > 1 and not every_chart:
-        return 1  # u is not the velocity of the middle of the step
+        return 1  # u is not the velocity at the middle of the step
     if order is None or order % 2 == 0:
         return None if order is None else int(order)
     return int(order) + (groupoid._inversion is not None and self_adjoint())
 
 
 def _gap_of_map(equations: Any, seed: int) -> float:
-    """How far Φ₋ₕ(Φₕ(z)) is from z at a random z: the largest component of the gap over what
-    round-off may make of it, times ε. So a step that moves nothing is its own adjoint."""
+    """Return how far Φ₋ₕ(Φₕ(z)) is from z at a random z.
+
+    It is the largest component of the gap divided by the effect of round-off on it, times ε. So a
+    step that moves nothing is its own adjoint.
+    """
     s, numbers = equations.s, arithmetic(DIGITS)
     point = random_point([*equations.z, s.h, *s.parameter_list], [s.h], seed)
     with numbers.working():
@@ -73,7 +77,7 @@ def _gap_of_map(equations: Any, seed: int) -> float:
 
 
 def _gap(equations: DiscreteEquations, seed: int) -> float:
-    """How far the maps of L_d* and L_d are apart at a random point: as of `_gap_of_map`."""
+    """Return how far apart the maps of L_d* and L_d are at a random point, like `_gap_of_map`."""
     s, numbers = equations.s, arithmetic(DIGITS)
     point = random_point([*s.x, *s.u, s.h, *s.parameter_list], (*s.u, s.h), seed)
     with numbers.working():

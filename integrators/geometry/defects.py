@@ -1,7 +1,7 @@
-"""How far a step is from keeping its forms, and how far round-off may carry it: without units.
+"""Defects of a step's forms, and the effect of round-off on a step, independent of units.
 
-Both are judged entry by entry, against the sum of the absolute terms that the entry is made of. So
-neither a unit of mass, length or time nor a large block beside a small one hides an error.
+Both are judged entry by entry, relative to the sum of the absolute terms of the entry. So neither a
+unit of mass, length or time nor a large block beside a small one hides an error.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ Step: TypeAlias = tuple[Any, Any, Any]
 
 
 def entrywise_defect(map_: Any, form: Any, wanted: Any, resolution: Number) -> Number:
-    """The largest entry of |M Π Mᵀ − Π′| over |M||Π||Mᵀ| + |Π′|; 0 where both are 0.
+    """Return the largest entry of |M Π Mᵀ − Π′| over |M||Π||Mᵀ| + |Π′|; 0 if both are 0.
 
-    map_: M (k×l), form: Π (l×l), wanted: Π′ (k×k), plain or `Tracked`. Where an entry is made of
-    zeros that are known to round-off only, its error bound is added, times `resolution`: 1 where
-    numbers have the digits that are judged, √ε where they have twice as many (`over_terms`).
+    map_: M (k×l), form: Π (l×l), wanted: Π′ (k×k), plain or `Tracked`. If the terms of an entry are
+    zeros known only to round-off, its error bound is added, times `resolution`: 1 if numbers have
+    the digits that are judged, √ε if they have twice as many (`over_terms`).
     """
     map_, form, wanted = map(tracked, (map_, form, wanted))
     gap = map_ @ form @ map_.T - wanted
@@ -33,10 +33,10 @@ def entrywise_defect(map_: Any, form: Any, wanted: Any, resolution: Number) -> N
 
 
 def over_terms(gap: Any, terms: Any, resolution: Number) -> Number:
-    """The largest entry of a `Tracked` gap over its terms and its error bound times `resolution`.
+    """Return the largest entry of a `Tracked` gap over its terms plus its bound times `resolution`.
 
-    The bound can only make it smaller, and costs more than all values. So with twice the digits it
-    is not asked for where every gap is below √ε of its terms alone: there is no such zero there.
+    The bound can only reduce the result, and costs more than all values. So with twice the digits
+    it is not computed if every gap is below √ε of its terms alone: then there is no such zero.
     """
     found = in_round_offs(gap.value.ravel(), terms.ravel())
     if found <= resolution < 1:
@@ -47,7 +47,8 @@ def over_terms(gap: Any, terms: Any, resolution: Number) -> Number:
 def pullback_defect(
     geometry: LocalGeometry, here: Maps, there: Maps, tangent: Any, resolution: Number = 1
 ) -> Number:
-    """`entrywise_defect` of PΨᵀ Ω PΨ = Ω for TΨ = tangent, (n+m)×(n+m), of two arrows' maps."""
+    """Return the `entrywise_defect` of PΨᵀ Ω PΨ = Ω for TΨ = tangent, (n+m)×(n+m), at two
+    arrows."""
     p = geometry.prolongation(here, there, tangent)
     before, after = geometry.omega(here), geometry.omega(there)
     return entrywise_defect(p.T, after, before, resolution)
@@ -61,7 +62,10 @@ def poisson_defect(
     bracket_sign: int = 1,
     resolution: Number = 1,
 ) -> Number:
-    """`entrywise_defect` of M Π Mᵀ = Π′ for a step (x′, μ′, M) from (x, μ), M its derivative."""
+    """Return the `entrywise_defect` of M Π Mᵀ = Π′ for a step (x′, μ′, M) from (x, μ).
+
+    M is the derivative of the step.
+    """
     after_x, after_mu, m = step
     before = geometry.poisson_tensor(x, mu, bracket_sign)
     after = geometry.poisson_tensor(after_x, after_mu, bracket_sign)
@@ -71,11 +75,11 @@ def poisson_defect(
 def step_round_off(
     geometry: LocalGeometry, x: Vector, mu: Vector, u: Vector, here: Maps, errors: Vector
 ) -> Vector:
-    """What round-off does to (x′, μ′) in one step from (x, μ) along (x, u), n+m units ε.
+    """Return the effect of round-off on (x′, μ′) in one step from (x, μ) along (x, u), n+m units ε.
 
-    A bound to first order: every operation of F⁻, F⁺ and b rounds (`running_error`), F⁻ = hμ is
-    solved to the round-off of its two sides, and so are the stages. here: the maps at (x, u).
-    errors: those of (x, μ) at the start, which are handed on.
+    It is a bound to first order: every operation of F⁻, F⁺ and b rounds (`running_error`), F⁻ = hμ
+    is solved to the round-off of its two sides, and so are the stages. here: the maps at (x, u).
+    errors: those of (x, μ) at the start, which are propagated.
     """
     numbers, h, n = geometry.numbers, geometry.q[0], geometry.n
     of_x, of_mu = errors[:n], abs(mu) + errors[n:]
@@ -87,9 +91,9 @@ def step_round_off(
 
 
 def in_round_offs(gap: Vector, bound: Vector) -> Number:
-    """The largest |gap| over its bound, entry by entry; 0 where there is no gap, 1 where no bound.
+    """Return the largest |gap| over its bound, entry by entry; 0 without a gap, 1 without a bound.
 
-    With a `step_round_off` as bound it is at most ε where nothing but round-off made the gap.
+    With a `step_round_off` as bound it is at most ε if only round-off caused the gap.
     """
     pairs = zip(abs(gap), bound, strict=True)
     found = [g / (b if b else g) for g, b in pairs if g != 0]

@@ -1,18 +1,19 @@
-"""How the symplectic form changes under a step with a force: by the differential of its one-form.
+"""The change of the symplectic form under a step with a force: the differential of its one-form.
 
-On the dual, in the vectors (b, δμ) with δx = ρ̂ b, ω of `restricted_form` is −dΘ with Θ = μ·b.
-A step takes b to b′; the displacement of its arrow between is a = −b/h, c = b′/h, and
+On the dual, in the vectors (b, δμ) with δx = ρ̂ b, ω of `restricted_form` is −dΘ with Θ = μ·b. A
+step maps b to b′; the displacement of its arrow is a = −b/h, c = b′/h, and
 
     Θ′ − Θ = h(μ′·c + μ·a) = dL_d + θ_f,    θ_f = h(f⁻·a + f⁺·c),
 
-f± what the force adds to F±/h; stages s have a part h f_s·δs of their own, and follow x and u. So
-ω′ − ω = −dθ_f along the step (Marsden, West 2001, 3.2: without a force nothing changes). Of the
-sections [e→_μ, e→_ν] = −C^θ_{μν} e→_θ at the start, [e←_μ, e←_ν] = C^θ_{μν} e←_θ at the end,
+where f± are the force's parts of F±/h; stages s have a part h f_s·δs of their own, and depend on x
+and u. So ω′ − ω = −dθ_f along the step (Marsden, West 2001, 3.2: without a force nothing changes).
+With the sections [e→_μ, e→_ν] = −C^θ_{μν} e→_θ at the start and [e←_μ, e←_ν] = C^θ_{μν} e←_θ at the
+end,
 
     dθ(E_i, E_j) = E_i(θ_j) − E_j(θ_i) − θ([E_i, E_j]).
 
-f± are made of the displacement of points (`virtual_work`), and P of the Legendre maps: neither is
-made of the other.
+f± come from the displacement of points (`virtual_work`), P from the Legendre maps: so the two sides
+are independent.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from .local_geometry import LocalGeometry, Maps, slopes
 
 
 def canonical_form(geometry: LocalGeometry, x: Vector, mu: Vector, sign: int = 1) -> Tracked:
-    """ω at (x, μ) on the vectors (b, δμ), 2m×2m; sign = −1 flips its bracket: a control."""
+    """Return ω at (x, μ) on the vectors (b, δμ), 2m×2m; sign = −1 flips its bracket: a control."""
     numbers, m = geometry.numbers, geometry.m
     zero, one = numbers.zeros(m, m), numbers.identity(m)
     bracket: Any = geometry.contracted(x, mu) * numbers.number(sign)
@@ -37,7 +38,7 @@ def canonical_form(geometry: LocalGeometry, x: Vector, mu: Vector, sign: int = 1
 
 
 def work_differential(geometry: LocalGeometry, x: Vector, u: Vector, here: Maps) -> Tracked:
-    """dθ_f on the sections a e→ + c e← of the arrow (x, u), 2m×2m in the order (a, c).
+    """Return dθ_f on the sections a e→ + c e← of the arrow (x, u), 2m×2m in the order (a, c).
 
     here: the maps at the arrow.
     """
@@ -60,7 +61,7 @@ def work_differential(geometry: LocalGeometry, x: Vector, u: Vector, here: Maps)
 
 
 def _diagonal(numbers: Arithmetic, blocks: list[Any]) -> Any:
-    """Square blocks along the diagonal, zeros elsewhere."""
+    """Return the block-diagonal matrix of square blocks."""
     sizes = [block.shape[0] for block in blocks]
     return np.block([
         [blocks[i] if i == j else numbers.zeros(a, b) for j, b in enumerate(sizes)]
@@ -70,8 +71,11 @@ def _diagonal(numbers: Arithmetic, blocks: list[Any]) -> Any:
 
 @dataclass(frozen=True)
 class FormChange:
-    """A step on the vectors (b, δμ) at its start, 2m×2m each: `map_` takes them to its end,
-    `before` and `after` are ω at both, `work` is dθ_f pulled back to the start."""
+    """A step on the vectors (b, δμ) at its start, with matrices 2m×2m.
+
+    `map_` maps them to its end, `before` and `after` are ω at both ends, `work` is dθ_f pulled back
+    to the start.
+    """
 
     map_: Any
     before: Any
@@ -79,14 +83,14 @@ class FormChange:
     work: Any
 
     def then(self, later: FormChange) -> FormChange:
-        """This step and a later one, from where it ends."""
+        """Return this step followed by a later one, which starts at its end."""
         work = self.work + self.map_.T @ later.work @ self.map_
         return FormChange(later.map_ @ self.map_, self.before, later.after, work)
 
     def defect(self, resolution: Number) -> Number:
-        """The largest entry of |Pᵀω′P − ω + dθ_f| over |P|ᵀ|ω′||P| + |ω| + |dθ_f|.
+        """Return the largest entry of |Pᵀω′P − ω + dθ_f| over |P|ᵀ|ω′||P| + |ω| + |dθ_f|.
 
-        resolution: as of `entrywise_defect`.
+        resolution: see `entrywise_defect`.
         """
         gap = self.map_.T @ self.after @ self.map_ - self.before + self.work
         size = abs(self.map_.value)
@@ -94,9 +98,9 @@ class FormChange:
         return over_terms(gap, terms + abs(self.work.value), resolution)
 
     def volume(self, numbers: Arithmetic) -> tuple[Number, Number]:
-        """(det P, how far its square is from det(ω − dθ_f)), the latter relative to their sum.
+        """Return (det P, how far its square is from det(ω − dθ_f), relative to their sum).
 
-        det P is what a volume of phase space becomes in the step: det ω = 1 everywhere.
+        det P is the factor by which the step changes a volume of phase space: det ω = 1 everywhere.
         """
         grown = numbers.det(self.map_.value)
         wanted = numbers.det((self.before - self.work).value)
@@ -104,7 +108,8 @@ class FormChange:
 
 
 def form_change(geometry: LocalGeometry, x: Vector, mu: Vector, u: Vector) -> FormChange:
-    """The change of ω in the step from (x, μ) along the arrow (x, u), which solves F⁻ = hμ."""
+    """Return the change of ω in the step from (x, μ) along the arrow (x, u), which solves F⁻ =
+    hμ."""
     numbers, h, (n, m) = geometry.numbers, geometry.q[0], (geometry.n, geometry.m)
     zero: Any = numbers.zeros(m, m)
     one: Any = Tracked(numbers.identity(m))

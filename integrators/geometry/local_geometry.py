@@ -34,16 +34,16 @@ _PARTS = (
     "target", "rho", "L", "R", "minus", "plus",
     "target_x", "target_u", "minus_x", "minus_u", "plus_x", "plus_u",
 )  # fmt: skip
-#: the further results with internal stages s: they complete the derivatives along s = s(x, u)
+#: further results with internal stages s, which complete the derivatives along s = s(x, u)
 _OF_STAGES = ("minus_s", "plus_s", "stages_x", "stages_u", "stages_s")
 
-KEPT = 8  # points whose maps are at hand: several forms are asked about one step
+KEPT = 8  # number of points whose maps are remembered: several forms are measured on one step
 #: a scheme's maps and derivatives at a point, by name: arrays, plain or `Tracked`
 Maps = dict[str, Any]
 
 
 def slopes(maps: Maps, name: str) -> Matrix:
-    """The derivative of a map by (x, u), rows × (n+m)."""
+    """Return the derivative of a map by (x, u), rows × (n+m)."""
     return np.hstack([maps[f"{name}_x"], maps[f"{name}_u"]])
 
 
@@ -61,11 +61,11 @@ class LocalGeometry:
         self._latest: dict[Any, Maps] = {}
 
     def at(self, x: Numbers, u: Numbers) -> Maps:
-        """Every part at (x, u): vectors of length n or m, matrices of the shapes they have.
+        """Return every part at (x, u): vectors of length n or m, and matrices.
 
         Internal stages are solved for, and derivatives are along ∂L_d/∂s = 0 (Schur complements).
-        Those of the last points are not computed again, so the arrays are read-only; they have all
-        digits wherever it is asked. Raises `StagesNotFound` if Newton from s = 0 does not converge.
+        The results for the latest points are remembered, so the arrays are read-only. Raises
+        `StagesNotFound` if Newton from s = 0 does not converge.
         """
         point = tuple(x), tuple(u)
         if point not in self._latest:
@@ -80,11 +80,12 @@ class LocalGeometry:
         return dict(self._latest[point])
 
     def values(self, x: Numbers, u: Numbers) -> list[Vector]:
-        """[b, F⁻, F⁺] at (x, u), without any derivative; raises `StagesNotFound` as `at`."""
+        """Return [b, F⁻, F⁺] at (x, u), without any derivative; raises `StagesNotFound` like
+        `at`."""
         return list(self._value("values", x, u, self.stages(x, u), self.q))
 
     def tracked(self, x: Vector, u: Vector) -> Maps:
-        """`at` as `Tracked` arrays, for an u that solves F⁻(x, u) = hμ to round-off."""
+        """Return `at` as `Tracked` arrays, for a u that solves F⁻(x, u) = hμ to round-off."""
         maps = self.at(x, u)
 
         def with_errors() -> Iterable[Tracked]:
@@ -108,17 +109,18 @@ class LocalGeometry:
         return parts
 
     def discrete_force(self, x: Numbers, u: Numbers) -> tuple[Vector, Vector]:
-        """What the force adds to F⁻/h and F⁺/h at an arrow, m each, in the natural basis.
+        """Return the force's parts of F⁻/h and F⁺/h at an arrow, m numbers each, in the natural
+        basis.
 
-        From its displacement of points, not from F±. Raises `StagesNotFound` as `at`.
+        They come from the displacement of points, not from F±. Raises `StagesNotFound` like `at`.
         """
         force = self._value("force", x, u, self.stages(x, u), self.q)[0]
         return force[: self.m], force[self.m : 2 * self.m]
 
     def force_and_slopes(self, x: Vector, u: Vector) -> tuple[Tracked, Tracked]:
-        """What the force adds to F⁻/h, F⁺/h and ∂L_d/∂s / h, `Tracked`, and its derivative.
+        """Return the force's parts of F⁻/h, F⁺/h and ∂L_d/∂s / h, `Tracked`, and their derivative.
 
-        2m+k entries, by (x, u, s) each for itself.
+        There are 2m+k entries; the derivative is by x, u and s separately.
         """
         arrow, at = rounded(u), rounded(x, 0 * abs(x))
         stages = self._rounded_stages(x, u, at, arrow)
@@ -126,7 +128,7 @@ class LocalGeometry:
         return force, np.hstack(by)  # type: ignore[arg-type, return-value]
 
     def stages(self, x: Numbers, u: Numbers) -> Vector:
-        """The s with ∂L_d/∂s (x, u, s) = 0, by Newton from 0; empty without stages."""
+        """Return s with ∂L_d/∂s (x, u, s) = 0, by Newton from 0; empty without stages."""
         if not self.k:
             return self.numbers.zeros(0)
 
@@ -141,7 +143,8 @@ class LocalGeometry:
         return stages
 
     def with_round_off(self, x: Vector, u: Vector, of_x: Vector, of_u: Vector) -> list[Tracked]:
-        """(b, F⁻, F⁺) at (x, u) as `Tracked` vectors, for errors of_x and of_u of x and u."""
+        """Return (b, F⁻, F⁺) at (x, u) as `Tracked` vectors, for errors of_x and of_u of x and
+        u."""
         at, arrow = rounded(x, of_x), rounded(u, of_u)
         stages = self._rounded_stages(x, u, at, arrow)
         return [tracked(value) for value in self._errors("values")(at, arrow, stages, self._q)]
@@ -149,7 +152,8 @@ class LocalGeometry:
     def round_off_of_u(
         self, x: Vector, u: Vector, inverse: Matrix, of_x: Vector, of_mu: Vector
     ) -> Vector:
-        """The error that round-off leaves in u, m units ε: both sides of F⁻(x, u) = hμ are rounded.
+        """Return the round-off error of u, m units ε, since both sides of F⁻(x, u) = hμ are
+        rounded.
 
         inverse: |(∂F⁻/∂u)⁻¹|. of_x and of_mu: the errors of x and μ.
         """
@@ -167,21 +171,21 @@ class LocalGeometry:
 
     @property
     def _q(self) -> Vector:
-        """Step and parameters, each rounded once."""
+        """The step and the parameters, each rounded once."""
         return rounded(np.array(self.q, dtype=self.numbers.dtype))
 
     def _errors(self, what: str) -> Callable[..., Any]:
         return _with_errors(self.equations, self.numbers, what)
 
     def branch(self, x: Vector, u: Vector) -> Number:
-        """The number of the branch at (x, u), where L_d is given on the group."""
+        """Return the branch number at (x, u), if L_d is given on the group."""
         return self._value("branch", x, u, self.q)
 
     def _value(self, what: str, *arguments: Numbers) -> Any:
         return _function(self.equations, self.numbers, what)(*arguments)
 
     def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Tracked:
-        """Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m)."""
+        """Return Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m)."""
         rho, c = self._natural(x)
         bracket = self._contracted(c, mu)
         anchor = self.numbers.zeros(self.n, self.n)
@@ -189,7 +193,7 @@ class LocalGeometry:
         return tracked(np.block([[Tracked(anchor), rho], [-rho.T, bracket]]))
 
     def contracted(self, x: Vector, mu: Vector) -> Tracked:
-        """μ_θ Ĉ^θ_{γν} at x, m×m."""
+        """Return μ_θ Ĉ^θ_{γν} at x, m×m."""
         return self._contracted(self._natural(x)[1], mu)
 
     def _contracted(self, c: Tracked, mu: Vector) -> Tracked:
@@ -206,7 +210,7 @@ class LocalGeometry:
         return Tracked(sum(map(part, seen), none).value, bound)
 
     def _natural(self, x: Vector) -> tuple[Tracked, Tracked]:
-        """ρ̂ at x, n×m, and Ĉ there as [θ, γ, ν]."""
+        """Return ρ̂ at x, n×m, and Ĉ there as [θ, γ, ν]."""
         values = self._value("natural", x, self.q)
         rho, c = tracked_later(
             values, lambda: self._errors("natural")(rounded(x, 0 * abs(x)), self._q)
@@ -214,13 +218,16 @@ class LocalGeometry:
         return rho, c
 
     def tangent(self, here: Maps, there: Maps) -> Matrix:
-        """TΨ: (δx, δu) ↦ (δy, δv), from F⁻(y, v) = F⁺(x, u), y = b(x, u)."""
+        """Return TΨ: (δx, δu) ↦ (δy, δv), from F⁻(y, v) = F⁺(x, u), y = b(x, u)."""
         top = slopes(here, "target")
         pushed = slopes(here, "plus") - there["minus_x"] @ top
         return np.vstack([top, solve(self.numbers, there["minus_u"], pushed)])
 
     def prolongation(self, here: Maps, there: Maps, tangent: Matrix) -> Matrix:
-        """PΨ on (a, c), 2m×2m: a* = −c, L(y,v) c* = δv + R(y,v) c, with δx = −ρa, δu = Ra + Lc."""
+        """Return PΨ on (a, c), 2m×2m.
+
+        a* = −c, L(y,v) c* = δv + R(y,v) c, with δx = −ρa, δu = Ra + Lc.
+        """
         n, m = self.n, self.m
         into = np.block([[-here["rho"], self.numbers.zeros(n, m)], [here["R"], here["L"]]])
         only_c = np.hstack([self.numbers.zeros(m, m), self.numbers.identity(m)])
@@ -228,17 +235,17 @@ class LocalGeometry:
         return np.vstack([-only_c, solve(self.numbers, there["L"], pushed)])
 
     def omega(self, here: Maps) -> Matrix:
-        """Ω on (a, c), 2m×2m, with W_γμ = L^θ_μ ∂F⁻_γ/∂u^θ.
+        """Return Ω on (a, c), 2m×2m, with W_γμ = L^θ_μ ∂F⁻_γ/∂u^θ.
 
-        The sign is that of dΘ±, in matrices W = −FLᵀ L:
-        [misprint: omega-sign], [misprint: FL-transposed].
+        The sign is that of dΘ±, in matrices W = −FLᵀ L: [misprint: omega-sign], [misprint:
+        FL-transposed].
         """
         w = here["minus_u"] @ here["L"]
         zero = self.numbers.zeros(self.m, self.m)
         return np.block([[zero, w], [-w.T, zero]])
 
     def dual_step(self, here: Maps, h: Number) -> Matrix:
-        """Derivative of (x, μ) ↦ (b, F⁺/h) with u from F⁻(x, u) = hμ, (n+m)×(n+m)."""
+        """Return the derivative of (x, μ) ↦ (b, F⁺/h) with u from F⁻(x, u) = hμ, (n+m)×(n+m)."""
         n, m = self.n, self.m
         dx = np.hstack([self.numbers.identity(n), self.numbers.zeros(n, m)])
         rhs = np.hstack([-here["minus_x"], h * self.numbers.identity(m)])
@@ -248,7 +255,7 @@ class LocalGeometry:
 
 @lru_cache(maxsize=512)
 def _function(equations: DiscreteEquations, numbers: Arithmetic, what: str) -> Callable[..., Any]:
-    """A function of `TEXTS` of equations in an arithmetic, derived once; its text is on disk."""
+    """Return a function of `TEXTS` in an arithmetic, derived once; its text is cached on disk."""
     return numeric_function(_text(equations, what), numbers)
 
 
@@ -259,5 +266,5 @@ def _text(equations: DiscreteEquations, what: str) -> str:
 
 @lru_cache(maxsize=512)
 def _with_errors(equations: DiscreteEquations, numbers: Arithmetic, what: str) -> Any:
-    """The same in `running_error` numbers."""
+    """Return the function of `_function` in `running_error` numbers."""
     return with_running_errors(_text(equations, what), numbers)

@@ -59,21 +59,22 @@ def _natural_text(equations: DiscreteEquations) -> str:
 
 
 def _one_step_text(equations: Any) -> str:
-    """Of a one-step map: rows, ∂rows/∂w, ∂rows/∂z, Z − z and its derivatives by w and by z."""
+    """Return the text for a one-step map: rows, ∂rows/∂w, ∂rows/∂z, Z − z, its derivatives by w,
+    z."""
     e, total = equations, equations.total
     parts = [list(e.rows), e.slope, total(e.rows, e.z), list(e.increment)]
     parts += [total(e.increment, letters) for letters in (e.w, e.z)]
     return text_of(equations, {"x": e.s.x, "mu": e.s.mu, "w": e.w}, parts)
 
 
-#: what of a scheme is written as a function of numbers, by name
+#: the parts of a scheme that are written as functions of numbers, by name
 TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
           "natural": _natural_text, "one_step": _one_step_text, "values": _values_text,
           "stage values": _stage_values_text, "force": _force_text}  # fmt: skip
 
 
 def text_of(equations: DiscreteEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
-    """Text of the results as a function of vectors and q (`numeric_text`)."""
+    """Return the text of the results as a function of vectors and q (`numeric_text`)."""
     flat = [e for result in results for e in np.array(result, dtype=object).flat]
     before = inlined(equations.definitions(flat))
     definitions = [(list(d.letters), list(d.values)) for d in before]

@@ -1,4 +1,4 @@
-"""A one-step map as numbers: its step from a state with the derivative, and starts for Newton."""
+"""A one-step map in numbers: its step from a state with the derivative, and starts for Newton."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ class OneStepGeometry(LocalGeometry):
         return self.q[1 : 1 + len(self.equations.s.parameter_list)]
 
     def velocities(self, x: Matrix, mu: Matrix, near: Matrix) -> Matrix:
-        """ξ(x, μ) of rows, (r, m), from velocities nearby; no numbers where there is none."""
+        """Return ξ(x, μ) of rows, (r, m), from velocities nearby; NaN if there is none."""
         inverse = legendre_inverse(self.equations.s, self.numbers)
         return inverse(x, mu, self.parameters, near)
 
     def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
-        """Where Newton starts from a state: f(z) for each slope, then ξ(z) for each velocity.
+        """Return Newton's start from a state: f(z) for each slope, then ξ(z) for each velocity.
 
-        0 for an explicit map, whose slope needs no start.
+        It is 0 for an explicit map, whose slope needs no start.
         """
         equations = self.equations
         if equations.explicit:
@@ -59,10 +59,11 @@ class OneStepGeometry(LocalGeometry):
         return np.concatenate(parts)
 
     def step(self, x: Vector, mu: Vector, start: Vector) -> tuple[Vector, Vector, Tracked]:
-        """(x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′), (n+m)×(n+m), by Newton from a start.
+        """Return (x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′), (n+m)×(n+m), by Newton from a
+        start.
 
-        Exact, from the implicit function theorem, and `Tracked`. Raises `StepNotFound` if Newton
-        diverges.
+        The derivative is exact, from the implicit function theorem, and `Tracked`. Raises
+        `StepNotFound` if Newton diverges.
         """
         still = self.numbers.zeros(self.n + self.m)
         _, (_, slope, rows_z, grown, by_w, by_z) = self._solved(x, mu, start, still)
@@ -71,23 +72,25 @@ class OneStepGeometry(LocalGeometry):
         return x + grown.value[: self.n], mu + grown.value[self.n :], derivative
 
     def step_round_off(self, x: Vector, mu: Vector, start: Vector, errors: Vector) -> Vector:
-        """What round-off does to (x′, μ′), n+m units ε (`defects.step_round_off`)."""
+        """Return the effect of round-off on (x′, μ′), n+m units ε (`defects.step_round_off`)."""
         grown = self._solved(x, mu, start, errors)[1][3]
         before = abs(np.concatenate([x, mu]))
         after = abs(np.concatenate([x, mu]) + grown.value)
         return errors + before + grown.error + after
 
     def solved(self, x: Vector, mu: Vector, start: Vector) -> tuple[Vector, Any]:
-        """(w, results of `one_step`) at the unknowns that solve the rows from (x, μ)."""
+        """Return (w, results of `one_step`) at the unknowns that solve the rows from (x, μ)."""
         w, found = self._solved(x, mu, start, self.numbers.zeros(self.n + self.m))
         return w, [e.value for e in found]
 
     def _solved(
         self, x: Vector, mu: Vector, start: Vector, errors: Vector
     ) -> tuple[Vector, list[Tracked]]:
-        """(w, results of `one_step`) at the unknowns that solve its rows, for errors of (x, μ).
+        """Return (w, results of `one_step`) at the unknowns that solve its rows, for errors of (x,
+        μ).
 
-        Those of the last states are not solved for again: several forms are asked about one step.
+        The results for the latest states are remembered, because several forms are measured on one
+        step.
         """
         state = tuple(tuple(part) for part in (x, mu, start, errors))
         if state not in self._steps:
@@ -126,7 +129,7 @@ class OneStepGeometry(LocalGeometry):
         return w, tracked_later(parts(w), with_errors)
 
     def at(self, x: Numbers, u: Numbers) -> Any:
-        """Raises `CannotMeasure`: a map has no Legendre maps at arrows."""
+        """Raise `CannotMeasure`: a map has no Legendre maps at arrows."""
         return self.equations.legendre_minus
 
 

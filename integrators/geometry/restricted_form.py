@@ -1,12 +1,12 @@
-"""The symplectic form on the arrows that a holonomic constraint leaves.
+"""The symplectic form on the arrows that satisfy a holonomic constraint.
 
 On the dual, (b, δμ) with δx = ρ̂ b is a tangent vector of the prolongation, and
 
     ω((b, δ), (b′, δ′)) = b·δ′ − b′·δ + μ_θ Ĉ^θ_{γν} b^γ b′^ν.
 
-A step takes b at its start to b′ at its end, the displacement of the arrow (x, u) between by
-a = −b/h and c = b′/h: h δu + R b = L b′. Under constraints the form is kept on the vectors with
-A b = 0 and d(A ξ) = 0 (Marsden, West 2001, 3.5.3), and on no others.
+A step maps b at its start to b′ at its end; the displacement of its arrow (x, u) is a = −b/h and c
+= b′/h: h δu + R b = L b′. With constraints the form is preserved on exactly the vectors with A b =
+0 and d(A ξ) = 0 (Marsden, West 2001, 3.5.3).
 """
 
 from __future__ import annotations
@@ -33,11 +33,12 @@ def restricted_defect(
     sign: int = 1,
     forced: bool = False,
 ) -> Number:
-    """The largest entry of |Nᵀ(Pᵀ ω′ P − ω)N| over |N|ᵀ(|P|ᵀ|ω′||P| + |ω|)|N| of the step from
-    (x, μ), N a basis of the vectors left: whatever the units are.
+    """Return the defect of ω under the step from (x, μ), on the vectors that the constraints admit.
 
-    start: where Newton starts. sign = −1 flips the bracket: a control. forced: the change is to be
-    −dθ_f, of the scene's force (`forced_form`).
+    It is the largest entry of |Nᵀ(Pᵀ ω′ P − ω)N| over |N|ᵀ(|P|ᵀ|ω′||P| + |ω|)|N|, where N is a
+    basis of these vectors; it does not depend on units. start: Newton's start. sign = −1 flips the
+    bracket: a negative control. forced: True if the change should be −dθ_f, with the scene's force
+    (`forced_form`).
     """
     numbers, (n, m) = geometry.numbers, (geometry.n, geometry.m)
     w, (_, slope, rows_z, grown, by_w, by_z) = geometry.solved(x, mu, start)
@@ -72,10 +73,10 @@ def restricted_defect(
 
 
 def _null_space(numbers: Arithmetic, held: Matrix) -> Matrix:
-    """A basis of {v: held v = 0}, where held = (A 0; B C) and v = (b, δ).
+    """Return a basis of {v: held v = 0}, where held = (A 0; B C) and v = (b, δ).
 
-    The columns that elimination solves for are chosen in doubles: as many of A as of C, which are
-    of different units.
+    The columns that elimination solves for are chosen in doubles, equally many of A and of C, which
+    have different units.
     """
     from scipy.linalg import qr
 
@@ -95,7 +96,7 @@ def _null_space(numbers: Arithmetic, held: Matrix) -> Matrix:
 
 @lru_cache(maxsize=64)
 def _parts(s: SceneSymbols, numbers: Arithmetic) -> Any:
-    """A, ∂(Aξ)/∂x, ∂²l/∂ξ², ∂²l/∂ξ∂x, ρ̂, L and R at (x, u)."""
+    """Return a function of (x, u): A, ∂(Aξ)/∂x, ∂²l/∂ξ², ∂²l/∂ξ∂x, ρ̂, L and R."""
     A, g, h = constraint_matrix(s, s.x), s.groupoid, s.h
     parts = [A, jacobian(A * s.u, s.x), mass_matrix(s), jacobian(momentum(s), s.x),
              g.rho(s.x, h) / h, g.L(s.x, s.u, h), g.R(s.x, s.u, h)]  # fmt: skip

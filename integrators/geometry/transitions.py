@@ -27,7 +27,7 @@ class Arrow:
 
 
 def residual(here: Arrow, there: Arrow) -> Number:
-    """The largest |F⁺(g) − F⁻(g′)| relative to the largest of |F⁺(g)| and |F⁻(g′)|."""
+    """Return the largest |F⁺(g) − F⁻(g′)| relative to the largest of |F⁺(g)| and |F⁻(g′)|."""
     geometry = here.geometry
     with geometry.numbers.working():
         ends = here.at["plus"], there.at["minus"]
@@ -37,7 +37,7 @@ def residual(here: Arrow, there: Arrow) -> Number:
 
 
 def defects(here: Arrow, there: Arrow) -> tuple[Number, Number]:
-    """The defects (pullback, Poisson) of the step from g to g′, as in `Flow`."""
+    """Return the defects (pullback, Poisson) of the step from g to g′, as in `Flow`."""
     geometry = here.geometry
     with geometry.numbers.working():
         at, after = (arrow.geometry.tracked(arrow.x, arrow.u) for arrow in (here, there))
@@ -49,21 +49,21 @@ def defects(here: Arrow, there: Arrow) -> tuple[Number, Number]:
 
 
 def regularity(arrow: Arrow) -> float:
-    """Smallest over largest singular value of e→_μ(F⁻_γ) at a fixed x, in double precision.
+    """Return smallest over largest singular value of e→_μ(F⁻_γ) at fixed x, in double precision.
 
-    0 on the set where FL is singular; no chart enters it.
+    It is 0 where FL is singular, and does not depend on a chart.
     """
     sizes = np.linalg.svd(_along(arrow))[1]
     return float(sizes[-1] / sizes[0])
 
 
 def singular_sign(arrow: Arrow) -> float:
-    """det of e→(F⁻) over ‖e→(F⁻)‖ᵐ: its sign changes where FL is singular."""
+    """Return det of e→(F⁻) over ‖e→(F⁻)‖ᵐ: its sign changes where FL is singular."""
     along = _along(arrow)
     return float(np.linalg.det(along) / np.linalg.norm(along, 2) ** len(along))
 
 
 def _along(arrow: Arrow) -> Matrix:
-    """e→_μ(F⁻_γ), m×m, in double precision."""
+    """Return e→_μ(F⁻_γ), m×m, in double precision."""
     with arrow.geometry.numbers.working():
         return np.asarray(arrow.at["minus_u"] @ arrow.at["R"], dtype=float)

@@ -27,9 +27,9 @@ __all__ = [
 def product(
     first: Groupoid, second: Groupoid, *, connection: Callable[..., Any] | None = None
 ) -> ProductGroupoid:
-    """The product of two groupoids; product(pair(n), lie_group(g)) carries L on TM × g.
+    """Return the product of two groupoids; product(pair(n), lie_group(g)) carries L on TM × g.
 
-    `connection` (for pair × group only) takes the column x and gives the k×n matrix A(x) of a
+    `connection` (for pair × group only) takes the column x and returns the k×n matrix A(x) of a
     principal connection, k = dim g. The fibre coordinates are then (ẋ, η) with η = ξ + A(x)ẋ, the
     vertical part of the velocity, in which the Lagrange–Poincaré equations are written: see
     `ConnectionGroupoid`. Raises `BadInput` for anything else.

@@ -12,9 +12,10 @@ from ..numbers.types import Column
 
 
 def axioms(groupoid: Any, point: dict[str, Column]) -> dict[str, Column]:
-    """What must vanish at a point (columns x, u, v, w and steps h, k), by the name of the law.
+    """Return expressions that must vanish at a point, by the name of the law.
 
-    Units, inverses, β(gh) = β(h), associativity (paper, section 3.2), and that u is scaled by h.
+    The point has columns x, u, v, w and steps h, k. The laws are units, inverses, β(gh) = β(h),
+    associativity (paper, section 3.2), and that u is scaled by h.
     """
     g = groupoid
     x, u, v, w, h, k = (point[name] for name in ("x", "u", "v", "w", "h", "k"))
@@ -39,7 +40,7 @@ def axioms(groupoid: Any, point: dict[str, Column]) -> dict[str, Column]:
 
 @lru_cache(maxsize=64)
 def check_axioms(groupoid: Any) -> None:
-    """Raise `BadInput` unless what the user gave of a groupoid makes it one.
+    """Raise `BadInput` unless a user's maps make a groupoid.
 
     The axioms are evaluated at random rational points, exactly or to 40 digits, where a false
     identity between analytic functions shows in practice. The algebra of a matrix group must be

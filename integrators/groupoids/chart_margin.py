@@ -1,9 +1,10 @@
-"""The chart 𝒰 around the identities: where it ends, and how near an arrow is to that.
+"""The chart 𝒰 around the identities: its edge, and the distance of an arrow from it.
 
-The chart of a matrix group ends where its retraction ceases to be a local diffeomorphism: each
-retraction says where (`Retraction.extents`, `reach`, `distance_and_margin`). The products of arrows
-in the symmetric neighbourhood 𝒲 ⊂ 𝒰 lie in 𝒰 (paper, Proposition 3.1; `Retraction.is_symmetric`).
-On M × G it is all arrows whose group element lies in that of G, on pairs all arrows.
+The chart of a matrix group ends where its retraction ceases to be a local diffeomorphism; each
+retraction gives this edge (`Retraction.extents`, `reach`, `distance_and_margin`). The products of
+arrows in the symmetric neighbourhood 𝒲 ⊂ 𝒰 lie in 𝒰 (paper, Proposition 3.1;
+`Retraction.is_symmetric`). On M × G it consists of all arrows whose group element lies in that of
+G, on pairs of all arrows.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from .axioms import check_axioms
 
 
 def chart_extents(groupoid: Any, x: Column, u: Column, h: Expression) -> Extents:
-    """How near an arrow is to each edge of its chart, symbolic (`Retraction.extents`)."""
+    """Return sizes that tell how near an arrow is to each edge, symbolic (`Retraction.extents`)."""
     return [
         (kind, value)
         for group, xi in groupoid.group_parts(x, u, h)
@@ -32,28 +33,29 @@ def chart_extents(groupoid: Any, x: Column, u: Column, h: Expression) -> Extents
 
 
 def chart_reach(groupoid: Any) -> float:
-    """The size (`chart_extents`) at which a run leaves its chart (`Retraction.reach`)."""
+    """Return the size (`chart_extents`) at which a run leaves its chart (`Retraction.reach`)."""
     s = groupoid.symbols
     groups = (group for group, _ in groupoid.group_parts(s["x"], s["u"], s["h"]))
     return min((group.tau.reach(group.algebra) for group in groups), default=math.inf)
 
 
 def margin_of(size: Number) -> float:
-    """The margin of a step of that size: cos(θ/2) for Cayley, 1 − (ϑ/2π)² for the exponential."""
+    """Return the margin of a step's size: cos(θ/2) for Cayley, 1 − (ϑ/2π)² for the exponential."""
     return 1.0 if size <= 1 else float(1 / size**0.5)
 
 
 @dataclass(frozen=True)
 class Position:
-    """Where an arrow lies in its chart.
+    """The position of an arrow in its chart.
 
-    inside: whether it lies in the chart 𝒰; distance: to the chart's edge (infinite without an edge;
+    inside: True if it lies in the chart 𝒰; distance: to the chart's edge (infinite without an edge;
     None if the groupoid does not know it); condition_L, condition_R: condition numbers of L and R;
-    margin: 1 at the identities, 0 at the edge; symmetric: whether it lies in the symmetric
-    neighbourhood 𝒲, where any two arrows have their product in 𝒰 (None if nothing states one).
+    margin: 1 at the identities, 0 at the edge; symmetric: True if it lies in the symmetric
+    neighbourhood 𝒲, where any two arrows have their product in 𝒰 (None if it is unknown).
 
-    Distance and margin come from the retraction (`distance_and_margin`), for a product the least of
-    its parts. Of a `LocalGroupoid` the margin is the inverse of the larger condition number.
+    Distance and margin come from the retraction (`distance_and_margin`); for a product they are the
+    least of its parts. For a `LocalGroupoid` the margin is the inverse of the larger condition
+    number.
     """
 
     inside: bool
@@ -65,10 +67,10 @@ class Position:
 
 
 def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
-    """Where the arrow (x, u) lies in its chart, at the step h.
+    """Return the position of the arrow (x, u) in its chart, at the step h.
 
     x: n numbers, u: m numbers; a float is its binary value. Raises `BadInput` for other shapes,
-    what is no number, a step of 0, and what is no groupoid (`check_axioms`).
+    values that are not numbers, a step of 0, and maps that are no groupoid (`check_axioms`).
     """
     check_axioms(groupoid)
     step = to_sympy(exact(h, "the step"))

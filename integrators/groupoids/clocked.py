@@ -13,9 +13,10 @@ from .groupoid import Groupoid, Motion
 class Clocked(Groupoid):
     """The arrows of `inner` over (x, t): the target of (x, t, w; h) has the time t + θh, w = θu.
 
-    θ is read off w: on a curve w(u, s) in the chart it is the slope by u at the identity; what is
-    made of stages alone is a velocity, and θ its slope by all of these together. No displacement
-    moves the time, so e→ and e← are those of `inner`. stages: a letter of each stage's first entry.
+    θ is read from w: on a curve w(u, s) in the chart it is the slope by u at the identity; an
+    expression of stages alone is a velocity, and θ is its slope by all of these together. No
+    displacement moves the time, so e→ and e← are those of `inner`. stages: a letter of each stage's
+    first entry.
     """
 
     by_user = False
@@ -24,7 +25,7 @@ class Clocked(Groupoid):
         self.stages = tuple(stages)
         self.inner, self.kind, self.retraction = inner, inner.kind, inner.retraction
         self.dim_x, self.dim_u = inner.dim_x + 1, inner.dim_u
-        #: what the chart of `inner` is built from
+        #: the algebra of the chart of `inner`, or None
         self.algebra = getattr(inner, "algebra", None)
 
     @property
@@ -32,21 +33,21 @@ class Clocked(Groupoid):
         return self.inner.name
 
     def share(self, w: Column) -> Expression:
-        """θ of a chart value w(u, s) = θu + …, or θ₁s₁ + θ₂s₂ + … of stages alone."""
+        """Return θ of a chart value w(u, s) = θu + …, or θ₁s₁ + θ₂s₂ + … of stages alone."""
         u = [*self.symbols["u"]]
         along = self.stages if w.free_symbols.isdisjoint(u) else u[:1]
         slope = sympy.Add(*(w[0].diff(letter) for letter in along))
         return slope.xreplace(dict.fromkeys(slope.free_symbols & {*u, *along}, 0))
 
     def target(self, x: Column, u: Column, h: Expression) -> Column:
-        """(b, t + θh)."""
+        """Return (b, t + θh)."""
         return self._of("target", x, u, h).col_join(sympy.Matrix([x[-1] + h * self.share(u)]))
 
     def _of(self, what: str, x: Column, *rest: Any) -> Any:
         return getattr(self.inner, what)(x[:-1, :], *rest)
 
     def _with_row(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
-        """A zero row below: nothing moves the time."""
+        """Return the matrix with a zero row below: nothing moves the time."""
         return matrix.col_join(sympy.zeros(1, matrix.cols))
 
     def product(self, x: Column, u: Column, v: Column, h: Expression) -> Column:
@@ -83,7 +84,7 @@ class Clocked(Groupoid):
         return self.inner._inversion
 
     def increment(self, x: Column, u: Column, h: Expression) -> Column:
-        """(b − x, θh)."""
+        """Return (b − x, θh)."""
         return self._of("increment", x, u, h).col_join(sympy.Matrix([h * self.share(u)]))
 
     def point_motion(

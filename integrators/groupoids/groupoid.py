@@ -23,9 +23,9 @@ from .chart_margin import position
 
 
 class Motion(NamedTuple):
-    """How a point z moves: by ∂z/∂u = A·slope, and along e→ and e← by A·right and A·left.
+    """The motion of a point z: by ∂z/∂u = A·slope, and along e→ and e← by A·right and A·left.
 
-    A is the anchor, n×k; the others are k×m, and small where A is ρ(z).
+    A is the anchor, n×k; the others are k×m, and small if A is ρ(z).
     """
 
     anchor: SymbolicMatrix
@@ -45,9 +45,9 @@ class Groupoid(ABC):
     dim_u: int
     #: The name of the retraction in use, or None for groupoids that need none.
     retraction: str | None = None
-    #: Whether a scheme checks the axioms: not where the tests already check its closed forms.
+    #: True if a scheme checks the axioms; tests check the closed forms of this package instead.
     by_user: bool = True
-    #: Where in a file the user's own map stands, and what to change if the axioms fail.
+    #: The file and line of the user's own map, and what to change if the axioms fail.
     place: str = ""
     fix: str = ""
 
@@ -137,7 +137,7 @@ class Groupoid(ABC):
     def point_motion(
         self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
     ) -> Motion:
-        """How the point z = b(x, u; θh) moves; the anchor may be written with z, nothing else.
+        """Return the motion of the point z = b(x, u; θh); only the anchor may contain z.
 
         At the end of the step (θ = 1) e→ and e← move it by 0 and ρ(z), on every groupoid.
         """
@@ -149,7 +149,8 @@ class Groupoid(ABC):
         return Motion(one, slope, slope * self.R(x, u, h) - along, slope * self.L(x, u, h))
 
     def displacement_at(self, x: Column, u: Column, h: Expression, theta: Expression) -> FieldPair:
-        """How e→ and e← displace the fraction θ of the arrow in left trivialisation, m×m each.
+        """Return how e→ and e← displace the fraction θ of the arrow in left trivialisation, m×m
+        each.
 
         c_θ = L(x, θu)⁻¹ (θ (R(x, u) a + L(x, u) c) − R(x, θu) a) for a e→ + c e←: −a at the start,
         c at the end, −(1 − θ)a + θc on pairs. The point b(x, u; θh) is moved by ρ times that.
@@ -190,22 +191,22 @@ class Groupoid(ABC):
 
     @cached_property
     def left_is_identity(self) -> bool:
-        """Whether L = 1 everywhere, so that velocities are dw/dθ itself."""
+        """True if L = 1 everywhere, so that velocities are dw/dθ itself."""
         s = self.symbols
         return bool(self.L(s["x"], s["u"], s["h"]) == sympy.eye(self.dim_u))
 
     @cached_property
     def symmetric_chart(self) -> bool:
-        """Whether ι = −u + O(u³): (x, −u) is then the inverse to second order.
+        """True if ι = −u + O(u³): (x, −u) is then the inverse to second order.
 
-        Only in such a chart is u at θ = 1/2 the velocity of the middle, so that symmetric rules are
-        of order 2. With B = ∂²p/∂u∂v at the identity, ι = −u + B(u, u) + …, L = 1 + B(u, ·) + … and
-        R = 1 + B(·, u) + …: so L + R has no linear term.
+        Only in such a chart is u at θ = 1/2 the velocity of the middle, so that symmetric rules
+        have order 2. With B = ∂²p/∂u∂v at the identity, ι = −u + B(u, u) + …, L = 1 + B(u, ·) + …
+        and R = 1 + B(·, u) + …: so L + R has no linear term.
         """
         point = random_columns({"x": self.dim_x, "u": self.dim_u}, small="u")
         x, u, h = point["x"], point["u"] / 10**30, point["h"]
         excess = self.L(x, u, h) + self.R(x, u, h) - 2 * sympy.eye(self.dim_u)
-        return all(abs(e) < 10**-40 for e in evaluate_matrix(excess, 100))  # of the size u²
+        return all(abs(e) < 10**-40 for e in evaluate_matrix(excess, 100))  # its size is u²
 
     @cached_property
     def _inversion(self) -> Column:

@@ -19,7 +19,7 @@ class RetractionGroupoid(Groupoid):
     Raises `BadInput`, when first used, if the retraction does not fit the algebra.
     """
 
-    #: what a subclass is built from after the algebra and the retraction
+    #: constructor arguments of a subclass after the algebra and the retraction
     further: tuple[Any, ...] = ()
 
     def __init__(self, algebra: MatrixAlgebra, retraction: Retraction) -> None:

@@ -61,7 +61,7 @@ class LocalGroupoid(Groupoid):
 
 
 def column_of(function: Callable[..., Any], length: int, what: str, *arguments: Any) -> Column:
-    """A column of `length` exact entries from a function that the user wrote.
+    """Return a column of `length` exact entries from a function that the user wrote.
 
     Raises `BadInput` (naming `what` and the function's line) if the function cannot be evaluated
     with symbols or returns another number of entries.

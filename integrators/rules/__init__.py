@@ -1,6 +1,6 @@
-"""Rules that turn a Lagrangian into a discrete Lagrangian, and one-step maps that do without.
+"""Rules that turn a Lagrangian into a discrete Lagrangian, and one-step maps without one.
 
-As data: one kind a file.
+They are data, one kind per file.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ BUILT_IN = {rule.name: rule for rule in (rectangle, midpoint, trapezoidal, imex)
 
 
 def names() -> tuple[str, ...]:
-    """The names that `get` knows: built-in rules, Galerkin rules, one composition of each method.
+    """Return the names that `get` knows: built-in rules, Galerkin rules, a composition per method.
 
     gauss-N and lobatto-N have N nodes, up to 20; any rule can follow the colon of a composition.
     """
@@ -41,9 +41,10 @@ def names() -> tuple[str, ...]:
 
 
 def get(name: str) -> Discretisation:
-    """The rule of that name: built in, gauss-N, lobatto-N, own, a one-step map, or method:rule.
+    """Return the rule of that name: built in, gauss-N, lobatto-N, own, a one-step map, or
+    method:rule.
 
-    A composition is named as in kahan-li-8:midpoint. Raises `BadInput` for an unknown name and
+    A composition is named like kahan-li-8:midpoint. Raises `BadInput` for an unknown name and
     suggests the closest match.
     """
     if not isinstance(name, str):

@@ -1,4 +1,4 @@
-"""What the author of a method claims of it, beside its order: what a verdict may then deny."""
+"""The claims of a method's author beside its order, which a verdict may contradict."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..errors import BadInput, shown
 
 @dataclass(frozen=True)
 class Claims:
-    """Claims of a method: symplectic, reversible, and the names of what it keeps.
+    """Claims of a method: symplectic, reversible, and the names of conserved quantities.
 
     None and () claim nothing: the property is then measured and not judged. keeps: "energy",
     "volume", names of the scene's quantities.
@@ -23,7 +23,7 @@ class Claims:
 
     @classmethod
     def of(cls, who: str, symplectic: Any, reversible: Any, keeps: Any) -> Claims:
-        """The claims that a decorator was given; raises `BadInput` for those of another kind."""
+        """Return the claims given to a decorator; raises `BadInput` for those of another kind."""
         for word, given in (("symplectic", symplectic), ("reversible", reversible)):
             if given not in (None, True, False):
                 raise BadInput(f"{who}({word}=...): {word} is True or False, not {shown(given)}.")

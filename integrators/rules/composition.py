@@ -43,7 +43,8 @@ class Method:
     """A composition's coefficients: γ for self-adjoint steps, or α, β for a rule and its adjoint.
 
     `halves(digits)`: the first half of the palindrome and its middle, as mpf; for `in_turn` they
-    are β_1, α_1, β_2, … of which the palindrome has an even number. `OwnNumbers` are all of them.
+    are β_1, α_1, β_2, …, and the palindrome has an even number of them. `OwnNumbers` are the
+    complete list.
     """
 
     name: str
@@ -61,28 +62,29 @@ class Method:
 
     @property
     def own(self) -> OwnNumbers | None:
-        """The numbers that a user gave; None of a published method."""
+        """The coefficients that a user gave; None for a published method."""
         return self.halves if isinstance(self.halves, OwnNumbers) else None
 
     @property
     def symmetric(self) -> bool:
-        """Whether the coefficients are a palindrome: then the method is self-adjoint."""
+        """True if the coefficients are a palindrome: then the method is self-adjoint."""
         return self.own is None or self.own.palindrome
 
     def order_over(self, of_base: int, self_adjoint: bool) -> int:
-        """The order of the composition of a base of that order, which is self-adjoint or is not."""
+        """Return the order of the composition of a base of that order, self-adjoint or not."""
         if self.own is None:
             return max(of_base, self.order)
         if self.in_turn and not self_adjoint:
             return max(of_base, self.own.order_over(of_base))
-        symmetric = of_base + of_base % 2  # of both halves of a step, if not of the base itself
+        # both halves of a step are symmetric, even if the base is not
+        symmetric = of_base + of_base % 2
         return max(of_base, replace(self.own, in_turn=False).order_over(symmetric))
 
     def defect(self, digits: int) -> Mpf:
-        """The largest violation of Σ (α^i + (−1)^{i+1} β^i) = δ_{i1}, i ≤ order, as mpf.
+        """Return the largest violation of Σ (α^i + (−1)^{i+1} β^i) = δ_{i1}, i ≤ order, as mpf.
 
-        Of one's own numbers 0: `order` is what their conditions say. Necessary for
-        Φ_{α_s h} ∘ Φ*_{β_s h} ∘ … to be of that order, whatever Φ of order 1 is (Hairer, Lubich,
+        It is 0 for a user's own numbers, whose `order` comes from the conditions. It is necessary
+        for Φ_{α_s h} ∘ Φ*_{β_s h} ∘ … to have that order for any Φ of order 1 (Hairer, Lubich,
         Wanner, III.3.4); a self-adjoint step has α = β = γ/2.
         """
         if self.own is not None:
@@ -99,7 +101,7 @@ class Method:
             return max(abs(sums[0] - 1), *map(abs, sums[1:]))
 
     def substeps(self, self_adjoint: bool) -> tuple[Substep, ...]:
-        """The substeps for a rule that is self-adjoint on its scene, or is not."""
+        """Return the substeps for a rule that is self-adjoint on its scene, or is not."""
         indices: Sequence[int] = range(len(self.coefficients(16)))
         if self.own is not None:  # a splitting may begin or end with a step of 0
             indices = [i for i in indices if self.own.numbers[i]]
@@ -127,15 +129,15 @@ class Composition(Discretisation):
     method: Method = field(kw_only=True)
 
     def applies(self, scene: Any) -> bool:
-        """Whether the base can be used."""
+        """Return True if the base can be used."""
         return self.base.applies(scene)
 
     def refusal(self, scene: Any) -> str:
-        """Why the base does not exist on the scene."""
+        """Return why the base does not exist on the scene."""
         return self.base.refusal(scene)
 
     def __reduce__(self) -> Again:
-        """To pickle it: with one's own numbers it is made of these, else it goes by its name."""
+        """Return the pickled form: a user's own numbers, or the name."""
         if self.method.own is None:
             return super().__reduce__()
         return _made, (self.base, self.method, self.name)
@@ -156,21 +158,21 @@ def _halves(formula: Callable[..., list[Mpf]]) -> Callable[..., Callable[[int], 
 
 @_halves
 def _jump(count: int) -> list[Mpf]:
-    """γ₁ = 1/(c − c^{1/3}) c times and 1 − cγ₁ in their middle: order 4 from order 2."""
+    """Return γ₁ = 1/(c − c^{1/3}), c times, with 1 − cγ₁ in the middle: order 4 from order 2."""
     first = 1 / (count - mpmath.root(count, 3))
     return [*[first] * (count // 2), 1 - count * first]
 
 
 @_halves
 def _table(numbers: str) -> list[Mpf]:
-    """The numbers and what is missing to 1 in the middle of the palindrome."""
+    """Return the numbers, with the remainder to 1 in the middle of the palindrome."""
     first = [mpmath.mpf(n) for n in numbers.split()]
     return [*first, 1 - 2 * sum(first)]
 
 
 @_halves
 def _splitting(a: str, b: str) -> list[Mpf]:
-    """β₁ = a₁, α₁ = b₁ − a₁, β₂ = a₂ − α₁, …: the half of a palindromic splitting ABA."""
+    """Return β₁ = a₁, α₁ = b₁ − a₁, β₂ = a₂ − α₁, …: half of a palindromic splitting ABA."""
     flow_a, flow_b = ([mpmath.mpf(n) for n in part.split()] for part in (a, b))
     flow_b.append(mpmath.mpf(1) / 2 - sum(flow_b))
     sizes = [mpmath.mpf(0)]
@@ -254,18 +256,18 @@ def compose(
     name: str | None = None,
     source: str = "",
 ) -> Any:
-    """A rule composed of steps of a rule; of a scheme, a scheme.
+    """Compose a rule of steps of a rule; given a scheme, return a scheme.
 
-    method: a name of `METHODS`, and the rule is called name:rule, as in kahan-li-8:midpoint; or
-    one's own coefficients γ₁, γ₂, …, Ψ_h = S_{γ_s h} ∘ … ∘ S_{γ_1 h}; or, with adjoint=[β₁, …], the
-    α₁, … of Ψ_h = Φ_{α_s h} ∘ Φ*_{β_s h} ∘ … ∘ Φ_{α_1 h} ∘ Φ*_{β_1 h}. They are exact (whole
-    numbers, fractions, sympy's, decimals of up to 14 places), or floats and longer decimals: where
-    these meet order conditions as well as rounded numbers can, the nearby numbers that meet them to
-    all digits are taken (`OwnNumbers`). The order is found from the conditions; given,
-    it is held to them. name, source: of the rule with one's own coefficients.
+    method: a name of `METHODS`, and the rule is called name:rule, like kahan-li-8:midpoint; or your
+    own coefficients γ₁, γ₂, …, Ψ_h = S_{γ_s h} ∘ … ∘ S_{γ_1 h}; or, with adjoint=[β₁, …], the α₁, …
+    of Ψ_h = Φ_{α_s h} ∘ Φ*_{β_s h} ∘ … ∘ Φ_{α_1 h} ∘ Φ*_{β_1 h}. They are exact (whole numbers,
+    fractions, sympy numbers, decimals of up to 14 places), or floats and longer decimals: if these
+    satisfy order conditions as well as rounded numbers can, the nearby numbers that satisfy them to
+    all digits are taken (`OwnNumbers`). The order follows from the conditions; a given order is
+    checked against them. name, source: of the rule with your own coefficients.
 
     Raises `BadInput` for unknown names, for compositions of compositions, for coefficients that are
-    complex, 0 or do not add up to 1, and for an order whose first violated condition it names.
+    complex, 0 or do not add up to 1, and for a wrong order, with the first violated condition.
     """
     if isinstance(getattr(rule, "rule", None), Discretisation):  # a scheme
         given = {"adjoint": adjoint, "order": order, "name": name, "source": source}
@@ -306,7 +308,7 @@ def compose(
 
 
 def _check_base(rule: Any) -> None:
-    """Raise `BadInput` for what cannot be composed."""
+    """Raise `BadInput` for a rule that cannot be composed."""
     if not isinstance(rule, Discretisation) or isinstance(rule, Composition):
         what = "a composition already" if isinstance(rule, Composition) else "no rule"
         raise BadInput(
@@ -323,7 +325,7 @@ def _check_base(rule: Any) -> None:
 def with_own(
     what: str, rule: Discretisation, own: OwnNumbers, order: Any, name: Any, source: str
 ) -> Composition:
-    """The composition with one's own numbers; an order that was given is held to them."""
+    """Return the composition with a user's own numbers; a given order is checked against them."""
     found = Method("own", own.order_over(own.over), own, source, own.in_turn)
     reached = found.order_over(rule.order or 1, not own.in_turn)
     label, why = described_own(what, own, reached, order, name)
@@ -334,9 +336,9 @@ def with_own(
 def described_own(
     what: str, own: OwnNumbers, reached: int, order: Any, name: Any
 ) -> tuple[str, str]:
-    """(name, the first condition that is missed) of a method of one's own of the order `reached`.
+    """Return (name, the first violated condition) of a user's own method with the order `reached`.
 
-    Raises `BadInput` for a wrong name, and for a higher order that was given.
+    Raises `BadInput` for a wrong name, and if a higher order was given.
     """
     if not isinstance(name, str | None) or (name and not re.fullmatch(r"[\w.:-]{1,80}", name)):
         raise BadInput(f"{what}: name={shown(name)}; use letters, digits, dots and dashes.")
@@ -360,7 +362,7 @@ def described_own(
 
 
 def _made(rule: Discretisation, method: Method, label: str) -> Composition:
-    """The composition by a method with one's own numbers."""
+    """Return the composition by a method with a user's own numbers."""
     order = method.order_over(rule.order or 1, not method.in_turn)
     return Composition(
         label, rule.formula, order, method.source, rule.stages, rule.splits, base=rule,
@@ -369,11 +371,12 @@ def _made(rule: Discretisation, method: Method, label: str) -> Composition:
 
 
 def adjoint(rule: Discretisation) -> Discretisation:
-    """The rule of the adjoint, L_d*(x, u; h) = −L_d(b(x, u), −ι(x, u); −h): Φ* = (Φ₋ₕ)⁻¹."""
+    """Return the adjoint rule, L_d*(x, u; h) = −L_d(b(x, u), −ι(x, u); −h): Φ* = (Φ₋ₕ)⁻¹."""
 
     @wraps(rule.formula)
     def formula(L: Any, G: Any, x: Column, u: Column, h: Letter, *s: list[Column]) -> Expression:
-        # put into what the rule made of letters: given expressions, it may read other coefficients
+        # substitute after the rule has used letters: with expressions it might read other
+        # coefficients
         value = sympy.sympify(rule.formula(L, G, x, u, h, *s)).doit()
         end, back = G.target(x, u, h), -G.inversion(x, u, h)
         swap = [*zip(x, end, strict=True), *zip(u, back, strict=True), (h, -h)]

@@ -22,7 +22,7 @@ from .one_step import OneStepMap
 
 
 class Asked:
-    """H as a formula is given it: each value is a letter, and the states are remembered."""
+    """H in the form that a formula gets: each value is a letter, and the states are recorded."""
 
     def __init__(self, n: int) -> None:
         self.n = n
@@ -80,10 +80,11 @@ def discrete_hamiltonian(
 def _equations(
     given: Callable[..., Any], kind: str, s: Any, z: Column, h: Letter, K: list[Column]
 ) -> tuple[Column, list[Column]]:
-    """The new state z + h K₀, and what vanishes there and at the stages z + h K_j."""
+    """Return the new state z + h K₀, and the equations that vanish there and at stages z + h
+    K_j."""
     if s.n != s.m or any(s.force(z)):
         raise BadInput("a discrete Hamiltonian knows no time and no force: take another method.")
-    letters = [_letters(s.n) for _ in K]  # (x, μ) that H_d is a function of, and the stages
+    letters = [_letters(s.n) for _ in K]  # (x, μ) on which H_d depends, and the stages
     (x, mu), *inside = letters
     asked = Asked(s.n)
     found = given(asked, x, mu, h, *([inside] if inside else []))
@@ -99,7 +100,7 @@ def _equations(
     swap = dict(zip([*x, *mu], [e for part in of for e in part], strict=True))
     for (own_x, own_mu), slope in zip(inside, K[1:], strict=True):
         swap |= dict(zip([*own_x, *own_mu], z + h * slope, strict=True))
-    # dH at the states that were asked for, and H itself where H_d is not linear in it
+    # dH at the recorded states, and H itself if H_d is not linear in it
     slopes = [s.dH(state.xreplace(swap)) for state in asked.states]
     weights = [value.diff(e) for e in asked.values]
     if any(w.has(*asked.values) for w in weights if asked.values):
@@ -120,7 +121,7 @@ def _equations(
         rows = [start_x + by_mu, end_mu + by_x]
     residuals = [rows[0].col_join(rows[1])]
     residuals += [derivative([*own_x, *own_mu]) for own_x, own_mu in inside]
-    # divided by h term by term, so that no row is small where the step is
+    # divided by h term by term, so that no row is small if the step is
     return new, [part.applyfunc(lambda e: _over(e, h)) for part in residuals]
 
 

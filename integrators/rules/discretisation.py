@@ -18,7 +18,7 @@ from ..scene import Again, again
 from .claims import Claims
 from .quadrature import Nodes
 
-#: where a rule may exist: what makes the groupoids, their kind, and how messages call them
+#: name ↦ (kind, name in messages) of the groupoids on which a rule may exist
 GROUPOIDS = {
     "pair": ("pair", "pair groupoids"),
     "lie_group": ("group", "Lie groups"),
@@ -45,26 +45,26 @@ class Discretisation:
     order: int | None = None
     source: str = ""
     stages: int = 0
-    splits: bool = False  # it treats the scene's fast potential L.fast(x) apart
-    #: names of `GROUPOIDS`: where it exists; everywhere if empty
+    splits: bool = False  # True if it treats the scene's fast potential L.fast(x) separately
+    #: names of `GROUPOIDS` on which it exists; all if empty
     groupoids: tuple[str, ...] = ()
-    #: where L_d is that of a polynomial with as many Gauss nodes as its degree, or with one Lobatto
-    #: node more: collocation
+    #: the nodes if L_d is that of a polynomial with as many Gauss nodes as its degree, or with one
+    #: more Lobatto node: collocation
     nodes: Nodes | None = None
-    #: what its author claims, which is then judged and the rest only measured; None: all is judged
+    #: the claims of its author: only these are judged; None: everything is judged
     claims: Claims | None = None
-    #: the order that it has once it is processed, χ⁻¹ Φ χ with maps χ near the identity; None if
-    #: no such order is declared
+    #: the order of its processed form χ⁻¹ Φ χ with maps χ near the identity; None if none is
+    #: declared
     effective: int | None = None
 
     @property
     def asks_lagrangian(self) -> bool:
-        """Whether it discretises a Lagrangian, and no vector field."""
+        """True if it discretises a Lagrangian, not a vector field."""
         return True
 
     @property
     def is_formula(self) -> bool:
-        """Whether its steps are formulas, which can be asked for derivatives and for digits."""
+        """True if its steps are formulas, which have derivatives and any number of digits."""
         return True
 
     @property
@@ -74,7 +74,7 @@ class Discretisation:
 
     @property
     def digest(self) -> str:
-        """What tells it from another of the same name, beside the text of its formula.
+        """The part of its key beside name and text of the formula.
 
         Raises `Opaque` for a program of which this is not known.
         """
@@ -82,33 +82,34 @@ class Discretisation:
 
     @property
     def is_recorded(self) -> bool:
-        """Whether it is runs that were made before, so that no further step can be made."""
+        """True if it consists of earlier runs, so that no further step can be made."""
         return False
 
     def measured_by(self, study: str) -> bool:
-        """Whether a study of that name can measure it: of what can make any step always."""
+        """Return True if a study of that name can measure it."""
         return not self.unmeasured(study)
 
     def unmeasured(self, study: str) -> str:
-        """Why a study of that name cannot measure it, a sentence; empty where it can."""
+        """Return a sentence that says why the study cannot measure it, or ""."""
         return ""
 
     def runs_at(self, digits: int) -> bool:
-        """Whether its steps can be made with that many digits: of formulas always."""
+        """Return True if its steps can be made with that many digits: always for formulas."""
         return True
 
     def unit(self, digits: int) -> float:
-        """The unit of round-off of its numbers at so many digits."""
+        """Return the unit of round-off of its numbers at so many digits."""
         return 2.0**-53 if digits == 16 else 10.0**-digits
 
     def applies(self, scene: Any) -> bool:
-        """Whether the scene has all that the rule needs; `own` needs a discrete Lagrangian."""
+        """Return True if the scene has everything that the rule needs; `own` needs a discrete
+        Lagrangian."""
         if (scene.discrete_lagrangian is not None) != (self.formula is own.formula):
             return False
         return (scene.fast is not None or not self.splits) and not self.refusal(scene)
 
     def refusal(self, scene: Any) -> str:
-        """Why the rule has no meaning for the scene, a sentence; empty where it has."""
+        """Return a sentence that says why the rule has no meaning for the scene, or ""."""
         if scene.in_numbers and self.is_formula:
             return (
                 f"{scene.name} is a Hamiltonian in numbers, of which {self.name} can derive "
@@ -136,11 +137,11 @@ class Discretisation:
         )
 
     def __reduce__(self) -> Again:
-        """To pickle it: functions of a rule go by their place in a module."""
+        """Return the pickled form; a rule's functions are pickled by their place in a module."""
         return again(self, (self.formula, getattr(self, "base", None)))
 
     def __deepcopy__(self, memo: Any) -> Discretisation:
-        return self  # nothing of it changes
+        return self  # a rule is immutable
 
     def __call__(
         self, L: Any, G: Any, x: Column, u: Column, h: Letter, *s: list[Column]
@@ -159,13 +160,13 @@ def discretisation(
     groupoids: str | Sequence[str] = (),
     effective: int | None = None,
 ) -> Callable[[Callable[..., Any]], Discretisation]:
-    """Decorator: make a rule of a function (L, G, x, u, h), or (L, G, x, u, h, s) with stages.
+    """Decorator: make a rule from a function (L, G, x, u, h), or (L, G, x, u, h, s) with stages.
 
-    `splits`: the rule treats the scene's fast potential, L.fast(x), apart. groupoids: those on
-    which it exists, names of `GROUPOIDS` such as "pair"; all if none is given. effective: the order
-    of the rule once it is processed (`studies.evidence.effective`), at least `order`. Raises
-    `BadInput` if the order is no positive whole number, stages no whole number from 0, a groupoid
-    unknown, the effective order none, or the arguments are others.
+    `splits`: True if the rule treats the scene's fast potential, L.fast(x), separately. groupoids:
+    those on which it exists, names of `GROUPOIDS` such as "pair"; by default all. effective: the
+    order of the processed rule (`studies.evidence.effective`), at least `order`. Raises `BadInput`
+    if the order is no positive whole number, stages no whole number from 0, a groupoid unknown, the
+    effective order invalid, or the function has other arguments.
     """
     where = checked("discretisation", "rule", order, stages, groupoids)
     check_effective("rule", order, effective)
@@ -192,7 +193,7 @@ def check_rule(thing: Any) -> None:
 def checked(
     decorator: str, what: str, order: Any, stages: Any, groupoids: str | Sequence[str]
 ) -> tuple[str, ...]:
-    """The groupoids as a tuple; raises `BadInput` for what a decorator cannot be given."""
+    """Return the groupoids as a tuple; raises `BadInput` for invalid arguments of a decorator."""
     if callable(order):
         raise BadInput(f"write @{decorator}() with brackets, or @{decorator}(order=2).")
     if order is not None and (type(order) is not int or order < 1):
@@ -212,7 +213,7 @@ def checked(
 
 
 def check_effective(what: str, order: int | None, effective: Any) -> None:
-    """Raise `BadInput` for an effective order that is none, or without an order below it."""
+    """Raise `BadInput` for an invalid effective order, or one without an order."""
     if effective is None:
         return
     if type(effective) is not int or effective < 1:
@@ -234,7 +235,8 @@ def check_effective(what: str, order: int | None, effective: Any) -> None:
 def described(
     what: str, formula: Any, wanted: str, name: str | None, source: str
 ) -> tuple[str, str]:
-    """(name, source) of a function of the `wanted` arguments; raises `BadInput` for another."""
+    """Return (name, source) of a function with the `wanted` arguments; raises `BadInput`
+    otherwise."""
     if not callable(formula):
         raise BadInput(f"a {what} is a function {wanted}, not {shown(formula)}.")
     if not isinstance(name, str | None):
@@ -257,5 +259,5 @@ def _given(L: Any, G: Any, x: Column, u: Column, h: Letter) -> Expression:
     return L.discrete(x, u, h)
 
 
-#: the discrete Lagrangian that a scene gives itself (`Scene.discrete_lagrangian`)
+#: the discrete Lagrangian that the scene itself gives (`Scene.discrete_lagrangian`)
 own = Discretisation("own", _given, source="the scene's")

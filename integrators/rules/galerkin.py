@@ -27,22 +27,24 @@ MOST_NODES = 20
 
 
 def gauss(nodes: int) -> Discretisation:
-    """Gauss quadrature with that many nodes and a polynomial of that degree: order 2·nodes.
+    """Return the rule of Gauss quadrature with `nodes` nodes and a polynomial of that degree.
 
-    One node is the midpoint rule, with the velocity of the curve at the middle of the chart.
+    Its order is 2·nodes. One node is the midpoint rule, with the velocity of the curve at the
+    middle of the chart.
     """
     return _galerkin("gauss", _checked("gauss", nodes))
 
 
 def lobatto(nodes: int) -> Discretisation:
-    """Lobatto quadrature and a polynomial of one degree less than nodes: order 2·nodes − 2.
+    """Return the rule of Lobatto quadrature with a polynomial of degree nodes − 1.
 
-    Two nodes are the trapezoidal rule, with the velocities of the curve at its ends.
+    Its order is 2·nodes − 2. Two nodes are the trapezoidal rule, with the velocities of the curve
+    at its ends.
     """
     return _galerkin("lobatto", _checked("lobatto", nodes))
 
 
-#: family name → (rule of so many nodes, least number of nodes)
+#: family name → (rule with so many nodes, least number of nodes)
 FAMILIES: dict[str, tuple[Callable[[int], Discretisation], int]] = {
     "gauss": (gauss, 1),
     "lobatto": (lobatto, 2),
@@ -89,9 +91,9 @@ def _galerkin(family: str, nodes: int) -> Discretisation:
 
 
 def node_value(G: Any, family: str, nodes: int, i: int, what: str, degree: int = 0) -> Expression:
-    """A number at node i: exact at the ends and the middle, mirrored in the right half.
+    """Return a number at node i: exact at the ends and the middle, mirrored in the right half.
 
-    `quadrature.NodeValue` says what; G.constant gives letters for those that are irrational.
+    `quadrature.NodeValue` explains `what`; G.constant gives letters for irrational numbers.
     """
     mirror = nodes - 1 - i
     middle, end = i == mirror, family == "lobatto" and i == 0

@@ -1,7 +1,7 @@
-"""One-step maps beside the variational rules: what else integrates the same equations.
+"""One-step maps beside the variational rules: other integrators of the same equations.
 
 Each is written in s.f, s.H, s.dH, s.B of `equations.DualSystem` and serves every groupoid, unless
-it says on which it exists.
+it names those on which it exists.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .one_step import OneStepMap, one_step
 
 _HNW = "Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.1"
 _HLW = "Hairer, Lubich, Wanner, Geometric Numerical Integration"
-#: nodes of the average vector field where H is no polynomial
+#: number of nodes of the average vector field if H is no polynomial
 NODES = 6
 
 
@@ -52,10 +52,11 @@ def implicit_midpoint(s: Any, z: Column, Z: Column, h: Letter) -> Column:
 
 
 def dual_gauss(nodes: int) -> OneStepMap:
-    """Gauss collocation of z on the dual, of order 2·nodes; one node is the implicit midpoint.
+    """Return Gauss collocation of z on the dual, of order 2·nodes.
 
-    It keeps quadratic first integrals, Casimirs among them, and is symplectic where the bracket is
-    canonical. Raises `BadInput` for other than 1 to 20 nodes.
+    One node is the implicit midpoint rule. It conserves quadratic first integrals, such as
+    Casimirs, and is symplectic if the bracket is canonical. Raises `BadInput` for other than 1 to
+    20 nodes.
     """
     if type(nodes) is not int or not 1 <= nodes <= MOST_NODES:
         raise BadInput(f"dual-gauss with {shown(nodes)} nodes: give a whole number from 1 to 20.")
@@ -95,11 +96,11 @@ def stoermer_verlet(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
 
 
 def newmark(gamma: Any = "1/2", beta: Any = "1/4") -> OneStepMap:
-    """Newmark's method with γ and β (exact numbers), of order 2 if γ = 1/2, else 1.
+    """Return Newmark's method with γ and β (exact numbers), of order 2 if γ = 1/2, else 1.
 
-    With forces f in place of accelerations, the velocity that moves x belongs to the momentum
-    μ + h((1/2 − β)f + βf′), at the mean over both ends: for a constant mass matrix this is
-    Newmark's own x′ = x + hv + h²((1/2 − β)a + βa′).
+    With forces f in place of accelerations, the velocity that moves x belongs to the momentum μ +
+    h((1/2 − β)f + βf′), averaged over both ends: for a constant mass matrix this is Newmark's own
+    x′ = x + hv + h²((1/2 − β)a + βa′).
     """
     return _newmark(measure(gamma, "newmark: γ"), measure(beta, "newmark: β"))
 
@@ -126,7 +127,7 @@ def _newmark(g: Fraction, b: Fraction) -> OneStepMap:
 
 
 def _decimal(value: Fraction) -> str:
-    """The number as a part of a name: 0.3025, or 1_3 where decimals do not end."""
+    """Return the number as a part of a name: 0.3025, or 1_3 if decimals do not end."""
     text = f"{float(value):.12g}"
     return text if Fraction(text) == value else f"{value.numerator}_{value.denominator}"
 
@@ -200,7 +201,7 @@ def rkmk_4(s: Any, z: Column, h: Letter) -> Column:
     return state(h, sigma, p)
 
 
-#: by name, as `discmech list` has them: those that keep something first, then the explicit ones
+#: in the order of `discmech list`: maps that conserve something first, then the explicit ones
 MAPS = {m.name: m for m in (
     implicit_midpoint, dual_gauss(2), dual_gauss(3), stoermer_verlet, newmark(),
     average_vector_field, discrete_gradient, rkmk_4, explicit_euler, heun, runge_kutta_4,
@@ -208,7 +209,7 @@ MAPS = {m.name: m for m in (
 
 
 def map_of(name: str) -> OneStepMap | None:
-    """The map of that name: of `MAPS`, dual-gauss-N, newmark-γ-β; None for other names."""
+    """Return the map of that name: of `MAPS`, dual-gauss-N, newmark-γ-β; None for other names."""
     if name in MAPS:
         return MAPS[name]
     family, _, rest = name.partition("-gauss-")

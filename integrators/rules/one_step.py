@@ -1,8 +1,9 @@
 """One-step maps on the dual algebroid: methods that need no discrete Lagrangian.
 
-A map is data, as a rule is: a formula in z = (x, μ), μ in the natural basis, written once and run
-compiled or at any number of digits. What has no discrete Lagrangian has no Ω on the groupoid; the
-bench asks the rest of it: order, Poisson form, momenta, energy, stability, work and precision.
+A map is data, like a rule: a formula in z = (x, μ), with μ in the natural basis, written once and
+run compiled or at any number of digits. Without a discrete Lagrangian there is no Ω on the
+groupoid; the bench measures everything else: order, Poisson form, momenta, energy, stability, work
+and precision.
 """
 
 from __future__ import annotations
@@ -18,29 +19,30 @@ from .discretisation import Discretisation, check_effective, checked, described
 
 @dataclass(frozen=True)
 class OneStepMap(Discretisation):
-    """A map z ↦ Z with Z = formula(s, z, h), z a sympy column (n+m)×1.
+    """A map z ↦ Z with Z = formula(s, z, h), where z is a sympy column (n+m)×1.
 
     implicit: formula(s, z, Z, h) is the residual instead, (n+m)×1, which vanishes at the new Z.
     stages = k: formula(s, z, h, K) gives (Z, residuals): K is a list of k columns (n+m)×1, and the
     list of k residuals, (n+m)×1 each, vanishes at the stages. Newton starts at Z = z + h f(z), and
-    at K = f(z): let stages be slopes.
+    at K = f(z), so stages should be slopes.
 
-    `s` says what the map may ask of the scene (`equations.DualSystem`).
+    `s` gives the scene's functions that the map may use (`equations.DualSystem`).
     """
 
     implicit: bool = False
 
     @property
     def asks_lagrangian(self) -> bool:
-        """It follows the vector field."""
+        """False: it follows the vector field."""
         return False
 
     def applies(self, scene: Any) -> bool:
-        """Whether the scene has a vector field on the dual, and a groupoid on which it exists."""
+        """Return True if the scene has a vector field on the dual, and a groupoid on which it
+        exists."""
         return not self.refusal(scene)
 
     def refusal(self, scene: Any) -> str:
-        """Why the map has no meaning for the scene, a sentence; empty where it has."""
+        """Return a sentence that says why the map has no meaning for the scene, or ""."""
         if scene.constrained:
             return (
                 f"{scene.name} has constraints, which the map {self.name} knows nothing of: take a "
@@ -68,15 +70,15 @@ def one_step(
     keeps: str | Sequence[str] = (),
     effective: int | None = None,
 ) -> Callable[[Callable[..., Any]], OneStepMap]:
-    """Decorator: make a one-step map of a function (s, z, h).
+    """Decorator: make a one-step map from a function (s, z, h).
 
     With implicit=True the function is (s, z, Z, h) and gives the residual in the new Z; with
-    stages=k it is (s, z, h, K) and gives (Z, residuals of the stages) (`OneStepMap`). groupoids:
-    those on which it exists, and effective: its order once it is processed, as of `discretisation`.
+    stages=k it is (s, z, h, K) and gives (Z, residuals of the stages) (`OneStepMap`). groupoids and
+    effective: see `discretisation`.
 
-    symplectic, reversible, keeps (of "energy", "volume" and names of a scene's quantities): claims.
-    A map that makes one is judged by its claims, and all else is only measured; one that makes none
-    is judged as every rule is. Raises `BadInput` as that does, and if both
+    symplectic, reversible, keeps (some of "energy", "volume" and names of a scene's quantities):
+    claims. A map with claims is judged by these, and everything else is only measured; a map
+    without claims is judged like every rule. Raises `BadInput` like `discretisation`, and if both
     implicit and stages are given.
     """
     where = checked("one_step", "one-step map", order, stages, groupoids)

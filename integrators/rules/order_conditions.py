@@ -1,10 +1,10 @@
-"""Order conditions of compositions, and coefficients of one's own that are held to them.
+"""Order conditions of compositions, and a user's own coefficients that are checked by them.
 
-A step of size γh is exp(γhY₁ + (γh)^{q+1} Y_{q+1} + …), q the order of the base; of its adjoint the
-even powers have the other sign, and a self-adjoint step has odd ones alone. The composition is of
-order p if in Π exp(…) each word of the letters Y_k of weight ≤ p has the coefficient that it has in
-exp(hY₁); Lyndon words are enough, for the others follow from these (Murua, Sanz-Serna, Phil. Trans.
-R. Soc. A 357 (1999), 1079; Hairer, Lubich, Wanner, III.3).
+A step of size γh is exp(γhY₁ + (γh)^{q+1} Y_{q+1} + …), where q is the order of the base; for its
+adjoint the even powers have the other sign, and a self-adjoint step has only odd ones. The
+composition has order p if in Π exp(…) each word of the letters Y_k of weight ≤ p has the same
+coefficient as in exp(hY₁); Lyndon words suffice, for the others follow from these (Murua,
+Sanz-Serna, Phil. Trans. R. Soc. A 357 (1999), 1079; Hairer, Lubich, Wanner, III.3).
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from ..numbers.types import Mpf
 mpmath: Any = LazyModule("mpmath")
 Word = tuple[int, ...]
 
-MOST_ORDER = 10  # conditions of higher orders are too many to be asked
-#: of a float: published ones have 15 decimals, and a formula's are off by some units in the last
+MOST_ORDER = 10  # there are too many conditions of higher orders
+#: error of a float: published ones have 15 decimals, and a formula's last units may be off
 ROUNDED = Fraction(8, 2**53)
-DECIMALS = 15  # a decimal of so many places is taken for rounded, a shorter one for exact
+DECIMALS = 15  # a decimal with so many places counts as rounded, a shorter one as exact
 _SUPER = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @lru_cache(maxsize=64)
 def lyndon_words(weight: int, over: int, odd: bool) -> tuple[Word, ...]:
-    """Words of that weight that come before their own rotations, the shortest first.
+    """Return the words of that weight that come before their own rotations, the shortest first.
 
-    Their letters are 1 and k > over; odd: of these the odd ones alone.
+    Their letters are 1 and k > over; odd: True for only odd letters among these.
     """
     letters = [k for k in range(1, weight + 1) if k == 1 or (k > over and (k % 2 or not odd))]
 
@@ -53,16 +53,16 @@ def lyndon_words(weight: int, over: int, odd: bool) -> tuple[Word, ...]:
 
 
 def conditions(order: int, over: int, odd: bool) -> list[Word]:
-    """The words whose coefficients make a composition of that order, lowest weights first."""
+    """Return the words whose coefficients give a composition that order, lowest weights first."""
     return [w for weight in range(1, order + 1) for w in lyndon_words(weight, over, odd)]
 
 
 def gap(word: Word, sizes: Sequence[Any], in_turn: bool) -> Any:
-    """The word's coefficient in the composition less the wanted one.
+    """Return the word's coefficient in the composition minus the required one.
 
-    in_turn: the first, third, … of the sizes are steps of the adjoint.
+    in_turn: True if the first, third, … of the sizes are steps of the adjoint.
     """
-    found = [1, *[0] * len(word)]  # of what the word begins with
+    found = [1, *[0] * len(word)]  # coefficients of the word's beginnings
     for i, size in enumerate(sizes):
         powers = [size**k if k % 2 or not in_turn or i % 2 else -(size**k) for k in word]
         for j in range(len(word), 0, -1):
@@ -74,7 +74,7 @@ def gap(word: Word, sizes: Sequence[Any], in_turn: bool) -> Any:
 
 
 def said(word: Word, in_turn: bool) -> str:
-    """The condition as a formula, of the coefficients γ, or of α and those of the adjoint, β."""
+    """Return the condition as a formula in the coefficients γ, or in α and β of the adjoint."""
     if word == (1,):
         return "Σ (αᵢ + βᵢ) = 1" if in_turn else "Σ γᵢ = 1"
     power = ["" if k == 1 else str(k).translate(_SUPER) for k in word]
@@ -90,30 +90,30 @@ def said(word: Word, in_turn: bool) -> str:
 
 @dataclass(frozen=True)
 class OwnNumbers:
-    """Coefficients that a user gave, as exact numbers; called with digits: as mpf.
+    """Coefficients that a user gave, as exact numbers; called with digits it returns mpf.
 
-    rounded: by how much each may be off. in_turn: they are steps of the adjoint and of the rule by
-    turns. Where they meet conditions as well as such numbers can, the nearby ones
-    that meet them to all digits are taken: the least correction in the sum of squares, by Newton's
-    method. Exact numbers stay as they are.
+    rounded: the largest error of each. in_turn: True if they are steps of the adjoint and of the
+    rule alternately. If they satisfy conditions as well as such numbers can, the nearby ones that
+    satisfy them to all digits are taken: the least correction in the sum of squares, by Newton's
+    method. Exact numbers stay unchanged.
     """
 
     numbers: tuple[Any, ...]
     rounded: tuple[Fraction, ...]
     in_turn: bool = False
-    over: int = 2  # the order of the steps that are composed
+    over: int = 2  # the order of the composed steps
 
     def __call__(self, digits: int) -> list[Mpf]:
         return list(_held(self, max(digits, 64)))
 
     def given(self, digits: int) -> list[Mpf]:
-        """As they were given."""
+        """Return the numbers as they were given."""
         with working_digits(digits + 10):
             return [_mpf(e, digits) for e in self.numbers]
 
     @cached_property
     def palindrome(self) -> bool:
-        """Whether they are the same from behind, as far as they are known."""
+        """True if they are a palindrome, as far as they are known."""
         return all(
             abs(a - b) <= d + e + mpmath.mpf(10) ** -60
             for a, b, d, e in zip(
@@ -126,7 +126,7 @@ class OwnNumbers:
         return [mpmath.mpf(e.numerator) / e.denominator for e in self.rounded]
 
     def missed(self, word: Word) -> Mpf:
-        """By how much the condition is missed; 0 where what was rounded accounts for it."""
+        """Return the violation of the condition; 0 if the rounding of the numbers explains it."""
         with working_digits(80):
             sizes = self.given(70)
             value = gap(word, sizes, self.in_turn)
@@ -135,14 +135,14 @@ class OwnNumbers:
             return value if abs(value) > 2 * allowed + mpmath.mpf(10) ** -60 else mpmath.mpf(0)
 
     def first_missed(self, order: int, over: int | None = None) -> tuple[Word, Mpf] | None:
-        """The first condition up to that order that does not hold, and by how much; None: all do.
+        """Return the first violated condition up to that order and its violation, or None.
 
-        over: the order of the steps that are composed, if it is another.
+        over: the order of the composed steps, if it is another.
         """
         return _first_missed(self, order, over or self.over)
 
     def order_over(self, over: int) -> int:
-        """The order of the composition of steps of that order."""
+        """Return the order of the composition of steps of that order."""
         missed = self.first_missed(MOST_ORDER, over)
         return MOST_ORDER if missed is None else sum(missed[0]) - 1
 
@@ -168,7 +168,7 @@ def _held(own: OwnNumbers, digits: int) -> tuple[Mpf, ...]:
             sizes = _symmetric(sizes)
         start = tuple(map(float, sizes))
         slopes = np.array([_slopes(w, start, own.in_turn) for w in words])
-        if own.palindrome:  # corrections are palindromes too
+        if own.palindrome:  # then corrections are palindromes too
             slopes = (slopes + slopes[:, ::-1]) / 2
         inverse = np.linalg.pinv(slopes[:, loose], rcond=1e-10)
         worst, best = None, sizes
@@ -180,7 +180,7 @@ def _held(own: OwnNumbers, digits: int) -> tuple[Mpf, ...]:
             worst, best, sizes = size, sizes, list(sizes)
             for row, i in zip(inverse, loose, strict=True):
                 sizes[i] -= sum(mpmath.mpf(float(e)) * g for e, g in zip(row, gaps, strict=True))
-            if own.palindrome:  # but for the round-off of the inverse
+            if own.palindrome:  # up to the round-off of the inverse
                 sizes = _symmetric(sizes)
         return tuple(best)
 
@@ -191,7 +191,8 @@ def _symmetric(sizes: list[Mpf]) -> list[Mpf]:
 
 @lru_cache(maxsize=4096)
 def _slopes(word: Word, sizes: tuple[float, ...], in_turn: bool) -> tuple[float, ...]:
-    """The derivatives of `gap` by each of the sizes, by complex steps, which round nothing off."""
+    """Return the derivatives of `gap` by each size, by complex steps, which cause no
+    cancellation."""
     tiny, found = 1e-30, []
     for i in range(len(sizes)):
         moved: list[complex] = list(sizes)
@@ -207,7 +208,8 @@ def _mpf(value: Any, digits: int) -> Mpf:
 
 
 def read(values: Any, what: str) -> tuple[list[Any], list[Fraction]]:
-    """Exact numbers and by how much each may be off; raises `BadInput` for what is no real one."""
+    """Return exact numbers and the largest error of each; raises `BadInput` unless they are
+    real."""
     if isinstance(values, str | bytes) or not hasattr(values, "__iter__"):
         raise BadInput(f"{what}: give a list of coefficients, such as [1/4, 1/2, 1/4].")
     found, rounded = list[Any](), list[Fraction]()

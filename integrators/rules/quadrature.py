@@ -22,7 +22,7 @@ mpmath: Any = LazyModule("mpmath")
 class NodeValue:
     """A number that a formula needs at one node, as a function of the number of digits.
 
-    what: "c" the node, "b" its weight, "P" or "Q" the polynomial of degree j at it.
+    what: "c" for the node, "b" for its weight, "P" or "Q" for the polynomial of degree j at it.
     """
 
     family: str
@@ -32,7 +32,7 @@ class NodeValue:
     degree: int = 0
 
     def __call__(self, digits: int) -> Mpf:
-        """The number as mpf with that many certain digits."""
+        """Return the number as mpf with that many certain digits."""
         with working_digits(digits + 15):
             c, b = rule(self.family, self.count, digits + 15)[self.node]
             if self.what in "cb":
@@ -45,14 +45,14 @@ class NodeValue:
 
 @dataclass(frozen=True)
 class Nodes:
-    """Quadrature with so many nodes, "gauss" or "lobatto"; called with digits: (node, weight)."""
+    """Quadrature with `count` nodes, "gauss" or "lobatto"; called with digits: (node, weight)."""
 
     family: str
     count: int
 
     @property
     def unknown(self) -> int:
-        """Nodes whose stages are unknown: those at which the curve is not given."""
+        """The number of nodes with unknown stages: those at which the curve is not given."""
         return self.count - (self.family == "lobatto")
 
     def __call__(self, digits: int) -> tuple[tuple[Mpf, Mpf], ...]:
@@ -61,7 +61,7 @@ class Nodes:
 
 @lru_cache(maxsize=64)
 def rule(family: str, count: int, digits: int) -> tuple[tuple[Mpf, Mpf], ...]:
-    """(node, weight) in order, of "gauss" (count ≥ 1) or "lobatto" (count ≥ 2)."""
+    """Return (node, weight) in order, for "gauss" (count ≥ 1) or "lobatto" (count ≥ 2)."""
     with working_digits(digits + 10):
         if family == "gauss":
             guesses = [-mpmath.cos(mpmath.pi * (i + 0.75) / (count + 0.5)) for i in range(count)]
@@ -80,7 +80,7 @@ def rule(family: str, count: int, digits: int) -> tuple[tuple[Mpf, Mpf], ...]:
 
 
 def _legendre(n: int, x: Mpf) -> tuple[Mpf, Mpf]:
-    """P_n and P_n′ at x; at ±1 only P_n."""
+    """Return P_n and P_n′ at x; at ±1 only P_n."""
     before, here = 0 * x, 1 + 0 * x
     for k in range(n):
         before, here = here, ((2 * k + 1) * x * here - k * before) / (k + 1)
@@ -88,13 +88,13 @@ def _legendre(n: int, x: Mpf) -> tuple[Mpf, Mpf]:
 
 
 def _slope_of_legendre(n: int, x: Mpf) -> tuple[Mpf, Mpf]:
-    """P_n′ and P_n″ at x, by Legendre's equation."""
+    """Return P_n′ and P_n″ at x, by Legendre's equation."""
     value, slope = _legendre(n, x)
     return slope, (2 * x * slope - n * (n + 1) * value) / (1 - x**2)
 
 
 def _root(function: Callable[..., tuple[Mpf, Mpf]], n: int, x: Mpf) -> Mpf:
-    """The root of function(n, ·) nearest to x, by Newton's method, in doubles first."""
+    """Return the root of function(n, ·) nearest to x, by Newton's method, in doubles first."""
     near = float(x)
     for _ in range(6):
         value, slope = function(n, near)
@@ -103,7 +103,7 @@ def _root(function: Callable[..., tuple[Mpf, Mpf]], n: int, x: Mpf) -> Mpf:
     for _ in range(60):
         value, slope = function(n, x)
         x -= value / slope
-        if abs(value / slope) < mpmath.sqrt(mpmath.eps) / 10**3:  # the next one is round-off
+        if abs(value / slope) < mpmath.sqrt(mpmath.eps) / 10**3:  # the next correction is round-off
             value, slope = function(n, x)
             return x - value / slope
     raise ArithmeticError(f"no root of the polynomial of degree {n} was found near {x}")

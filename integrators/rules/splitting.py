@@ -1,11 +1,11 @@
-"""Splittings with coefficients of one's own, of a Lagrangian's or a Hamiltonian's parts.
+"""Splittings with a user's own coefficients, of a Lagrangian or of a Hamiltonian.
 
 With φ^A and φ^B the flows of two parts of H,
 
     … ∘ φ^B_{b_2 h} ∘ φ^A_{a_2 h} ∘ φ^B_{b_1 h} ∘ φ^A_{a_1 h}
 
 is the composition of Φ_h = φ^A_h ∘ φ^B_h and its adjoint with a₁ = β₁, b₁ = β₁ + α₁, a₂ = α₁ + β₂
-and so on, and of the same order (McLachlan, SIAM J. Sci. Comput. 16 (1995), 151; Hairer, Lubich,
+and so on, and has the same order (McLachlan, SIAM J. Sci. Comput. 16 (1995), 151; Hairer, Lubich,
 Wanner, III.3).
 """
 
@@ -32,7 +32,7 @@ PARTS = ("kinetic", "potential")
 
 @dataclass(frozen=True)
 class Share:
-    """The sum of some of the coefficients; called with digits: as mpf."""
+    """The sum of some of the coefficients; called with digits it returns mpf."""
 
     own: OwnNumbers
     places: tuple[int, ...]
@@ -44,11 +44,11 @@ class Share:
 
     @property
     def exact(self) -> Any:
-        """As it was given."""
+        """The sum of the numbers as they were given."""
         return sum((self.own.numbers[i] for i in self.places), Fraction(0))
 
     def letter(self, s: Any) -> Any:
-        """An exact number, or a letter for one that was rounded."""
+        """Return an exact number, or a letter if it was rounded."""
         rounded = any(self.own.rounded[i] for i in self.places)
         return s.constant(self) if rounded else to_sympy(self.exact)
 
@@ -63,18 +63,18 @@ def splitting(
     name: str | None = None,
     source: str = "",
 ) -> Discretisation:
-    """The splitting with coefficients a₁, b₁, a₂, b₂, …, a's of one part, b's of the other.
+    """Return the splitting with coefficients a₁, b₁, a₂, b₂, …, a's of one part, b's of the other.
 
-    parts: functions (x, mu, p) of which H is the sum, for scenes by a Lagrangian or by a
-    Hamiltonian: then it is an explicit one-step map of their flows, each of which must be a
-    polynomial in h. Of three parts or more, Φ_h = φ^1_h ∘ … ∘ φ^k_h is composed with its adjoint.
-    Without parts these are T and V of L = T(x, v) − V(x), and `first` says which is taken first,
-    "kinetic" (a drift) or "potential" (a kick): a composition of the rectangle rule, which is the
-    splitting itself on a pair groupoid with a constant mass matrix, and of its order anywhere.
-    Numbers, order, name and source as of `compose`.
+    parts: functions (x, mu, p) whose sum is H, for scenes with a Lagrangian or a Hamiltonian: then
+    it is an explicit one-step map of their flows, each of which must be a polynomial in h. With
+    three parts or more, Φ_h = φ^1_h ∘ … ∘ φ^k_h is composed with its adjoint. Without parts these
+    are T and V of L = T(x, v) − V(x), and `first` names the first one, "kinetic" (a drift) or
+    "potential" (a kick): a composition of the rectangle rule, which is the splitting itself on a
+    pair groupoid with a constant mass matrix, and has its order everywhere. Numbers, order, name
+    and source: see `compose`.
 
-    Raises `BadInput` as that does, for sums of a's or b's that are not 1, and where a scheme is
-    made for parts that do not add up to H, or whose flow is no polynomial.
+    Raises `BadInput` like `compose`, for sums of a's or b's that are not 1, and, when a scheme is
+    made, for parts that do not add up to H or whose flow is no polynomial.
     """
     if first not in PARTS:
         raise BadInput(f'splitting: first={shown(first)}; say "kinetic" or "potential".')
@@ -114,7 +114,7 @@ def _functions(parts: Any) -> tuple[Callable[..., Any], ...]:
 
 
 def _formula(parts: tuple[Callable[..., Any], ...], own: OwnNumbers) -> Callable[..., Any]:
-    """The map, a function of the module of the first part."""
+    """Return the map, as a function of the module of the first part."""
     legs: list[tuple[int, tuple[int, ...]]] = []  # (part, places of the coefficients)
     for i in range(len(own.numbers)):
         forth = [*range(len(parts))]

@@ -1,4 +1,4 @@
-"""A mechanical system as data, and what it declares of itself."""
+"""A mechanical system as data, with its declared quantities."""
 
 from ..errors import BadInput
 from ..numbers import refuse_unwritten, short_numbers
@@ -7,7 +7,8 @@ from .quantities import Conserved, OnGroup, arguments_of, on_group, takes_fourth
 from .reads import Opaque, reads, remembered
 from .scene import Scene
 
-#: the references take from here alone, and share no formula: also how sizes of numbers are refused
+#: the references import only from here, and share no formula with the rest; refusals of long
+#: numbers are here too
 __all__ = [
     "Again", "BadInput", "Conserved", "OnGroup", "Opaque", "Scene", "again", "arguments_of",
     "flow_of", "on_group", "reads", "refuse_unwritten", "remembered", "short_numbers",

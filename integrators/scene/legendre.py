@@ -13,22 +13,24 @@ from ..numbers.types import Column, Expression
 
 sympy: Any = LazyModule("sympy")
 
-MOST_TIED = 3  # momenta that the equation v = ∂H/∂μ ties together, solved for as letters
+# largest number of momenta that the equation v = ∂H/∂μ couples, solved for as letters
+MOST_TIED = 3
 
 
 @dataclass(frozen=True)
 class LegendreTransform:
-    """l(x, v, p) or l(x, v, p, t) of hamiltonian(x, mu, p) or hamiltonian(x, mu, p, t).
+    """The Lagrangian l(x, v, p) or l(x, v, p, t) of hamiltonian(x, mu, p) or hamiltonian(x, mu, p,
+    t).
 
-    With H = H₀(x) + g(x)·μ + μᵀN(x)μ/2 it is (v − g)ᵀN⁻¹(v − g)/2 − H₀. Called, it raises
-    `CannotMeasure` for another H, for a singular N, and for an N whose inverse is long.
+    With H = H₀(x) + g(x)·μ + μᵀN(x)μ/2 it is (v − g)ᵀN⁻¹(v − g)/2 − H₀. A call raises
+    `CannotMeasure` for another H, for a singular N, and for an N with a long inverse.
     """
 
     hamiltonian: Callable[..., Any]
 
     @property
     def __wrapped__(self) -> Callable[..., Any]:
-        """Whose arguments it has, and whose line messages name."""
+        """The Hamiltonian, whose arguments and line serve for messages."""
         return self.hamiltonian
 
     @property
@@ -37,7 +39,7 @@ class LegendreTransform:
 
     @property
     def formula(self) -> Callable[..., Any]:
-        """The function that it is made of, to pickle it."""
+        """The function from which it is made, for pickling."""
         return self.hamiltonian
 
     def __call__(self, x: Column, v: Column, *rest: Any) -> Expression:
@@ -62,7 +64,7 @@ class LegendreTransform:
         return total
 
     def exists(self, scene: Any) -> bool:
-        """Whether the scene has that Lagrangian; True too where asking fails for another reason."""
+        """Return True if the scene has that Lagrangian, or if this fails for another reason."""
 
         def value(given: Any) -> Any:
             if not isinstance(given, tuple):

@@ -1,7 +1,7 @@
-"""How rules, scenes, schemes and flows go to another process: by what they are made of.
+"""Pickling of rules, scenes, schemes and flows by the names of their parts.
 
-Functions do not travel, so a thing goes by its name in the module that defines it; a scene with
-other values goes as that of its module and the values.
+Functions cannot be pickled, so an object is pickled as its name in the module that defines it; a
+scene with other values is pickled as that of its module and the values.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
-#: rooms whose things `get(name)` finds
+#: modules whose `get(name)` finds rules, scenes and lattices
 _ROOMS = ("discmech.integrators.rules", "discmech.integrators.scenes",
           "discmech.integrators.lattices.systems")  # fmt: skip
 Again = tuple[Callable[..., Any], tuple[Any, ...]]
 
 
 def held(module: str, name: str) -> Any:
-    """What a module has under a name, such as a class's attribute, A.b."""
+    """Return the object that a module has under a name, such as a class's attribute, A.b."""
     found: Any = import_module(module)
     for part in name.split("."):
         found = getattr(found, part)
@@ -29,7 +29,7 @@ def held(module: str, name: str) -> Any:
 
 
 def called(room: str, name: str) -> Any:
-    """What a room of discmech's finds under a name; None if it finds nothing."""
+    """Return the object that a discmech module's `get` finds under a name, or None."""
     try:
         return import_module(room).get(name)
     except ValueError:  # BadInput
@@ -37,26 +37,26 @@ def called(room: str, name: str) -> Any:
 
 
 def with_values(thing: Any, changes: dict[str, Any]) -> Any:
-    """A copy with other values."""
+    """Return a copy with other values."""
     return thing.with_values(**changes)
 
 
 def composed(base: Any, method: str) -> Any:
-    """A composition of a rule."""
+    """Return a composition of a rule."""
     return import_module(_ROOMS[0]).compose(base, method)
 
 
 def flow_of(scheme: Any, step: Any, digits: int, on_edge: str, more: dict[str, Any]) -> Any:
-    """The flow of a scheme, its choice of a step as it was."""
+    """Return the flow of a scheme, with its attributes restored."""
     flow = scheme.flow_at(step, digits, on_edge)
     vars(flow).update(more)
     return flow
 
 
 def again(thing: Any, functions: Iterable[Any]) -> Again:
-    """What makes a rule, a scene or a lattice again, which is given by these functions.
+    """Return the pickled form of a rule, a scene or a lattice that is given by these functions.
 
-    Raises `pickle.PicklingError`, which says what to do, where nothing does.
+    Raises `pickle.PicklingError`, with the fix, if there is none.
     """
     for room in _ROOMS:
         if _same(called(room, thing.name), thing):
@@ -86,7 +86,7 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _modules(function: Any) -> Iterator[str]:
-    """The modules that may define what has the function."""
+    """Yield the modules that may define an object with this function."""
     while isinstance(function, partial):
         function = function.func
     for f in (function, getattr(function, "formula", None)):
@@ -96,10 +96,10 @@ def _modules(function: Any) -> Iterator[str]:
 
 
 def _changes(one: Any, other: Any) -> dict[str, Any]:
-    """The fields of another scene that are not those of the one."""
+    """Return the fields in which another scene differs from `one`."""
     found = {f.name: getattr(other, f.name) for f in fields(one)}
     if one.groupoid.retraction == other.groupoid.retraction and (
         one.groupoid.name == other.groupoid.name
     ):
-        found.pop("groupoid")  # it holds much that is derived
+        found.pop("groupoid")  # it holds many derived expressions
     return {name: value for name, value in found.items() if value != getattr(one, name)}

@@ -1,4 +1,4 @@
-"""What a scene declares beside its Lagrangian: conserved quantities, L_d on a group."""
+"""Declarations of a scene beside its Lagrangian: conserved quantities, L_d on a group."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Conserved:
     x (n×1) and mu (m×1, natural basis: μ = F/h) are sympy columns, p the parameters, h the step.
     With `attitude` the scene is a group's and x is the attitude as an N×N matrix. With `value` the
     quantity is a constraint: the start must have exactly this value (|Γ|² = 1). With `stretch` it
-    is compared over so many steps at a time, the attitude starting anew at e: an attitude that
-    grows exponentially (SL(2)) loses its digits over a whole run. Of a "nonholonomic momentum"
-    ⟨μ, ξ(x)⟩, A(x) ξ(x) = 0, a step's change is known, and no drift is expected to be 0.
+    is compared over that many steps at a time, and the attitude starts again at e: an attitude that
+    grows exponentially (SL(2)) loses its digits over a whole run. A "nonholonomic momentum" ⟨μ,
+    ξ(x)⟩ with A(x) ξ(x) = 0 changes in a step by a known amount, so its drift need not be 0.
     """
 
     name: str
@@ -45,19 +45,20 @@ class Conserved:
 
     @property
     def of_step(self) -> bool:
-        """Whether the quantity depends on the step h: a fourth argument without a default."""
+        """True if the quantity depends on the step h: a fourth argument without a default."""
         return takes_fourth(self.formula)
 
     def at(self, x: Any, mu: Any, p: Any, h: Any) -> Any:
-        """The quantity in sympy columns x, mu, parameters p and the step h; a list as a column."""
+        """Return the quantity in sympy columns x, mu, parameters p and the step h; a list as a
+        column."""
         found = self.formula(x, mu, p, h) if self.of_step else self.formula(x, mu, p)
         if not isinstance(found, list | tuple) or any(isinstance(e, str) for e in found):
-            return found  # text is refused where numbers are asked for; sympy would read it as code
+            return found  # text is refused later, because sympy would read it as code
         return sympy.Matrix(found)
 
     @property
     def to_roundoff(self) -> bool:
-        """Whether a variational integrator keeps it, or obeys its equation, to round-off."""
+        """True if a variational integrator conserves it, or obeys its equation, to round-off."""
         return self.kind != "first integral"
 
 
@@ -66,9 +67,9 @@ class OnGroup:
     """A discrete Lagrangian formula(x, g, h, p): x (n×1) and g (N×N) are sympy matrices.
 
     `branch(x, g, h, p)`: a number that distinguishes the solutions of F⁻(x, g) = hμ; the one with
-    the number nearest to the last step's is taken. Default: L_d itself.
-    `kept`: whether the map conserves that number exactly, so that any change shows a wrong branch.
-    `order`: the order of the method in (x, μ), if known.
+    the number nearest to the last step's is taken. By default it is L_d itself. `kept`: True if the
+    map conserves that number exactly, so that any change shows a wrong branch. `order`: the order
+    of the method in (x, μ), if known.
     """
 
     formula: Callable[..., Any]
@@ -78,17 +79,21 @@ class OnGroup:
 
 
 def takes_fourth(function: Callable[..., Any] | None) -> bool:
-    """Whether a function of three arguments has a fourth without a default: time, or the step."""
+    """Return True if a function of three arguments also has a fourth without a default.
+
+    The fourth is the time, or the step.
+    """
     return arguments_of(function) == 4
 
 
 def arguments_of(function: Callable[..., Any] | None) -> int:
-    """How many arguments without a default a function takes by place; 0 of what tells nothing."""
+    """Return the number of a function's positional arguments without default; 0 if it is
+    unknown."""
     if function is None:
         return 0
     try:
         given = inspect.signature(function).parameters.values()
-    except (TypeError, ValueError):  # of a callable that tells nothing
+    except (TypeError, ValueError):  # some callables have no signature
         return 0
     return sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given)
 
@@ -105,4 +110,4 @@ def on_group(
     return make if formula is None else make(formula)
 
 
-#: fields of a scene that are functions, and of what
+#: fields of a scene that are functions, with their arguments

@@ -1,8 +1,8 @@
-"""All that a thing of the user's depends on, as one digest: its fields, and what functions read.
+"""A digest of everything that a user's object depends on: its fields, and what its functions read.
 
-A function that a scene, a rule or a groupoid is given may read a global, a list, a file's variable
-or a value of the function around it. What is remembered of such a thing is remembered under this
-digest too, so that a value that was changed is seen.
+A function of a scene, a rule or a groupoid may read a global, a list, a variable of its file or a
+value of the enclosing function. Results for such an object are remembered under this digest too, so
+that a changed value is noticed.
 """
 
 from __future__ import annotations
@@ -35,28 +35,28 @@ from ..numbers import LazyModule
 
 _Made = TypeVar("_Made", bound=Callable[..., Any])
 
-#: packages whose functions are known by name: their versions, or their text, are known otherwise
+#: packages whose functions are known by name: their versions or texts are part of other keys
 _LIBRARIES = sys.stdlib_module_names - {"__main__"} | {
     "discmech", "flint", "gmpy2", "jax", "jaxlib", "llvmlite", "matplotlib", "mpmath", "numba",
     "numpy", "scipy", "sympy", "torch",
 }  # fmt: skip
-#: by these a function reads what its text does not name
+#: with these a function can read objects that its text does not name
 _ANYTHING = frozenset((
     "__import__", "eval", "exec", "globals", "import_module", "input", "modules", "open",
     "read_bytes", "read_text",
 ))  # fmt: skip
-#: what these say may change while all that can be seen here stays the same
+#: the results of these may change while everything visible here stays the same
 _CHANGING = frozenset((
     "io", "os", "posix", "random", "secrets", "socket", "sqlite3", "subprocess", "time", "urllib",
 ))  # fmt: skip
-#: so do these of numpy and scipy
+#: so may the results of these functions of numpy and scipy
 _OF_FILES = frozenset((
     "fromfile", "genfromtxt", "load", "loadmat", "loadtxt", "memmap", "random",
 ))  # fmt: skip
 _SLOTS = (GetSetDescriptorType, MemberDescriptorType)
 _PLAIN = (type(None), bool, int, float, complex, str, bytes, Fraction, type(...))
-MOST = 20_000  # parts; what has more is not remembered
-#: of these a program's step may call what it likes, but for what reads files, clocks or chance
+MOST = 20_000  # largest number of parts of an object that is remembered
+#: a program's step may call anything in these packages except what reads files, clocks or chance
 _PURE = frozenset((
     "__future__", "_operator", "abc", "builtins", "cmath", "collections", "copyreg", "dataclasses",
     "decimal", "discmech", "enum", "fractions", "functools", "itertools", "math", "mpmath",
@@ -69,22 +69,22 @@ _OUTSIDE = frozenset((
 
 
 class Opaque(Exception):
-    """A thing of which cannot be told whether it was changed; its argument says what it is."""
+    """An object for which a change cannot be detected; its argument says what it is."""
 
 
 def reads(*things: Any, pure: bool = False) -> str:
-    """The digest; raises `Opaque` for a thing that hides what it holds.
+    """Return the digest; raises `Opaque` for an object that hides its content.
 
-    pure: also for functions that may read what no object holds, files, clocks, chance or compiled
-    code, of which nothing but their name is known.
+    pure: True to refuse also functions that may read something outside of objects: files, clocks,
+    chance or compiled code, of which only the name is known.
     """
     return _Reader(pure).digest(things)
 
 
 def remembered(maxsize: int) -> Callable[[_Made], _Made]:
-    """Decorator: `lru_cache` that is also asked by what functions among the arguments read.
+    """Decorator: `lru_cache` whose key includes what functions among the arguments read.
 
-    What is opaque, or has no hash, is made anew each time.
+    Results for opaque or unhashable arguments are computed anew each time.
     """
 
     def decorate(function: _Made) -> _Made:
@@ -108,7 +108,7 @@ def remembered(maxsize: int) -> Callable[[_Made], _Made]:
 
 
 class _Reader:
-    """One walk over a thing; what was seen before is a number."""
+    """One walk over an object; a part that was seen before is replaced by its number."""
 
     def __init__(self, pure: bool = False) -> None:
         self.pure = pure
@@ -125,16 +125,17 @@ class _Reader:
             self.whole.update(b"\0")
 
     def add(self, thing: Any) -> None:
-        """Whatever it is."""
+        """Add any object to the digest."""
         if isinstance(thing, _PLAIN):
-            written = hex(thing) if type(thing) is int else repr(thing)  # long ones are not decimal
+            # long integers are not written in decimal
+            written = hex(thing) if type(thing) is int else repr(thing)
             self.say(type(thing).__name__, written)
             return
         if id(thing) in self.seen:
             self.say("again", self.seen[id(thing)])
             return
         self.seen[id(thing)] = len(self.seen)
-        self.kept.append(thing)  # so that its number stays its own
+        self.kept.append(thing)  # keeps the object alive, so that its id stays unique
         if len(self.seen) > MOST:
             raise Opaque("a thing of too many parts")
         if isinstance(thing, FunctionType | MethodType | BuiltinFunctionType | partial):
@@ -166,13 +167,13 @@ class _Reader:
                 self.add(entry)
         elif isinstance(thing, CodeType):
             self.code(thing)
-        elif hasattr(thing, "__wrapped__"):  # by a cache, say
+        elif hasattr(thing, "__wrapped__"):  # for example by a cache
             self.add(thing.__wrapped__)
         else:
             self.instance(thing)
 
     def function(self, thing: Any) -> None:
-        """Its text as Python runs it, its defaults, and what it reads outside itself."""
+        """Add a function: its bytecode, its defaults, and the outside values that it reads."""
         if isinstance(thing, partial):
             self.add([thing.func, thing.args, thing.keywords])
             return
@@ -189,7 +190,7 @@ class _Reader:
         for cell in thing.__closure__ or ():
             try:
                 self.add(cell.cell_contents)
-            except ValueError:  # nothing is in it yet
+            except ValueError:  # the cell is still empty
                 self.say("empty")
         if hasattr(thing, "__wrapped__"):
             self.add(thing.__wrapped__)
@@ -212,9 +213,9 @@ class _Reader:
                     self.known(held.__name__, _attributes(thing.__code__, name))
 
     def known(self, name: str, asked: Set[str] = frozenset()) -> None:
-        """Of what is known by its name alone: Opaque where that is not enough.
+        """Check an object that is known only by its name; raises `Opaque` if that is not enough.
 
-        asked: what is read of it.
+        asked: the attributes of it that are read.
         """
         package = name.partition(".")[0]
         if package in _CHANGING or (self.pure and package not in _PURE):
@@ -223,7 +224,8 @@ class _Reader:
             raise Opaque(f"{min(read)} of {name}, which reads what may change")
 
     def global_(self, thing: Any, names: frozenset[str]) -> None:
-        """What a name stands for; of a module of the user's what may be read of it."""
+        """Add the value of a global name; for a module of the user's the attributes that may be
+        read."""
         self.add(thing)
         asked = (id(thing), names)
         if isinstance(thing, ModuleType) and not _is_library(thing.__name__):
@@ -235,13 +237,13 @@ class _Reader:
                 self.global_(vars(thing)[name], names)
 
     def code(self, code: CodeType) -> None:
-        """Its instructions and constants: comments and lines are no part of them."""
+        """Add instructions and constants of code, without comments and line numbers."""
         self.say("code", code.co_code, code.co_names, code.co_varnames, code.co_freevars)
         for constant in code.co_consts:
             self.add(constant)
 
     def of_class(self, thing: type) -> None:
-        """All that it holds, and that those hold from which it is made."""
+        """Add everything that a class and its bases contain."""
         known = thing.__module__ if _is_library(thing.__module__) else ""
         self.say("class", known, thing.__qualname__)
         if known:
@@ -252,22 +254,22 @@ class _Reader:
             special = name.startswith("__") and name.endswith("__") and not callable(held)
             if not (special or isinstance(held, _SLOTS) or name == "_abc_impl"):
                 self.say(name)
-                for word in ("__func__", "fget", "func"):  # of methods and properties
+                for word in ("__func__", "fget", "func"):  # for methods and properties
                     held = getattr(held, word, held)
                 self.add(held)
 
     def own_of(self, thing: Any) -> None:
-        """Of a collection of a class of the user's: that class, and what else it holds."""
+        """Add the user's class of a collection, and its attributes."""
         kind = type(thing)
         if not _is_library(kind.__module__):
             self.add(kind)
             self.add(getattr(thing, "__dict__", None))
 
     def instance(self, thing: Any) -> None:
-        """Of what class it is, and all that it holds."""
+        """Add an instance: its class and its attributes."""
         kind = type(thing)
         self.add(kind)
-        if is_dataclass(thing):  # all of its fields, those that are new as well
+        if is_dataclass(thing):  # all fields, including new ones
             for field in fields(thing):
                 self.say(field.name)
                 self.add(getattr(thing, field.name))
@@ -277,14 +279,14 @@ class _Reader:
         elif kind.__module__.partition(".")[0] in ("sympy", "gmpy2", "mpmath"):
             try:
                 self.say(repr(thing))
-            except ValueError:  # of a number of too many digits
+            except ValueError:  # a number with too many digits
                 raise Opaque(f"{kind.__name__}") from None
         elif hasattr(thing, "__dict__") and not (
             _is_library(kind.__module__) and not kind.__module__.startswith("discmech")
         ):
             for name, held in sorted(vars(thing).items()):
                 given = inspect.getattr_static(kind, name, None)
-                if not isinstance(given, cached_property):  # which is made of the others
+                if not isinstance(given, cached_property):  # it is made from the other attributes
                     self.say(name)
                     self.add(held)
         else:
@@ -300,13 +302,13 @@ def _is_library(module: str | None) -> bool:
 
 @lru_cache(maxsize=4096)
 def _names(code: CodeType) -> frozenset[str]:
-    """All names that it and the functions within it look up."""
+    """Return all names that the code and its inner functions look up."""
     inner = (_names(c) for c in code.co_consts if isinstance(c, CodeType))
     return frozenset(code.co_names).union(*inner)
 
 
 def _attributes(code: CodeType, name: str) -> frozenset[str]:
-    """What it and the functions within it look up in what a global name stands for."""
+    """Return the attributes of a global name that the code and its inner functions look up."""
     inner = (_attributes(c, name) for c in code.co_consts if isinstance(c, CodeType))
     found = (after.argval for step, after in pairwise(dis.get_instructions(code))
              if step.argval == name and after.opname in ("LOAD_ATTR", "LOAD_METHOD"))  # fmt: skip
@@ -315,7 +317,7 @@ def _attributes(code: CodeType, name: str) -> frozenset[str]:
 
 @lru_cache(maxsize=4096)
 def _texts(code: CodeType) -> frozenset[str]:
-    """The words of all texts in it, one of which may be a name for getattr."""
+    """Return the words of all texts in the code, any of which may be a name for getattr."""
     inner = (_texts(c) for c in code.co_consts if isinstance(c, CodeType))
     texts = (c.split(".") for c in code.co_consts if isinstance(c, str))
     return frozenset(word for several in (*texts, *inner) for word in several)
@@ -323,7 +325,7 @@ def _texts(code: CodeType) -> frozenset[str]:
 
 @lru_cache(maxsize=4096)
 def _imported(code: CodeType) -> frozenset[tuple[int, str]]:
-    """The modules that it and the functions within it import: level and name."""
+    """Return the modules that the code and its inner functions import: level and name."""
     found = {name for c in code.co_consts if isinstance(c, CodeType) for name in _imported(c)}
     if dis.opmap["IMPORT_NAME"] in code.co_code[::2]:
         steps = list(dis.get_instructions(code))
@@ -334,12 +336,12 @@ def _imported(code: CodeType) -> frozenset[tuple[int, str]]:
 
 
 def _module(asked: tuple[int, str], function: FunctionType) -> Any:
-    """The module that a function imports when it is called; Opaque if that cannot be done."""
+    """Return the module that a function imports when it is called; `Opaque` if that fails."""
     level, name = asked
     if not level and _is_library(name):
         return name
     try:
         package = function.__globals__.get("__package__")
         return importlib.import_module("." * level + name, package)
-    except Exception:  # whatever the text of a module raises
+    except Exception:  # the text of a module may raise anything
         raise Opaque(f"{function.__qualname__}, whose import of {name} fails") from None

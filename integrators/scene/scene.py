@@ -17,7 +17,7 @@ from .legendre import LegendreTransform
 from .pickled import Again, again
 from .quantities import Conserved, OnGroup, takes_fourth
 
-#: fields of a scene that are functions, and of what
+#: fields of a scene that are functions, with their arguments
 _FUNCTIONS = (
     ("hamiltonian", "(x, mu, p)", "(x, mu, p, t)"),
     ("lagrangian", "(x, v, p)", "(x, v, p, t)"),
@@ -36,29 +36,29 @@ class Scene:
     """A mechanical system: Lagrangian, groupoid, parameters, start and symmetries.
 
     lagrangian(x, v, p): sympy columns x (n×1) and v (m×1, natural velocities: ẋ = ρ̂(x)v), and p
-    with one attribute a parameter (a list parameter is a column, a list of lists a matrix);
+    with one attribute per parameter (a list parameter is a column, a list of lists a matrix);
     lagrangian(x, v, p, t) depends on the time too.
-    force(x, v, p) or force(x, v, p, t): m components in the natural basis of A*, what
-    d/dt ∂l/∂ξ = ρ̂ᵀ ∂l/∂x + ad* … + f gets beside the Lagrangian (Lagrange–d'Alembert).
+    force(x, v, p) or force(x, v, p, t): m components in the natural basis of A*, the term f of d/dt
+    ∂l/∂ξ = ρ̂ᵀ ∂l/∂x + ad* … + f (Lagrange–d'Alembert).
     holonomic(x, p): constraints φ(x) = 0 on the base, a list; nonholonomic(x, p): the rows A(x) of
     constraints A(x) ξ = 0, a list of lists of m (constants on a group without base).
-    contact(x, p): gaps φ(x) ≥ 0 on the base, a list; an entry (φ, [t, …]) says along which
-    coordinates of the touching point it slips (default: x). friction: Coulomb's coefficient, a
-    number or one a gap; restitution: e in [0, 1]; impacts: "stepped" or "located" inside a step.
-    fast(x, p): the part of the potential that makes the stiff motion, for rules that treat it apart
-    (`imex`); `lagrangian` subtracts it all the same.
+    contact(x, p): gaps φ(x) ≥ 0 on the base, a list; an entry (φ, [t, …]) gives the coordinates of
+    the touching point along which it slips (default: x). friction: Coulomb's coefficient, a number
+    or one per gap; restitution: e in [0, 1]; impacts: "stepped" or "located" inside a step.
+    fast(x, p): the stiff part of the potential, for rules that treat it separately (`imex`);
+    `lagrangian` contains it as well, with a minus.
     sigma(x, mu, p): a smooth positive σ for rules whose steps vary (`steps.vary`), dt = σ dτ: the
-    time that a step may be a part of, where the motion is at x.
-    discrete_lagrangian(x, u, h, p) instead, for a discrete Lagrangian given as such; or
-    on_group(formula(x, g, h, p)) for one of the group element g, then with lagrangian= too if it
-    approximates a continuous system. mu0: the momentum of the start (m, natural basis: F⁻/h) where
-    there is a discrete Lagrangian only; v0 is then a first guess of u, 0 if it is left out.
+    time scale of the motion at x, of which a step is a fixed part.
+    discrete_lagrangian(x, u, h, p) instead, for a given discrete Lagrangian; or on_group(formula(x,
+    g, h, p)) for one of the group element g, then with lagrangian= too if it approximates a
+    continuous system. mu0: the momentum of the start (m, natural basis: F⁻/h) if there is only a
+    discrete Lagrangian; v0 is then a first guess of u, by default 0.
     numeric_hamiltonian(q, p) with gradient(q, p) → (∂H/∂q, ∂H/∂p) instead: functions of arrays (a
-    table, a network), for scenes that black boxes alone are run on; with mu0.
+    table, a network), for scenes that only black boxes run on; with mu0.
     hamiltonian(x, mu, p) or hamiltonian(x, mu, p, t) instead: the energy as a function of x (n×1)
     and of the momentum mu (m×1, natural basis), with mu0: ẋ = ρ̂ ∂H/∂μ, μ̇ = −ρ̂ᵀ ∂H/∂x + ad* … .
-    Where v = ∂H/∂μ can be solved for μ in closed form, `lagrangian` is what follows (rules run on
-    it); elsewhere one-step maps and black boxes run.
+    If v = ∂H/∂μ can be solved for μ in closed form, `lagrangian` is derived from it, and rules run
+    on it; otherwise one-step maps and black boxes run.
     Numbers are exact (`exact`). `duration` is the time of a study's runs, `step` a step size that
     resolves the motion at second order (default: duration/1000).
 
@@ -171,7 +171,7 @@ class Scene:
         try:
             one = isinstance(self.symmetries, Conserved)
             put("symmetries", (self.symmetries,) if one else tuple(self.symmetries))
-        except TypeError:  # an array without axes has an __iter__, too
+        except TypeError:  # an array without axes also has __iter__
             raise BadInput(
                 f"{self.name}: symmetries is {shown(self.symmetries)}; give a list."
             ) from None
@@ -182,7 +182,8 @@ class Scene:
                 )
 
     def _check_hamiltonian(self) -> None:
-        """Raise `BadInput` unless a Hamiltonian stands alone, with the momentum of the start."""
+        """Raise `BadInput` unless a Hamiltonian is the only energy, with the momentum of the
+        start."""
         others = ("discrete_lagrangian", "numeric_hamiltonian", "holonomic", "nonholonomic",
                   "contact", "fast")  # fmt: skip
         beside = [word for word in others if getattr(self, word) is not None]
@@ -197,7 +198,7 @@ class Scene:
             )
 
     def _check_numeric(self) -> None:
-        """Raise `BadInput` unless a Hamiltonian of numbers stands alone, with its gradient."""
+        """Raise `BadInput` unless a numeric Hamiltonian is the only energy, with its gradient."""
         if self.numeric_hamiltonian is None or self.gradient is None:
             raise BadInput(
                 f"{self.name}: give both numeric_hamiltonian=f, a function (q, p) of arrays, and "
@@ -242,34 +243,37 @@ class Scene:
 
     @property
     def constrained(self) -> bool:
-        """Whether constraints restrict the motion."""
+        """True if constraints restrict the motion."""
         return self.holonomic is not None or self.nonholonomic is not None
 
     @property
     def in_numbers(self) -> bool:
-        """Whether its Hamiltonian is a function of numbers, of which nothing can be derived."""
+        """True if its Hamiltonian is a function of numbers, from which nothing can be derived."""
         return self.numeric_hamiltonian is not None
 
     @cached_property
     def has_lagrangian(self) -> bool:
-        """Whether a Lagrangian is given, or follows from the Hamiltonian in closed form."""
+        """True if a Lagrangian is given, or follows from the Hamiltonian in closed form."""
         found = self.lagrangian
         return found.exists(self) if isinstance(found, LegendreTransform) else found is not None
 
     @property
     def timed(self) -> bool:
-        """Whether the Lagrangian or the force depends on the time."""
+        """True if the Lagrangian or the force depends on the time."""
         return takes_fourth(self.lagrangian) or takes_fourth(self.force)
 
     @property
     def clocked(self) -> bool:
-        """Whether the time is carried beside the base: where something depends on it, and where a
-        force acts on a group without a base, whose points nothing else would tell apart."""
+        """True if the time is a coordinate beside the base.
+
+        It is if something depends on the time, and if a force acts on a group without a base, where
+        only the time distinguishes its points.
+        """
         return self.timed or (self.force is not None and not self.groupoid.dim_x)
 
     @property
     def laws(self) -> tuple[Any, ...]:
-        """All that is given by functions: scenes whose laws are alike differ in numbers alone."""
+        """All functions of the scene: scenes with equal laws differ only in numbers."""
         return (self.lagrangian, self.discrete_lagrangian, self.fast, self.force, self.holonomic,
                 self.nonholonomic, self.contact, self.symmetries, self.hamiltonian,
                 self.numeric_hamiltonian, self.gradient)  # fmt: skip
@@ -280,9 +284,9 @@ class Scene:
         return flatten(tuple(self.parameters.values()))
 
     def with_values(self, **changes: Any) -> Scene:
-        """A copy with some fields changed; `parameters` are merged, not replaced.
+        """Return a copy with some fields changed; `parameters` are merged, not replaced.
 
-        contact=None takes friction, restitution and impacts away too.
+        contact=None removes friction, restitution and impacts too.
         """
         names = [f.name for f in fields(self)]
         if foreign := set(changes) - set(names):
@@ -291,9 +295,9 @@ class Scene:
                 f"{', '.join(names)}."
             )
         if self.contact is not None and changes.get("contact", self.contact) is None:
-            # what acts with contact goes with it
+            # the fields that belong to contact are reset with it
             changes = {"friction": 0, "restitution": 0, "impacts": "stepped"} | changes
-        if isinstance(changes.get("parameters"), Mapping):  # anything else is refused as at first
+        if isinstance(changes.get("parameters"), Mapping):  # anything else is refused later
             if unknown := set(changes["parameters"]) - set(self.parameters):
                 raise BadInput(
                     f"{self.name} has no parameter {shown(min(unknown, key=str))}; "
@@ -303,7 +307,8 @@ class Scene:
         return replace(self, **changes)
 
     def with_retraction(self, retraction: Any) -> Scene:
-        """This system in another retraction's chart; unchanged on a groupoid that uses none.
+        """Return this system in another retraction's chart; unchanged on a groupoid without
+        retraction.
 
         Raises `BadInput` if the retraction does not fit the scene's algebra.
         """
@@ -311,11 +316,11 @@ class Scene:
         return self if groupoid is self.groupoid else replace(self, groupoid=groupoid)
 
     def with_attitude(self) -> Scene:
-        """The motion on a group with the attitude A as base, A(0) = e, flattened row by row.
+        """Return the motion on a group with the attitude A as base, A(0) = e, flattened row by row.
 
-        Reconstruction A_{k+1} = A_k τ(hu_k) is the target map of the group's action on itself; of a
-        complex group on its real form, 2N×2N. Asked again it is the same object, so that what is
-        derived of it is derived once. Raises `BadInput` unless the groupoid is a Lie group.
+        Reconstruction A_{k+1} = A_k τ(hu_k) is the target map of the group's action on itself; for
+        a complex group it is on the real form, 2N×2N. The result is remembered, so that its
+        equations are derived once. Raises `BadInput` unless the groupoid is a Lie group.
         """
         return self._attitude_as_base
 
@@ -331,15 +336,15 @@ class Scene:
         return replace(self, groupoid=RowAction(group.algebra, group.tau, rows=size), x0=identity)
 
     def __reduce__(self) -> Again:
-        """To pickle it: functions of a scene go by their place in a module."""
+        """Return the pickled form; a scene's functions are pickled by their place in a module."""
         functions = (*self.laws[:-1], *(q.formula for q in self.symmetries))
         return again(self, functions)
 
     def __deepcopy__(self, memo: Any) -> Scene:
-        return self  # nothing of it changes
+        return self  # a scene is immutable
 
     def steps_for(self, step: Any) -> int:
-        """The number of steps of this size in the scene's duration, rounded."""
+        """Return the number of steps of this size in the scene's duration, rounded."""
         size = exact_rational(step, "step")
         if size <= 0:
             raise BadInput(f"step is {shown(step)}: give a positive number.")
