@@ -4,19 +4,22 @@ from __future__ import annotations
 
 
 class ReferenceFailure(ValueError):
-    """A reference that cannot be computed: one sentence that names the thing and the mend."""
+    """A reference that cannot be computed: one sentence names the object and the fix."""
 
 
 class MotionEnds(ReferenceFailure):
-    """The solution itself goes on no further than to `time`: a collision, a pole of the equations,
-    or constraints that do not say how."""
+    """The solution itself ends at `time`.
+
+    The cause is a collision, a pole of the equations, or constraints that do not determine the
+    motion.
+    """
 
     def __init__(self, said: str, time: float) -> None:
         self.time = time
         super().__init__(said)
 
     def __reduce__(self) -> tuple[type[MotionEnds], tuple[str, float]]:
-        return type(self), (str(self), self.time)  # to pickle it between processes
+        return type(self), (str(self), self.time)  # for pickling between processes
 
 
 class Damaged(ReferenceFailure):
@@ -24,7 +27,7 @@ class Damaged(ReferenceFailure):
 
 
 class WrongDigits(ReferenceFailure):
-    """A frozen table that says what a fresh computation does not."""
+    """A frozen table differs from a fresh computation."""
 
 
 class Uncertain(ReferenceFailure):
@@ -36,7 +39,7 @@ class Unproven(ArithmeticError):
 
 
 def shown(value: object) -> str:
-    """What a message shows of a value; Python writes no whole number of more than 4300 digits."""
+    """Return a value for a message; Python does not print integers with more than 4300 digits."""
     try:
         return repr(value)
     except ValueError:

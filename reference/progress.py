@@ -1,4 +1,4 @@
-"""How far a computation is, told to whoever listens."""
+"""The progress of a computation, sent to a listener."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _listener: ContextVar[Show | None] = ContextVar("listener", default=None)
 
 @contextmanager
 def progress_to(show: Show) -> Iterator[None]:
-    """While this lasts, show(label, fraction) is called at each step of an integration."""
+    """Call show(label, fraction) at each step of an integration within this context."""
     token = _listener.set(show)
     try:
         yield
@@ -23,7 +23,7 @@ def progress_to(show: Show) -> Iterator[None]:
 
 
 def tell(label: str, now: Any, goal: Any) -> None:
-    """At the time ``now`` on the way from 0 to ``goal``, gmpy2 numbers of any size."""
+    """Report the time ``now`` on the way from 0 to ``goal``, gmpy2 numbers of any size."""
     import gmpy2
 
     show = _listener.get()

@@ -1,4 +1,4 @@
-"""From a question to its answer: how many digits are certain, why, and where they are kept.
+"""The path from a question to its answer: certain digits, their evidence, and files of results.
 
 Nothing is loaded here, so that `import discmech.reference` stays light.
 """

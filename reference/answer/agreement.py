@@ -11,16 +11,16 @@ from typing import Any
 
 Blocks = dict[str, list[Any]]  # "x", "v", "mu", "attitude" (row by row), as mpf numbers
 
-EXACT = 10**6  # the two are equal
+EXACT = 10**6  # returned if both are equal
 
 
 def said(digits: int) -> str:
-    """The number of digits in words."""
+    """Return the number of digits in words."""
     return "exactly" if digits == EXACT else f"to {digits} digits"
 
 
 def agreement(one: Blocks, other: Blocks, start: Blocks) -> int:
-    """Whole decimal digits to which two results agree, in their worst block."""
+    """Return the decimal digits to which two results agree, in their worst block."""
     import mpmath
 
     digits = math.inf

@@ -1,4 +1,4 @@
-"""An integration with a bound of its error: the precision is raised until that is small enough."""
+"""An integration with an error bound; the precision is raised until the bound is small enough."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ from .result import Certainty, Finding
 from .states import BlockBounds, all_blocks
 
 ATTEMPTS = 3
-PILOT = 18  # digits of the run that finds out how many the bound will lose
-MOST_LOST = 150  # digits that a bound may cost before agreement is the better choice
-PRICE = 30  # digits that a proof may cost more than its first-order estimate
+PILOT = 18  # digits of the first run, which measures how many digits the bound loses
+MOST_LOST = 150  # digits that a bound may lose; beyond this, agreement is the better choice
+PRICE = 30  # digits that a proof may lose beyond the first-order estimate
 
 
 def bounded_integration(
     equations: Equations, program: SeriesProgram, times: list[Fraction], digits: int
 ) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
-    """Findings at the times and at 0, from one sweep; raises `Unproven` if that is too dear."""
+    """Return findings at the times and at 0, from one sweep; raises `Unproven` if that costs too
+    much."""
     bounds = BlockBounds(equations)
 
     def run(settings: TaylorSettings, proving: bool) -> tuple[dict[Fraction, Finding], Enclosed]:
@@ -42,7 +43,8 @@ def bounded_integration(
     if not lost <= MOST_LOST:
         raise Unproven(f"it would cost {lost:.0f} digits")
     settings, more = TaylorSettings(digits + math.ceil(lost) + 1), 0
-    #: digits asked for and had at the last attempt: of many components the bound loses some of each
+    #: digits requested and obtained at the last attempt: with many components the bound loses some
+    #: of each
     before: tuple[int, int] | None = None
     for _ in range(ATTEMPTS):
         settings = TaylorSettings(settings.digits + more)
@@ -60,7 +62,7 @@ def bounded_integration(
 
 
 def _lost(findings: dict[Fraction, Finding], settings: TaylorSettings) -> float:
-    """Digits between the tolerance and the largest bound."""
+    """Return the number of digits between the tolerance and the largest bound."""
     worst = max(finding.bound for finding in findings.values())
     return max(0.0, float(mpmath.log10(worst)) + settings.digits) if worst else 0.0
 
@@ -68,7 +70,7 @@ def _lost(findings: dict[Fraction, Finding], settings: TaylorSettings) -> float:
 def _findings(
     equations: Equations, bounds: BlockBounds, found: Enclosed, settings: TaylorSettings
 ) -> dict[Fraction, Finding]:
-    """What the bounds say at each time."""
+    """Return the finding at each time, from the bounds."""
     blocks = all_blocks(equations, found.sweep, settings.working)
     findings = {}
     for t, errors in found.bounds.items():
@@ -91,7 +93,7 @@ def _findings(
 
 
 def _relative(bounds: dict[str, Any], here: Blocks, start: Blocks) -> Any:
-    """The worst block's bound over its largest component at the start or here."""
+    """Return the worst block's bound over its largest component at the start or here."""
     parts = []
     for name, bound in bounds.items():
         scale = largest(exact(b) for b in (*here[name], *start.get(name, ())))
@@ -100,7 +102,7 @@ def _relative(bounds: dict[str, Any], here: Blocks, start: Blocks) -> Any:
 
 
 def whole_digits(error: Any) -> int:
-    """The largest D for which |error| <= 10^-D is certain, or 0; `EXACT` without error."""
+    """Return the largest D with |error| <= 10^-D for certain, or 0; `EXACT` without error."""
     end = error.abs_upper()
     if end == 0:
         return EXACT

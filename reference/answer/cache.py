@@ -1,4 +1,4 @@
-"""References computed for a user are kept in the user's cache folder, named by their content."""
+"""The user's cache of computed references, in files named by their content."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from ..failures import Damaged
 from .result import Solution
 from .store import Table, read, write
 
-LONGEST = 60  # letters of a scene's name in that of a file, which the digest makes unique
+LONGEST = 60  # longest part of a scene's name in a file name, which the digest makes unique
 DAY = 86400.0
 
 
 def folder() -> Path:
-    """references/ in DISCMECH_CACHE, or in discmech in the user's cache folder, or a temporary one.
+    """Return references/ in DISCMECH_CACHE or in the user's cache folder, or a temporary folder.
 
-    The kernels' cache goes by the same rule, and refuses a folder that others can write to; nothing
-    is shared with it. Here such a folder is as good as none.
+    The kernels' cache follows the same rule, but refuses a folder that others can write to. No code
+    is shared with it. Here such a folder is ignored.
     """
     chosen = _chosen()
     return chosen if chosen is not None and _is_safe(chosen, os.W_OK) else _temporary()
 
 
 def folders() -> list[Path]:
-    """Where to look: the folder to write to, and the chosen one where that can only be read."""
+    """Return the folders to read: the one to write to, then the chosen one if it is read-only."""
     written, chosen = folder(), _chosen()
     if chosen is None or written == chosen or not _is_safe(chosen, os.R_OK):
         return [written]
@@ -51,7 +51,7 @@ def _chosen() -> Path | None:
 
 
 def _is_safe(place: Path, how: int) -> bool:
-    """Whether it can be read or written, and nobody else can write there."""
+    """Return True if it can be read or written, and nobody else can write there."""
     try:
         for made in (place.parent.parent, place.parent, place):
             made.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -86,19 +86,19 @@ def _remove(made: Path, process: int) -> None:
 
 @cache
 def _program() -> str:
-    """Digest of this package: other code makes other files."""
+    """Return the digest of this package: other code makes other files."""
     here = Path(__file__).parent.parent
     return hashlib.sha256(b"".join(p.read_bytes() for p in sorted(here.rglob("*.py")))).hexdigest()
 
 
 def file_of(scene: str, key: str) -> Path:
-    """Where the references of a scene with that fingerprint are."""
+    """Return the file with the references of a scene with that fingerprint."""
     digest = hashlib.sha256((key + _program()).encode()).hexdigest()[:24]
     return folder() / f"{scene[:LONGEST]}_{digest}.json"
 
 
 def kept(scene: str, key: str) -> Table:
-    """What was computed before; a damaged file counts as none, and is said once."""
+    """Return the references computed before; a damaged file is reported once and ignored."""
     for place in folders():
         path = place / file_of(scene, key).name
         if not path.exists():
@@ -111,13 +111,13 @@ def kept(scene: str, key: str) -> Table:
         if table.key == key:
             with contextlib.suppress(OSError):
                 if time.time() - path.stat().st_mtime > DAY:
-                    os.utime(path)  # what nobody asked for in 90 days is removed
+                    os.utime(path)  # unused files are removed after 90 days
             return table
     return Table(scene, key, ())
 
 
 def keep(scene: str, key: str, rows: Iterable[Solution]) -> None:
-    """Add solutions; a folder that cannot be written to is no failure."""
+    """Add solutions; a folder that cannot be written to is ignored."""
     with contextlib.suppress(OSError):
         write(file_of(scene, key), kept(scene, key).with_rows(rows))
 

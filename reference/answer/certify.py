@@ -1,12 +1,12 @@
-"""How many digits are certain, and why: a proof where one is affordable, agreement elsewhere.
+"""The number of certain digits and their evidence: a proof if one is affordable, else agreement.
 
     enclosure      the error is proven to stay below a bound (`enclosure`)
     defect bound   the defect is proven, its growth estimated to first order
-    agreement      two settings agree, and a second method where it is cheap
+    agreement      two settings agree, and a second method if it is cheap
 
-Whatever the certainty, the closed form has to agree where there is one; elsewhere an independent
-method is run beside a cheap integration. Energy and the scene's conserved quantities are compared
-with their values at the start, to the same digits.
+In every case the closed form has to agree if there is one; otherwise an independent method is run
+beside a cheap integration. Energy and the scene's conserved quantities are compared with their
+values at the start, to the same digits.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ from .result import Finding, Solution
 from .states import all_blocks, blocks_of
 
 ATTEMPTS = 4
-PATIENCE = 50  # steps of the second method for each of the first
-CHEAP = 4e6  # products of coefficients; a few tenths of a second
+PATIENCE = 50  # largest number of steps of the second method per step of the first
+CHEAP = 4e6  # number of products of coefficients, a few tenths of a second
 
 
 @dataclass(frozen=True)
 class Question:
-    """States at the times, to so many digits; ``form`` is the closed form that has to agree."""
+    """A request for states at the times, to so many digits; ``form``: the closed form or None."""
 
     equations: Equations
     program: SeriesProgram
@@ -48,12 +48,12 @@ class Question:
     form: ClosedForm | None = None
 
     def run(self, settings: TaylorSettings) -> tuple[Sweep, dict[Fraction, Blocks]]:
-        """A Taylor integration, and its states at the times and at 0."""
+        """Return a Taylor integration, and its states at the times and at 0."""
         sweep = integrate(self.equations, self.program, [*self.times, Fraction(0)], settings)
         return sweep, all_blocks(self.equations, sweep, settings.working)
 
     def by_form(self, t: Fraction, working: int) -> Blocks:
-        """What the closed form says at t, in ``working`` digits."""
+        """Return the state at t by the closed form, in ``working`` digits."""
         return form_at(self.equations, self.parameters, self.form, t, working)
 
 
@@ -66,10 +66,11 @@ def certified_integration(
     proof: bool = True,
     form: ClosedForm | None = None,
 ) -> dict[Fraction, Solution]:
-    """All times in one sweep with a bound; where none is affordable or asked for, two that agree.
+    """Return all times from one sweep with a bound, or from two sweeps that agree.
 
-    ``form`` is a closed form of the motion, which has to agree. ``thorough`` runs the second
-    method where it is dear, and beside a closed form.
+    Two sweeps are used if no bound is affordable or requested. ``form`` is a closed form of the
+    motion, which has to agree. ``thorough`` runs the second method even if it is expensive, and
+    also beside a closed form.
     """
     equations, program, invariants = derived(scene, attitude)
     asked = Question(equations, program, times, digits, parameter_values(scene), form)
@@ -105,22 +106,22 @@ def certified_integration(
 
 @remembered(maxsize=64)
 def motion_of(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram]:
-    """The equations of a scene and their series: they need no time and no digits."""
+    """Return the equations of a scene and their series, for any time and number of digits."""
     equations = equations_of(scene, attitude)
     return equations, compile_series(equations)
 
 
 @remembered(maxsize=64)
 def derived(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram, Invariants]:
-    """`motion_of` and what is kept along the motion: one scene is asked at several times."""
+    """Return `motion_of` and the invariants: one scene is asked at several times."""
     equations, program = motion_of(scene, attitude)
     return equations, program, invariants_of(scene, equations)
 
 
 def _beside(asked: Question, finding: Finding, start: Blocks) -> Finding:
-    """The finding, no more certain than the digits to which the closed form agrees with it.
+    """Return the finding, with at most the digits to which the closed form agrees with it.
 
-    The form's own round-off is seen as a disagreement: more working digits are tried.
+    The form's own round-off would look like a disagreement, so more working digits are tried.
     """
     assert asked.form is not None
     working, agreed = asked.digits + 15, 0
@@ -134,7 +135,10 @@ def _beside(asked: Question, finding: Finding, start: Blocks) -> Finding:
 
 
 def form_at(equations: Equations, parameters: Any, form: Any, t: Fraction, working: int) -> Blocks:
-    """What the closed form says at t, in ``working`` digits; with the attitude if both have it."""
+    """Return the state at t by the closed form, in ``working`` digits.
+
+    It has the attitude if both the form and the equations have one.
+    """
     n, m = equations.dim_x, equations.dim_u
     with mpmath.workdps(working):
         time = mpmath.mpf(t.numerator) / t.denominator
@@ -146,9 +150,10 @@ def form_at(equations: Equations, parameters: Any, form: Any, t: Fraction, worki
 def _kept(
     name: str, finding: Finding, invariants: Invariants, start: Blocks, working: int
 ) -> Finding:
-    """The finding with its invariants compared.
+    """Return the finding after comparing its invariants.
 
-    Raises `ReferenceFailure` where the equations have no value, between steps that have passed it.
+    Raises `ReferenceFailure` if the equations are singular at a time that the steps have passed
+    over.
     """
     try:
         kept, words = invariants.digits(finding.blocks, start, working)
@@ -162,7 +167,8 @@ def _kept(
 
 
 def _one_setting(asked: Question) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
-    """One integration, its tolerance lowered until the closed form agrees: no bound."""
+    """Return one integration, its tolerance lowered until the closed form agrees, without a
+    bound."""
     digits, settings = asked.digits, TaylorSettings(asked.digits + 4)
     wanted = {t: asked.by_form(t, digits + 30) for t in asked.times}
     for attempt in range(ATTEMPTS):
@@ -179,7 +185,7 @@ def _one_setting(asked: Question) -> tuple[dict[Fraction, Finding], Sweep, Taylo
 def _two_settings(
     asked: Question, why: str
 ) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
-    """Two orders, tolerances and precisions, raised until they agree."""
+    """Return the finer of two settings (order, tolerance, precision), raised until they agree."""
     first = TaylorSettings(asked.digits + 4)
     second = TaylorSettings(asked.digits + 12, guard=12, stretch=1.2)
     rough = asked.run(first)[1]
@@ -207,7 +213,7 @@ def _agreeing(t: Fraction, blocks: Blocks, certain: int, evidence: str) -> Findi
 def _second_method(
     asked: Question, tolerance: int, trusted: dict[Fraction, Blocks], most: int
 ) -> dict[Fraction, int] | None:
-    """The digits to which extrapolation agrees; once more with a smaller tolerance if need be."""
+    """Return the digits to which extrapolation agrees, if need be with a smaller tolerance."""
     equations, times = asked.equations, asked.times
     agreed: dict[Fraction, int] = {}
     for more in (0, 10):

@@ -25,11 +25,11 @@ Field = Callable[[list[Any], list[Any]], list[Any]]
 
 
 def compile_field(equations: Equations) -> tuple[Field, tuple[sympy.Expr, ...]]:
-    """rates(z, constants) as plain Python code, and the exact constants in it."""
+    """Return rates(z, constants) as plain Python code, and the exact constants in it."""
     constants: dict[sympy.Expr, sympy.Symbol] = {}
 
     def held(expression: sympy.Expr) -> sympy.Expr:
-        """Numbers that are no short integers become named constants."""
+        """Replace numbers other than short integers by named constants."""
         if is_short(expression):
             return expression
         if not expression.free_symbols:
@@ -52,9 +52,10 @@ def compile_field(equations: Equations) -> tuple[Field, tuple[sympy.Expr, ...]]:
 def extrapolate(
     equations: Equations, times: Sequence[Fraction], digits: int, max_steps: int = 100_000
 ) -> Sweep:
-    """The solution at the given times, forward and backward from 0, tolerance 10^-digits a step.
+    """Return the solution at the given times, forward and backward from 0.
 
-    The arithmetic has nine digits more, and those that the alternating weights cost.
+    The tolerance is 10^-digits per step. The arithmetic has nine more digits, and those lost by the
+    alternating weights.
     """
     field, numbers = compile_field(equations)
     columns = max(6, round(0.36 * digits))
@@ -95,7 +96,7 @@ def extrapolate(
 
 
 def neville_weights(columns: int) -> tuple[list[Fraction], list[Fraction]]:
-    """Weights of T_kk and of T_k,k-1 in the results of n = 2, 4, ..., 2k substeps (exact).
+    """Return the weights of T_kk and T_k,k-1 for the results of n = 2, 4, ..., 2k substeps (exact).
 
     w_j = prod_{i != j} n_j^2 / (n_j^2 - n_i^2): the polynomial through them, at substep 0.
     """
@@ -122,7 +123,7 @@ def _basic_step(
     columns: int,
     weights: tuple[list[Fraction], list[Fraction]],
 ) -> tuple[list[Any], Any]:
-    """One step and the distance between its last two extrapolations, relative to the state."""
+    """Return one step and the distance of its last two extrapolations, relative to the state."""
     ends = []
     slope = field(state, constants)
     for n in range(2, 2 * columns + 1, 2):
@@ -145,6 +146,6 @@ def _basic_step(
     )
     scale = max(max(map(abs, best)), max(map(abs, state)))
     error = max(abs(a - b) for a, b in zip(best, second, strict=True))
-    if not all(map(gmpy2.is_finite, best)):  # which a maximum may pass over
+    if not all(map(gmpy2.is_finite, best)):  # a maximum may ignore nan
         return best, gmpy2.nan()
     return best, error / scale if scale else error

@@ -1,8 +1,8 @@
 """The frozen tables: each scene at its duration and three inner times, to 50 certain digits.
 
-They lie in reference/tables/, one file a scene, and are read only if the fingerprint of the scene
-that asks is the table's. Rebuilding one proves its rows as any answer is proven, with the second
-method beside it however dear that is.
+They lie in reference/tables/, one file per scene, and are used only if the fingerprint of the given
+scene is the table's. A rebuilt row is proven like any answer, and is always cross-checked by the
+second method.
 """
 
 from __future__ import annotations
@@ -21,33 +21,33 @@ from .store import Table, read, write
 
 FOLDER = Path(__file__).parent.parent / "tables"
 DIGITS = 50
-LATER = 20  # chaotic scenes are followed up to here
+LATER = 20  # chaotic scenes are followed to this time
 CHAOTIC = ("double-pendulum", "henon-heiles", "heavy-top", "kirchhoff")
 
 
 def file_of(name: str) -> Path:
-    """The file of a scene's table."""
+    """Return the file of a scene's table."""
     return FOLDER / f"{name}.json"
 
 
 def names() -> list[str]:
-    """The scenes that have a table: those with a continuous Lagrangian."""
+    """Return the scenes that have a table: those with a continuous Lagrangian."""
     from discmech.integrators import scenes
 
     return [name for name in scenes.names() if scenes.get(name).lagrangian is not None]
 
 
 def times_of(scene: Any) -> list[Fraction]:
-    """Each quarter of the duration; of chaotic scenes also `LATER`."""
+    """Return each quarter of the duration; for chaotic scenes also `LATER`."""
     times = [scene.duration * Fraction(k, 4) for k in range(1, 5)]
     return sorted({*times, Fraction(LATER)}) if scene.name in CHAOTIC else times
 
 
 def fitting(name: str, key: str) -> Table | None:
-    """The table that answers for the scene of this name and fingerprint, or None.
+    """Return the table for the scene with this name and fingerprint, or None.
 
-    Raises `ReferenceFailure` if the file is damaged, or if it does not fit the scene that bears
-    its name although that is the one which is asked for.
+    Raises `ReferenceFailure` if the file is damaged, or if it does not fit the built-in scene of
+    that name although this very scene was given.
     """
     table = _read(file_of(name))
     if table is None or table.key == key:
@@ -75,14 +75,14 @@ def _read(path: Path) -> Table | None:
 
 @cache
 def _registered(name: str) -> str | None:
-    """The fingerprint of the scene that comes with discmech under this name."""
+    """Return the fingerprint of the built-in scene with this name."""
     from discmech.integrators import scenes
 
     return Problem.of(scenes.get(name)).key if name in scenes.names() else None
 
 
 def build(name: str) -> Table:
-    """Compute the table of a scene and write it; nothing is written if it is not certain."""
+    """Compute and write the table of a scene; nothing is written if it is not certain."""
     problem = Problem.of(scene_of(name))
     times, attitude = times_of(problem.scene), problem.has_attitude
     found = problem.solve(times, DIGITS, attitude, thorough=True)
@@ -104,7 +104,7 @@ def _blocks(row: Solution, attitude: bool) -> dict[str, list[Any]]:
 
 
 def check(name: str, some: Callable[[Sequence[Solution]], Sequence[Solution]] = tuple) -> int:
-    """Recompute some rows of a table (all, by default); the fewest digits that are right.
+    """Recompute some rows of a table (by default all); return the fewest correct digits.
 
     Raises `ReferenceFailure` if the table is missing, damaged or stale, or has a wrong digit.
     """
@@ -121,7 +121,7 @@ def check(name: str, some: Callable[[Sequence[Solution]], Sequence[Solution]] = 
     for row in rows:
         right = agreement(_blocks(row, attitude), _blocks(fresh[row.t], attitude), {})
         fewest = min(fewest, right)
-        if right < row.certain_digits - 1:  # two roundings of half a unit
+        if right < row.certain_digits - 1:  # allows two roundings of half a unit
             raise WrongDigits(
                 f"the frozen table {file_of(name).name} is wrong at t = {row.t}: only {right} of "
                 f"its {row.certain_digits} digits are right; {_mend(name)}"

@@ -1,8 +1,8 @@
 """References of scenes whose Hamiltonian is a function of numbers: two methods that agree.
 
-Nothing can be proven of a function whose formula nobody knows, so an answer has the digits in which
-two methods that share nothing agree: scipy's DOP853, and extrapolation of the explicit midpoint
-rule (Gragg, Bulirsch, Stoer; Hairer, Nørsett, Wanner, II.9), each at tolerances near to round-off.
+Nothing can be proven about a function without a known formula, so an answer has the digits to which
+two independent methods agree: scipy's DOP853, and extrapolation of the explicit midpoint rule
+(Gragg, Bulirsch, Stoer; Hairer, Nørsett, Wanner, II.9), both with tolerances near round-off.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from discmech.integrators.scene import remembered
 from ..failures import MotionEnds, ReferenceFailure
 from .result import Solution
 
-TOLERANCE = 1e-13  # of the local error of either method, relative
-COLUMNS = 8  # of an extrapolation: order 16
-SMALLEST = 2.0**-40  # of the whole time: a step that is shorter meets an end of the motion
-MOST = 200_000  # steps
+TOLERANCE = 1e-13  # relative tolerance of the local error of either method
+COLUMNS = 8  # columns of an extrapolation: order 16
+SMALLEST = 2.0**-40  # share of the whole time: a shorter step means that the motion ends
+MOST = 200_000  # largest number of steps
 Field = Callable[[float, np.ndarray], np.ndarray]
 
 
 def solutions_in_numbers(scene: Any, times: Sequence[Fraction]) -> list[Solution]:
-    """The states at the times, each with the digits in which both methods agree."""
+    """Return the states at the times, each with the digits to which both methods agree."""
     return [_solution(scene, t) for t in times]
 
 
@@ -59,7 +59,7 @@ def _solution(scene: Any, t: Fraction) -> Solution:
 
 
 def field(scene: Any) -> Field:
-    """The vector field B dH in doubles, of (t, z)."""
+    """Return the vector field B dH in doubles, as a function of (t, z)."""
     tensor = _tensor(scene)
 
     def f(t: float, z: np.ndarray) -> np.ndarray:
@@ -75,7 +75,7 @@ def _slopes(scene: Any, z: np.ndarray) -> np.ndarray:
 
 
 def _tensor(scene: Any) -> Callable[[np.ndarray], np.ndarray]:
-    """B(z), (n+m, n+m), derived from the groupoid's data."""
+    """Return B(z), (n+m, n+m), derived from the groupoid's data."""
     import sympy
 
     from ..equations import algebroid_of
@@ -110,8 +110,10 @@ def _dormand_prince(f: Field, z: np.ndarray, end: float, name: str) -> np.ndarra
 
 
 def _extrapolated(f: Field, z: np.ndarray, end: float, name: str) -> np.ndarray:
-    """By steps whose last two columns differ by the tolerance; the rest of each step is summed up
-    with what rounding leaves out."""
+    """Return the end of a motion by extrapolation, whose last two columns differ by the tolerance.
+
+    The increments are summed with compensation for round-off.
+    """
     t, h, steps = 0.0, end / 64, 0
     left = np.zeros_like(z)
     while abs(t) < abs(end) * (1 - 2.0**-50):
@@ -133,7 +135,7 @@ def _extrapolated(f: Field, z: np.ndarray, end: float, name: str) -> np.ndarray:
 
 
 def _step(f: Field, t: float, z: np.ndarray, h: float) -> tuple[np.ndarray, float]:
-    """(z(t+h) − z, how far the last two columns differ), by Aitken and Neville in h²."""
+    """Return (z(t+h) − z, difference of the last two columns), by Aitken and Neville in h²."""
     row: list[np.ndarray] = []
     for j in range(1, COLUMNS + 1):
         n = 2 * j

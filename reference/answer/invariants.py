@@ -1,7 +1,7 @@
 """Energy and the conserved quantities that a scene declares, along a computed solution.
 
-A quantity whose time derivative along the equations is not zero where it is looked at is no
-invariant: it is named, and says nothing about the solution.
+A quantity whose time derivative along the equations is not zero at the tested states is no
+invariant: it is named, and does not count.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from .agreement import EXACT, Blocks, said
 
 @dataclass(frozen=True)
 class Invariants:
-    """Functions of (x, v, mu, attitude) that the motion keeps, each with its absolute terms."""
+    """Functions of (x, v, mu, attitude) that the motion conserves, each with its absolute terms."""
 
     names: tuple[str, ...]
     function: Callable[..., list[tuple[Any, Any]]]
     rates: Callable[..., list[tuple[Any, Any]]]
 
     def digits(self, here: Blocks, start: Blocks, working: int) -> tuple[int, str]:
-        """Digits to which all are kept, and that in words.
+        """Return the digits to which all are conserved, and a sentence.
 
         A drift is measured relative to the quantity's sum of absolute terms, here or at the start.
         """
@@ -66,7 +66,7 @@ class Invariants:
         return self.function(*blocks["x"], *blocks["v"], *blocks["mu"], *behind)
 
     def _moving(self, blocks: Blocks) -> list[bool]:
-        """Which of them have a derivative that is no rounding."""
+        """Return for each True if its derivative is more than round-off."""
         behind = *blocks.get("attitude", ()), *blocks.get("time", ())
         found = self.rates(*blocks["x"], *blocks["v"], *behind)
         return [abs(rate) > 1e-10 * scale for rate, scale in found]
@@ -78,20 +78,20 @@ def _listed(names: Iterable[str]) -> str:
 
 
 def invariants_of(scene: Any, equations: Equations) -> Invariants:
-    """Those of the scene; of its attitude only if the equations carry one."""
+    """Return the invariants of the scene; those of its attitude only if the equations have one."""
     n, m, size = equations.dim_x, equations.dim_u, equations.attitude_size
     states = list(equations.states)
     x = sympy.Matrix(n, 1, states[:n])
     mu = sympy.Matrix(m, 1, lambda i, _: sympy.Symbol(f"mu{i}", real=True))
     names: list[str] = []
     values: list[Any] = []
-    if not equations.timed and not equations.forced:  # else nothing keeps it
+    if not equations.timed and not equations.forced:  # otherwise the motion does not conserve it
         names, values = ["energy"], [equations.energy]
     for quantity in getattr(scene, "symmetries", ()):
         if quantity.attitude and not size:
             continue
         if getattr(quantity, "of_step", False) or quantity.kind == "nonholonomic momentum":
-            continue  # of a method, or with an equation of its own: no motion keeps it
+            continue  # it belongs to a method, or has its own equation: no motion conserves it
         base = (
             sympy.Matrix(size, size, states[equations.block("attitude")])
             if quantity.attitude
@@ -115,12 +115,12 @@ def invariants_of(scene: Any, equations: Equations) -> Invariants:
 
 
 def _with_size(value: Any) -> tuple[Any, Any]:
-    """The value and the sum of its absolute terms."""
+    """Return the value and the sum of its absolute terms."""
     return value, sum((abs(term) for term in sympy.Add.make_args(value)), sympy.S.Zero)
 
 
 def _rates(equations: Equations, mu: Any, values: list[Any]) -> Any:
-    """(dJ/dt, the sum of the absolute terms of the chain rule) of each as a function of state."""
+    """Return a function: state ↦ (dJ/dt, the absolute terms of the chain rule) of each quantity."""
     momentum = dict(zip(mu, equations.momentum, strict=True))
     speeds = [sympy.Symbol(f"rate_{state}", real=True) for state in equations.states]
     rows = []

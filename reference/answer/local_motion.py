@@ -1,8 +1,8 @@
-"""Short pieces of exact motion from any state of a scene, and where its own motion comes by.
+"""Short pieces of exact motion from any state of a scene, and states along its own motion.
 
-One step of a method is held against the exact motion from the same state. So short a piece is one
-local Taylor polynomial of the continuous equations, which costs a thousandth of a reference: its
-error is that of two settings that are compared (more terms, and more digits).
+One step of a method is compared with the exact motion from the same state. Such a short piece is
+one local Taylor polynomial of the continuous equations, which costs a thousandth of a reference;
+its error is the difference of two settings (more terms, and more digits).
 """
 
 from __future__ import annotations
@@ -24,18 +24,19 @@ from .certify import motion_of
 from .problem import Problem, scene_of
 from .states import momentum_function
 
-GUARD = 30  # digits of the arithmetic beyond those asked for
-MORE = 4, 10  # terms and digits of the second setting beyond those of the first
+GUARD = 30  # additional digits of the arithmetic
+MORE = 4, 10  # additional terms and digits of the second setting
 MOST_TERMS = 96
-#: of the way along a motion: terms, bits, the last term; a value of 1, such as |Γ|², stays one
+#: for a rough motion: terms, bits, the relative size of the last term; a value of 1, such as |Γ|²,
+#: stays 1
 ROUGH, ROUGH_BITS, ROUGH_TERM = 20, 100, 2.0**-60
-NUDGE = 2.0**-50  # of a start, to see what the motion makes of it
-MOST_STEPS = 400  # of the way along a motion
+NUDGE = 2.0**-50  # a relative change of a start, to measure its effect on the motion
+MOST_STEPS = 400  # largest number of steps of a rough motion
 
 
 @dataclass(frozen=True)
 class ExactState:
-    """A state and how far it may be off: x (n), v (m) and μ (m), mpf; error_x (n), error_mu (m)."""
+    """A state with error bounds: x (n), v (m) and μ (m), mpf; error_x (n), error_mu (m)."""
 
     x: list[Any]
     v: list[Any]
@@ -45,9 +46,9 @@ class ExactState:
 
 
 class Surroundings:
-    """The continuous equations of a scene, asked at states of one's own.
+    """The continuous equations of a scene, evaluated at any state.
 
-    A state is z = (x, v), and the time t (a Fraction) where the scene depends on it. ``key`` is the
+    A state is z = (x, v), and the time t (a Fraction) if the scene depends on it. ``key`` is the
     scene's fingerprint. Raises `ReferenceFailure` for a scene that can have no reference.
     """
 
@@ -60,7 +61,7 @@ class Surroundings:
         self._momentum: Callable[..., list[Any]] = momentum_function(self.equations)
 
     def momentum(self, x: Sequence[Any], v: Sequence[Any], t: Fraction, digits: int) -> list[Any]:
-        """μ = ∂l/∂v (m) at a state, mpf."""
+        """Return μ = ∂l/∂v (m) at a state, mpf."""
         with mpmath.workdps(digits + GUARD):
             time = [mpmath.mpf(t.numerator) / t.denominator] if self.equations.timed else []
             return [mpmath.mpf(e) for e in self._momentum(*x, *v, *time)]
@@ -68,10 +69,10 @@ class Surroundings:
     def along(
         self, duration: Fraction, moved: float = 0.0
     ) -> list[tuple[Fraction, list[Any], list[Any]]]:
-        """(t, x, v) of the scene's own motion, to a few digits, where a rough integration steps.
+        """Return (t, x, v) of the scene's own motion, to a few digits, at the steps of a rough run.
 
-        From 0 to the duration, or as far as `MOST_STEPS` steps or a singularity let it come. moved:
-        by how much of itself each entry of the start is changed.
+        The run goes from 0 to the duration, unless `MOST_STEPS` or a singularity ends it before.
+        moved: the relative change of each entry of the start.
         """
         n, m = self.equations.dim_x, self.equations.dim_u
         found = []
@@ -96,10 +97,10 @@ class Surroundings:
         return found
 
     def conditioning(self, duration: Fraction) -> float | None:
-        """What the motion makes of a relative change of its start by the duration's end.
+        """Return the factor by which the motion enlarges a relative change of its start at the end.
 
-        ‖δ(x, μ)‖/‖(x, μ)‖ there, over that change of every entry of the start, to first order. None
-        where a rough integration does not come so far (`MOST_STEPS`).
+        It is ‖δ(x, μ)‖/‖(x, μ)‖ at the duration's end, divided by the relative change of every
+        entry of the start, to first order. None if a rough run does not come so far (`MOST_STEPS`).
         """
         ends = []
         for moved in (0, NUDGE):
@@ -113,10 +114,10 @@ class Surroundings:
             return float(off / (mpmath.norm(ends[0], 2) or 1) / NUDGE)
 
     def length(self, x: Sequence[Any], v: Sequence[Any], t: Fraction) -> Fraction | None:
-        """The time in which the motion from a state stays that of a polynomial of `ROUGH` terms.
+        """Return the time for which `ROUGH` terms describe the motion from a state.
 
-        It has no unit of any component: in each the last term is below `ROUGH_TERM` of the largest
-        one. None of a state that rests. Raises `ReferenceFailure` where there is no series.
+        It does not depend on units: in each component the last term is below `ROUGH_TERM` times the
+        largest one. None for a state at rest. Raises `ReferenceFailure` if there is no series.
         """
         with gmpy2.context(gmpy2.get_context(), precision=ROUGH_BITS):
             constants = self.program.constants_at(30)
@@ -136,10 +137,10 @@ class Surroundings:
         self, x: Sequence[Any], v: Sequence[Any], t: Fraction, steps: Sequence[Fraction],
         digits: int,
     ) -> list[ExactState]:  # fmt: skip
-        """The exact states at t + h for each h of the steps, from (x, v) at t.
+        """Return the exact states at t + h for each h of the steps, from (x, v) at t.
 
-        To so many digits of each component's own motion. Raises `ReferenceFailure` where a step
-        is too long for one polynomial of `MOST_TERMS` terms, and where there is no series.
+        They have `digits` digits of each component's own motion. Raises `ReferenceFailure` if a
+        step is too long for one polynomial of `MOST_TERMS` terms, or if there is no series.
         """
         terms, longest = 8, max(map(abs, steps))
         while not self._enough(x, v, t, longest, digits, terms):
@@ -164,7 +165,7 @@ class Surroundings:
     def coefficients(
         self, x: Sequence[Any], v: Sequence[Any], t: Fraction, terms: int, digits: int
     ) -> list[list[Any]]:
-        """The Taylor coefficients 0 to `terms` of each entry of (x, v) at a state, mpf."""
+        """Return the Taylor coefficients 0 to `terms` of each entry of (x, v) at a state, mpf."""
         with gmpy2.context(gmpy2.get_context(), precision=math.ceil((digits + GUARD) * BITS)):
             constants = self.program.constants_at(digits + GUARD)
             series = self._series(terms, self._state(x, v, t), constants)
@@ -178,7 +179,7 @@ class Surroundings:
         return series
 
     def _state(self, x: Sequence[Any], v: Sequence[Any], t: Fraction) -> list[Any]:
-        """A state in the numbers of the current gmpy2 context."""
+        """Return a state in the numbers of the current gmpy2 context."""
         time = [gmpy2.mpfr(gmpy2.mpq(t))] if self.equations.timed else []
         return [*map(_mpfr, [*x, *v]), *time]
 
@@ -186,7 +187,8 @@ class Surroundings:
         self, x: Sequence[Any], v: Sequence[Any], t: Fraction, step: Fraction, digits: int,
         terms: int,
     ) -> bool:  # fmt: skip
-        """Whether the last terms of each component are below its round-off, and fall as 2⁻ᵏ."""
+        """Return True if the last terms of each component are below its round-off, and fall as
+        2⁻ᵏ."""
         with gmpy2.context(gmpy2.get_context(), precision=ROUGH_BITS):
             try:
                 series = self._series(terms, self._state(x, v, t), self.program.constants_at(30))
@@ -234,14 +236,15 @@ def _log2(value: Any) -> float:
 
 
 def _sizes(series: list[list[Any]]) -> list[list[float]]:
-    """log₂ of each coefficient of each component."""
+    """Return log₂ of each coefficient of each component."""
     return [[float(gmpy2.log2(abs(e))) if e else -math.inf for e in c] for c in series]
 
 
 def _length(series: list[list[Any]]) -> Fraction | None:
-    """The step at which the last two terms of each component are `ROUGH_TERM` of its largest one.
+    """Return the step at which the last two terms of each component are `ROUGH_TERM` of its
+    largest.
 
-    None where nothing but the time moves at all.
+    None if nothing moves except the time.
     """
     rough, found = math.log2(ROUGH_TERM), math.inf
     for sizes in _sizes(series):

@@ -1,4 +1,4 @@
-"""What is to be solved: a scene's exact mathematics, with its fingerprint, and how it is solved."""
+"""The problem to solve: a scene's exact mathematics with its fingerprint, and its solution."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Problem:
-    """A scene with what it says (`equations.Mechanics`); ``key`` is its `fingerprint`."""
+    """A scene with its mechanics (`equations.Mechanics`); ``key`` is its `fingerprint`."""
 
     scene: Any
     mechanics: Mechanics
@@ -25,7 +25,7 @@ class Problem:
 
     @classmethod
     def of(cls, scene: Any) -> Problem:
-        """Raises `ReferenceFailure` if the scene cannot be used."""
+        """Return the problem of a scene; raises `ReferenceFailure` if the scene cannot be used."""
         from ..equations import fingerprint, mechanics_of
 
         mechanics = mechanics_of(scene)
@@ -33,20 +33,20 @@ class Problem:
 
     @property
     def has_attitude(self) -> bool:
-        """Whether the groupoid comes from a matrix group."""
+        """True if the groupoid comes from a matrix group."""
         return bool(self.mechanics.structure.basis)
 
     def form(self) -> ClosedForm | None:
-        """The closed form that solves it, or None."""
+        """Return the closed form that solves it, or None."""
         from ..closed_forms import closed_form_of
 
         mechanics = self.mechanics
         if mechanics.hamiltonian or mechanics.acting or mechanics.admitted.rows or mechanics.timed:
-            return None  # the closed forms are of Lagrangians alone
+            return None  # the closed forms are for Lagrangians alone
         return closed_form_of(self.scene, mechanics)
 
     def with_velocity(self, rows: dict[Fraction, Solution]) -> dict[Fraction, Solution]:
-        """The solutions with v = dH/dmu; a Hamiltonian's have the momentum in its place."""
+        """Return the solutions with v = dH/dmu; a Hamiltonian's have the momentum in its place."""
         if not self.mechanics.hamiltonian:
             return rows
         from ..equations import velocity_of
@@ -61,7 +61,7 @@ class Problem:
         proof: bool = True,
         thorough: bool = False,
     ) -> dict[Fraction, Solution]:
-        """Certified solutions at the times: `certify.certified_integration`."""
+        """Return certified solutions at the times: `certify.certified_integration`."""
         from .certify import certified_integration
 
         form = self.form()
@@ -71,7 +71,7 @@ class Problem:
 
 
 def scene_of(scene: Any) -> Any:
-    """The scene itself, or the one of that name."""
+    """Return the scene itself, or the one of that name."""
     if not isinstance(scene, str):
         if not all(hasattr(scene, part) for part in ("lagrangian", "groupoid", "x0", "v0")):
             raise ReferenceFailure(

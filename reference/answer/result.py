@@ -1,4 +1,4 @@
-"""What a reference is: the state at a time, its certain digits and the reason for them."""
+"""A reference: the state at a time, its certain digits and their evidence."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Certainty = Literal["enclosure", "defect bound", "agreement"]
 
 @dataclass(frozen=True)
 class Solution:
-    """The state of a scene at time t, as mpf numbers that carry more digits than are certain.
+    """The state of a scene at time t, as mpf numbers with more digits than are certain.
 
     x (dim_x), v (dim_u) natural velocity, mu (dim_u) = dl/dv, attitude (N x N mpmath matrix with
     A(0) = identity, dA/dt = A v^) or None; ``certain_digits`` of each of them; ``certainty``: an
     "enclosure" (proven), a "defect bound" (proven defect, growth to first order) or "agreement" (of
-    settings and methods); ``evidence`` in words; ``bound`` of the error relative to the largest
-    component of a block, an mpf, or None for agreement: of the numbers as they were computed, which
-    a file holds rounded to three digits more than are certain.
+    settings and methods); ``evidence`` in words; ``bound``: the error bound relative to the largest
+    component of a block, an mpf, or None for agreement. It holds for the numbers as computed; a
+    file rounds them to three digits more than are certain.
     """
 
     t: Fraction
@@ -36,14 +36,14 @@ class Solution:
     bound: Any = None
 
     def limited_to(self, digits: int, attitude: bool) -> Solution:
-        """The answer to a question for fewer digits, or without the attitude."""
+        """Return the answer for fewer digits, or without the attitude."""
         kept = self.attitude if attitude else None
         return replace(self, certain_digits=min(digits, self.certain_digits), attitude=kept)
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A state on its way to a `Solution`: remarks may still lower its certain digits."""
+    """A preliminary `Solution`: remarks may still lower its certain digits."""
 
     t: Fraction
     blocks: Blocks
@@ -54,18 +54,19 @@ class Finding:
     bound: Any = None
 
     def remarked(self, remark: str) -> Finding:
-        """With a remark in the evidence."""
+        """Return the finding with a remark in the evidence."""
         return replace(self, evidence=f"{self.evidence}; {remark}")
 
     def limited(self, certain: int, remark: str, enough: int) -> Finding:
-        """No more certain than this; below ``enough`` a proof is contradicted, and is none."""
+        """Return the finding with at most ``certain`` digits; below ``enough`` it is no proof any
+        more."""
         remarked = replace(self.remarked(remark), certain=min(self.certain, certain))
         if certain < min(enough, self.certain):
             return replace(remarked, certainty="agreement", bound=None)
         return remarked
 
     def solution(self, digits: int, attitude: bool) -> Solution:
-        """As it is handed out, for so many digits asked for."""
+        """Return the solution for a user who requested so many digits."""
         matrix = square(self.blocks["attitude"]) if attitude else None
         evidence = self.evidence
         if self.certain < digits:
@@ -77,7 +78,7 @@ class Finding:
 
 
 def square(entries: list[Any]) -> Any:
-    """The N x N mpmath matrix of these entries, row by row."""
+    """Return the N x N mpmath matrix with these entries, row by row."""
     import mpmath
 
     size = math.isqrt(len(entries))

@@ -1,10 +1,10 @@
-"""solution(scene, t): from a frozen table where one fits, else computed and kept.
+"""solution(scene, t): from a frozen table if one fits, otherwise computed and cached.
 
-Where no table has the answer, the Taylor integrator gives it, with a proven bound if one is
-affordable; a closed form counts only by agreeing with it. Agreement is measured relative to the
-largest component of a block (base, velocity, momentum, attitude), at the start or at t, whichever
-is larger: a component that passes through zero does not count as a loss. Numbers of a scene are
-exact; a float t is its exact binary value.
+If no table has the answer, the Taylor integrator computes it, with a proven bound if one is
+affordable; a closed form is used only to check it. Agreement is measured relative to the largest
+component of a block (base, velocity, momentum, attitude), at the start or at t, whichever is
+larger: a component that passes through zero does not count as a loss. Numbers of a scene are exact;
+a float t is its exact binary value.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ _known: dict[tuple[Any, ...], dict[Fraction, Solution]] = {}
 def solution(
     scene: Any, t: Any, digits: int = 50, attitude: bool = False, proof: bool = True
 ) -> Solution:
-    """The reference of a scene (or of the scene of that name) at time t.
+    """Return the reference of a scene (or of the scene with that name) at time t.
 
     t is an int, Fraction, float (its exact binary value) or decimal string; negative t runs
     backwards. ``certain_digits`` is ``digits`` unless the result could not be certified; without
-    ``proof`` it rests on two integrations that agree, which on stiff motions is far cheaper. Raises
-    `ReferenceFailure` for bad questions, singular motions, and damaged or stale tables.
+    ``proof`` it relies on two integrations that agree, which is far cheaper for stiff motions.
+    Raises `ReferenceFailure` for bad questions, singular motions, and damaged or stale tables.
     """
     return solutions(scene, [t], digits, attitude, proof)[0]
 
@@ -46,7 +46,7 @@ def solutions(
     attitude: bool = False,
     proof: bool = True,
 ) -> list[Solution]:
-    """The references at several times, computed in one sweep and kept for later calls."""
+    """Return the references at several times, computed in one sweep and cached for later calls."""
     from ..equations import exact_time
 
     if isinstance(digits, bool) or not isinstance(digits, int) or digits < 1:
@@ -76,10 +76,10 @@ def solutions(
 
 
 def follow(scene: Any, t: Any, max_steps: int = 10_000) -> None:
-    """Go along a scene's motion to time t, once and without proof: one Taylor integration.
+    """Integrate a scene's motion to time t once, without proof, by one Taylor integration.
 
-    Raises `MotionEnds` where the motion itself ends before, and another `ReferenceFailure` where
-    that takes more steps or the scene has no reference.
+    Raises `MotionEnds` if the motion itself ends before, and another `ReferenceFailure` if that
+    takes more steps or the scene has no reference.
     """
     from ..equations import exact_time
     from ..taylor import TaylorSettings, integrate
@@ -90,7 +90,7 @@ def follow(scene: Any, t: Any, max_steps: int = 10_000) -> None:
 
 
 def surroundings(scene: Any) -> Surroundings:
-    """The motion of a scene from states of one's own, in short pieces (`Surroundings`).
+    """Return the motion of a scene from any state, in short pieces (`Surroundings`).
 
     Raises `ReferenceFailure` for a scene that can have no reference.
     """
@@ -107,11 +107,12 @@ def _surroundings() -> Callable[[Any], Surroundings]:
 
 
 def multipliers(scene: Any, at: Solution) -> list[Any]:
-    """lambda (k) of a scene (or of the scene of that name) at one of its references, as mpf.
+    """Return lambda (k) of a scene (or of the scene with that name) at one of its references, as
+    mpf.
 
     They follow from (x, v, t) by one linear system, M xi' - A^T lambda = f and A xi' = -(dA/dt) xi,
-    to the digits of the reference but for what that system loses. Raises `ReferenceFailure` for a
-    scene without constraints, and where they are dependent.
+    to the digits of the reference minus the loss of that system. Raises `ReferenceFailure` for a
+    scene without constraints, and if these are dependent.
     """
     import mpmath
     import sympy
@@ -139,11 +140,11 @@ def multipliers(scene: Any, at: Solution) -> list[Any]:
 
 
 def _units(matrix: Any, k: int) -> list[Any]:
-    """Powers of two for the m velocities and k multipliers of [[M, −Aᵀ], [A, 0]].
+    """Return powers of two for the m velocities and k multipliers of [[M, −Aᵀ], [A, 0]].
 
-    By them rows and columns are multiplied, so that the diagonal of M and the largest entry of
-    each row of A are near 1: mpmath calls a pivot zero that is small beside the largest entry,
-    whatever their units are.
+    They scale rows and columns, so that the diagonal of M and the largest entry of each row of A
+    are near 1: mpmath takes a pivot for zero if it is small beside the largest entry, whatever
+    their units are.
     """
     import mpmath
 
@@ -160,7 +161,8 @@ def _units(matrix: Any, k: int) -> list[Any]:
 
 @once
 def _balance() -> Callable[[Any], Balance]:
-    """Of a scene its equations, derived once as long as nothing changes that its functions read."""
+    """Return a function: scene ↦ its equations, derived again only if something they read
+    changes."""
     from discmech.integrators.scene import remembered
 
     from ..equations import balance_of
@@ -171,11 +173,11 @@ def _balance() -> Callable[[Any], Balance]:
 def _answers(
     problem: Problem, times: list[Fraction], digits: int, attitude: bool, proof: bool
 ) -> dict[Fraction, Solution]:
-    """From the frozen table, from the user's cache, and the rest computed."""
+    """Return answers from the frozen table, from the user's cache, and the rest computed."""
     name, key = problem.scene.name, problem.key
     found: dict[Fraction, Solution] = {}
     tables = [lambda: frozen.fitting(name, key), lambda: cache.kept(name, key)]
-    own = key if proof else f"{key}, without proof"  # which is no answer to who asks for one
+    own = key if proof else f"{key}, without proof"  # it does not serve a request with proof
     if not proof:
         tables.append(lambda: cache.kept(name, own))
     for table in tables:

@@ -1,4 +1,4 @@
-"""Computed states as blocks of mpf numbers, and what one error bound means for each block."""
+"""Computed states as blocks of mpf numbers, and error bounds of each block."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from .agreement import Blocks
 
 
 def momentum_function(equations: Equations) -> Callable[..., list[Any]]:
-    """dl/dv as a function of x, v and the time if it counts, in mpmath."""
+    """Return dl/dv as a function of x, v and the time if it occurs, in mpmath."""
     blocks = (equations.states[equations.block(name)] for name in ("x", "v", "time"))
     return sympy.lambdify([z for part in blocks for z in part], list(equations.momentum), "mpmath")
 
 
 def blocks_of(equations: Equations, state: list[Any], working: int, momentum: Any = None) -> Blocks:
-    """One state (mpf numbers in the equations' order) as blocks, with its momentum."""
+    """Return one state (mpf numbers in the equations' order) as blocks, with its momentum."""
     at = equations.block
     with mpmath.workdps(working):
         mu = (momentum or momentum_function(equations))(
@@ -35,7 +35,7 @@ def blocks_of(equations: Equations, state: list[Any], working: int, momentum: An
 
 
 def all_blocks(equations: Equations, sweep: Sweep, working: int) -> dict[Fraction, Blocks]:
-    """Every state of a sweep."""
+    """Return every state of a sweep as blocks."""
     momentum = momentum_function(equations)
     return {
         t: blocks_of(equations, [to_mpf(value) for value in state], working, momentum)
@@ -44,16 +44,16 @@ def all_blocks(equations: Equations, sweep: Sweep, working: int) -> dict[Fractio
 
 
 class BlockBounds:
-    """Bounds of |error| of a state, as a bound of each block's worst entry."""
+    """Converts bounds of |error| of a state to bounds of each block's worst entry."""
 
     def __init__(self, equations: Equations) -> None:
         self.equations = equations
         self.program = compile_series(replace(equations, assignments=(), rates=equations.momentum))
 
     def of(self, errors: list[Any], blocks: Blocks) -> dict[str, Any]:
-        """One arb number a block, from one a state; the momentum's over the box that they make.
+        """Return one arb number for each block; the momentum's holds over the box of the errors.
 
-        ``blocks`` are the state as it was computed, with its momentum.
+        ``blocks`` are the computed state, with its momentum.
         """
         names = "x", "v", "attitude", "time"
         parts = {name: errors[self.equations.block(name)] for name in names}

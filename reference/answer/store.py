@@ -1,4 +1,4 @@
-"""Solutions as files: decimal strings with a checksum, written beside and then renamed."""
+"""Files of solutions: decimal strings with a checksum, written to a new file and then renamed."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ GUARD = 3  # digits written beyond the certain ones
 
 @dataclass(frozen=True)
 class Table:
-    """Solutions of one scene; ``key`` is the fingerprint of what was solved."""
+    """Solutions of one scene; ``key`` is the fingerprint of the problem."""
 
     scene: str
     key: str
     rows: tuple[Solution, ...]
 
     def row(self, t: Fraction, digits: int, attitude: bool) -> Solution | None:
-        """The solution at t, if it is there with as many certain digits (and an attitude)."""
+        """Return the solution at t if it has as many certain digits (and an attitude), or None."""
         for row in self.rows:
             if row.t == t and row.certain_digits >= digits:
                 if attitude and row.attitude is None:
@@ -37,14 +37,14 @@ class Table:
         return None
 
     def with_rows(self, rows: Iterable[Solution]) -> Table:
-        """With more rows, or better ones for the same times."""
+        """Return the table with more rows, or better ones for the same times."""
         kept = {(row.t, row.attitude is None): row for row in self.rows}
         kept |= {(row.t, row.attitude is None): row for row in rows}
         return Table(self.scene, self.key, tuple(kept[place] for place in sorted(kept)))
 
 
 def write(path: Path, table: Table) -> None:
-    """The table as text, for people too; nobody ever sees half a file."""
+    """Write the table as text that people can read too; no reader ever sees half a file."""
     content = {
         "schema": SCHEMA,
         "scene": table.scene,
@@ -65,7 +65,7 @@ def write(path: Path, table: Table) -> None:
 
 
 def read(path: Path) -> Table:
-    """The table in a file; raises `Damaged` if that is not what `write` wrote."""
+    """Return the table in a file; raises `Damaged` unless `write` wrote its content."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         given = content.pop("checksum")
@@ -82,7 +82,7 @@ def read(path: Path) -> Table:
 
 
 def checksum(content: dict[str, Any]) -> str:
-    """SHA-256 of the content in one fixed form."""
+    """Return the SHA-256 of the content in one fixed form."""
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def registry() -> dict[str, ClosedForm]:
-    """The closed forms by scene name."""
+    """Return the closed forms by scene name."""
     from . import (
         charged_particle,
         harmonic,
@@ -37,7 +37,7 @@ def registry() -> dict[str, ClosedForm]:
 
 
 def closed_form_of(scene: Any, mechanics: Mechanics) -> ClosedForm | None:
-    """The closed form that solves exactly this scene, or None."""
+    """Return the closed form that solves exactly this scene, or None."""
     import sympy
 
     from ..equations import parameter_values

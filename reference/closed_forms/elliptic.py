@@ -11,7 +11,7 @@ import mpmath
 
 
 def jacobi(u: Any, m: Any) -> tuple[Any, Any, Any, Any]:
-    """sn, cn, dn and am of a real u; am grows with u."""
+    """Return sn, cn, dn and am of a real u; am grows with u."""
     if m == 0:
         return mpmath.sin(u), mpmath.cos(u), mpmath.mpf(1), u
     half_period = 2 * mpmath.ellipk(m)
@@ -23,10 +23,10 @@ def jacobi(u: Any, m: Any) -> tuple[Any, Any, Any, Any]:
 
 
 def first_kind(amplitude: Any, m: Any) -> Any:
-    """F(amplitude | m) for any real amplitude."""
+    """Return F(amplitude | m) for any real amplitude."""
     return mpmath.re(mpmath.ellipf(amplitude, m))
 
 
 def third_kind(n: Any, amplitude: Any, m: Any) -> Any:
-    """Pi(n; amplitude | m), the integral of du / (1 - n sn^2 u), for n < 1."""
+    """Return Pi(n; amplitude | m), the integral of du / (1 - n sn^2 u), for n < 1."""
     return mpmath.re(mpmath.ellippi(n, amplitude, m))

@@ -1,4 +1,4 @@
-"""What a closed form is."""
+"""The type of closed-form solutions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Numbers = Sequence[Any]
 
 @dataclass(frozen=True)
 class Motion:
-    """The state at one time, as mpf numbers: x, v and perhaps the attitude (mpmath matrix)."""
+    """The state at one time, as mpf numbers: x, v and, if known, the attitude (mpmath matrix)."""
 
     x: list[Any]
     v: list[Any]
@@ -25,8 +25,8 @@ class ClosedForm:
     """A closed-form solution and the system that it solves.
 
     ``motion(p, x0, v0, t)`` takes exact sympy numbers and evaluates at mpmath's working precision;
-    ``applies(p, x0, v0)`` says whether these data are in its range, ``attitude`` whether the motion
-    gives one.
+    ``applies(p, x0, v0)`` is True if these data are in its range, ``attitude`` is True if the
+    motion has one.
     """
 
     name: str
@@ -40,7 +40,7 @@ class ClosedForm:
 
 
 def is_zero(number: Any) -> bool:
-    """Whether an exact sympy number is zero: decided by value first, then symbolically."""
+    """Return True if an exact sympy number is zero: decided by value first, then symbolically."""
     number = sympy.sympify(number)
     if number.is_Rational:
         return bool(number == 0)
@@ -50,7 +50,7 @@ def is_zero(number: Any) -> bool:
 
 
 def sign(number: Any) -> int:
-    """-1, 0 or 1 of an exact sympy number."""
+    """Return the sign -1, 0 or 1 of an exact sympy number."""
     if is_zero(number):
         return 0
     return 1 if number.evalf(60, maxn=400) > 0 else -1

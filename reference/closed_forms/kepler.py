@@ -26,7 +26,7 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
 
 
 def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
-    """Ellipses and hyperbolas of an attracting centre; no collision, no parabola."""
+    """Return True for ellipses and hyperbolas of an attracting centre, without collision."""
     if len(x0) < 2 or sign(p.strength) <= 0 or all(is_zero(a) for a in x0):
         return False
     moment = any(
@@ -57,7 +57,7 @@ def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
             return d - near * mpmath.sin(d) + slant * (1 - mpmath.cos(d))
         return near * mpmath.sinh(d) + slant * (mpmath.cosh(d) - 1) - d
 
-    def radius(d: Any) -> Any:  # r / |a|, the derivative of that
+    def radius(d: Any) -> Any:  # r / |a|, the derivative of `mean`
         if closed:
             return 1 - near * mpmath.cos(d) + slant * mpmath.sin(d)
         return near * mpmath.cosh(d) + slant * mpmath.sinh(d) - 1
@@ -75,7 +75,7 @@ def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
 
 
 def increasing_root(function: Callable[[Any], Any], slope: Callable[[Any], Any], goal: Any) -> Any:
-    """The root of function(d) = goal for an increasing function: a bracket, then Newton."""
+    """Return the root of function(d) = goal for an increasing function: a bracket, then Newton."""
     low = high = mpmath.mpf(0)
     width = mpmath.mpf(1)
     while function(high) < goal:
@@ -89,7 +89,7 @@ def increasing_root(function: Callable[[Any], Any], slope: Callable[[Any], Any],
     d = low
     if low < high:
         d = mpmath.findroot(miss, (low, high), solver="anderson", maxsteps=999, verify=False)
-    for _ in range(2):  # what is left is of the order of the square of the last one's
+    for _ in range(2):  # the remaining error is of the order of the square of the last correction
         d -= miss(d) / slope(d)
     return d
 

@@ -16,18 +16,18 @@ Field = tuple[np.ndarray, np.ndarray]  # values and their time derivatives, (N,)
 def toda_solitons(
     sites: np.ndarray, t: float, kappa: Sequence[float], at: Sequence[float]
 ) -> Field:
-    """(x, ẋ) of solitons of ẍ_n = e^(x_{n−1} − x_n) − e^(x_n − x_{n+1}), at sites n (N,).
+    """Return (x, ẋ) of solitons of ẍ_n = e^(x_{n−1} − x_n) − e^(x_n − x_{n+1}), at sites n (N,).
 
-    kappa: of each, positive to the right, negative to the left; its speed is sinh κ/κ, its height
-    2κ. at: where each would be at t = 0 if it were alone.
+    kappa: one per soliton, positive to the right, negative to the left; its speed is sinh κ/κ, its
+    height 2κ. at: the place where each would be at t = 0 if it were alone.
     """
     k, sign = np.abs(np.array(kappa, float)), np.sign(kappa)
     weights = 1 / (1 - sign[:, None] * sign * np.exp(-(k[:, None] + k)))
 
     def tau(n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """log det(1 + C), and its time derivative."""
+        """Return log det(1 + C), and its time derivative."""
         phase = -k * (n[:, None] - np.array(at, float)) + sign * np.sinh(k) * t
-        bound = np.minimum(phase, 0)  # rows and columns are scaled, so that nothing overflows
+        bound = np.minimum(phase, 0)  # rows and columns are scaled so that nothing overflows
         grown = np.exp(bound)
         left = np.exp(-2 * np.maximum(phase, 0))
         C = weights * grown[:, :, None] * grown[:, None, :]
@@ -42,14 +42,14 @@ def toda_solitons(
 
 
 def sine_gordon_kink(places: np.ndarray, t: float, speed: float) -> Field:
-    """(φ, φ_t) of 4 atan exp(γ(x − ct)), c the speed, γ = 1/√(1 − c²)."""
+    """Return (φ, φ_t) of 4 atan exp(γ(x − ct)), where c is the speed and γ = 1/√(1 − c²)."""
     gamma = 1 / np.sqrt(1 - speed**2)
     phase = gamma * (places - speed * t)
     return 4 * np.arctan(np.exp(phase)), -2 * gamma * speed / np.cosh(phase)
 
 
 def sine_gordon_breather(places: np.ndarray, t: float, frequency: float) -> Field:
-    """(φ, φ_t) of the breather at rest, 4 atan(√(1 − ω²) cos ωt / (ω cosh(√(1 − ω²) x)))."""
+    """Return (φ, φ_t) of the breather at rest, 4 atan(√(1 − ω²) cos ωt / (ω cosh(√(1 − ω²) x)))."""
     width = np.sqrt(1 - frequency**2)
     over = width / (frequency * np.cosh(width * places))
     value, slope = over * np.cos(frequency * t), -frequency * over * np.sin(frequency * t)
@@ -57,19 +57,20 @@ def sine_gordon_breather(places: np.ndarray, t: float, frequency: float) -> Fiel
 
 
 def toda_shift(kappa: float, others: np.ndarray) -> np.ndarray:
-    """By how many sites a soliton of Toda's chain is moved by each that it crosses, (K,).
+    """Return how many sites each crossed soliton shifts a soliton of Toda's chain, (K,).
 
-    ln |(1 − z z′)/(z − z′)| / |κ| with z = ±e^(−|κ|), the sign that of κ: forward, if they meet
-    head-on or it is the faster; else backward.
+    It is ln |(1 − z z′)/(z − z′)| / |κ| with z = ±e^(−|κ|), the sign that of κ: forward, if they
+    meet head-on or it is the faster one; otherwise backward.
     """
     z, w = (np.sign(k) * np.exp(-np.abs(k)) for k in (kappa, np.asarray(others, float)))
     return np.asarray(np.log(np.abs((1 - z * w) / (z - w))) / abs(kappa))
 
 
 def toda_places(x: np.ndarray, kappa: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Where the solitons of these |κ|, each alone within 8 sites of `near`, are in x (N,); (K,).
+    """Return the places in x (N,) of the solitons with these |κ|, (K,).
 
-    From e^(x_n − x_{n+1}) = 1 + sinh²κ/cosh²(κ(n + 1/2 − X)) at the bonds beside the highest.
+    Each must be alone within 8 sites of `near`. From e^(x_n − x_{n+1}) = 1 + sinh²κ/cosh²(κ(n + 1/2
+    − X)) at the bonds beside the highest.
     """
     heights, found = np.expm1(-np.diff(x)), []
     for k, guess in zip(np.abs(kappa), near, strict=True):
@@ -81,10 +82,10 @@ def toda_places(x: np.ndarray, kappa: np.ndarray, near: np.ndarray) -> np.ndarra
 
 
 def toda_traces(x: np.ndarray, p: np.ndarray, most: int) -> np.ndarray:
-    """tr Lᵐ/N, m = 1 … most, of Lax's matrix of a ring with springs of energy e^(−r) + r − 1.
+    """Return tr Lᵐ/N, m = 1 … most, of Lax's matrix of a ring with springs e^(−r) + r − 1.
 
     L has b = p/2 on the diagonal and a = e^((x_n − x_{n+1})/2)/2 beside it (Flaschka, Phys. Rev. B
-    9 (1974), 1924); the traces are Hénon's integrals in other words. Needs N > 2·most; O(most² N).
+    9 (1974), 1924); the traces are equivalent to Hénon's integrals. Needs N > 2·most; O(most² N).
     """
     b, a = p / 2, np.exp((x - np.roll(x, -1)) / 2) / 2
     below = np.roll(a, 1)

@@ -19,13 +19,13 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
 
 
 def _square(p: Any, x0: Numbers, v0: Numbers) -> Any:
-    """W^2."""
+    """Return W^2."""
     twice_energy = (v0[0] ** 2 + p.frequency**2 * x0[0] ** 2) / (1 + p.curvature * x0[0] ** 2)
     return p.frequency**2 - p.curvature * twice_energy
 
 
 def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
-    """On the side of x = 0 of a pole, and where it comes back."""
+    """Return True if x is on the side of 0 of a pole, and the motion comes back."""
     return sign(1 + p.curvature * x0[0] ** 2) > 0 and sign(_square(p, x0, v0)) > 0
 
 

@@ -21,7 +21,7 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
 
 
 def _square(p: Any, x0: Numbers, v0: Numbers) -> Any:
-    """E/D."""
+    """Return E/D."""
     return p.mass * v0[0] ** 2 / (2 * p.depth) + (1 - sympy.exp(-p.width * x0[0])) ** 2
 
 

@@ -1,4 +1,4 @@
-"""Moser–Veselov's map by matrix factorisation, with no chart and no Newton on the group.
+"""Moser–Veselov's map by matrix factorisation, without a chart or Newton's method on the group.
 
 M = gΛ solves M − Mᵀ = m and MᵀM = Λ². Its symmetric part S then solves a Riccati equation,
 
@@ -10,9 +10,9 @@ so the columns of (e, S) span an invariant subspace of the Hamiltonian matrix
 
 and M's eigenvalues are those of H on it: one of each pair ±λ (Cardoso, Leite 2003). An ordered
 Schur form gives the subspace; in double precision one Newton correction of the Riccati equation
-mends what it lost near the singular set of FL, a digit and more. The map keeps the spectrum of M,
-so a trajectory stays on the branch of its start: of each pair ±λ the one is taken that is nearest
-to an eigenvalue of the last M.
+repairs its loss near the singular set of FL, a digit and more. The map preserves the spectrum of M,
+so a trajectory stays on the branch of its start: from each pair ±λ the one nearest to an eigenvalue
+of the last M is taken.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from ..failures import ReferenceFailure
 
 
 def step(g: Any, mass: Any, digits: int = 16) -> Any:
-    """The rotation that follows g: g′Λ − Λg′ᵀ = Λg − gᵀΛ with the spectrum of gΛ, N×N.
+    """Return the rotation after g: g′Λ − Λg′ᵀ = Λg − gᵀΛ with the spectrum of gΛ, N×N.
 
-    mass: the diagonal of Λ. At 16 digits by scipy's ordered real Schur form, above by mpmath.
-    Raises `ReferenceFailure` where the subspace is not defined (eigenvalues that meet their
+    mass: the diagonal of Λ. At 16 digits it uses scipy's ordered real Schur form, above that
+    mpmath. Raises `ReferenceFailure` if the subspace is not defined (eigenvalues that meet their
     negatives, or a singular leading block).
     """
     return _double(g, mass) if digits == 16 else _multiple(g, mass, digits)
@@ -52,14 +52,14 @@ def _double(g: Any, mass: Any) -> Any:
     if count != n or np.linalg.cond(basis[:n, :n]) > 1e12:
         raise ReferenceFailure("Moser–Veselov: the spectrum does not tell the branch here.")
     S = np.linalg.solve(basis[:n, :n].T, basis[n:, :n].T).T
-    # One Newton correction of the Riccati equation: what the Schur form lost of S.
+    # one Newton correction of the Riccati equation repairs the loss of the Schur form in S
     left, right = S - m / 2, S + m / 2
     S = S - solve_sylvester(left, right, left @ right - mass @ mass)
     return (S + m / 2) @ np.linalg.inv(mass)
 
 
 def _multiple(g: Any, mass: Any, digits: int) -> Any:
-    """The same from eigenvectors: complex pairs go together, so S comes out real."""
+    """Return the step from eigenvectors: complex pairs go together, so S comes out real."""
     with mpmath.workdps(digits + 15):
         n, eye = len(mass), mpmath.eye(len(mass))
         g, mass = mpmath.matrix(g), mpmath.diag(list(mass))

@@ -33,7 +33,7 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
 
 
 def basis() -> tuple[Any, ...]:
-    """so(3) with the hat map: hat(a) b = a x b."""
+    """Return so(3) with the hat map: hat(a) b = a x b."""
     return tuple(sympy.Matrix(3, 3, lambda i, j, g=g: -sympy.LeviCivita(g, i, j)) for g in range(3))
 
 
@@ -42,7 +42,7 @@ def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
 
 
 def axis_order(moments: list[Any], v0: Numbers) -> tuple[int, int, int]:
-    """The axes (1, 2, 3) of the formulas; equal moments first."""
+    """Return the axes (1, 2, 3) of the formulas; equal moments first."""
     first, middle, last = sorted(range(3), key=lambda i: moments[i].evalf(60))
     if is_zero(moments[middle] - moments[last]):
         return last, middle, first
@@ -71,7 +71,7 @@ def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
 
 
 def _ordered_motion(moments: list[Any], v0: list[Any], t: Any) -> tuple[list[Any], Any]:
-    """Angular velocity and attitude when axis 3 is the circled one and nothing is steady."""
+    """Return angular velocity and attitude if axis 3 is the circled one and nothing is steady."""
     exact_energy = sum(i * w**2 for i, w in zip(moments, v0, strict=True))
     exact_square = sum((i * w) ** 2 for i, w in zip(moments, v0, strict=True))
     separatrix = is_zero(exact_square - exact_energy * moments[1])
@@ -110,7 +110,7 @@ def _ordered_motion(moments: list[Any], v0: list[Any], t: Any) -> tuple[list[Any
 
 
 def _separatrix_integral(n: Any, u: Any) -> Any:
-    """The integral of du / (1 - n tanh^2 u), n < 0."""
+    """Return the integral of du / (1 - n tanh^2 u), n < 0."""
     root = mpmath.sqrt(-n)
     return (u + root * mpmath.atan(root * mpmath.tanh(u))) / (1 - n)
 

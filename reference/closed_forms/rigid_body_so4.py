@@ -1,9 +1,9 @@
 """Special motions of the free body in R^4 (Manakov): inside a coordinate R^3, and steady ones.
 
-A velocity that leaves one coordinate axis fixed does so for ever; in the other three the body is a
-rigid body with the moments l_i + l_j, and `rigid_body` turns it. Rotations in the coordinate planes
-(12) and (34), or such pairs, are steady. (Manakov 1976; Ratiu, Indiana Univ. Math. J. 29, 1980.)
-The general motion needs theta functions of two variables and is integrated.
+A velocity that leaves one coordinate axis fixed always leaves it fixed; in the other three the body
+is a rigid body with the moments l_i + l_j, and `rigid_body` turns it. Rotations in the coordinate
+planes (12) and (34), or in another such pair, are steady. (Manakov 1976; Ratiu, Indiana Univ. Math.
+J. 29, 1980.) The general motion needs theta functions of two variables and is integrated.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
 
 
 def basis() -> tuple[Any, ...]:
-    """E_ji - E_ij for i < j."""
+    """Return E_ji - E_ij for i < j."""
     return tuple(
         sympy.Matrix(4, 4, lambda r, c, i=i, j=j: int((r, c) == (j, i)) - int((r, c) == (i, j)))
         for i, j in PAIRS
@@ -39,7 +39,7 @@ def _planes(v0: Numbers) -> list[tuple[int, int]]:
 
 
 def _space(v0: Numbers) -> tuple[int, ...] | None:
-    """Three axes within which the body turns."""
+    """Return three axes within which the body turns, or None."""
     planes = _planes(v0)
     for axes in combinations(range(4), 3):
         if all(set(pair) <= set(axes) for pair in planes):

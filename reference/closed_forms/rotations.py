@@ -9,7 +9,7 @@ import mpmath
 
 
 def cross(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
-    """a × b of two vectors of length 3."""
+    """Return a × b of two vectors of length 3."""
     return [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -18,7 +18,7 @@ def cross(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
 
 
 def rotation(vector: Sequence[Any]) -> Any:
-    """exp of the hat of the vector (Rodrigues)."""
+    """Return exp of the hat of the vector (Rodrigues)."""
     angle = mpmath.sqrt(mpmath.fdot(vector, vector))
     if angle == 0:
         return mpmath.eye(3)
@@ -28,7 +28,8 @@ def rotation(vector: Sequence[Any]) -> Any:
 
 
 def momentum_frame(momentum: Sequence[Any]) -> Any:
-    """The rotation that takes the momentum to axis 3 and the node (momentum x e3) to axis 1."""
+    """Return the rotation that takes the momentum to axis 3 and the node (momentum x e3) to axis
+    1."""
     size = mpmath.sqrt(mpmath.fdot(momentum, momentum))
     up = [component / size for component in momentum]
     across = mpmath.sqrt(up[0] ** 2 + up[1] ** 2)

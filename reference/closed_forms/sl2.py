@@ -32,12 +32,12 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
 
 
 def basis() -> tuple[Any, ...]:
-    """The diagonal matrix, then E12 and E21."""
+    """Return the diagonal matrix, then E12 and E21."""
     return tuple(sympy.Matrix(e) for e in ([[1, 0], [0, -1]], [[0, 1], [0, 0]], [[0, 0], [1, 0]]))
 
 
 def _constants(p: Any, v0: Numbers) -> tuple[Any, Any, Any, Any, Any, Any, Any]:
-    """p, q, w, X, Y at the start, F, G: exact."""
+    """Return p, q, w, X, Y at the start, F, G: exact."""
     a, b, c = p.inertia
     root = 1 / sympy.sqrt(b * c)
     slow, fast = 2 / a - root, 2 / a + root
@@ -47,7 +47,7 @@ def _constants(p: Any, v0: Numbers) -> tuple[Any, Any, Any, Any, Any, Any, Any]:
 
 
 def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
-    """Bounded motions that are not at rest."""
+    """Return True for bounded motions that are not at rest."""
     if not all(sign(moment) > 0 for moment in p.inertia):
         return False
     slow, _, w, x, y, _, _ = _constants(p, v0)
@@ -69,7 +69,7 @@ def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
 def _ordered(
     p: Any, w: Any, x: Any, y: Any, f: Any, g: Any, regime: int, q: Any, t: Any
 ) -> tuple[Any, Any, Any]:
-    """w, X, Y at t when Y never vanishes (or, for regime 0, only in the limit)."""
+    """Return w, X, Y at t if Y never vanishes (or, for regime 0, only in the limit)."""
     s = -1 if y < 0 else 1
     top, speed = mpmath.sqrt(2 * f / p), mpmath.sqrt(2 * p * g)
     if regime == 0:  # X and Y vanish together: sech has no sign of its own

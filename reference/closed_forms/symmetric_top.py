@@ -30,7 +30,7 @@ from .rotations import cross, rotation
 
 
 def lagrange_top(x: Any, v: Any, p: Any) -> Any:
-    """The Lagrangian of the scene lagrange-top."""
+    """Return the Lagrangian of the scene lagrange-top."""
     if len(p.inertia) != 3 or not is_zero(p.inertia[0] - p.inertia[1]):
         raise TypeError("two equal moments of inertia")
     if not (is_zero(p.center[0]) and is_zero(p.center[1])):
@@ -40,19 +40,19 @@ def lagrange_top(x: Any, v: Any, p: Any) -> Any:
 
 
 def spherical_pendulum(x: Any, v: Any, p: Any) -> Any:
-    """The Lagrangian of the scene spherical-pendulum."""
+    """Return the Lagrangian of the scene spherical-pendulum."""
     return p.mass * p.length**2 * v.dot(v) / 2 - p.mass * p.gravity * p.length * x[2]
 
 
 def _top(p: Any) -> tuple[Any, Any, Any]:
-    """A, C, W of either scene, exact."""
+    """Return A, C, W of either scene, exact."""
     if hasattr(p, "center"):
         return p.inertia[0], p.inertia[2], p.weight * p.center[2]
     return p.mass * p.length**2, p.mass * p.length**2, p.mass * p.gravity * p.length
 
 
 def _cubic(p: Any, x0: Numbers, v0: Numbers) -> tuple[Any, list[Any]]:
-    """g^2 and the coefficients of z'^2, highest first: exact, for W > 0."""
+    """Return g^2 and the coefficients of z'^2, highest first: exact, for W > 0."""
     a, c, w = _top(p)
     if sign(w) < 0:
         x0, w = [-x for x in x0], -w
@@ -68,7 +68,7 @@ def _cubic(p: Any, x0: Numbers, v0: Numbers) -> tuple[Any, list[Any]]:
 
 
 def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
-    """All but the plane motions through a pole, and the homoclinic one."""
+    """Return True for all but the plane motions through a pole, and the homoclinic one."""
     a, c, w = _top(p)
     if sign(a) <= 0 or sign(c) <= 0 or is_zero(w) or (is_zero(x0[0]) and is_zero(x0[1])):
         return False
@@ -84,7 +84,7 @@ def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
 
 
 def _steady(p: Any, x0: Numbers, v0: Numbers) -> bool:
-    """Whether z stays: z' = 0 and z'' = 0 at the start."""
+    """Return True if z is constant: z' = 0 and z'' = 0 at the start."""
     _, _, w = _top(p)
     z = x0[2] if sign(w) > 0 else -x0[2]
     _, (k3, k2, k1, _) = _cubic(p, x0, v0)
@@ -122,7 +122,7 @@ def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
 def _nutation(
     cubic: list[Any], z0: Any, rising: int, g: Any, ratio: Any, t: Any, steady: bool
 ) -> tuple[Any, Any, Any, Any]:
-    """z, z' and the integrals of 1/(g - z) and 1/(g + z) from 0 to t; ratio = W/A."""
+    """Return z, z' and the integrals of 1/(g - z) and 1/(g + z) from 0 to t; ratio = W/A."""
     if steady:
         return z0, mpmath.mpf(0), t / (g - z0), t / (g + z0)
     with mpmath.extradps(15):
@@ -130,7 +130,7 @@ def _nutation(
         low, high, far = sorted(mpmath.re(root) for root in roots)
     k, m = mpmath.sqrt(ratio * (far - low) / 2), (high - low) / (far - low)
     below, above = (mpmath.sqrt(max(d, mpmath.mpf(0))) for d in (z0 - low, high - z0))
-    if rising == 0:  # a turning point, exactly
+    if rising == 0:  # exactly a turning point
         below, above = (0, 1) if below < above else (1, 0)
     phi = mpmath.atan2(below, above) * (-1 if rising < 0 else 1)
     sn, cn, dn, amplitude = jacobi(first_kind(phi, m) + k * t, m)
@@ -148,7 +148,7 @@ def _nutation(
 
 
 def _attitude(before: list[Any], after: list[Any], precession: Any) -> Any:
-    """The rotation A with before = A after whose axis 3 has moved by the angle about the vertical.
+    """Return the rotation A with before = A after; axis 3 moves by the angle about the vertical.
 
     Horizontal-axial frames: rows (level, node, axis 3) in the body, and their images in space.
     """
@@ -161,7 +161,7 @@ def _attitude(before: list[Any], after: list[Any], precession: Any) -> Any:
         return mpmath.matrix([level, cross(axis, level), axis])
 
     def leaned(z: Any) -> Any:
-        """Level, node and axis in the frame (away, node, vertical) of space."""
+        """Return level, node and axis in the frame (away, node, vertical) of space."""
         cos, sin = z / g, mpmath.sqrt(1 - (z / g) ** 2)
         return mpmath.matrix([[-cos, 0, sin], [0, -1, 0], [sin, 0, cos]])
 

@@ -1,7 +1,7 @@
 """Power series by the sizes of their terms: norms, tails and lower bounds, rounded up.
 
-A node of the tape is a polynomial a on |t| <= H with |a| = sum_k |a_k| H^k, which bounds it on the
-whole disc, and an error r, its distance to the true value there.
+A node of the tape has a polynomial a on |t| <= H with |a| = sum_k |a_k| H^k, which bounds it on the
+whole disc, and an error r, its distance from the true value there.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from ..taylor.balls import around_zero, exact, rounded, working
 
 
 def upward() -> Any:
-    """The arithmetic of bounds: 53 bits, rounded up."""
+    """Return the arithmetic of bounds: 53 bits, rounded up."""
     return gmpy2.context(gmpy2.get_context(), precision=53, round=gmpy2.RoundUp)
 
 
 @dataclass(frozen=True)
 class Majorant:
-    """|a_k| H^k for k = 0 ... N, the sums of them from k on, and the node's error r."""
+    """The terms |a_k| H^k for k = 0 ... N, their sums from k on, and the node's error r."""
 
     series: list[Any]  # a_k itself, unrounded
     terms: list[Any]
@@ -35,11 +35,11 @@ class Majorant:
 
     @property
     def norm(self) -> Any:
-        """sum_k |a_k| H^k."""
+        """The norm sum_k |a_k| H^k."""
         return self.tails[0]
 
     def least(self) -> Any:
-        """A positive lower bound of the true |node| on the step; raises `Unproven`."""
+        """Return a positive lower bound of the true |node| on the step; raises `Unproven`."""
         head = abs_exact(self.series[0])
         bound = -(self.tails[1] + self.error - head)
         if not 8 * bound > head:
@@ -49,7 +49,8 @@ class Majorant:
         return bound
 
     def _least_on_parts(self) -> Any:
-        """The polynomial's least size for 0 <= t/size <= 1, by the mean value on 64 parts."""
+        """Return the polynomial's least size for 0 <= t/size <= 1, by the mean value on 64
+        parts."""
         parts, bounds = 64, []
         with working():
             size, path = exact(self.size), arb_poly([exact(a) for a in self.series])
@@ -60,21 +61,21 @@ class Majorant:
             return -rounded(reduce(arb.max, bounds))
 
     def slopes(self) -> Majorant:
-        """k |a_k| H^k: the derivative, times H."""
+        """Return the terms k |a_k| H^k of the derivative times H."""
         return majorant([], list(map(gmpy2.mul, self.terms, range(len(self.terms)))))
 
 
 def abs_exact(value: Any) -> Any:
-    """|value| with all its bits."""
+    """Return |value| with all its bits."""
     return -value if value < 0 else value
 
 
 def majorant(series: list[Any], terms: list[Any], size: Any = 0) -> Majorant:
-    """With the tails summed."""
+    """Return the majorant with its tails summed."""
     tails = list(accumulate(reversed(terms)))[::-1]
     return Majorant(series, terms, tails, size)
 
 
 def high(a: Majorant, b: Majorant) -> Any:
-    """sum_{i+j >= N} |a_i||b_j| H^{i+j}."""
+    """Return sum_{i+j >= N} |a_i||b_j| H^{i+j}."""
     return gmpy2.fsum(map(gmpy2.mul, a.terms, reversed(b.tails)))

@@ -31,17 +31,18 @@ from ..taylor.balls import around_zero, largest
 
 DEGREE = 8  # K
 STRETCH = 0.375  # a stretch's length times the norm of the Jacobian
-STRETCHES = 3  # between two frames
-FROM_LEAST = 2  # a norm over the least: with one nearer to 1 weights differ more than they need
-REPEATED = 8  # an oscillation's vector comes three times nearer to Perron's each time
+STRETCHES = 3  # number of stretches between two frames
+# accepted norm over the least one: closer to 1 the weights would differ more than necessary
+FROM_LEAST = 2
+REPEATED = 8  # each repetition brings an oscillation's vector three times nearer to Perron's
 
 
 def balance(sizes: Any) -> tuple[list[Any], float]:
-    """D, and a norm that D^-1 J D has for |J| = sizes (doubles), near the least; not proven.
+    """Return D, and a norm of D^-1 J D for |J| = sizes (doubles), near the least; without proof.
 
     No D allows less than the spectral radius r of |J| (Perron, Frobenius). For c > r and e > 0 the
     vector d = (1 - |J|/c)^-1 e is positive, and |J| d = c (d - e) < c d. Repeated, it tends to
-    Perron's vector, in which an oscillation is a circle, in whatever units its states are told.
+    Perron's vector, in which an oscillation is a circle, whatever the units of its states.
     """
     if not np.isfinite(sizes).all():
         return [arb(1)] * len(sizes), math.inf
@@ -53,23 +54,23 @@ def balance(sizes: Any) -> tuple[list[Any], float]:
 
 
 def row_norm(matrix: Any, weights: list[Any]) -> Any:
-    """No less than the largest sum of |entries| of a row of D^-1 matrix D."""
+    """Return an upper bound of the largest sum of |entries| of a row of D^-1 matrix D."""
     sums = matrix * arb_mat(len(weights), 1, list(map(around_zero, weights)))
     return relative(sums, weights)
 
 
 def relative(column: Any, weights: list[Any]) -> Any:
-    """The largest component, each over its weight."""
+    """Return the largest component, each divided by its weight."""
     return largest(e / d for e, d in zip(column.entries(), weights, strict=True))
 
 
 def cut_off(norm: Any) -> Any:
-    """|rest| for |tau J| = norm."""
+    """Return the bound of |rest| for |tau J| = norm."""
     return norm ** (DEGREE + 1) / math.factorial(DEGREE + 1) * norm.exp()
 
 
 class Carried:
-    """The set that holds the error, as balls; all in units of the states' scales."""
+    """The set that contains the error, as balls; all in units of the states' scales."""
 
     def __init__(self, start: list[Any]) -> None:
         n = len(start)
@@ -79,15 +80,15 @@ class Carried:
         self.age = 0
 
     def error(self) -> Any:
-        """A column of balls that hold the error."""
+        """Return a column of balls that contain the error."""
         return self.moved * self.along + self.added
 
     def add(self, sizes: list[Any]) -> None:
-        """An error that is made now."""
+        """Add an error that arises now."""
         self.added += arb_mat(len(sizes), 1, [around_zero(e) for e in sizes])
 
     def move(self, jacobian: Any, source: list[Any], weights: list[Any]) -> Any:
-        """Over a stretch, given tau J, tau d and D; what holds the error all along it."""
+        """Move over a stretch with tau J, tau d and D; return a set with the error all along it."""
         if self.age == STRETCHES:
             self._new_frame(weights)
         self.age += 1

@@ -34,23 +34,23 @@ from ..taylor.balls import enclosed, rounded, working
 from ..taylor.tape import Linear
 from .majorants import Majorant, abs_exact, high, majorant
 
-SLACK = 8  # in u: no less than the roundings of one coefficient
+SLACK = 8  # in units of u: an upper bound of the roundings of one coefficient
 
 
 @lru_cache(maxsize=4096)
 def size_of(factor: Any) -> Any:
-    """|factor| of an exact number, rounded up."""
+    """Return |factor| of an exact number, rounded up."""
     with working():
         return rounded(enclosed(factor).abs_upper())
 
 
 def finite(bound: Any) -> bool:
-    """Whether it bounds anything."""
+    """Return True if the bound is finite."""
     return bool(gmpy2.is_finite(bound))
 
 
 class Remainders:
-    """Errors of all nodes over one step; to be made and used in the `upward` context."""
+    """Errors of all nodes over one step; make and use it in the `upward` context."""
 
     def __init__(self, program: SeriesProgram, step: Step, order: int, precision: int) -> None:
         self.order = order
@@ -71,7 +71,7 @@ class Remainders:
             self.known[place] = replace(n, error=error)
 
     def form(self, form: Linear) -> Any:
-        """Error of a linear form in nodes as it was computed, with its rounding and cut-off."""
+        """Return the error of a computed linear form in nodes, with its rounding and cut-off."""
         total = gmpy2.mpfr(0)
         rounding = (len(form) + SLACK) * self.unit
         for node, factor in form.items():
@@ -109,7 +109,7 @@ class Remainders:
         return self._times(n, a, a)
 
     def _over(self, n: Majorant, a: Majorant, b: Majorant) -> Any:
-        """|n - A/B| = |n B - A| / |B|."""
+        """Return a bound of |n - A/B| = |n B - A| / |B|."""
         miss = self._residual(n, b) + SLACK * self.unit * a.norm + a.terms[self.order]
         return (miss + n.norm * b.error + a.error) / b.least()
 
@@ -118,13 +118,13 @@ class Remainders:
         return (miss + n.norm * a.error) / a.least()
 
     def _sqrt(self, n: Majorant, a: Majorant) -> Any:
-        """|n - sqrt A| = |n^2 - A| / (n + sqrt A)."""
+        """Return a bound of |n - sqrt A| = |n^2 - A| / (n + sqrt A)."""
         a.least()
         miss = self._residual(n, n) + SLACK * self.unit * a.norm + a.terms[self.order]
         return (miss + a.error) / n.least()
 
     def _power(self, n: Majorant, a: Majorant, r: Any) -> Any:
-        """n = w a^r with w' = (n' a - r a' n) / a^(r+1)."""
+        """Return the bound for n = w a^r with w' = (n' a - r a' n) / a^(r+1)."""
         least = a.least()
         drift = self._residual(n.slopes(), a) + r * self._residual(a.slopes(), n)
         start = SLACK * self.unit * n.norm * (1 + r * abs(gmpy2.log(a.series[0])))
@@ -132,13 +132,13 @@ class Remainders:
         return near + (n.norm + near) * gmpy2.expm1(r * a.error / least)
 
     def _exp(self, n: Majorant, a: Majorant) -> Any:
-        """n = w exp(a) with w' = (n' - a' n) exp(-a)."""
+        """Return the bound for n = w exp(a) with w' = (n' - a' n) exp(-a)."""
         drift = SLACK * self.unit * n.norm + self._residual(a.slopes(), n)
         near = drift * gmpy2.exp(2 * a.tails[1])
         return near + (n.norm + near) * gmpy2.expm1(a.error)
 
     def _sin(self, n: Majorant, a: Majorant, mate: Majorant, growth: Any = 1) -> Any:
-        """Both errors obey the pair's own linear equations, driven by the two residuals."""
+        """Return the bound: both errors obey the pair's own linear equations with two residuals."""
         both, slopes = n.norm + mate.norm, a.slopes()
         drift = SLACK * self.unit * both + self._residual(slopes, n) + self._residual(slopes, mate)
         near = drift * growth

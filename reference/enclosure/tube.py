@@ -1,10 +1,10 @@
-"""The Taylor integration with a bound of its error.
+"""The Taylor integration with an error bound.
 
 Each step leaves polynomials p with a known defect sup |p' - f(p)| (`remainders`) and a known
 rounding error at its end; `propagation` carries both to every later time, by the Jacobian over a
-tube around the polynomials. As long as the bounds so found stay inside the tube, the solution
-exists and lies within them. It is assumed that mpfr and arb do what they say, and that this
-program does. How steps are cut and frames chosen is no part of the proof.
+tube around the polynomials. As long as the resulting bounds stay inside the tube, the solution
+exists and lies within them. The proof assumes that mpfr, arb and this program are correct. The
+choice of stretches and frames is no part of the proof.
 """
 
 from __future__ import annotations
@@ -28,10 +28,12 @@ from .propagation import STRETCH, Carried, balance, row_norm
 from .remainders import SLACK, Remainders
 
 ROOM = 1e-9  # half-width of the tube, relative to the largest component of a block
-NEGLIGIBLE = 2.0**-40  # terms of a polynomial that only widen the tube
-MOST_STRETCHES = 128  # of a step; their norms add up to 48, and nothing is left of a bound
-WIDTH = 0.1  # of the balls of J over a step, which let a bound grow by e^WIDTH more than the error
-SHARES = (Fraction(0), Fraction(1, 2), Fraction(1))  # of a step, where these are looked at
+NEGLIGIBLE = 2.0**-40  # smaller terms of a polynomial only widen the tube
+# largest number of stretches of a step; their norms add up to 48, where no bound is left
+MOST_STRETCHES = 128
+# largest width of the balls of J over a step; a bound grows by e^WIDTH more than the error
+WIDTH = 0.1
+SHARES = (Fraction(0), Fraction(1, 2), Fraction(1))  # shares of a step at which these are evaluated
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ class Enclosed:
     """A sweep and, for each time, bounds of |error| of the states: arb numbers, perhaps not finite.
 
     ``bounds`` are proven at the times in ``held``, up to which they stayed inside the tube; without
-    ``proving`` they carry the same rigorous defects to first order only.
+    ``proving`` they carry the same rigorous defects only to first order.
     """
 
     sweep: Sweep
@@ -49,18 +51,19 @@ class Enclosed:
 
 @dataclass(frozen=True)
 class _Piece:
-    """A step as the tube needs it."""
+    """A step in the form that the tube needs."""
 
     size: Any
     paths: list[Any]  # polynomials in the offset, cut off
     slopes: list[Any]
-    tails: list[Any]  # what was cut off
+    tails: list[Any]  # bounds of the cut-off terms
     defect: list[Any]
     jump: list[Any]
     times: list[tuple[Fraction, Fraction]]  # with their shares of the step
 
     def box(self, share: Fraction, width: Fraction, room: list[Any]) -> list[Any]:
-        """Balls around the states from ``share - width/2`` to ``share + width/2`` of the step."""
+        """Return balls around the states from ``share - width/2`` to ``share + width/2`` of the
+        step."""
         middle = self.size * fmpq(share.numerator, share.denominator)
         sway = around_zero(self.size * fmpq(width.numerator, 2 * width.denominator))
         whole = middle + sway
@@ -74,19 +77,19 @@ class _Piece:
 
 @dataclass
 class _Witness:
-    """What is kept of each step."""
+    """Records the pieces of each step and limits its size."""
 
     program: SeriesProgram
     settings: TaylorSettings
     pieces: list[_Piece] = field(default_factory=list)
-    found: dict[Any, Remainders] = field(default_factory=dict)  # of the sizes of the next step
+    found: dict[Any, Remainders] = field(default_factory=dict)  # by the size of the next step
 
     def allowed(self, nodes: list[list[Any]], size: Any) -> Any:
-        """This size of a step, or a shorter one that leaves its defect near the tolerance.
+        """Return this step size, or a shorter one with a defect near the tolerance.
 
-        Intermediate values may have poles nearer than the states', above all the pivots of an
+        Intermediate values may have nearer poles than the states, above all the pivots of an
         elimination. An ordinary node's coefficients exceed the states' by N^3: those of a rate by
-        N, of an acceleration by N^2, and one for a function of a state.
+        N, of an acceleration by N^2, and one more for a function of a state.
         """
         order, n = self.settings.order, self.program.size
 
@@ -103,7 +106,7 @@ class _Witness:
             now = excess(size)
             if now <= 1:
                 return size
-            # what was cut off falls with this power at least; what was rounded does not
+            # the cut-off part falls at least with this power; the rounding does not
             shorter = gmpy2.mpfr(size / gmpy2.root(now, order), STEP_BITS)
             return shorter if excess(shorter) <= gmpy2.sqrt(now) else size
 
@@ -147,7 +150,7 @@ def enclose(
     settings: TaylorSettings,
     proving: bool = True,
 ) -> Enclosed:
-    """Integrate and bound, forward and backward; raises `Unproven` where a step admits no bound."""
+    """Integrate and bound, forward and backward; raises `Unproven` if a step admits no bound."""
     witness = _Witness(program, settings)
     sweep = integrate(equations, program, [*times, Fraction(0)], settings, watch=witness)
     with working(settings.precision + 32):
@@ -170,7 +173,7 @@ def enclose(
 
 
 def _check_constants(program: SeriesProgram, settings: TaylorSettings) -> None:
-    """Each constant of the series is as near to its number as `remainders` takes it to be."""
+    """Check that each constant of the series is as accurate as `remainders` assumes."""
     with gmpy2.context(gmpy2.get_context(), precision=settings.precision):
         constants = program.constants_at(settings.working)
     unit = arb(2) ** (1 - settings.precision)
@@ -182,7 +185,7 @@ def _check_constants(program: SeriesProgram, settings: TaylorSettings) -> None:
 def _carry(
     program: SeriesProgram, pieces: list[_Piece], start: list[Any], scale: list[Any], proving: bool
 ) -> Iterator[tuple[Fraction, list[Any], bool]]:
-    """The times up to where a bound is lost, bounds there, and whether these are proven."""
+    """Yield the times until a bound is lost, the bounds there, and True if these are proven."""
     rates = BallRates(program, scale)
     carried = Carried([e / s for e, s in zip(start, scale, strict=True)])
     room = [ROOM * s for s in scale]
@@ -207,7 +210,7 @@ def _carry(
 
 
 def _balanced(rates: BallRates, piece: _Piece) -> tuple[list[Any], float]:
-    """Those of the error during a step, and the norm of its Jacobian in them."""
+    """Return weights of the error during a step, and the norm of its Jacobian in them."""
     n = len(piece.paths)
     boxes = [piece.box(share, Fraction(0), [0] * n) for share in SHARES]
     entries = [(rates(box)[1] * piece.size).mid().entries() for box in boxes]
@@ -217,7 +220,7 @@ def _balanced(rates: BallRates, piece: _Piece) -> tuple[list[Any], float]:
 def _stretches(
     rates: BallRates, piece: _Piece, room: list[Any], weights: list[Any], norm: float
 ) -> int:
-    """How many make each of them short, and the balls over them narrow; no part of the proof."""
+    """Return how many stretches make each short with narrow balls; this is no part of the proof."""
     if norm == math.inf:
         return 1
     n, count, before = len(room), math.ceil(norm / STRETCH), math.inf
@@ -235,7 +238,7 @@ def _stretches(
 
 
 def _scales(equations: Equations, witness: _Witness, sweep: Sweep) -> list[Any]:
-    """A power of two for each state, near the largest component that its block has at a step."""
+    """Return a power of two for each state, near the largest component of its block at a step."""
     tops = [[path(0) for path in piece.paths] for piece in witness.pieces]
     tops.append([exact(z) for z in sweep.states[Fraction(0)]])
     scale = []

@@ -13,10 +13,10 @@ from .exact import exact_array, without_floats
 
 @dataclass(frozen=True)
 class Algebroid:
-    """rho (dim_x x dim_u) and the non-zero C^g_{mn}, as {(g, m, n): expression}.
+    """The anchor rho (dim_x x dim_u) and the non-zero C^g_{mn}, as {(g, m, n): expression}.
 
-    ``basis``: with dA/dt = A (v^g basis_g) of the attitude A, where there is a real one; it may
-    depend on x (a connection) and holds zeros for velocities that do not turn the body.
+    ``basis``: matrices with dA/dt = A (v^g basis_g) for the attitude A, if there is a real one; it
+    may depend on x (a connection) and has zeros for velocities that do not turn the body.
     """
 
     rho: sympy.Matrix
@@ -27,7 +27,7 @@ class Algebroid:
 
 
 def algebroid_of(scene: Any, x: sympy.Matrix) -> Algebroid:
-    """The algebroid of the scene's groupoid at the symbolic base point x."""
+    """Return the algebroid of the scene's groupoid at the symbolic base point x."""
     return _algebroid(scene.groupoid, x, scene.name)
 
 
@@ -60,7 +60,8 @@ def _algebroid(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
 
 
 def _product(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
-    """Both algebroids side by side; with a connection A in the frame e_i - A^a_i e_a, e_a."""
+    """Return both algebroids side by side; with a connection A in the frame e_i - A^a_i e_a,
+    e_a."""
     one, two = groupoid.parts
     at = one.dim_x
     parts = [_algebroid(one, x[:at, :], name), _algebroid(two, x[at:, :], name)]
@@ -84,7 +85,8 @@ def _product(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
 
 
 def _product_basis(parts: list[Algebroid]) -> tuple[sympy.Matrix, ...]:
-    """Matrices of the attitude's velocity, where one part is a group: zero for the other's."""
+    """Return matrices of the attitude's velocity if one part is a group; zero for the other
+    part."""
     groups = [p for p in parts if p.basis and not p.dim_x]
     if len(groups) != 1:
         return ()
@@ -96,7 +98,7 @@ def _product_basis(parts: list[Algebroid]) -> tuple[sympy.Matrix, ...]:
 
 
 def in_frame(algebroid: Algebroid, frame: sympy.Matrix, x: sympy.Matrix) -> Algebroid:
-    """The same algebroid with the columns of frame(x) as basis of sections.
+    """Return the same algebroid with the columns of frame(x) as basis of sections.
 
     [f_m, f_n] = f_m^a f_n^b [e_a, e_b] + (rho(f_m) f_n - rho(f_n) f_m), by the Leibniz rule.
     """
@@ -122,7 +124,7 @@ def in_frame(algebroid: Algebroid, frame: sympy.Matrix, x: sympy.Matrix) -> Alge
 def _moved_anchor(
     basis: tuple[sympy.Matrix, ...], moved: Any, x: sympy.Matrix, name: str
 ) -> sympy.Matrix:
-    """rho with columns d/ds x.(e + s e_g) at s = 0, for a right action that a user gave."""
+    """Return rho with columns d/ds x.(e + s e_g) at s = 0, for a right action that a user gave."""
     s, one = sympy.Symbol("s", real=True), sympy.eye(basis[0].rows)
     try:
         curves = [sympy.Matrix(x.rows, 1, list(moved(x, one + s * e))) for e in basis]
@@ -136,7 +138,8 @@ def _moved_anchor(
 
 
 def _row_anchor(basis: tuple[sympy.Matrix, ...], x: sympy.Matrix, name: str) -> sympy.Matrix:
-    """rho with columns x e_g; x is one row vector, or several below each other, flattened."""
+    """Return rho with columns x e_g; x is one row vector, or several below each other,
+    flattened."""
     size = basis[0].rows
     if x.rows % size:
         raise ReferenceFailure(
@@ -150,7 +153,7 @@ def _row_anchor(basis: tuple[sympy.Matrix, ...], x: sympy.Matrix, name: str) -> 
 def structure_constants(
     basis: tuple[sympy.Matrix, ...], name: str
 ) -> dict[tuple[int, int, int], sympy.Expr]:
-    """C^g_{mn} with [e_m, e_n] = C^g_{mn} e_g, from the commutators of the matrices."""
+    """Return C^g_{mn} with [e_m, e_n] = C^g_{mn} e_g, from the commutators of the matrices."""
     columns = sympy.Matrix.hstack(*(e.reshape(e.rows * e.cols, 1) for e in basis))
     gram = columns.T * columns
     if gram.det() == 0:
@@ -177,7 +180,7 @@ def structure_constants(
 
 
 def _local(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
-    """rho and C of a groupoid given by its target b(x, u; h) and product p(x, u, v; h)."""
+    """Return rho and C of a groupoid given by its target b(x, u; h) and product p(x, u, v; h)."""
     n, m = groupoid.dim_x, groupoid.dim_u
     u = sympy.Matrix(m, 1, lambda i, _: sympy.Symbol(f"u{i}", real=True))
     w = sympy.Matrix(m, 1, lambda i, _: sympy.Symbol(f"u'{i}", real=True))

@@ -1,7 +1,7 @@
 """A start on its constraints, phi(x0) = 0 and A(x0) v0 = 0.
 
-What is off by no more than the rounding of its numbers to doubles is put there by Newton's method
-with the least change, first x0, then v0. What is off by more is refused.
+A start that misses them only by the rounding of its numbers to doubles is corrected by Newton's
+method with the least change, first x0, then v0. A larger error is refused.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from mpmath.libmp import to_rational
 
 from ..failures import ReferenceFailure
 
-DIGITS = 130  # of the arithmetic
-MET = 100  # digits to which a start that is left alone meets its constraints
+DIGITS = 130  # digits of the arithmetic
+MET = 100  # digits to which a start that is not corrected satisfies its constraints
 CORRECTIONS = 60
 
 
@@ -27,10 +27,10 @@ def on_constraints(
     x: Any,
     v: Any,
 ) -> tuple[sympy.Expr, ...]:
-    """(x0, v0) on phi = 0 and matrix v = 0: the start itself, or the one that round-off hides.
+    """Return (x0, v0) on phi = 0 and matrix v = 0, correcting at most round-off.
 
-    An entry of x0 counts as known to 4 units of round-off of the largest, and so does v0. Raises
-    `ReferenceFailure` for a start that is farther off, with one that is not.
+    An entry of x0 counts as known to 4 units of round-off of the largest entry, and so does v0.
+    Raises `ReferenceFailure` for a start that is farther off, and names one that is not.
     """
     n, both = len(x), [*x, *v]
     found, said = start, ""
@@ -57,10 +57,11 @@ def on_constraints(
 def _projected(
     rows: sympy.Matrix, letters: list[Any], start: tuple[sympy.Expr, ...], own: range, n: int
 ) -> tuple[Any, Any, tuple[sympy.Expr, ...] | None]:
-    """(the largest |row|, the largest in units of its size, the start where the rows are 0).
+    """Return (the largest |row|, the largest in units of its size, a start where the rows are 0).
 
-    Only the letters at ``own`` change; None where Newton's method does not converge. A row's size
-    is the sum of its terms and of what a relative change by one of each block's largest entry does.
+    Only the letters at ``own`` change; the start is None if Newton's method does not converge. A
+    row's size is the sum of its terms and of its change by a relative change of 1 in each block's
+    largest entry.
     """
     if not len(rows):
         return 0, 0, start

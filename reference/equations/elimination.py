@@ -8,18 +8,18 @@ import sympy
 
 from ..failures import ReferenceFailure
 
-ROUND_OFF = sympy.Float("1e-30")  # of numbers of 40 digits
+ROUND_OFF = sympy.Float("1e-30")  # round-off of numbers with 40 digits
 
 
 def explicit_rates(
     name: str, mass: sympy.Matrix, force: sympy.Matrix, start: dict[Any, Any], velocities: int
 ) -> tuple[list[tuple[Any, Any]], list[sympy.Expr]]:
-    """Solve mass * rate = force; with a variable mass matrix as a list of assignments.
+    """Solve mass * rate = force; a variable mass matrix gives a list of assignments.
 
-    Gaussian elimination; each pivot is the largest of its column at the start, and zero where it is
-    round-off of the terms that it was the sum of: a threshold would know a unit. The rows of the
-    ``velocities`` come first, whose mass matrix is regular: a constraint's row as a pivot may pass
-    through zero later.
+    Gaussian elimination; each pivot is the largest of its column at the start, and counts as zero
+    if it is round-off of the terms that were summed: a fixed threshold would depend on units. The
+    rows of the ``velocities`` come first, since their mass matrix is regular: a constraint's row as
+    a pivot may pass through zero later.
     """
     m = mass.rows
     singular = ReferenceFailure(

@@ -64,21 +64,23 @@ class Equations:
     constraints: tuple[sympy.Expr, ...] = ()
 
     def block(self, name: str) -> slice:
-        """Where a block of states stands: x, v, attitude or time."""
+        """Return the slice of a block of states: x, v, attitude or time."""
         ends = [0, self.dim_x, self.dim_x + self.dim_u]
         ends += [ends[-1] + self.attitude_size**2, len(self.states)]
         at = ("x", "v", "attitude", "time").index(name)
         return slice(ends[at], ends[at + 1])
 
 
-#: of which a Lagrangian or a force may be a function
+#: the time, on which a Lagrangian or a force may depend
 T = sympy.Symbol("t", real=True)
 
 
 @dataclass(frozen=True)
 class Mechanics:
-    """What a scene says, exactly: l(x, v) or l(x, v, t), its force's components (none where none
-    acts), the start, and A (k x dim_u) of the constraints A xi = 0.
+    """The exact mechanics of a scene.
+
+    l(x, v) or l(x, v, t), the components of its force (empty without a force), the start, and A (k
+    x dim_u) of the constraints A xi = 0.
     """
 
     x: sympy.Matrix
@@ -88,17 +90,17 @@ class Mechanics:
     acting: tuple[sympy.Expr, ...]
     admitted: sympy.Matrix
     start: tuple[sympy.Expr, ...]
-    #: whether v is the momentum, and the Lagrangian the Hamiltonian
+    #: True if v is the momentum, and the Lagrangian the Hamiltonian
     hamiltonian: bool = False
 
     @property
     def timed(self) -> bool:
-        """Whether something depends on the time."""
+        """True if something depends on the time."""
         return any(e.has(T) for e in (self.lagrangian, *self.acting))
 
 
 def mechanics_of(scene: Any) -> Mechanics:
-    """Raises `ReferenceFailure` for a scene that no reference can be of."""
+    """Return the mechanics; raises `ReferenceFailure` for a scene that can have no reference."""
     x = sympy.Matrix(scene.groupoid.dim_x, 1, lambda i, _: sympy.Symbol(f"x{i}", real=True))
     v = sympy.Matrix(scene.groupoid.dim_u, 1, lambda i, _: sympy.Symbol(f"v{i}", real=True))
     if scene.lagrangian is None:
@@ -132,7 +134,7 @@ def mechanics_of(scene: Any) -> Mechanics:
 
 
 def velocity_of(mechanics: Mechanics, at: Any) -> list[Any]:
-    """dH/dmu at a solution, mpf, in the digits of its momentum."""
+    """Return dH/dmu at a solution, mpf, with the digits of its momentum."""
     letters = [*mechanics.x, *mechanics.v, T]
     rows = [mechanics.lagrangian.diff(e) for e in mechanics.v]
     with mpmath.workdps(at.certain_digits + 20):
@@ -144,7 +146,7 @@ def velocity_of(mechanics: Mechanics, at: Any) -> list[Any]:
 def _constraints(
     scene: Any, structure: Algebroid, x: sympy.Matrix, phi: sympy.Matrix
 ) -> sympy.Matrix:
-    """phi' rho of phi(x) = 0, or rows as given."""
+    """Return phi' rho of phi(x) = 0, or the rows as given."""
     if len(phi):
         return phi.jacobian(x) * structure.rho
     if getattr(scene, "nonholonomic", None) is None:
@@ -155,7 +157,7 @@ def _constraints(
 
 
 def _phi(scene: Any, x: sympy.Matrix) -> sympy.Matrix:
-    """phi(x), k x 1; none where no constraint is holonomic."""
+    """Return phi(x), k x 1; without rows if no constraint is holonomic."""
     given = getattr(scene, "holonomic", None)
     with short_numbers(f"the constraint of scene {scene.name}"):
         entries = given(x, parameter_values(scene)) if given is not None else []
@@ -165,11 +167,11 @@ def _phi(scene: Any, x: sympy.Matrix) -> sympy.Matrix:
 def _exact(
     scene: Any, what: str, function: Any, x: sympy.Matrix, v: sympy.Matrix
 ) -> tuple[sympy.Expr, ...]:
-    """The entries of a function of (x, v, p) or (x, v, p, t)."""
+    """Return the entries of a function of (x, v, p) or (x, v, p, t)."""
     values = parameter_values(scene)
     try:
         given = list(inspect.signature(function).parameters.values())
-    except (TypeError, ValueError):  # of a callable that tells nothing: then without the time
+    except (TypeError, ValueError):  # some callables have no signature: then without the time
         given = []
     timed = sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given) == 4
 
@@ -183,7 +185,8 @@ def _exact(
             found = entries(values)
             for entry in found:
                 refuse_unwritten(entry, f"the {what} of scene {scene.name}")
-            if any(e.has(sympy.Float) for e in found):  # that they eat no exact parameters
+            # so that they cannot absorb exact parameters
+            if any(e.has(sympy.Float) for e in found):
                 found = _with_symbolic_parameters(values, entries)
     except BadInput:
         raise
@@ -208,9 +211,9 @@ def _exact(
 
 @dataclass(frozen=True)
 class Balance:
-    """mass · (xi', multipliers) = force: the equations before they are solved for their rates.
+    """The equations mass · (xi', multipliers) = force, before they are solved for their rates.
 
-    Under k constraints the multipliers are further unknowns, and A xi' = -(dA/dt) xi further rows.
+    With k constraints the multipliers are further unknowns, and A xi' = -(dA/dt) xi further rows.
     """
 
     mechanics: Mechanics
@@ -221,7 +224,7 @@ class Balance:
 
 
 def balance_of(scene: Any) -> Balance:
-    """The Euler-Lagrange equations of a scene, with its forces and constraints."""
+    """Return the Euler-Lagrange equations of a scene, with its forces and constraints."""
     mechanics = mechanics_of(scene)
     x, v, structure, lagrangian = (
         mechanics.x, mechanics.v, mechanics.structure, mechanics.lagrangian,
@@ -249,7 +252,7 @@ def balance_of(scene: Any) -> Balance:
 
 
 def _by_hamiltonian(mechanics: Mechanics) -> Balance:
-    """The equations in (x, mu), whose mass matrix is 1."""
+    """Return the equations in (x, mu), whose mass matrix is 1."""
     x, mu, structure, energy = (
         mechanics.x, mechanics.v, mechanics.structure, mechanics.lagrangian,
     )  # fmt: skip
@@ -267,7 +270,7 @@ def _by_hamiltonian(mechanics: Mechanics) -> Balance:
 
 
 def equations_of(scene: Any, attitude: bool = False) -> Equations:
-    """The explicit Euler-Lagrange equations of a scene, with dA/dt = A xi^ if asked for."""
+    """Return the explicit Euler-Lagrange equations of a scene, with dA/dt = A xi^ if requested."""
     balance = balance_of(scene)
     mechanics, momentum, mass, force = (
         balance.mechanics, balance.momentum, balance.mass, balance.force,
@@ -280,7 +283,7 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
         turned = mass[:m, :m].inv() * admitted.T
         tied = admitted * turned
         size = sympy.simplify(tied.det())
-        if not size.free_symbols:  # written out, for the terms of an elimination may have poles
+        if not size.free_symbols:  # written out, because the terms of an elimination may have poles
             free = mass[:m, :m].inv() * force[:m, :]
             v_rates = free + turned * tied.adjugate() * (force[m:, :] - admitted * free) / size
             assignments, v_rates = [], list(v_rates.applyfunc(sympy.simplify))
@@ -313,7 +316,7 @@ def _start(
     admitted: sympy.Matrix,
     hamiltonian: bool = False,
 ) -> tuple[sympy.Expr, ...]:
-    """(x0, v0), or (x0, mu0), as exact sympy numbers, on the scene's constraints."""
+    """Return (x0, v0), or (x0, mu0), as exact sympy numbers, on the scene's constraints."""
     start: tuple[sympy.Expr, ...] = ()
     second = ("mu0", scene.mu0, len(v)) if hamiltonian else ("v0", scene.v0, len(v))
     for name, given, wanted in (("x0", scene.x0, len(x)), second):
@@ -345,7 +348,7 @@ def _with_symbolic_parameters(values: Any, entries: Any) -> list[sympy.Expr]:
 def _force(
     structure: Algebroid, lagrangian: Any, momentum: Any, x: Any, v: Any, g: int
 ) -> sympy.Expr:
-    """rho^i_g dl/dx^i - C^n_{gm} xi^m dl/dxi^n."""
+    """Return rho^i_g dl/dx^i - C^n_{gm} xi^m dl/dxi^n."""
     terms = [structure.rho[i, g] * lagrangian.diff(x[i]) for i in range(structure.dim_x)]
     terms += [
         -constant * v[b] * momentum[n]

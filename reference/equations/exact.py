@@ -1,4 +1,4 @@
-"""Exact numbers: what a scene or a caller writes, as fractions and sympy numbers.
+"""Exact numbers: the input of a scene or a caller, as fractions and sympy numbers.
 
 A float is its exact binary value; a string such as "0.1" or "1/10" is one tenth.
 """
@@ -21,11 +21,11 @@ from discmech.integrators.scene import refuse_unwritten
 
 from ..failures import ReferenceFailure, shown
 
-FARTHEST = 1000  # decimal exponent: powers of ten beyond would be written out
+FARTHEST = 1000  # largest decimal exponent: larger powers of ten would be written out
 
 
 def exact_time(t: Any) -> Fraction:
-    """The time as a fraction; refuses what is not a finite real number."""
+    """Return the time as a fraction; refuses anything but a finite real number."""
     if isinstance(t, float) and not math.isfinite(t):
         raise ReferenceFailure(f"the time t={t} is not finite; give a finite number of seconds")
     if isinstance(t, bool):
@@ -46,7 +46,7 @@ def exact_time(t: Any) -> Fraction:
 
 
 def _magnitude(text: str) -> int:
-    """|decimal exponent| of what may be a decimal string, else 0."""
+    """Return |decimal exponent| if the text is a decimal number, else 0."""
     try:
         return abs(Decimal(text).adjusted())
     except InvalidOperation:
@@ -54,7 +54,7 @@ def _magnitude(text: str) -> int:
 
 
 def exact_number(value: Any, where: str, real: bool = True) -> sympy.Expr:
-    """The value as an exact sympy number, real unless told; ``where`` names it in the error."""
+    """Return the value as an exact sympy number; ``where`` names it in the error."""
     if isinstance(value, (sympy.Expr, complex)):
         number = without_floats(sympy.sympify(value))
     else:
@@ -73,7 +73,7 @@ def exact_number(value: Any, where: str, real: bool = True) -> sympy.Expr:
 
 
 def exact_array(value: Any, where: str, real: bool = True) -> Any:
-    """A scalar as a sympy number, a list as a column matrix, a nested list as a matrix."""
+    """Return a scalar as a sympy number, a list as a column matrix, a nested list as a matrix."""
     if isinstance(value, (tuple, list)):
         rows = [
             [exact_number(entry, where, real) for entry in row]
@@ -88,7 +88,7 @@ def exact_array(value: Any, where: str, real: bool = True) -> Any:
 
 
 def parameter_values(scene: Any) -> SimpleNamespace:
-    """The parameters of a scene as a namespace of exact sympy numbers and matrices."""
+    """Return the parameters of a scene as a namespace of exact sympy numbers and matrices."""
     return SimpleNamespace(
         **{
             name: exact_array(value, f"parameter {name} of scene {scene.name}")
@@ -98,16 +98,16 @@ def parameter_values(scene: Any) -> SimpleNamespace:
 
 
 def without_floats(expression: sympy.Expr) -> sympy.Expr:
-    """The expression with each floating-point number replaced by its exact binary value.
+    """Return the expression with each floating-point number replaced by its exact binary value.
 
-    Raises `BadInput` for one of too many digits.
+    Raises `BadInput` for one with too many digits.
     """
     refuse_unwritten(expression, "what a reference is asked of")
     return expression.xreplace({f: sympy.Rational(f) for f in expression.atoms(sympy.Float)})
 
 
 def to_mpf(value: Any) -> mpmath.mpf:
-    """An mpfr number as an mpf, exactly (whatever mpmath's precision is)."""
+    """Return an mpfr number as an mpf, exactly (for any precision of mpmath)."""
     if value == 0:
         return mpmath.mpf(0)
     mantissa, exponent = value.as_mantissa_exp()
@@ -115,19 +115,20 @@ def to_mpf(value: Any) -> mpmath.mpf:
 
 
 def number_to_mpf(number: sympy.Expr) -> mpmath.mpf:
-    """An exact sympy number as an mpf at mpmath's working precision."""
+    """Return an exact sympy number as an mpf at mpmath's working precision."""
     if number.is_Rational:
         return mpmath.mpf(int(number.p)) / int(number.q)
     return mpmath.mpf(_decimals(number, mpmath.mp.dps + 10))
 
 
 def is_short(number: sympy.Expr) -> bool:
-    """Whether it is an integer that may stay one: shorter to write, and faster in a product."""
+    """Return True for a short integer, which is shorter to write and faster in a product."""
     return number.is_Integer and abs(int(number)) < 2**31
 
 
 def number_to_mpfr(number: sympy.Expr, digits: int) -> Any:
-    """An exact sympy number as an mpfr at the current gmpy2 precision, or as a short integer."""
+    """Return an exact sympy number as an mpfr at the current gmpy2 precision, or a short
+    integer."""
     if is_short(number):
         return int(number)
     if number.is_Rational:
@@ -136,7 +137,7 @@ def number_to_mpfr(number: sympy.Expr, digits: int) -> Any:
 
 
 def _decimals(number: sympy.Expr, digits: int) -> str:
-    """The decimals of a real number; raises `ReferenceFailure` for any other."""
+    """Return the decimals of a real number; raises `ReferenceFailure` for any other."""
     value = number.evalf(digits)
     if not value.is_Float and not value.is_Rational:
         raise ReferenceFailure(f"{number} is no real number: write the scene without it")

@@ -1,9 +1,9 @@
-"""A scene's exact content in one short string: other mathematics, another string.
+"""A scene's exact content in one short string: other mathematics gives another string.
 
 It is a digest of the expressions themselves: the Lagrangian (or Hamiltonian), the force, the
 anchor, the structure functions, the attitude's matrices and the start. No two systems share it,
-however near they are at some points; the same formula written otherwise may have another, and is
-then computed anew.
+however similar they are at some points; the same formula in another form may have another one, and
+is then computed anew.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .euler_lagrange import Mechanics
 
 
 def fingerprint(system: Mechanics) -> str:
-    """SHA-256 of the system."""
+    """Return the SHA-256 of the system."""
     known: dict[Any, str] = {}
     structure = system.structure
     basis = [entry for matrix in structure.basis for entry in matrix]
@@ -32,7 +32,7 @@ def fingerprint(system: Mechanics) -> str:
 
 
 def _digest(expression: Any, known: dict[Any, str]) -> str:
-    """Of the expression's tree; the order of terms and factors does not count."""
+    """Return the digest of an expression's tree; the order of terms and factors does not count."""
     expression = sympy.sympify(expression)
     if expression not in known:
         parts = [_digest(part, known) for part in expression.args]

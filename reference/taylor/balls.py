@@ -1,7 +1,7 @@
-"""Balls: centre and radius, by arb, which rounds outwards whatever it computes.
+"""Balls, with centre and radius, computed by arb, which rounds all results outwards.
 
-Nothing else is trusted where a bound is called proven. What comes from elsewhere enters exactly
-(mpfr numbers, doubles, fractions) or is enclosed (other constants); what leaves is a ball's end.
+A proven bound relies on nothing else. Input enters exactly (mpfr numbers, doubles, fractions) or is
+enclosed (other constants); output is a ball's end.
 """
 
 from __future__ import annotations
@@ -20,28 +20,29 @@ from ..failures import Unproven
 from .series import SeriesProgram
 from .tape import Linear
 
-BITS = 64  # of the arithmetic of bounds
+BITS = 64  # bits of the arithmetic of bounds
 NAMED = {"exp", "log", "sin", "cos", "tan", "cot", "sec", "csc", "sinh", "cosh", "tanh", "coth",
          "sech", "csch", "asin", "acos", "atan", "asinh", "acosh", "atanh", "gamma"}  # fmt: skip
 
 
 def working(bits: int = BITS) -> Any:
-    """While this lasts, centres have so many bits."""
+    """Return a context in which centres have so many bits."""
     return flint.ctx.workprec(bits)
 
 
 def exact(value: Any) -> Any:
-    """An int, mpf or mpfr number, exactly; what is not finite is nan, which bounds nothing."""
+    """Return an int, mpf or mpfr number exactly; a non-finite one becomes nan, which bounds
+    nothing."""
     if isinstance(value, int):
         return arb(value)
-    if value - value != 0:  # nan, which differs from everything
+    if value - value != 0:  # nan differs from everything
         return arb.nan()
-    sign, mantissa, exponent, _ = value._mpf_  # gmpy2 numbers have it too
+    sign, mantissa, exponent, _ = value._mpf_  # gmpy2 numbers have `_mpf_` too
     return arb((int(-mantissa if sign else mantissa), int(exponent)))
 
 
 def rounded(number: Any) -> Any:
-    """The end of a ball as an mpfr number, rounded as the current context says."""
+    """Return the end of a ball as an mpfr number, rounded by the current context."""
     if not number.is_finite():
         return gmpy2.mpfr("nan")
     mantissa, exponent = map(int, number.man_exp())
@@ -49,7 +50,8 @@ def rounded(number: Any) -> Any:
 
 
 def enclosed(number: sympy.Expr) -> Any:
-    """A ball around an exact sympy number; raises `Unproven` for functions that arb lacks."""
+    """Return a ball around an exact sympy number; raises `Unproven` for functions that arb
+    lacks."""
     return _enclosed(number, flint.ctx.prec)
 
 
@@ -75,17 +77,17 @@ def _enclosed(number: Any, bits: int) -> Any:
 
 
 def around_zero(size: Any) -> Any:
-    """The ball of all numbers no larger than some number of a ball."""
+    """Return the ball of all numbers whose size is at most that of a number in the given ball."""
     return arb(0, 1) * size
 
 
 def largest(balls: Any) -> Any:
-    """The largest |number| in some balls, exactly; nan if any of them is."""
+    """Return the largest |number| in some balls, exactly; nan if any of them is nan."""
     return reduce(arb.max, (ball.abs_upper() for ball in balls), arb(0))
 
 
 def upper(ball: Any) -> Any:
-    """No number of the ball is larger in size: an mpf, perhaps infinite."""
+    """Return an upper bound of the sizes of the ball's numbers: an mpf, perhaps infinite."""
     end = ball.abs_upper()
     if not end.is_finite():
         return mpmath.inf
@@ -131,11 +133,12 @@ class BallRates:
         self.rates = [self._prepared(form) for form in program.rates]
 
     def _prepared(self, form: Linear) -> list[tuple[int | None, Any]]:
-        """Enclosed factors, None for 1."""
+        """Return enclosed factors, None for 1."""
         return [(n, None if c == 1 and n is not None else enclosed(c)) for n, c in form.items()]
 
     def __call__(self, box: list[Any]) -> tuple[list[Any], Any]:
-        """The rates and their derivatives, rates x states: balls around all values over the box."""
+        """Return the rates and their derivatives, rates x states: balls around all values in the
+        box."""
         values, slopes = list(box), list(self.units)
         nothing = 0 * self.units[0]
 

@@ -1,10 +1,9 @@
-"""Whether the rows of a scene's constraints stay independent on the way: they must, or the motion
-is not determined by them.
+"""The test that the rows of a scene's constraints stay independent: they determine the motion.
 
-The equations may have a value on both sides of a time at which a row vanishes, or follows from the
-others, and a series passes over it without a sign. So each step is covered by boxes B of states;
-with P a right inverse of A at the middle, |A(B) P - 1| < 1 proves that A has full rank in all of
-B (as in Krawczyk's test). A box that does not is halved.
+The equations may have a value on both sides of a time at which a row vanishes or follows from the
+others, and a series passes over it unnoticed. So each step is covered by boxes B of states; with P
+a right inverse of A at the middle, |A(B) P - 1| < 1 proves that A has full rank in all of B (as in
+Krawczyk's test). A box for which this fails is halved.
 """
 
 from __future__ import annotations
@@ -20,8 +19,8 @@ from ..failures import MotionEnds, Unproven
 from .balls import BallRates, around_zero, exact, working
 from .series import compile_series
 
-#: halvings of a step after which its part counts as one time: rows that come as near to dependence
-#: as 1e-8 of a step's way are not told from such that get there
+#: number of halvings of a step after which its part counts as one time: rows that come within 1e-8
+#: of a step's path of dependence cannot be distinguished from dependent ones
 HALVINGS = 26
 
 
@@ -31,14 +30,14 @@ class Independence:
     def __init__(self, equations: Equations) -> None:
         self.name, self.size = equations.name, len(equations.states)
         self.width = equations.dim_u
-        #: the largest entry of each column that was met: what a velocity is told in has no say
+        #: the largest entry of each column so far, so that a velocity's unit does not matter
         self.units = np.zeros(self.width)
         self.program = compile_series(
             replace(equations, assignments=(), rates=equations.constraints)
         )
         try:
             self.rows: BallRates | None = BallRates(self.program)
-        except Unproven:  # a constant that balls lack: then nothing is said
+        except Unproven:  # balls lack a constant: then nothing is tested
             self.rows = None
 
     def check(self, series: list[list[Any]], size: Any, now: Any) -> None:
@@ -68,10 +67,10 @@ class Independence:
                         "motion goes on; ask for an earlier time or start elsewhere",
                         at,
                     )
-                parts += [(2 * i + 1, k + 1), (2 * i, k + 1)]  # what comes first is looked at first
+                parts += [(2 * i + 1, k + 1), (2 * i, k + 1)]  # the earlier part is tested first
 
     def _of_full_rank(self, middle: list[Any], box: list[Any]) -> bool:
-        """Whether the rows are proven to be independent in all of the box."""
+        """Return True if the rows are proven to be independent in all of the box."""
         assert self.rows is not None
         m, (centre, _), (values, _) = self.width, self.rows(middle), self.rows(box)
         k = len(values) // m

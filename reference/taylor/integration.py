@@ -24,13 +24,13 @@ from .series import SeriesProgram
 
 BITS = math.log2(10)
 STEP_BITS = 30  # short steps add up exactly
-PROBE = 300  # steps after which it is asked how many there will be
-SINKING = 1000  # of the longest in the second half of these: a step so much shorter is of a pole
+PROBE = 300  # number of steps after which their total number is estimated
+SINKING = 1000  # a step shorter than the longest one by this factor approaches a pole
 
 
 @dataclass(frozen=True)
 class TaylorSettings:
-    """Tolerance 10^-digits a step, arithmetic with ``guard`` more, order = stretch x optimal."""
+    """Tolerance 10^-digits per step, arithmetic with ``guard`` more, order = stretch x optimal."""
 
     digits: int
     guard: int = 8
@@ -38,17 +38,17 @@ class TaylorSettings:
 
     @property
     def working(self) -> int:
-        """Digits of the arithmetic."""
+        """The digits of the arithmetic."""
         return self.digits + self.guard
 
     @property
     def precision(self) -> int:
-        """Its bits."""
+        """The bits of the arithmetic."""
         return math.ceil(self.working * BITS)
 
     @property
     def order(self) -> int:
-        """Degree of the local polynomials, about half as many as nats of precision (Jorba, Zou)."""
+        """The degree of the local polynomials, about half the precision in nats (Jorba, Zou)."""
         return max(8, math.ceil(self.stretch * (self.digits * math.log(10) / 2 + 1)))
 
     @property
@@ -59,7 +59,7 @@ class TaylorSettings:
 
 @dataclass(frozen=True)
 class Sweep:
-    """States (mpfr, one list a time) at the times asked for, and the work."""
+    """States (mpfr, one list per time) at the requested times, and the work."""
 
     states: dict[Fraction, list[Any]]
     steps: int
@@ -68,7 +68,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Step:
-    """One step as it was made: all nodes' series, its signed size, the times with exact offsets."""
+    """One finished step: all nodes' series, its signed size, the times with exact offsets."""
 
     nodes: list[list[Any]]
     size: Any
@@ -76,10 +76,10 @@ class Step:
 
 
 class Watch(Protocol):
-    """Sees each step, and may ask for a shorter one before."""
+    """An observer of each step that may ask for a shorter one before."""
 
     def allowed(self, nodes: list[list[Any]], size: Any) -> Any:
-        """The longest step along these nodes, at most ``size``."""
+        """Return the longest step along these nodes, at most ``size``."""
         ...
 
     def __call__(self, step: Step) -> None: ...
@@ -93,10 +93,11 @@ def integrate(
     max_steps: int = 1_000_000,
     watch: Watch | None = None,
 ) -> Sweep:
-    """The solution at the given times, forward and backward from 0; ``watch`` sees each step.
+    """Return the solution at the given times, forward and backward from 0.
 
-    Raises `MotionEnds` where it is singular or passes a time at which the constraints are dependent
-    (`independence`), `ReferenceFailure` where it takes too many steps or has no series at 0.
+    ``watch`` sees each step. Raises `MotionEnds` if the solution is singular or passes a time at
+    which the constraints are dependent (`independence`), `ReferenceFailure` if it takes too many
+    steps or has no series at 0.
     """
     tied = Independence(equations) if equations.constraints else None
     with gmpy2.context(gmpy2.get_context(), precision=settings.precision):
@@ -129,7 +130,7 @@ def _one_way(
     away = gmpy2.context(gmpy2.get_context(), round=gmpy2.RoundAwayZero)
     tolerance = gmpy2.mpfr(10) ** -settings.digits
     now, steps, pending = gmpy2.mpq(0), 0, list(wanted)  # the time is exact
-    longest = [gmpy2.mpfr(0)] * 3  # of the steps in each half up to `PROBE`
+    longest = [gmpy2.mpfr(0)] * 3  # longest steps in each half up to `PROBE`
     while pending:
         nodes = program.nodes(order, state, constants)
         series = nodes[: program.size]
@@ -151,7 +152,7 @@ def _one_way(
             )
         if steps <= PROBE:
             longest[2 * steps // PROBE] = max(longest[2 * steps // PROBE], size)
-        # towards a pole each step takes the same part of what is left: the next ones tell
+        # towards a pole each step covers the same share of the remaining time
         sinking = SINKING * size < longest[1]
         endless = longest[1] < 2 * longest[0] and abs(last) > max_steps * longest[1]
         endless = endless and not sinking
@@ -185,9 +186,9 @@ def _one_way(
 
 
 def safe_step(series: list[list[Any]], order: int, tolerance: Any) -> Any:
-    """Radius of convergence x tolerance^(1/order); None if a coefficient is not finite.
+    """Return radius of convergence x tolerance^(1/order); None if a coefficient is not finite.
 
-    Of an entire solution no term may grow far beyond the state, or digits cancel: all terms up to
+    In an entire solution no term may grow far beyond the state, or digits cancel: all terms up to
     half the order stay below about twice its size.
     """
     scale = max(abs(coefficients[0]) for coefficients in series)
@@ -210,7 +211,7 @@ def safe_step(series: list[list[Any]], order: int, tolerance: Any) -> Any:
 
 
 def polynomial(coefficients: list[Any], offset: Any) -> Any:
-    """Horner's rule."""
+    """Return the value of a polynomial by Horner's rule."""
     result = coefficients[-1]
     for coefficient in reversed(coefficients[:-1]):
         result = result * offset + coefficient

@@ -32,7 +32,7 @@ NEXT = {
     "Abs": "{a}[k] if {a}[0] > 0 else -{a}[k]",
     "sign": "ZERO",
 }
-# where the derivative's node stands from a node's own, its sign, and as far as it is known
+# position of the derivative's node relative to the node, its sign, and its known length
 SLOPES = {
     "sin": (1, "", ""),
     "cos": (-1, "-", "[:k]"),
@@ -42,7 +42,7 @@ SLOPES = {
 
 
 def half_square(a: list[Any]) -> Any:
-    """The last coefficient of the square of the polynomial with coefficients a."""
+    """Return the last coefficient of the square of the polynomial with coefficients a."""
     half, odd = divmod(len(a), 2)
     total = 2 * gmpy2.fsum(map(gmpy2.mul, a[:half], reversed(a)))
     return total + a[half] * a[half] if odd else total
@@ -65,7 +65,7 @@ class SeriesProgram:
     rates: tuple[Linear, ...]
 
     def constants_at(self, digits: int) -> list[Any]:
-        """The constants, rounded once to the current gmpy2 precision."""
+        """Return the constants, rounded once to the current gmpy2 precision."""
         return [number_to_mpfr(constant, digits) for constant in self.constants]
 
 
@@ -73,11 +73,11 @@ class _Printer:
     def __init__(self, tape: Tape) -> None:
         self.tape = tape
         self.constants: list[sympy.Expr] = []
-        #: the nodes that are asked for with k times their coefficient, too
+        #: the nodes whose coefficients times k are needed, too
         self.differentiated: set[int] = set()
 
     def derivative(self, node: int) -> str:
-        """The series k n_k of a node, which is t times its derivative's."""
+        """Return the name of the series k n_k of a node, which is t times its derivative's."""
         self.differentiated.add(node)
         return f"dn{node}"
 
@@ -88,7 +88,7 @@ class _Printer:
         return f"c{self.constants.index(value)}"
 
     def form(self, form: Linear, index: str) -> str:
-        """A linear form at one coefficient; its constant term counts at index 0 only."""
+        """Return a linear form at one coefficient; its constant term counts only at index 0."""
         terms = []
         for node, factor in form.items():
             if node is None:
@@ -103,7 +103,7 @@ class _Printer:
         return " + ".join(terms).replace("+ -", "- ") or "ZERO"
 
     def lines(self, node: int, operation: tuple[Any, ...]) -> tuple[str, str]:
-        """Statements for k = 0 and for k >= 1."""
+        """Return the statements for k = 0 and for k >= 1."""
         kind, name = operation[0], f"n{node}"
         if kind == "linear":
             form = dict(operation[1])

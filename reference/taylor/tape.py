@@ -31,7 +31,7 @@ INTEGRALS = {"log", "atan", "asin", "acos", "asinh", "acosh", "atanh"}
 
 
 class Tape:
-    """Nodes (operation, arguments), each once; the first are the states."""
+    """Nodes (operation, arguments), each stored once; the first are the states."""
 
     def __init__(self, states: tuple[sympy.Symbol, ...], owner: str) -> None:
         self.owner = owner
@@ -40,11 +40,11 @@ class Tape:
         self._known: dict[tuple[Any, ...], int] = {}
 
     def assign(self, symbol: sympy.Symbol, expression: sympy.Expr) -> None:
-        """Let a symbol stand for a value that is computed before."""
+        """Define a symbol as a value that is computed before."""
         self.forms[symbol] = self.linear(expression)
 
     def linear(self, expression: sympy.Expr) -> Linear:
-        """The expression as a linear form in nodes."""
+        """Return the expression as a linear form in nodes."""
         if expression in self.forms:
             return self.forms[expression]
         if not expression.free_symbols:
@@ -65,7 +65,7 @@ class Tape:
         return form
 
     def node(self, form: Linear) -> int:
-        """The linear form as one node."""
+        """Return the linear form as one node."""
         if len(form) == 1:
             (node, factor), *_ = form.items()
             if node is not None and factor == 1:
@@ -173,7 +173,8 @@ class Tape:
         )
 
     def _pair(self, name: str, a: int) -> int:
-        """sin and cos (sinh and cosh) are neighbours on the tape: one needs the other."""
+        """Add sin and cos (sinh and cosh) as neighbours on the tape, because one needs the
+        other."""
         first, second = PAIRS[name]
         if (first, a) not in self._known:
             self._add(first, a)
