@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
-from discmech.integrators import Lattice, Scheme, retractions, scenes
+from discmech.integrators import BadInput, Scheme, retractions, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation, OneStepMap
 from discmech.integrators.scene import Scene, remembered
@@ -16,11 +16,10 @@ from discmech.integrators.scene import Scene, remembered
 from . import lookup
 from .family import DIGITS as OF_FAMILY
 from .family import FAMILY
+from .parts import parts_of, usual_lattices, usual_rules
 from .userfile import word_for_study
 
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
-#: the studies that alone judge some scenes, and judge no others: what these scenes are
-APART = {"contact": "has contact", "lattices": "is a lattice"}
 #: what a study may say of a case beside `measured` and `rows`
 DETAILS = (
     "kind", "periods", "duration", "floor", "crossovers", "label", "title", "extreme", "slice",
@@ -62,7 +61,7 @@ class Choice:
         """
         rules = self.rules or (*discretisations.BUILT_IN.values(), discretisations.own)
         for scene in self.scenes or scenes.all_scenes():
-            if isinstance(scene, Lattice):  # its equations are those of a site and of a bond
+            if "sites" in parts_of(scene):  # its equations are those of a site and of a bond
                 continue
             for chart in self.charts(scene):
                 not_meant = [name for at, name in self.asked("not_meant", ()) if at == scene.name]
@@ -73,7 +72,7 @@ class Choice:
 
     def unheeded(self) -> list[str]:
         """A sentence for each scene named that has no use for the rules that were chosen."""
-        plain = [s for s in self.scenes if not isinstance(s, Lattice)]
+        plain = [s for s in self.scenes if "sites" not in parts_of(s)]
         found = [said for s in plain for rule in self.rules if (said := rule.refusal(s))]
         for scene in plain if self.rules else ():
             rules = [
@@ -88,26 +87,27 @@ class Choice:
                 )
         return found
 
-    def apart(self, study: str = "") -> list[str]:
-        """A sentence for each scene named that another study alone judges."""
-        return [
-            f"{s.name} {APART[alone]}: it is judged by `discmech {alone}`, and not by other "
-            "studies."
-            for s in self.scenes if (alone := judged_alone(s)) not in ("", study)
-        ]  # fmt: skip
+    def on_lattices(self) -> Iterator[tuple[Any, Discretisation]]:
+        """Every lattice with every rule that it runs by, of those chosen.
+
+        Where rules are chosen and no scene, none: lattices are named, or all is as usual. Raises
+        `BadInput` where lattices alone are chosen, and maps that are no rules.
+        """
+        named: list[Any] = [s for s in self.scenes if "sites" in parts_of(s)]
+        usual = () if self.scenes or self.rules or self.retractions else usual_lattices()
+        found = [(lattice, rule) for lattice in (*named, *usual)
+                 for rule in self.rules or map(discretisations.get, usual_rules(lattice))
+                 if not isinstance(rule, OneStepMap)]  # fmt: skip
+        if named and not found and len(named) == len(self.scenes):
+            names = ", ".join(rule.name for rule in self.rules)
+            raise BadInput(f"{names}: lattices run by rules, not by one-step maps; take midpoint.")
+        yield from found
 
     def charts(self, scene: Scene) -> list[Scene]:
         """The scene in each retraction asked for, or as it is; one that uses none comes once."""
         if scene.groupoid.retraction is None or not self.retractions:
             return [scene]
         return [in_chart(scene, name) for name in dict.fromkeys(self.retractions)]
-
-
-def judged_alone(scene: Any) -> str:
-    """The study of `APART` that judges the scene; "" if all others do."""
-    if isinstance(scene, Lattice):
-        return "lattices"
-    return "contact" if scene.contact is not None else ""
 
 
 @lru_cache(maxsize=256)
@@ -124,10 +124,7 @@ def scheme_of(scene: Scene, rule: Discretisation) -> Scheme:
 
 @dataclass(frozen=True)
 class Case:
-    """One measurement: a scene by a rule at a precision, or a control that must be caught.
-
-    Of the study of lattices, scene is a `Lattice`.
-    """
+    """One measurement: a scene or lattice by a rule at a precision, or a control to be caught."""
 
     study: str
     scene: Scene
@@ -196,6 +193,14 @@ def plain_cases(
         for scene, rule in choice.pairs()
         if rule.runs_at(digits)
     ]
+
+
+def lattice_cases(study: str, choice: Choice) -> list[Case]:
+    """Every chosen lattice by every chosen rule, in double precision."""
+    if 16 not in (choice.digits or (16,)):
+        return []
+    return [Case(study, lattice, rule, 16, choice.steps, thorough=choice.thorough)
+            for lattice, rule in choice.on_lattices()]  # fmt: skip
 
 
 def family_cases(

@@ -16,6 +16,7 @@ from typing import Any
 from discmech.integrators import BadInput, Scheme
 
 from . import fingerprint
+from .apart import apart
 from .baseline import SCHEMA
 from .case import Case, Choice, Progress, silent, worst
 from .cluster import Cluster
@@ -66,7 +67,7 @@ def run_studies(
     for study, cases in zip(plan.studies, plan.cases, strict=True):
         if not cases:
             names = ", ".join(s.name for s in choice.scenes)
-            if said := choice.apart(study.name):
+            if said := apart(choice, study):
                 raise BadInput(" ".join(said))
             if names and choice.rules and not plan.pairs:
                 if said := choice.unheeded():
@@ -136,7 +137,7 @@ def run_studies(
             "remembered": remembered[i],
             "notes": [
                 *choice.unheeded(),
-                *choice.apart(study.name),
+                *apart(choice, study),
                 *study.notes(choice),
                 *_dropped(study, choice, plan.cases[i]),
                 *([] if store is None else store.troubles.values()),
@@ -151,7 +152,7 @@ def run_studies(
 def _dropped(study: Study, choice: Choice, cases: Sequence[Case]) -> list[str]:
     """A sentence for each chosen rule that the study has no case of, and none has spoken of."""
     seen = {name for case in cases for name in (case.rule.name, case.label)}  # a race's are labels
-    spoken = " ".join((*choice.unheeded(), *choice.apart(study.name), *study.notes(choice)))
+    spoken = " ".join((*choice.unheeded(), *apart(choice, study), *study.notes(choice)))
     found = []
     for rule in choice.rules:
         if rule.name in seen or rule.name in spoken:

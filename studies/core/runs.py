@@ -22,12 +22,12 @@ from discmech.integrators.equations import (
 )
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import Flow, Trajectory
-from discmech.integrators.foreign import RecordedScheme
 from discmech.integrators.numbers import Arithmetic, Double, arithmetic, numeric
 from discmech.integrators.scene import remembered
 
-from .case import Case, Progress, judged_alone
+from .case import Case, Progress
 from .moving_energy import moving_energy
+from .parts import parts_of
 
 if TYPE_CHECKING:
     from discmech.integrators import Scene
@@ -54,7 +54,7 @@ def long_run(case: Case, scheme: Scheme, steps: int, progress: Progress) -> Traj
     again, once: so that of momentum serves energy too.
     Raises `CannotMeasure` where the motion itself leaves every bound (`follow`).
     """
-    if isinstance(scheme, RecordedScheme):
+    if case.rule.is_recorded:
         return scheme.runs[-1]
     key = (scheme, case.scene.step, steps, case.digits)
     latest = _latest.pop(key, None)
@@ -164,7 +164,7 @@ def refuse_ended(case: Case, time: float) -> None:
     A method that stops in the first half of the way there stops by itself. A reference that cannot
     be had, or beyond the scene's duration takes too many steps, says nothing.
     """
-    if judged_alone(case.scene) or case.scene.lagrangian is None:
+    if "equations" not in parts_of(case.scene) or case.scene.lagrangian is None:
         return
     end = _end_of(case.scene, 2 * time)
     if end is not None and end.time < 2 * time:
@@ -189,7 +189,7 @@ def _end_of(scene: Scene, time: float) -> MotionEnds | None:
 
 def recorded_run(case: Case) -> Trajectory | None:
     """The run that stands for long ones where runs were recorded: that of the smallest step."""
-    return case.scheme.runs[-1] if isinstance(case.scheme, RecordedScheme) else None
+    return case.scheme.runs[-1] if case.rule.is_recorded else None
 
 
 def usual_steps(case: Case, claimed: bool = True) -> int:

@@ -21,6 +21,7 @@ from discmech.integrators.scene import Scene
 
 from .case import Case, Choice
 from .fingerprint import of_everything
+from .parts import parts_of
 from .plan import Place, Plan
 from .side_by_side import key_of
 from .store import Store
@@ -38,7 +39,7 @@ def shrunk(
     groups: dict[tuple[Any, ...], list[Place]] = {}
     for place, case in plan.places():
         study = plan.studies[place[0]]
-        if case.rule.is_recorded:  # of which there are no smaller runs
+        if case.rule.is_recorded or "sites" in parts_of(case.scene):  # there is nothing smaller
             continue
         if found[place]["verdict"] == "fail" and study.usual and not (case.control or study.alone):
             groups.setdefault((study.name, case.label, case.digits), []).append(place)

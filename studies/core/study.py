@@ -47,7 +47,8 @@ class Study:
     `timed`, have the machine for themselves, but for those that are compared with each other, run
     by run in turn (`together`). usual: it is a command that takes scenes and rules; the others are
     about the bench itself, or are measured for an assertion alone. turn: among the cases of a
-    scheme, 0 is quick on scenes of any size, 2 waits for a reference.
+    scheme, 0 is quick on scenes of any size, 2 waits for a reference. asks_for: what it needs of a
+    system, one of `parts.PARTS`.
     """
 
     name: str = ""
@@ -61,6 +62,7 @@ class Study:
     alone: bool = False
     usual: bool = True
     turn: int = 1
+    asks_for: str = "equations"
     options: tuple[Option, ...] = ()
     digits: tuple[int, ...] = (16,)
     limits: ClassVar[Mapping[str, float]] = {}
@@ -165,14 +167,17 @@ class Study:
         return result
 
     def _own(self, choice: Choice) -> Choice:
-        """The choice without scenes that other studies alone judge (`case.APART`)."""
-        from .case import APART, judged_alone
+        """The choice without systems that lack what this study asks for."""
+        from .parts import parts_of
 
-        mine = self.name if self.name in APART else ""
-        return replace(choice, scenes=tuple(s for s in choice.scenes if judged_alone(s) == mine))
+        held = tuple(s for s in choice.scenes if self.asks_for in parts_of(s))
+        return replace(choice, scenes=held)
 
     def _of(self, case: Case) -> bool:
-        return bool(case.rule.measured_by(self.name))
+        from .parts import parts_of
+
+        has = self.asks_for in parts_of(case.scene)
+        return has and bool(case.rule.measured_by(self.name))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -196,6 +201,7 @@ class StudyFolder(Study):
     alone: bool = False
     usual: bool = True
     turn: int = 1
+    asks_for: str = "equations"
     options: tuple[Option, ...] = ()
 
     @cached_property
@@ -216,7 +222,7 @@ class StudyFolder(Study):
         return import_module(f"{self.package}.view").VIEW
 
     def cases(self, choice: Choice) -> list[Case]:
-        """The cases of a choice; scenes that one study alone judges (`case.APART`) are its own."""
+        """The cases of a choice, of the systems that have what it asks for (`parts.PARTS`)."""
         own = self._own(choice) if choice.scenes else choice
         if choice.scenes and not own.scenes:
             return []
@@ -245,6 +251,10 @@ class StudyFolder(Study):
 
     def diagnose(self, case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
         """The cause of what did not pass, where one can be told."""
+        from .parts import parts_of
+
+        if "sites" in parts_of(case.scene):  # causes are found in the equations of a scene
+            return None
         found: dict[str, Any] | None = self._said("diagnose", None, case, measurement)
         return found
 
@@ -263,10 +273,7 @@ class StudyFolder(Study):
 
     def notes(self, choice: Choice) -> list[str]:
         """What is to be said of the whole study, of the chosen systems that it is for."""
-        from .case import judged_alone
-
-        own = tuple(e for e in choice.scenes if judged_alone(e) in ("", self.name))
-        return list(self._said("notes", [], replace(choice, scenes=own)))
+        return list(self._said("notes", [], self._own(choice)))
 
     def completed(self, result: dict[str, Any]) -> dict[str, Any]:
         """The result of all cases, with what is said of them together."""

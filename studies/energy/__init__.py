@@ -6,6 +6,7 @@ STUDY = StudyFolder(
     name="energy",
     package=__name__,
     place=3,
+    asks_for="energy",
     turn=0,
     title="Energy",
     summary="energy band and secular slope over 10⁶ steps",

@@ -14,13 +14,14 @@ from discmech.integrators.errors import DiscmechError
 from discmech.reference import ReferenceFailure
 
 from ..core.case import Case, Verdict
+from ..systems import system_of
 from . import NEAR, LocalOrder, evidence_of
 
 #: the key of a measurement at which `consistency_of` stands
 CONSISTENCY = "consistency"
 
 
-def consistency_of(case: Case) -> dict[str, Any] | None:
+def consistency_of(case: Case, least: int | None = 1) -> dict[str, Any] | None:
     """The order of the single steps of a case, kept for `demand_consistency`; None if not asked.
 
     Controls are judged by being caught, and a recorded run makes no single steps. Of a program only
@@ -29,7 +30,10 @@ def consistency_of(case: Case) -> dict[str, Any] | None:
     if case.control is not None or case.rule.is_recorded:
         return None
     try:
-        return of_evidence(case.scheme, 1, settled=not case.rule.is_formula)
+        scheme = system_of(case).single_steps()
+        return (
+            None if scheme is None else of_evidence(scheme, least, settled=not case.rule.is_formula)
+        )
     except (ReferenceFailure, DiscmechError) as failure:
         return {"order": None, "unknown": " ".join(str(failure).split())}
 

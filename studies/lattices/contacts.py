@@ -10,11 +10,11 @@ from discmech.integrators.lattices import ContactLatticeTrajectory
 
 from ..contact import measuring as contact
 from ..core.case import Case, Progress, Verdict
+from ..evidence.verdicts import consistency_of
 from ..symplecticity.measuring import limit
-from . import one_bond
+from ..systems.known import known_of
+from ..systems.quantities import energies
 from .cost import costs, slopes
-from .known import known_of
-from .quantities import energies
 
 STEPS = 400
 SIZES = (10_000, 30_000, 100_000)  # sites; with fewer, what does not grow is most of a step
@@ -47,7 +47,7 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
     measured = {"contact": defects(flow, run), "rises": rises,
                 "impacts": len(run.impacts.t), "pushed": bool((run.impulses > 0).any()),
                 "free_steps": run.newton_mean, "grows": None,
-                "local": one_bond.measured(case)}  # fmt: skip
+                "local": consistency_of(case, None)}  # fmt: skip
     sized = known_of(lattice).sized
     if timed and sized is not None:
         progress(f"{label}: cost", 0.5)

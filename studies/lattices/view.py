@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from ..report import plot_convergence, plot_drift
+from ..report import plot_convergence
 from ..report.canvas import Panel, Sheet, log_axis, log_limits
 from ..report.grouping import by_scene
 from ..report.labels import end_labels
@@ -19,47 +19,21 @@ if TYPE_CHECKING:
 
 COST_SHEET = Sheet(width=3.3, right=1.2)
 
-TIME = (
-    "Error in (x, μ) against the step: of Toda's chain against the soliton in closed form, of the "
-    "others against their equations of motion solved by DOP853. The number beside a rule is its "
-    "order; marks as in the figures of convergence."
-)
 SPACE = (
     "Error in (x, μ) at t = 4 against the spacing of the grid, against breather and kink of the "
     "sine-Gordon equation in closed form, with steps of an eighth of the spacing: central "
     "differences are of order 2, by whatever rule the time is stepped."
-)
-ENERGY = (
-    "Relative energy error of lattices against time, drawn as that of scenes; of the beads above a "
-    "table it is what the impacts take."
 )
 COST = (
     "Processor time of a site and step against the number of sites N, the least of some runs in "
     "turn, and the power of N with which a whole step grows (slope). Dashed: plain loops in C. "
     "Times are of this machine and are not judged."
 )
-
-
-def _orders(measured: dict[str, Any]) -> str:
-    found = [(number(measured.get(k)), words)
-             for k, words in (("order", "time"), ("space_order", "space"))]  # fmt: skip
-    itself = " (against its own runs)" if measured.get("why_not") else ""
-    return ", ".join(f"{words} {p:.3f}{itself if words == 'time' else ''}"
-                     for p, words in found if p is not None) or NONE  # fmt: skip
-
-
-def _drift(measured: dict[str, Any]) -> str:
-    drifts = (measured.get("drift") or {}).items() if _whole(measured) else ()
-    return ", ".join(f"{name} {scientific(value)}" for name, value in drifts) or NONE
-
-
-def _whole(measured: dict[str, Any]) -> bool:
-    """Whether it is a lattice's, not a control's."""
-    return "energy" in measured
+FORMS = ("poisson", "patch")  # the first of controls alone
 
 
 def _forms(measured: dict[str, Any]) -> str:
-    names = [k for k in ("poisson", "patch") if measured.get(k) is not None]
+    names = [k for k in FORMS if measured.get(k) is not None]
     return ", ".join(f"{k} {scientific(measured[k])}" for k in names) or NONE
 
 
@@ -72,18 +46,25 @@ def _contact(measured: dict[str, Any]) -> str:
 def _wanted(expected: dict[str, Any]) -> str:
     if "laws" in expected:
         return f"laws of contact ≤ {scientific(expected['laws'])}"
-    if "order" in expected:
-        return f"order {expected['order']}, forms ≤ {scientific(expected['limit'])}"
-    return f"≥ {scientific(expected.get('at_least'))}"
+    if "at_least" in expected:
+        return f"≥ {scientific(expected['at_least'])}"
+    if expected.get("not_demanded"):
+        return str(expected["not_demanded"])
+    order = f"order in space {expected['space_order']}, " if "space_order" in expected else ""
+    return f"{order}law on patches ≤ {scientific(expected.get('limit'))}"
 
 
 def _got(measured: dict[str, Any]) -> str:
     if "contact" in measured:
         return _contact(measured)
-    if not _whole(measured):
-        return _forms(measured)
-    parts = (f"order {_orders(measured)}", _drift(measured), _forms(measured))
-    return ", ".join(part for part in parts if part != NONE)
+    order = number(measured.get("space_order"))
+    parts = ("" if order is None else f"order in space {order:.3f}", _forms(measured))
+    return ", ".join(part for part in parts if part not in ("", NONE)) or NONE
+
+
+def _space(case: Case) -> str:
+    order = number(mapping(case, "measured").get("space_order"))
+    return NONE if order is None else f"{order:.3f}"
 
 
 def _of_kind(case: Case, kind: str) -> list[Any]:
@@ -106,37 +87,24 @@ def _memory(case: Case) -> str:
     return f"{found[-1]['bytes']:.0f}" if found else NONE
 
 
-def _band(case: Case) -> str:
-    return scientific((mapping(case, "measured").get("energy") or {}).get("band"))
-
-
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     own = by_scene([case for case in cases if not case.get("control")])
 
-    def sketch(kind: str, word: str, title: str, about: str, sheet: Sheet, panel: Any) -> Sketch:
+    def sketch(kind: str, title: str, about: str, sheet: Sheet, panel: Any) -> Sketch:
         panels = []
         for scene, of in own.items():
             found = [{**case, "rows": _of_kind(case, kind)} for case in of]
             if drawn := [case for case in found if case["rows"]]:
                 panels.append(panel(titles.get(scene, scene), drawn))
-        return Sketch(f"lattices-{word}", f"Lattices: {title}", about, panels, sheet, 16)
-
-    def in_time(name: str, of: list[Case]) -> Panel:
-        return plot_convergence.panel(name, of, known, "error")
+        return Sketch(f"lattices-{kind}", f"Lattices: {title}", about, panels, sheet, 16)
 
     def in_space(name: str, of: list[Case]) -> Panel:
         spatial = list(map(_in_space, of))
         return plot_convergence.panel(name, spatial, known, "error", "spacing of the grid")
 
-    def energy(name: str, of: list[Case]) -> Panel:
-        return plot_drift.energy(name, list(map(_of_energy, of)), known, 16)
-
-    order, energies = plot_convergence.SHEET, plot_drift.ENERGY_SHEET
     return [
-        sketch("time", "time", "order in time", TIME, order, in_time),
-        sketch("space", "space", "order in space", SPACE, order, in_space),
-        sketch("run", "energy", "energy", ENERGY, energies, energy),
-        sketch("cost", "cost", "cost", COST, COST_SHEET, partial(_costs, known)),
+        sketch("space", "order in space", SPACE, plot_convergence.SHEET, in_space),
+        sketch("cost", "cost", COST, COST_SHEET, partial(_costs, known)),
     ]
 
 
@@ -182,20 +150,14 @@ def _in_space(case: Case) -> Case:
             "expected": {**expected, "order": expected.get("space_order")}}  # fmt: skip
 
 
-def _of_energy(case: Case) -> Case:
-    return {**case, "measured": mapping(case, "measured").get("energy") or {}}
-
-
 VIEW = View(
     columns=[
-        ("Order", lambda case: _orders(mapping(case, "measured"))),
-        ("Energy band", _band),
+        ("Order in space", _space),
         ("Contact", lambda case: _contact(m) if "contact" in (m := mapping(case, "measured"))
          else NONE),
-        ("Drift", lambda case: _drift(mapping(case, "measured"))),
-        measured_column("poisson", "Ω"), measured_column("patch", "Law on patches"),
+        measured_column("patch", "Law on patches"),
         ("ns a site and step", _cost), ("Bytes a site", _memory),
     ],
-    got=_got, wanted=_wanted, short=lambda m: _contact(m) if "contact" in m else _forms(m),
+    got=_got, wanted=_wanted, short=lambda m: _contact(m) if "contact" in m else _got(m),
     sketches=_sketches,
 )  # fmt: skip

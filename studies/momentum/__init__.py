@@ -6,6 +6,7 @@ STUDY = StudyFolder(
     name="momentum",
     package=__name__,
     place=2,
+    asks_for="momenta",
     turn=0,
     title="Momentum maps",
     summary="momentum maps and Casimirs over 10⁶ steps",

@@ -23,13 +23,16 @@ from discmech.integrators.rules import Composition, OneStepMap
 from discmech.integrators.scene import Conserved
 
 from ..core.case import Case
+from ..systems import system_of
 from .section import KIND
 
 SAMPLES = 16  # rows whose round-off is analysed
 
 
-def measured_in(case: Case) -> list[Conserved]:
+def measured_in(case: Case) -> list[Any]:
     """The quantities that have something to be held against."""
+    if (sums := system_of(case).momenta) is not None:
+        return [*sums]
     composed = isinstance(case.rule, Composition | OneStepMap) or not case.rule.is_formula
     exact = [q for q in case.scene.symmetries if q.to_roundoff]
     if not case.rule.is_formula:  # a program moves x and μ, and no attitude beside them
@@ -39,9 +42,10 @@ def measured_in(case: Case) -> list[Conserved]:
     return [q for q in exact if not (composed and _worked(case, q))]
 
 
-def kept_in(case: Case) -> list[Conserved]:
+def kept_in(case: Case) -> list[Any]:
     """Those of them that do not change."""
-    return [q for q in measured_in(case) if not _worked(case, q)]
+    sums = system_of(case).momenta is not None  # of which no force does work
+    return [q for q in measured_in(case) if sums or not _worked(case, q)]
 
 
 def _worked(case: Case, q: Conserved) -> bool:

@@ -6,6 +6,7 @@ STUDY = StudyFolder(
     name="order",
     package=__name__,
     place=0,
+    asks_for="end",
     turn=2,
     title="Order of accuracy",
     summary="order of accuracy against certified references",

@@ -11,13 +11,22 @@ from typing import Any
 from discmech import reference
 from discmech.integrators import StepFailure
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.foreign import RecordedScheme
 from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import Composition
 
-from ..causes.round_off import gap, measure_round_off
-from ..core.case import Case, Choice, Progress, Verdict, family_cases, plain_cases, silent
+from ..causes.round_off import measure_round_off
+from ..core.case import (
+    Case,
+    Choice,
+    Progress,
+    Verdict,
+    family_cases,
+    lattice_cases,
+    plain_cases,
+    silent,
+)
 from ..evidence import NEAR as BESIDE
+from ..systems import End, Ladder, System, system_of
 from . import multipliers, recorded, single_steps
 from .window import (
     TOLERANCE,
@@ -40,6 +49,7 @@ RUNGS, MOST_RUNGS = {True: 9, False: 4}, {True: 16, False: 7}  # in double preci
 #: times of a program's run of which the mean error counts: at one of them it may pass through 0,
 #: and there are no more digits that would tell so
 CHECKED = 4
+ERRORS = ("error", "error_x", "error_mu")
 LARGE = 1e-4  # an error above which the next powers of the step still count
 BESIDE_EARLY = 0.25  # of an order that such errors may be beside the one they come to
 #: rungs of a program's ladder, √2 apart, so that many are above round-off; it ends where errors are
@@ -63,11 +73,12 @@ def cases(choice: Choice) -> list[Case]:
         for c in plain_cases(NAME, choice, DIGITS)
         if c.scene.lagrangian is not None or c.scene.in_numbers
     ]
-    return [
+    found = [
         c for c in found
         if choice.digits or c.digits > 16 or (c.rule.order or 0) <= HIGHEST_IN_DOUBLE
         or not c.rule.runs_at(50)
-    ] + family_cases(NAME, choice, FAMILY_STEPS)  # fmt: skip
+    ]  # fmt: skip
+    return [*found, *lattice_cases(NAME, choice), *family_cases(NAME, choice, FAMILY_STEPS)]
 
 
 def notes(choice: Choice) -> list[str]:
@@ -82,14 +93,16 @@ def notes(choice: Choice) -> list[str]:
     ]
 
 
-def ladder(case: Case) -> tuple[Fraction, int]:
-    """(final time T, steps of the coarsest run); each further run has twice the steps.
+def ladder(case: Case, system: System | None = None) -> Ladder:
+    """The runs of a case: to a time T, each of twice the steps of the one before.
 
     Double precision runs the scene's whole duration from its own step on, which suits order 2,
     and from coarser ones at higher order; more digits run a fortieth of it in 128 to 1024 steps,
     where there is no round-off to wait for, and above order 8 in 8 to 64. A motion that such steps
     do not resolve gets a shorter time and shorter ones (`single_steps.resolved`).
     """
+    if (own := (system or system_of(case)).ladder) is not None:
+        return own
     duration = Fraction(case.scene.duration)
     program = not case.rule.is_formula and not case.rule.runs_at(50)
     coarser = 1 if (case.scheme.order or 0) <= 2 else 4 if case.scheme.order == 4 else 8
@@ -102,8 +115,22 @@ def ladder(case: Case) -> tuple[Fraction, int]:
     else:
         found = duration, max(4, case.scene.steps_for(case.scene.step) // coarser)
     if case.steps:
-        return found[0], case.steps
-    return found if program else single_steps.resolved(case, *found)
+        found = found[0], case.steps
+    elif not program:
+        found = single_steps.resolved(case, *found)
+    duration, first = found
+    if program:  # each rung a whole number of parts, and more of them than the one before
+        return Ladder(duration, partial(_in_parts, first), PROGRAM_RUNGS, MOST_PROGRAM_RUNGS)
+    double = case.digits == 16
+    return Ladder(duration, lambda k: first * 2**k, RUNGS[double], MOST_RUNGS[double])
+
+
+def _in_parts(first: int, rung: int) -> int:
+    """Steps of a rung, a factor √2 apart, in as many parts as there are times to be checked."""
+    parts = 0
+    for k in range(rung + 1):
+        parts = max(parts + 1 if k else 0, round(first * 2 ** (k / 2) / CHECKED))
+    return parts * CHECKED
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
@@ -115,23 +142,25 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     part of), also multipliers, the same of λ (`mean_multipliers`; None where its step back fails),
     and its order in `measured`. With 16 digits, where runs have no order, also round_off.
     """
-    if isinstance(case.scheme, RecordedScheme):
+    if case.rule.is_recorded:
         return recorded.measure(case)
-    duration, first = ladder(case)
-    rungs, most = RUNGS[case.digits == 16], MOST_RUNGS[case.digits == 16]
+    system = system_of(case)
+    _ = case.scheme  # what is wrong with scene or rule is said of it, before parts of it are asked
     progress(f"{case.scene.name} {case.label}: reference", 0.0)
+    made = ladder(case, system)
+    duration, rungs, most = made.duration, made.rungs, made.most
     program = not case.rule.is_formula and not case.rule.runs_at(50)
     ends = CHECKED if program else 1
-    rungs, most = (PROGRAM_RUNGS, MOST_PROGRAM_RUNGS) if program else (rungs, most)
     times = [duration * (k + 1) / ends for k in range(ends)]
-    wanted = [reference.solution(case.scene, t, digits=max(30, case.digits + 5)) for t in times]
+    wanted = [system.end(t, max(30, case.digits + 5)) for t in times]
     exact = wanted[-1]
-    known = case.scene.constrained and case.digits > 16
-    forces = reference.multipliers(case.scene, exact) if known else None
+    certain = exact.certain
+    known = case.digits > 16 and case.scene.constrained
+    forces = reference.multipliers(case.scene, exact.answer) if known else None
     rows: list[dict[str, Any]] = []
+    before: End | None = None  # where no other method tells the end, that of the run before
     for i in range(most):
         # go on only while the asymptotic window has not been reached, and may yet be
-        certain = exact.certain_digits
         if program and i >= FEWEST and _sunk(case, rows, certain):
             break
         early = program and _early(case, rows, certain)
@@ -142,11 +171,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             and multipliers.decided(case, rows, certain)
         ):
             break
-        steps = first * 2**i
-        if program:  # each rung a whole number of parts, and more of them than the one before
-            parts = max(rows[-1]["steps"] // ends + 1 if rows else 1,
-                        round(first * 2 ** (i / 2) / ends))  # fmt: skip
-            steps = parts * ends
+        steps = made.steps(i)
         progress(f"{case.scene.name} {case.label}: {steps} steps", i / most)
         step = duration / steps
         row: dict[str, Any] = {
@@ -155,13 +180,19 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         }  # fmt: skip
         rows.append(row)
         try:
-            flow = case.scheme.flow(step, case.digits)
+            flow = system.flow(step)
             run = flow.trajectory(steps, every=steps // ends)
         except StepFailure as failure:
             row |= {"why_not": "failed", "cause": failure.cause}
             continue
+        if exact.x is None:
+            here = End(run.x[-1], run.mu[-1], certain)
+            if before is not None:
+                rows[-2] |= dict(zip(ERRORS, system.error(before.x, before.mu, here), strict=True))
+            before = here
+            continue
         with mpmath.workdps(case.digits + 15):
-            found = [_errors(x, mu, at) for x, mu, at in
+            found = [system.error(x, mu, at) for x, mu, at in
                      zip(run.x[1:], run.mu[1:], wanted, strict=True)]  # fmt: skip
             row["error"], row["error_x"], row["error_mu"] = map(_mean, zip(*found, strict=True))
             if forces and any(forces):
@@ -169,24 +200,27 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
                     row["multipliers"] = multipliers.error(flow, run, forces)
                 except CannotMeasure:  # its adjoint meets no constraints, so only (x, μ) is judged
                     forces = None
-    result = {"rows": rows, **fit(case, rows, exact.certain_digits)}
-    if case.digits == 16 and case.rule.runs_at(50):
+    if exact.x is None:
+        rows.pop()  # the finest is held against no finer one
+    result = {"rows": rows, **fit(case, rows, certain)}
+    if case.digits == 16 and system.runs_at(50):
         if result["measured"]["order"] is None:
-            if above_floor(case, rows, exact.certain_digits):
-                measure_round_off(case, rows, duration, exact)
+            if above_floor(case, rows, certain):
+                measure_round_off(case, rows, duration, exact.answer)
         elif single_steps.below(case, result):
             for row in rows:
                 row["round_off"] = single_steps.amplified(case, duration, row["steps"]) or 0.0
-        result |= fit(case, rows, exact.certain_digits)
+        result |= fit(case, rows, certain)
     if forces:
-        result["measured"]["multipliers"] = slope(case, rows, "multipliers", exact.certain_digits)
+        result["measured"]["multipliers"] = slope(case, rows, "multipliers", certain)
     progress(f"{case.scene.name} {case.label}: one step", 1.0)
-    if case.scene.in_numbers:
-        result["agreed"] = exact.certain_digits
+    result["measured"] |= exact.about
+    if exact.agreed is not None:
+        result["agreed"] = exact.agreed
     return {**result, "local": single_steps.measured(case), "duration": float(duration)}
 
 
-def _early(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
+def _early(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
     """Whether errors are so large still that a slope beside the expected order says nothing."""
     order, wanted = fit(case, rows, certain)["measured"]["order"], case.scheme.order
     last = rows[-1]["error"] if rows else None
@@ -205,16 +239,7 @@ def _mean(errors: Any) -> float | None:
     return math.sqrt(math.fsum(e * e for e in known) / len(known)) if known else None
 
 
-def _errors(x: Any, mu: Any, exact: Any) -> tuple[float, float | None, float]:
-    """The relative error of a state, and its parts in x and μ; in mpmath."""
-    dx, of_x = gap(x, exact.x)
-    dmu, of_mu = gap(mu, exact.mu)
-    size = mpmath.sqrt(of_x**2 + of_mu**2) or 1  # at rest at 0 errors are not relative
-    of_base = float(dx / size) if len(exact.x) else None
-    return float(mpmath.sqrt(dx**2 + dmu**2) / size), of_base, float(dmu / size)
-
-
-def _sunk(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
+def _sunk(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
     """Whether the last errors are at round-off, below which no smaller step leads."""
     last = [row["error"] for row in rows[-2:]]
     return all(e is not None and e <= 10 * floor(case, certain) for e in last)
@@ -259,7 +284,7 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
         digits = f", or judge it by --digits {more}" if case.rule.runs_at(more) else ""
         return unknown(
             "fewer than four step sizes lie on a straight line above round-off; start the ladder "
-            f"elsewhere with --steps (the reference has {certain} certain digits){digits}."
+            f"elsewhere with --steps (the reference has {certain:.3g} certain digits){digits}."
         )
     if expected["order"] is None:
         return Verdict("pass", "the rule declares no order: measured only.", expected)
@@ -320,4 +345,4 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     def at_50_digits() -> Any:
         return measure(replace(case, digits=50, steps=None))["measured"]["order"]
 
-    return of_order(case, measurement, ladder(case)[0], at_50_digits)
+    return of_order(case, measurement, ladder(case).duration, at_50_digits)

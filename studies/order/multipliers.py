@@ -21,7 +21,7 @@ def error(flow: Flow, run: Trajectory, forces: Any) -> float | None:
     return float(off / size)
 
 
-def decided(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
+def decided(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
     """Whether multipliers have a slope, or none to have."""
     errors = [e for r in rows if (e := r.get("multipliers")) is not None]
     exact = max(errors, default=0.0) <= floor(case, certain)

@@ -12,11 +12,14 @@ import math
 from fractions import Fraction
 from typing import Any
 
+from discmech.integrators import BadInput
+from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import mpmath
 from discmech.reference import surroundings
 
 from ..core.case import Case, Verdict
 from ..evidence import NEAR, Evidence, evidence_of
+from ..systems import system_of
 from .window import TOLERANCE
 
 #: of the final time's state: errors of the declared order that add up to more at the coarsest step
@@ -32,9 +35,13 @@ WALK = 5
 
 def measured(case: Case) -> dict[str, Any] | None:
     """What single steps say, as it is kept in a measurement; None where they say nothing."""
-    if case.scene.in_numbers:  # no exact state is known but along its two references
+    try:
+        scheme = system_of(case).single_steps()
+    except (BadInput, CannotMeasure) as error:
+        return {"order": None, "unknown": " ".join(str(error).split())}
+    if scheme is None:
         return None
-    evidence = evidence_of(case.scheme)
+    evidence = evidence_of(scheme)
     found = evidence.order
     if found.unknown:
         return {"order": None, "unknown": found.unknown, "seed": evidence.seed}

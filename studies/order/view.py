@@ -40,6 +40,7 @@ FAMILY_CAPTION = (
 def _got(measured: dict[str, Any]) -> str:
     processed = number(measured.get("effective"))
     found = plus_minus(measured.get("order"), measured.get("interval"))
+    found += " (against its own runs)" if measured.get("why_not") else ""
     return found + ("" if processed is None else f", processed {processed:g}")
 
 

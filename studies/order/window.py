@@ -18,13 +18,13 @@ LEAST_POINTS = 4  # of a line
 NEAR = 0.05  # of an order that may still come to the expected one at smaller steps
 
 
-def floor(case: Case, certain: int) -> float:
+def floor(case: Case, certain: float) -> float:
     """A run of N steps collects a few √N units of round-off; nothing below is the method's."""
     least = 32 * case.rule.unit(16) if case.digits == 16 else 10.0 ** (3 - case.digits)
     return max(least, 10.0 ** (2 - certain))
 
 
-def decided(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
+def decided(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
     """Whether smaller steps would change nothing."""
     order = fit(case, rows, certain)["measured"]["order"]
     if order is None:
@@ -44,7 +44,7 @@ def only_round_off(rows: list[dict[str, Any]]) -> bool:
     return all(b > a / 2 for a, b in itertools.pairwise(last))
 
 
-def above_floor(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
+def above_floor(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
     """Whether so many errors are above the floor that a line may be fitted."""
     least = floor(case, certain)
     return sum(r["error"] is not None and r["error"] > least for r in rows) >= LEAST_POINTS
@@ -69,7 +69,7 @@ def _local_orders(rows: list[dict[str, Any]]) -> list[float]:
             for a, b in itertools.pairwise(rows)]  # fmt: skip
 
 
-def departure(case: Case, rows: list[dict[str, Any]], certain: int) -> str:
+def departure(case: Case, rows: list[dict[str, Any]], certain: float) -> str:
     """Why errors on no straight line cannot be those of the expected order; empty if they can.
 
     Local orders of a method of order p come nearer to p at ever smaller steps. Three that miss it
@@ -124,7 +124,7 @@ def not_converging(rows: list[dict[str, Any]], order: float, key: str) -> str:
     )
 
 
-def fit(case: Case, rows: list[dict[str, Any]], certain: int) -> dict[str, Any]:
+def fit(case: Case, rows: list[dict[str, Any]], certain: float) -> dict[str, Any]:
     """Find the asymptotic window; say of every other point why it is left out."""
     window = _window(case, rows, "error", certain, [r.get("round_off", 0.0) for r in rows])
     for i, row in enumerate(rows):
@@ -142,14 +142,14 @@ def fit(case: Case, rows: list[dict[str, Any]], certain: int) -> dict[str, Any]:
     return {"measured": measured, "certain": certain}
 
 
-def slope(case: Case, rows: list[dict[str, Any]], key: str, certain: int) -> float | None:
+def slope(case: Case, rows: list[dict[str, Any]], key: str, certain: float) -> float | None:
     """The slope of the errors of that name in their asymptotic window, if they have one."""
     window = _window(case, rows, key, certain)
     return None if window is None else window.line.slope
 
 
 def _window(
-    case: Case, rows: list[dict[str, Any]], key: str, certain: int, known: Any = None
+    case: Case, rows: list[dict[str, Any]], key: str, certain: float, known: Any = None
 ) -> Window | None:
     errors = [math.nan if (e := r.get(key)) is None else e for r in rows]
     straight = STRAIGHT[case.digits == 16]

@@ -21,12 +21,22 @@ from discmech.integrators.rules import OneStepMap
 from discmech.reference import ReferenceFailure
 
 from ..core import controls
-from ..core.case import Case, Choice, Progress, Verdict, family_cases, plain_cases, silent
+from ..core.case import (
+    Case,
+    Choice,
+    Progress,
+    Verdict,
+    family_cases,
+    lattice_cases,
+    plain_cases,
+    silent,
+)
 from ..core.claims import not_claimed
 from ..core.family import KEPT
 from ..core.runs import follow, largest_stable_step
 from ..evidence import evidence_of
 from ..evidence.verdicts import CONSISTENCY, consistency_of, demand_consistency
+from ..systems import system_of
 from . import in_numbers
 from .constraints import constraint_defect
 
@@ -45,6 +55,7 @@ def cases(choice: Choice) -> list[Case]:
     With controls chosen, only these. Raises `BadInput` where none of them can be run.
     """
     found = [] if choice.controls else plain_cases(NAME, choice, DIGITS)
+    on_lattices = [] if choice.controls else lattice_cases(NAME, choice)
     # under a force no form is kept, and of a one-step map nothing else is asked here
     found = [c for c in found if c.scene.force is None or not isinstance(c.rule, OneStepMap)]
     places = [
@@ -62,11 +73,15 @@ def cases(choice: Choice) -> list[Case]:
             "of its own: name one of these scenes, or none, and no rule."
         )
     found += [] if choice.controls else family_cases(NAME, choice, FAMILY_STEPS, KEPT)
-    return found + [
-        Case(NAME, scene, discretisations.trapezoidal, digits, choice.steps, control)
-        for digits in choice.digits or DIGITS
-        for scene, control in here
-    ]
+    return (
+        found
+        + on_lattices
+        + [
+            Case(NAME, scene, discretisations.trapezoidal, digits, choice.steps, control)
+            for digits in choice.digits or DIGITS
+            for scene, control in here
+        ]
+    )
 
 
 def limit(digits: int) -> float:
@@ -88,10 +103,13 @@ CHANGES = ("change", "volume")
 def limits(digits: int) -> dict[str, float]:
     """The largest defect of each kind that is round-off."""
     own = ROUND_OFFS * float(arithmetic(digits).eps)
-    return {**dict.fromkeys((*FORMS, *CHANGES), limit(digits)), "residual": own, "constraint": own}
+    of_steps = dict.fromkeys(("residual", "constraint", "hidden"), own)
+    return {**dict.fromkeys((*FORMS, *CHANGES), limit(digits)), **of_steps}
 
 
 def _kinds(case: Case) -> tuple[str, ...]:
+    if (own := system_of(case).form_kinds) is not None:
+        return own
     scene, found = case.scene, [*FORMS]
     if scene.force is not None and scene.nonholonomic is None:
         found += CHANGES[:1] if scene.constrained else CHANGES
@@ -109,6 +127,8 @@ def demanded(case: Case) -> tuple[str, ...]:
 
 def _free_of_forms(case: Case) -> str:
     """Why no form need be kept; "" if one is."""
+    if system_of(case).form_kinds is not None:
+        return ""
     if case.scene.nonholonomic is not None:
         return "nonholonomic: Ω need not be kept; a step solves its equations"
     if case.scene.force is not None:
@@ -137,6 +157,8 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     """
     if not case.rule.is_formula and not case.control:
         return in_numbers.measure(case, progress)
+    if (of_run := _in_states(case, progress)) is not None:
+        return of_run
     label = f"{case.scene.name} {case.label}"
     progress(f"{label}: largest stable step", 0.0)
     try:
@@ -160,6 +182,22 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     if largest != tried:  # a step this long could not be followed; the last rows are of a part
         found["left_out_step"] = float(tried)
     return found
+
+
+def _in_states(case: Case, progress: Progress) -> dict[str, Any] | None:
+    """`_measure` in some states of a long run, at the usual step; None where others are asked."""
+    system = system_of(case)
+    if (states := system.states(progress)) is None:
+        return None
+    flow, rows = system.flow(case.scene.step), list[dict[str, Any]]()
+    for k, (t, x, mu) in enumerate(states):
+        rows.append({
+            "step": float(flow.step), "index": k, "time": t, "pullback": None,
+            "poisson": system.form_defect(flow, x, mu, seed=k), **system.step_defects(flow, x, mu),
+        })  # fmt: skip
+    worst = {kind: _worst(rows, kind) for kind in _kinds(case)}
+    measured = {kind: row and row[kind] for kind, row in worst.items()}
+    return {"rows": rows, "measured": {"pullback": None, **measured}}
 
 
 def _at_places(case: Case) -> dict[str, Any]:
@@ -208,7 +246,8 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
     count = POINTS[case.digits == 16]
     steps = case.steps or 8 * count
     followed = step <= case.scene.step or not _several(case)
-    flow = case.scheme.flow(step, case.digits)
+    system = system_of(case)
+    flow = system.flow(step)
     run = follow(case, flow, steps)
     rows = []
     for i, k in enumerate(range(0, steps, max(1, steps // count))):
@@ -219,7 +258,7 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
             # None where a step is no arrow; the run's next one, for Newton may find another
             "pullback": float(flow.pullback_defect(x, u, v0=run.u[k + 1]))
             if case.scheme.has_arrows else None,
-            "poisson": _poisson(flow, x, mu, u),
+            "poisson": system.form_defect(flow, x, mu, u),
             "residual": float(flow.step_defect(x, mu, *taken, u0=u)) if followed else None,
             **_change(case, flow, x, mu, u),
             **({"constraint": constraint_defect(flow, run, k)} if case.scene.constrained else {}),
@@ -238,13 +277,6 @@ def _change(case: Case, flow: Any, x: Any, mu: Any, u: Any) -> dict[str, float |
     change, volume, grown = form_change_defects(flow, x, mu, u)
     rate = -math.log(abs(grown)) / float(flow.step)
     return {"change": float(change), "volume": float(volume), "contraction": rate}
-
-
-def _poisson(flow: Any, x: Any, mu: Any, u: Any) -> float | None:
-    """The form on the dual; under constraints that on what they leave, None over substeps."""
-    if not flow.scheme.scene.constrained:
-        return float(flow.poisson_defect(x, mu, u0=u))
-    return None if flow.scheme.substeps else float(restricted_form_defect(flow, x, mu, u))
 
 
 def _control_rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:

@@ -30,7 +30,7 @@ CONTROLS = (
 
 NAMES = {"pullback": "pullback", "poisson": "Poisson", "change": "change less dθ_f",
          "volume": "volume", "residual": "residual", "constraint": "constraint",
-         "contraction": "contraction rate"}  # fmt: skip
+         "hidden": "hidden constraint",         "contraction": "contraction rate"}  # fmt: skip
 
 
 def _got(measured: dict[str, Any]) -> str:

@@ -20,6 +20,7 @@ from discmech.integrators.numbers import arithmetic, whole_number
 
 from .. import get
 from ..core import lookup
+from ..core.apart import apart
 from ..core.case import Case, Choice, in_chart
 from ..core.claims import claiming
 from ..core.one_case import run_case
@@ -211,7 +212,7 @@ def _check_applies(study: Study, case: Case) -> None:
     except BadInput as error:
         raise BadInput(str(error)) from None
     if not applies:
-        if said := chosen.apart():
+        if said := apart(chosen):
             raise NotApplicable(" ".join(said))
         raise NotApplicable(
             f"{study.name} says nothing of {case.scene.name} with {case.rule.name}: {study.needs}"

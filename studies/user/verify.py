@@ -12,14 +12,15 @@ from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene, Scheme, scenes
 from discmech.integrators.errors import nearest, shown
-from discmech.integrators.foreign import Recorded
 
 from .. import NAMES, get
 from ..core import lookup
+from ..core.apart import apart
 from ..core.baseline import SCHEMA
-from ..core.case import APART, Choice, Progress, judged_alone, silent, worst
+from ..core.case import Choice, Progress, silent, worst
 from ..core.claims import EVERY
 from ..core.cluster import Cluster
+from ..core.parts import parts_of
 from ..core.record import record
 from ..core.running import Told, about_remembered, run_studies, unheard
 from ..core.store import Store
@@ -75,13 +76,13 @@ class Request:
             chosen = (*own, *scenes.all_scenes())
         else:  # a file with scenes alone asks about these
             alone = own and rules == lookup.rules(RULES)
-            others = [rule for rule in rules if not isinstance(rule, Recorded)]
+            others = [rule for rule in rules if not rule.is_recorded]
             usual = usual_scenes(others, self.together) if others else ()
             found = dict.fromkeys((*own, *scenes_recorded(rules), *usual))
             chosen = own if alone else tuple(found)
         not_meant = () if self.scenes else tuple(
             (scene.name, rule.name) for rule in rules for scene in chosen
-            if isinstance(rule, Recorded) and scene not in scenes_recorded([rule], own)
+            if rule.is_recorded and scene not in scenes_recorded([rule], own)
         )  # fmt: skip
         if not chosen:
             raise BadInput(
@@ -108,10 +109,11 @@ def scenes_recorded(rules: Sequence[Discretisation], own: Sequence[Scene] = ()) 
     one's own, that begin as they do."""
     found: list[Scene] = []
     for rule in rules:
-        if isinstance(rule, Recorded):
+        if rule.is_recorded:
+            runs: Any = rule
             known = [*own, *scenes.all_scenes()]
             found += [
-                s for s in known if (s.name == rule.scene if rule.scene else rule.begins_at(s))
+                s for s in known if (s.name == runs.scene if runs.scene else runs.begins_at(s))
             ]
     return found
 
@@ -162,7 +164,7 @@ def verify(
     if not held:
         needs = "; ".join(f"{study.name}: {study.needs.rstrip('.')}" for study in asked)
         nothing = f"no study applies to what was chosen ({needs})."
-        said = choice.unheeded() or choice.apart() or [nothing]
+        said = choice.unheeded() or apart(choice) or [nothing]
         raise BadInput(" ".join(said))
     results, schemes = run_studies(
         held, choice, progress, store=store, jobs=jobs, told=told, also=about_scheme
@@ -206,16 +208,19 @@ def _left_out(
     found, scenes = [], {scene.name: scene for scene, _ in choice.pairs()}
     for study in asked:
         seen = {case["scene"] for case in cases if case["study"] == study.name}
+        own = {study.asks_for, "equations"}
         left = [name for name, scene in scenes.items()
-                if name not in seen and judged_alone(scene) in ("", study.name)]  # fmt: skip
+                if name not in seen and own & parts_of(scene)]  # fmt: skip
         if left:
             where = "" if len(left) == len(scenes) else f" on {', '.join(left)}"
             found.append(f"{study.name}{where}: {study.needs}")
-    notes = choice.apart()
+    notes = apart(choice)
     if found:
         notes.append("Left out, since the study does not apply:\n  " + "\n  ".join(found))
-    if not request.studies:  # lattices judge no scene: of one that is chosen `apart` has spoken
-        alone = ", ".join(name for name in NAMES if name not in studies() and name not in APART)
+    if not request.studies:  # of lattices `apart` has spoken
+        alone = ", ".join(
+            s.name for s in map(get, NAMES) if s.name not in studies() and s.asks_for == "equations"
+        )
         notes.append(f"Left out, since they take times: {alone} (--study asks for them).")
     return notes
 

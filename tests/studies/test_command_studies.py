@@ -39,8 +39,7 @@ MEASURED = {
     "extremes": {"fine", "coarse"},
     "savings": {"times"},
     "optimality": {"order", "interval", "points", "orders", "exact", "corrections", "cost"},
-    "lattices": {"order", "exact", "space_order", "energy", "drift", "poisson", "bond", "patch",
-                 "residual", "grows", "held_against", "known", "rate", "constraint", "hidden"},
+    "lattices": {"local", "space_order", "bond", "patch", "grows"},
     "contact": {"stepped", "located", "late", "rests", "order", "time_error", "form"},
 }  # fmt: skip
 

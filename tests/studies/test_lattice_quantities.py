@@ -10,9 +10,9 @@ import pytest
 from discmech import Lattice, Scheme, pair
 from discmech.integrators import rules
 from discmech.integrators.lattices import systems
-from discmech.studies.lattices import quantities
-from discmech.studies.lattices.known import known_of
-from discmech.studies.lattices.quantities import energies, momentum
+from discmech.studies.systems import quantities
+from discmech.studies.systems.known import known_of
+from discmech.studies.systems.quantities import energies, momentum
 
 
 def test_energy_and_momenta_are_those_of_their_formulas():

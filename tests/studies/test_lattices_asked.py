@@ -16,13 +16,15 @@ from discmech.studies.core.fingerprint import of_case
 STUDY = get("lattices")
 
 
-def test_other_studies_leave_lattices_alone(ask):
-    for study in ("order", "symplecticity", "contact", "optimality"):
-        with pytest.raises(BadInput, match="judged by `discmech lattices`"):
+def test_what_lattices_lack_other_studies_say(ask):
+    for study in ("contact", "optimality", "stability"):
+        with pytest.raises(BadInput, match=r"judged by `discmech order`, .*`discmech lattices`"):
             check(study, ["fput"], ["midpoint"], [16], 20)
     found = check("energy", ["fput", "harmonic"], ["midpoint"], [16], 200)
+    assert [c["scene"] for c in found["cases"]] == ["harmonic", "fput"]
+    found = check("stability", ["fput", "harmonic"], ["midpoint"], [16])
     assert [c["scene"] for c in found["cases"]] == ["harmonic"]
-    assert any("judged by `discmech lattices`" in note for note in found["notes"])
+    assert any("judged by `discmech order`" in note for note in found["notes"])
     with pytest.raises(BadInput, match="it needs a lattice"):
         check("lattices", ["harmonic"], ["midpoint"])
     assert ask("lattices", "harmonic")[0] == 2
@@ -63,8 +65,8 @@ def test_a_lattice_of_one_s_own_is_judged_by_its_file(tmp_path, monkeypatch, cap
              for name in ("mine", "stiff")]  # fmt: skip
     assert len({of_case(STUDY, c, timed=False) for c in asked}) == 2
     assert asked[0].command == "discmech lattices mine.py:springs --rule midpoint --digits 16"
-    assert main(["verify", "mine.py"]) == 2
-    assert "judged by `discmech lattices`" in capsys.readouterr().err
+    assert main(["verify", "mine.py"]) == 0
+    assert "order: springs, midpoint" in capsys.readouterr().out
 
 
 def test_arrays_of_a_lattice_are_in_its_fingerprint():

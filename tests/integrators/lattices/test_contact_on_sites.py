@@ -25,7 +25,7 @@ from discmech.integrators.lattices import systems
 from discmech.integrators.lattices.site_gaps import SiteGaps
 from discmech.integrators.lattices.site_velocities import velocities
 from discmech.studies.lattices import contacts
-from discmech.studies.lattices.quantities import energies
+from discmech.studies.systems.quantities import energies
 from tests.integrators.lattices import as_scenes
 from tests.integrators.lattices.as_scenes import ROUND_OFF, slow
 

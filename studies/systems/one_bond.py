@@ -14,14 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators import BadInput, Lattice, Scene, Scheme, rules
+from discmech.integrators import Lattice, Scene
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.groupoids import product
 from discmech.integrators.numbers import sympy
-
-from ..core.case import Case
-from ..evidence.verdicts import of_evidence
-from .known import built_in
 
 LARGE = 9  # numbers of a site's x: those of a body on SO(3)
 
@@ -116,20 +112,3 @@ def _of_bond(lattice: Lattice, p: Any, b: int) -> Any:
     parts, ends = lattice.split_parameters, lattice.pairs[b]
     both = {key: _exact(a[ends]) for key, a in parts["site"].items()}
     return _Values({**vars(p), **both, **{key: _exact(a[b]) for key, a in parts["bond"].items()}})
-
-
-def measured(case: Case) -> dict[str, Any] | None:
-    """What single steps say of the case's rule: order (None: unknown says why, or exact), …
-
-    None, unless time is no matter, of the bench's own rules on its lattices of bodies on SE(3),
-    whose series take a quarter of a minute to derive.
-    """
-    lattice: Any = case.scene
-    own = built_in(lattice) and rules.BUILT_IN.get(case.rule.name) is case.rule
-    if own and lattice.groupoid.dim_x > LARGE and not case.thorough:
-        return None
-    try:
-        scheme = Scheme(scene_of(lattice), case.rule)
-    except (BadInput, CannotMeasure) as error:
-        return {"order": None, "unknown": " ".join(str(error).split())}
-    return of_evidence(scheme)

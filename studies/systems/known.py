@@ -19,6 +19,8 @@ from discmech.reference.closed_forms.lattice_waves import (
     toda_solitons,
 )
 
+from ..core.parts import is_built_in
+
 SPACING = Fraction(1, 8)  # of the coarsest grid of a field
 
 
@@ -41,12 +43,7 @@ class Known:
 
 def known_of(lattice: Lattice) -> Known:
     """Of a lattice of yours nothing is known."""
-    return _KNOWN[lattice.name] if lattice.name in _KNOWN and built_in(lattice) else Known()
-
-
-def built_in(lattice: Lattice) -> bool:
-    """Whether it is the lattice of that name, and not another one called so."""
-    return lattice.name in systems.NAMES and systems.get(lattice.name) is lattice
+    return _KNOWN[lattice.name] if lattice.name in _KNOWN and is_built_in(lattice) else Known()
 
 
 def _toda(lattice: Lattice, t: float) -> Field:

@@ -9,28 +9,33 @@ from typing import Any
 
 import numpy as np
 
-from ..momentum.measuring import FARTHEST
 from .quantities import Part, energies, momentum, step_round_off, sum_round_off, value_round_off
 
 MOST_ROWS = 1_000
 STATES = 3  # that are kept, and tested for Ω
 LOOKS = 8  # rows at which a step's round-off is asked for
 BLOCK = 2**18  # sites of the rows that are held at once, or of one row
-EPS = 2.0**-53
 
 
 @dataclass
 class LongRun:
     """What is kept of a run.
 
-    t and errors (r,): of the energy, over the largest sum of its absolute terms. momenta: name →
-    (drift, what round-off may leave), both over that sum. states: some (x, μ), first and last too.
+    t and energy (r,), and size, the largest sum of the energy's absolute terms. momenta by name.
+    states: some (t, x, μ), the first and the last too. every: steps from row to row.
     """
 
     t: np.ndarray
-    errors: np.ndarray
-    momenta: dict[str, tuple[float, float]]
-    states: list[tuple[np.ndarray, np.ndarray]]
+    energy: np.ndarray
+    size: float
+    momenta: dict[str, Momentum]
+    states: list[tuple[float, np.ndarray, np.ndarray]]
+    every: int
+
+    @property
+    def errors(self) -> np.ndarray:
+        """H − H₀ per row, over the largest sum of its absolute terms."""
+        return (self.energy - self.energy[0]) / (self.size or 1)
 
 
 def followed(scheme: Any, flow: Any, steps: int, parts: Mapping[str, Part]) -> LongRun:
@@ -41,8 +46,8 @@ def followed(scheme: Any, flow: Any, steps: int, parts: Mapping[str, Part]) -> L
     every, sites = max(1, steps // MOST_ROWS), scheme.lattice.sites
     looks, kept = (_spread(steps // every + 1, some) for some in (LOOKS, STATES))
     times, H, size, first = [], [], 0.0, 0
-    sums = {name: Momentum() for name in parts}
-    states: list[tuple[np.ndarray, np.ndarray]] = []
+    sums = {name: Momentum(sites) for name in parts}
+    states: list[tuple[float, np.ndarray, np.ndarray]] = []
     for block in flow.blocks(steps, every, size=max(1, BLOCK // sites)):
         values, most = energies(scheme, block)
         times.append(block.t)
@@ -52,13 +57,10 @@ def followed(scheme: Any, flow: Any, steps: int, parts: Mapping[str, Part]) -> L
         some = [k - first for k in looks if k in inside]
         for name, part in parts.items():
             sums[name].add(scheme, part, block, some)
-        states += [(block.x[k - first].copy(), block.mu[k - first].copy()) for k in kept
-                   if k in inside]  # fmt: skip
+        states += [(float(block.t[k - first]), block.x[k - first].copy(),
+                    block.mu[k - first].copy()) for k in kept if k in inside]  # fmt: skip
         first += len(block.t)
-    energy = np.concatenate(H)
-    walked = steps * max(1, len(scheme.substeps))
-    return LongRun(np.concatenate(times), (energy - energy[0]) / (size or 1),
-                   {name: s.drift(walked, sites) for name, s in sums.items()}, states)  # fmt: skip
+    return LongRun(np.concatenate(times), np.concatenate(H), size, sums, states, every)
 
 
 def _spread(count: int, some: int) -> list[int]:
@@ -73,6 +75,7 @@ class Momentum:
     of_value: of a site's terms, over their size.
     """
 
+    sites: int
     values: list[np.ndarray] = field(default_factory=list)
     terms: float = 0.0
     of_step: float = 0.0
@@ -89,9 +92,15 @@ class Momentum:
             own = value_round_off(scheme, part, block.x[some[0]], block.mu[some[0]])
             self.of_value = max(self.of_value, own)
 
-    def drift(self, steps: int, sites: int) -> tuple[float, float]:
-        """(the most that it changes, what round-off may leave), over its absolute terms."""
-        values, size = np.concatenate(self.values, axis=1), self.terms or 1.0
-        own = 2 * (sum_round_off(sites) + self.of_value) * size  # of the first and of this row
-        walk = FARTHEST * math.sqrt(steps) * self.of_step
-        return float(abs(values - values[:, :1]).max()) / size, EPS * (walk + own) / size
+    @property
+    def drifts(self) -> np.ndarray:
+        """Per row the most that it has changed since the start, over its absolute terms."""
+        values = np.concatenate(self.values, axis=1)
+        return np.asarray(abs(values - values[:, :1]).max(axis=0) / (self.terms or 1.0))
+
+    @property
+    def units(self) -> tuple[float, float]:
+        """What round-off does over the same terms, in ε: where each site is rounded once in a step
+        (times √3, as a relative rounding of ε/√3 in the mean square), and in its own evaluation."""
+        size = self.terms or 1.0
+        return math.sqrt(3) * self.of_step / size, sum_round_off(self.sites) + self.of_value

@@ -1,0 +1,228 @@
+"""A lattice by a rule: sums over sites and bonds, in double precision."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import rules
+from discmech.integrators.errors import CannotMeasure, StepFailure
+from discmech.integrators.lattices import poisson_defect, step_derivative
+
+from ..core.case import Progress, scheme_of
+from ..core.parts import is_built_in
+from .following import LongRun, followed
+from .known import Known, known_of
+from .one_bond import LARGE, scene_of
+from .quantities import change, entries_of, of_symmetries
+from .reference import rates_at, solution
+from .residual import step_defects
+from .system import End, Ladder, SiteMomentum, System
+
+RUNGS, MOST_RUNGS = 5, 8
+COARSE, HIGHER = 32, 8  # steps of the coarsest run, so many fewer from order 4 on
+#: from order 6 on, where halved steps make errors round-off after three levels: steps of the
+#: coarsest run, and the error that it may have for runs of twice the time to be asked for
+STEEP, COARSEST, LARGE_ERROR = 6, 3, 1e-4
+#: of a change or an error, beside the largest number of its kind: round-off of some hundred steps
+LEAST = 2.0**-46
+PAIRS = 2  # of variations by which the form is tested at a state
+#: lattices whose form takes a quarter of a minute to derive, which --thorough asks for
+LATER = ("beam", "spaghetti")
+STEP_KINDS = ("residual", "constraint", "hidden")
+Pair = tuple[np.ndarray, np.ndarray]
+
+
+class LatticeSystem(System):
+    """A scheme of a lattice; see `System`."""
+
+    #: of many sites an energy may come and go slowly. Where a run does not tell, one eight times as
+    #: long is asked, and no other
+    slower = (1, 8, 64)
+
+    @property
+    def lattice(self) -> Any:
+        """The lattice."""
+        return self.case.scene
+
+    @cached_property
+    def known(self) -> Known:
+        """What is known of a lattice of the bench."""
+        return known_of(self.lattice)
+
+    @cached_property
+    def momenta(self) -> tuple[SiteMomentum, ...]:  # type: ignore[override]
+        """Those that are known, and those of the lattice's own symmetries."""
+        parts = {**self.known.momenta, **of_symmetries(self.lattice)}
+        return tuple(SiteMomentum(name, part) for name, part in parts.items())
+
+    @property
+    def form_kinds(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The Poisson form, and what a step owes to its equations and constraints."""
+        tied = self.lattice.constraint is not None
+        return ("poisson", *(STEP_KINDS if tied else STEP_KINDS[:1]))
+
+    @cached_property
+    def lacks(self) -> dict[str, str]:  # type: ignore[override]
+        """Of what no single steps are judged, and no form is derived in time."""
+        lattice, rule = self.lattice, self.case.rule
+        found = {"modified_energy": "a lattice's energy is judged by long runs alone"}
+        if is_built_in(lattice) and not self.case.thorough:
+            if lattice.groupoid.dim_x > LARGE and rules.BUILT_IN.get(rule.name) is rule:
+                found["single_steps"] = "its series takes a quarter of a minute: --thorough"
+            if lattice.name in LATER:
+                found["form_defect"] = "its derivatives take a quarter of a minute: --thorough"
+        return found
+
+    def runs_at(self, digits: int) -> bool:
+        """In double precision."""
+        return digits == 16
+
+    # -- order ------------------------------------------------------------------------------
+
+    @cached_property
+    def ladder(self) -> Ladder:
+        """Steps that are halved; of a steep rule by √2, where its errors are not those to its own
+        runs (changes are on a line only where each step is the same part of the one before)."""
+        T, order, asked = self._duration, self.case.scheme.order or 0, self.case.steps
+        if order >= STEEP and not asked and self.end(T, 16).x is not None:
+            counts = lambda k: round(COARSEST * 2 ** (k / 2))  # noqa: E731
+            return Ladder(T, counts, 2 * RUNGS - 1, 2 * MOST_RUNGS - 1)
+        coarsest = asked or (COARSE if order < 4 else COARSE // HIGHER)
+        more = int(self.end(T, 16).x is None)  # the finest has no error of its own
+        return Ladder(T, lambda k: coarsest * 2**k, RUNGS + more, MOST_RUNGS + more)
+
+    @cached_property
+    def _duration(self) -> Fraction:
+        """Of a steep rule the time is made longer until its coarsest run has a large error."""
+        T: Fraction = COARSE * self.lattice.step
+        if (self.case.scheme.order or 0) >= STEEP:
+            while self.lattice.duration >= 2 * T and self._coarse_error(2 * T) < LARGE_ERROR:
+                T *= 2
+        return T
+
+    def _coarse_error(self, T: Fraction) -> float:
+        """By how much the coarsest run differs from one of half its steps; infinite without."""
+        ends = []
+        for count in (COARSEST, 2 * COARSEST):
+            try:
+                run = self.flow(T / count).trajectory(count, count)
+            except StepFailure:
+                return math.inf
+            ends.append((run.x[-1], run.mu[-1]))
+        return max(map(_apart, *ends))
+
+    def end(self, time: Any, digits: int) -> End:
+        """By the closed form of the lattice, else by its equations of motion; else unknown."""
+        if time not in self._ends:
+            self._ends[time] = self._end(time)
+        return self._ends[time]
+
+    @cached_property
+    def _ends(self) -> dict[Any, End]:
+        return {}
+
+    def _end(self, time: Any) -> End:
+        if self._exact is not None:
+            flow = self.flow(time)
+            x, v = (e[:, None] for e in self._exact(self.lattice, float(time)))
+            mu = np.where(self.lattice.free[:, None], flow.momenta(x, v), 0)
+            return End(x, mu, _certain(LEAST), {"held_against": "closed form", "known": LEAST})
+        try:
+            x, mu, known = solution(self.scheme, float(time))
+        except CannotMeasure as error:
+            about = {"held_against": "its own runs", "why_not": str(error), "known": LEAST}
+            return End(None, None, _certain(LEAST), about)
+        return End(x, mu, _certain(known), {"held_against": "equations of motion", "known": known})
+
+    @property
+    def _exact(self) -> Any:
+        return self.known.exact if self.known.refined is None else None
+
+    def error(self, x: Any, mu: Any, end: Any) -> tuple[float, float | None, float | None]:
+        """The most that x or μ of a site is off, each over its largest; far from the ends of a
+        chain, which closed forms do not have."""
+        tenth = self.lattice.sites // 10
+        inner = slice(tenth, -tenth) if self._exact is not None else slice(None)
+        of_x, of_mu = _apart(x, end.x, inner), _apart(mu, end.mu, inner)
+        return max(of_x, of_mu), of_x, of_mu
+
+    def single_steps(self) -> Any:
+        """Two neighbours and their bond, as a scene; raises `CannotMeasure` without such a bond."""
+        if "single_steps" in self.lacks:
+            return None
+        return scheme_of(scene_of(self.lattice), self.case.rule)
+
+    # -- long runs --------------------------------------------------------------------------
+
+    def usual_steps(self, claimed: bool = True) -> int:
+        """So many that what is slow is seen, of a known lattice."""
+        return self.known.steps
+
+    def long_run(self, steps: int, progress: Progress) -> LongRun:
+        """`following.followed`, the momenta along the shortest run alone."""
+        progress(f"{self.lattice.name} {self.case.label}: {steps} steps", 0.0)
+        first = steps <= (self.case.steps or self.usual_steps())
+        return _run(self.scheme, steps, first)
+
+    def energy(self, run: LongRun) -> tuple[np.ndarray, np.ndarray]:
+        """As it was followed; of the terms the most of all rows."""
+        return run.energy, np.full(len(run.t), run.size)
+
+    def energy_errors(self, run: LongRun) -> np.ndarray:
+        """Over the largest sum of the energy's absolute terms."""
+        return run.errors
+
+    def rates(self, state: Pair) -> dict[str, float]:
+        """|dJ/dt| of the momenta of a lattice's symmetries, by the equations of motion."""
+        parts = of_symmetries(self.lattice)
+        rates = rates_at(self.scheme, *state) if parts else state
+        return {name: change(self.scheme, part, state, rates) for name, part in parts.items()}
+
+    @property
+    def text(self) -> str:
+        """The momenta of symmetries, which no equation of a step holds."""
+        given = of_symmetries(self.lattice)
+        return str({name: entries_of(self.scheme, part) for name, part in given.items()})
+
+    # -- the form ---------------------------------------------------------------------------
+
+    def states(self, progress: Progress) -> list[tuple[float, Any, Any]]:
+        """Some of a long run, the first and the last too."""
+        return self.long_run(self.case.steps or self.usual_steps(), progress).states
+
+    def form_defect(self, flow: Any, x: Any, mu: Any, u: Any = None, seed: int = 0) -> float | None:
+        """By random variations; None of compositions, whose substeps are the base's."""
+        if "form_defect" in self.lacks:
+            return None
+        try:
+            return float(poisson_defect(step_derivative(flow, x, mu), PAIRS, seed))
+        except CannotMeasure:
+            return None
+
+    def step_defects(self, flow: Any, x: Any, mu: Any) -> dict[str, float | None]:
+        """`residual.step_defects`; None of compositions."""
+        try:
+            return {**step_defects(flow, x, mu)}
+        except CannotMeasure:
+            return dict.fromkeys(self.form_kinds[1:])
+
+
+@lru_cache(maxsize=8)  # energy, momentum and symplecticity ask for one run
+def _run(scheme: Any, steps: int, with_momenta: bool) -> LongRun:
+    lattice = scheme.lattice
+    parts = {**known_of(lattice).momenta, **of_symmetries(lattice)} if with_momenta else {}
+    return followed(scheme, scheme.flow(lattice.step), steps, parts)
+
+
+def _certain(known: float) -> float:
+    """The digits of which `End.certain` is, for errors down to `known`."""
+    return 2 - math.log10(known)
+
+
+def _apart(one: Any, other: Any, inner: slice = slice(None)) -> float:
+    return float(abs(one - other)[inner].max() / (abs(other).max() or 1))

@@ -1,0 +1,74 @@
+"""A scene by a rule, by a one-step map, or by somebody else's integrator."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from discmech import reference
+from discmech.integrators.flows import restricted_form_defect
+from discmech.integrators.numbers import mpmath
+
+from ..causes.round_off import gap
+from ..core.case import Progress
+from ..core.runs import energy_errors, energy_with_terms, long_run, usual_steps
+from .system import End, System
+
+
+class SceneSystem(System):
+    """A scheme of a scene; see `System`."""
+
+    @cached_property
+    def lacks(self) -> dict[str, str]:  # type: ignore[override]
+        """Of a scene in numbers no state is exact but along its two references."""
+        if self.case.scene.in_numbers:
+            return {"single_steps": "no exact state is known beside the motion"}
+        return {}
+
+    def runs_at(self, digits: int) -> bool:
+        """As the rule does."""
+        return self.case.rule.runs_at(digits)
+
+    def end(self, time: Any, digits: int) -> End:
+        """By a certified reference."""
+        found = reference.solution(self.case.scene, time, digits=digits)
+        certain = found.certain_digits
+        agreed = certain if self.case.scene.in_numbers else None
+        return End(found.x, found.mu, certain, answer=found, agreed=agreed)
+
+    def error(self, x: Any, mu: Any, end: Any) -> tuple[float, float | None, float | None]:
+        """‖(x, μ) − (x̂, μ̂)‖₂ / ‖(x̂, μ̂)‖₂ and its parts; in mpmath."""
+        dx, of_x = gap(x, end.x)
+        dmu, of_mu = gap(mu, end.mu)
+        size = mpmath.sqrt(of_x**2 + of_mu**2) or 1  # at rest at 0 errors are not relative
+        of_base = float(dx / size) if len(end.x) else None
+        return float(mpmath.sqrt(dx**2 + dmu**2) / size), of_base, float(dmu / size)
+
+    def single_steps(self) -> Any:
+        """The scheme itself."""
+        return None if "single_steps" in self.lacks else self.scheme
+
+    def usual_steps(self, claimed: bool = True) -> int:
+        """A million, or what a program makes soon."""
+        return usual_steps(self.case, claimed)
+
+    def long_run(self, steps: int, progress: Progress) -> Any:
+        """The rows of `runs.long_run`."""
+        return long_run(self.case, self.scheme, steps, progress)
+
+    def energy(self, run: Any) -> tuple[np.ndarray, np.ndarray]:
+        """By `runs.energy_with_terms`."""
+        values, terms = energy_with_terms(self.scheme, self.case.digits)(run)
+        return values[:, 0], terms[:, 0]
+
+    def energy_errors(self, run: Any) -> np.ndarray:
+        """Relative to the energy that moves."""
+        return energy_errors(self.scheme, run, self.case.digits)
+
+    def form_defect(self, flow: Any, x: Any, mu: Any, u: Any = None, seed: int = 0) -> float | None:
+        """The form on the dual; under constraints that on what they leave, None over substeps."""
+        if not self.case.scene.constrained:
+            return float(flow.poisson_defect(x, mu, u0=u))
+        return None if self.scheme.substeps else float(restricted_form_defect(flow, x, mu, u))
