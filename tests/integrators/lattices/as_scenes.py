@@ -58,15 +58,28 @@ def as_scene(lattice):
     return Scene(f"{lattice.name}-scene", groupoid, lagrangian, shared, x0, v0, **more)
 
 
-def assert_same(lattice, rule, steps=60, every=20, step="1/20", most=ROUND_OFF):
-    """The lattice runs as its scene; both runs."""
-    run, wanted = (Scheme(of, rule).flow(step).trajectory(steps, every)
+def assert_same(lattice, rule, steps=60):
+    """The lattice runs as its scene, with multipliers and impacts, where there are any."""
+    step, every = ("1/20", 20) if not (lattice.contact or lattice.constraint) else ("1/50", 10)
+    run, wanted = (Scheme(of, rule).flow(step).trajectory(steps, 1 if lattice.contact else every)
                    for of in (lattice, as_scene(lattice)))  # fmt: skip
+    most = 50 * ROUND_OFF if lattice.contact else ROUND_OFF  # a round-off of x over the step
+
+    def difference(got, wanted):
+        return abs(got.reshape(len(run.t), -1) - wanted.reshape(len(run.t), -1)).max(initial=0)
+
     assert np.array_equal(run.t, wanted.t)
     for word in ("x", "u", "mu"):
-        got = getattr(run, word)[:, lattice.free].reshape(len(run.t), -1)
-        assert abs(got - getattr(wanted, word)).max() < most, word
-    return run, wanted
+        assert difference(getattr(run, word)[:, lattice.free], getattr(wanted, word)) < most, word
+    if lattice.constraint:
+        tied = run.multipliers[:, lattice.free[lattice.pairs].any(axis=1)]
+        assert difference(tied, wanted.multipliers) < ROUND_OFF * 2 * 50**2
+    if lattice.contact:
+        assert difference(run.gaps, wanted.gaps) < most
+        assert difference(run.impulses, wanted.impulses[:, :, 0]) < most
+        found, there = run.impacts, wanted.impacts
+        assert len(found.t) and set(np.round(found.t, 9)) == set(np.round(there.t, 9))
+        assert found.impulse.sum() == pytest.approx(there.impulses[:, :, 0].sum(), rel=1e-9)
 
 
 def slow(*values):

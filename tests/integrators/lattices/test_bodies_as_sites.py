@@ -10,10 +10,8 @@ from discmech import (
     Scheme,
     action,
     lie_group,
-    midpoint,
     pair,
     product,
-    rectangle,
     se,
     so,
     sp,
@@ -22,7 +20,6 @@ from discmech import (
 )  # fmt: skip
 from discmech.integrators.errors import BadInput
 from discmech.integrators.lattices.group_elements import strangers
-from tests.integrators.lattices.as_scenes import assert_same, slow
 
 INERTIA = (1, 2, 3)
 TOPS = np.array([[0.6, 0, 0.8], [0, 1, 0], [0, 0.6, -0.8]])
@@ -73,12 +70,3 @@ def test_what_is_no_element_is_refused_at_the_start_and_at_a_run():
         with pytest.raises(BadInput, match="x0 of site 2 is no element"):
             Scheme(bodies, trapezoidal).flow("1/20").trajectory(1, x0=wrong)
     assert np.array_equal(replace(bodies, x0=turned[[0, 1, 0]]).start[0][1], turned[1].ravel())
-
-
-@pytest.mark.parametrize(
-    ("site", "rule"),
-    [slow(site, rule) for site in SITES for rule in (rectangle, trapezoidal, midpoint)],
-    ids=lambda e: getattr(e, "name", e),
-)
-def test_bodies_run_as_their_scene(site, rule):
-    assert_same(SITES[site](), rule)

@@ -12,21 +12,12 @@ from discmech import (
     discretisation,
     midpoint,
     pair,
-    rectangle,
     trapezoidal,
 )
 from discmech.integrators.errors import BadInput, CannotMeasure, StepFailure
 from discmech.integrators.lattices import DualStep, linkages
 from discmech.integrators.rules import compose, gauss
-from tests.integrators.lattices import as_scenes
-from tests.integrators.lattices.as_scenes import ROUND_OFF, slow
-
-
-def assert_same(lattice, rule):
-    run, wanted = as_scenes.assert_same(lattice, rule, 30, 10, "1/50")
-    tied = run.multipliers[:, lattice.free[lattice.pairs].any(axis=1)].reshape(len(run.t), -1)
-    assert abs(tied - wanted.multipliers).max() < ROUND_OFF * 2 * 50**2
-
+from tests.integrators.lattices.as_scenes import ROUND_OFF
 
 SPRING = {"on_bond": lambda x, y, p: -((x[0] - y[0]) ** 2) / 3}
 ROD = {"constraint": lambda x, y, p: [((y - x).dot(y - x) - p.length**2) / 2]}
@@ -60,19 +51,6 @@ LATTICES = {
 def scheme(name):
     """A lattice with the trapezoidal rule, derived once."""
     return Scheme(LATTICES[name](), trapezoidal)
-
-
-@pytest.mark.parametrize(
-    ("name", "rule"),
-    [("held at both ends", midpoint), slow("tree", trapezoidal), slow("rods", trapezoidal),
-     slow("ring", midpoint), slow("rods", midpoint), slow("rods", rectangle),
-     slow("rods", compose(midpoint, "suzuki")), slow("free", trapezoidal),
-     slow("ring held", trapezoidal), slow("tree", midpoint), slow("links", trapezoidal),
-     slow("links", midpoint), slow("hinges", trapezoidal)],
-    ids=lambda e: getattr(e, "name", e),
-)  # fmt: skip
-def test_jointed_bodies_run_as_their_scene(name, rule):
-    assert_same(LATTICES[name](), rule)
 
 
 @pytest.mark.dear("tree")

@@ -14,11 +14,9 @@ from discmech import (
     lie_group,
     midpoint,
     pair,
-    rectangle,
     se,
     trapezoidal,
 )
-from discmech.integrators import rules
 from discmech.integrators.contact import ContactSteps
 from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.lattices import systems
@@ -26,12 +24,6 @@ from discmech.integrators.lattices.site_gaps import SiteGaps
 from discmech.integrators.lattices.site_velocities import velocities
 from discmech.studies.lattices import contacts
 from discmech.studies.systems.quantities import energies
-from tests.integrators.lattices import as_scenes
-from tests.integrators.lattices.as_scenes import ROUND_OFF, slow
-
-NEAR = 50 * ROUND_OFF  # of velocities: a round-off of x over the step
-RULES = [midpoint, trapezoidal, slow(rectangle), slow(rules.get("gauss-2")),
-         slow(rules.get("triple-jump:midpoint"))]  # fmt: skip
 
 
 def spring(x, y, p):
@@ -73,34 +65,6 @@ def discs(restitution):
                               g[1, 2] - g[1, 0] / 4 - sympy.Rational(1, 2)],
         restitution=restitution, x0=x0, v0=np.array([[1.0, 0, 0], [0, 0, -1], [-2, 0, 0]]),
     )  # fmt: skip
-
-
-def assert_same(lattice, rule, steps):
-    got, wanted = as_scenes.assert_same(lattice, rule, steps, 1, "1/50", NEAR)
-    assert abs(got.gaps.reshape(len(got.t), -1) - wanted.gaps).max() < NEAR
-    assert abs(got.impulses.reshape(len(got.t), -1) - wanted.impulses[:, :, 0]).max() < NEAR
-    found, there = got.impacts, wanted.impacts
-    assert len(found.t) and set(np.round(found.t, 9)) == set(np.round(there.t, 9))
-    assert found.impulse.sum() == pytest.approx(there.impulses[:, :, 0].sum(), rel=1e-9)
-
-
-@pytest.mark.sampled
-@pytest.mark.parametrize("rule", RULES, ids=lambda r: r.name)
-@pytest.mark.parametrize("restitution", [0, 1])
-def test_a_chain_in_contact_runs_as_its_scene(rule, restitution):
-    assert_same(beads(restitution), rule, 120)
-
-
-@pytest.mark.dear("list")
-@pytest.mark.parametrize("bonds", ["ring", [(0, 1), (4, 1), (1, 3), (2, 4)]], ids=["ring", "list"])
-def test_rings_and_lists_run_as_their_scenes(bonds):
-    assert_same(beads("1/2", bonds=bonds), midpoint, 60)
-
-
-@pytest.mark.parametrize("make", [in_a_corner, slow(discs)])
-@pytest.mark.parametrize("restitution", [0, "1/2"])
-def test_sites_with_two_gaps_run_as_their_scene(make, restitution):
-    assert_same(make(restitution), midpoint, 70)
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from discmech.integrators.errors import StepFailure
 from discmech.integrators.lattices import DualStep, LatticeRun, poisson_defect, systems
 from discmech.integrators.lattices import checkpoint as checkpoints
 from discmech.integrators.rules import compose, gauss, lobatto
-from tests.integrators.lattices.as_scenes import ROUND_OFF, assert_same, slow
+from tests.integrators.lattices.as_scenes import ROUND_OFF, slow
 from tests.integrators.lattices.test_bodies_as_sites import SITES
 from tests.integrators.lattices.test_lattices import MASS, SCATTERED, fput
 
@@ -22,23 +22,6 @@ def newton(flow):
     other = flow.scheme.flow(flow.step)
     other.by_stages = False
     return other
-
-
-@pytest.mark.parametrize("rule", [gauss(3), slow(lobatto(4)), slow(gauss(8))], ids=lambda r: r.name)
-@pytest.mark.parametrize(
-    "lattice",
-    [
-        fput(),
-        slow(fput(fixed=[0, 3])),
-        slow(fput("ring", bonds="ring", parameters=LIST)),
-        fput("list", bonds=SCATTERED, parameters=LIST),
-    ],
-    ids=["chain", "fixed", "ring", "list"],
-)
-def test_stages_run_as_their_scene(lattice, rule):
-    """Also with masses and stiffnesses of their own, and sites that stay where they are."""
-    assert Scheme(lattice, rule).flow("1/20").by_stages
-    assert_same(lattice, rule)
 
 
 def both(lattice, rule, step="1/20"):

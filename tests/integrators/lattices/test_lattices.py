@@ -19,8 +19,8 @@ from discmech import (
 )  # fmt: skip
 from discmech.integrators.errors import BadInput, CannotMeasure, StepFailure
 from discmech.integrators.lattices import linkages, systems, velocities
-from discmech.integrators.rules import MAPS, compose, gauss
-from tests.integrators.lattices.as_scenes import ROUND_OFF, assert_same, slow
+from discmech.integrators.rules import MAPS
+from tests.integrators.lattices.as_scenes import ROUND_OFF, slow
 
 N = 5
 MASS = np.linspace(1, 2, N)
@@ -51,35 +51,6 @@ def test_chains_and_rings_have_these_bonds():
         assert np.array_equal(fput(bonds=bonds, parameters={}).pairs, pairs)
 
 
-@discretisation()
-def two_thirds(L, G, x, u, h):
-    return h * L(G.target(x, u, h / 3), u) / 2 + h * L(G.target(x, u, 2 * h / 3), u) / 2
-
-
-@pytest.mark.dear("trapezoidal")
-@pytest.mark.parametrize("rule", [trapezoidal, midpoint, slow(rectangle), slow(two_thirds),
-                                  slow(compose(trapezoidal, "triple-jump")),
-                                  slow(compose(rectangle, "blanes-moan-4")),
-                                  slow(compose(midpoint, "suzuki")), slow(gauss(2))],
-                         ids=lambda r: r.name)  # fmt: skip
-def test_a_chain_runs_as_its_scene(rule):
-    assert_same(fput(), rule)
-
-
-@pytest.mark.parametrize(
-    ("bonds", "rule"), [("chain", midpoint), slow("chain", trapezoidal), slow("chain", gauss(2)),
-                        slow("chain", rectangle), slow(SCATTERED, midpoint)],
-    ids=lambda e: getattr(e, "name", str(e)),
-)  # fmt: skip
-def test_bonds_that_move_run_as_their_scene(bonds, rule):
-    """Each has kinetic energy of the mean velocity of its ends, as in the box scheme."""
-
-    def bond(x, y, v, w, p):
-        return (v[0] + w[0]) ** 2 / 3 + v[0] * w[0] * x[0] / 9 - (y[0] - x[0]) ** 4 / 4
-
-    assert_same(fput(on_bond=bond, bonds=bonds), rule)
-
-
 def test_momenta_that_do_not_tell_velocities_are_named():
     """Between free ends the means of neighbours' velocities leave out those that alternate."""
     loose = fput(
@@ -103,15 +74,6 @@ def test_momenta_that_do_not_tell_velocities_are_named():
         for one, other in zip(x, mu, strict=True):
             with pytest.raises(CannotMeasure, match="its momenta do not tell its velocities"):
                 velocities(flow, one, unit * other, 0 * other)
-
-
-@pytest.mark.dear("scattered")
-@pytest.mark.parametrize("rule", [midpoint, slow(trapezoidal), slow(gauss(2))],
-                         ids=lambda r: r.name)  # fmt: skip
-@pytest.mark.parametrize("bonds", ["ring", SCATTERED], ids=["ring", "scattered"])
-def test_rings_and_lists_run_as_their_scenes(rule, bonds):
-    stiff = 1 if bonds == "ring" else STIFF
-    assert_same(fput(bonds=bonds, parameters={"alpha": "1/4", "mass": 2, "stiff": stiff}), rule)
 
 
 @pytest.mark.parametrize("stiffness", [1000, slow(10_000)])

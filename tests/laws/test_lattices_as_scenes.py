@@ -1,0 +1,70 @@
+"""A lattice runs as the ordinary scene of the same system, whatever its bonds, sites and rule."""
+
+import pytest
+
+from discmech import midpoint, rectangle, trapezoidal
+from discmech.integrators import rules
+from discmech.integrators.rules import compose, gauss, lobatto
+from tests.integrators.lattices.as_scenes import assert_same
+from tests.integrators.lattices.test_bodies_as_sites import SITES
+from tests.integrators.lattices.test_bond_constraints import LATTICES
+from tests.integrators.lattices.test_contact_on_sites import beads, discs, in_a_corner
+from tests.integrators.lattices.test_lattices import SCATTERED, STIFF, fput
+from tests.objects.rules import two_thirds
+
+SHARED = {"alpha": "1/4", "mass": 2, "stiff": 1}
+SCATTERED_STIFF = {"bonds": SCATTERED, "parameters": SHARED | {"stiff": STIFF}}
+
+
+def moving(x, y, v, w, p):
+    """A bond with kinetic energy of the mean velocity of its ends, as in the box scheme."""
+    return (v[0] + w[0]) ** 2 / 3 + v[0] * w[0] * x[0] / 9 - (y[0] - x[0]) ** 4 / 4
+
+
+CHAINS = {
+    "chain": {}, "ring": {"bonds": "ring", "parameters": SHARED}, "list": SCATTERED_STIFF,
+    "two fixed": {"fixed": [0, 3]}, "moving": {"on_bond": moving},
+    "moving list": {"on_bond": moving, "bonds": SCATTERED},
+}  # fmt: skip
+#: (what a lattice is called, lattice, rule): those that are quick, and of the rest what they add
+QUICK = [
+    *((name, fput(**CHAINS[name]), rule) for name, rule in (
+        ("chain", midpoint), ("chain", gauss(3)), ("ring", midpoint), ("list", gauss(3)),
+        ("moving", midpoint))),
+    ("held at both ends", LATTICES["held at both ends"](), midpoint),
+    ("plastic contact", beads(0), midpoint), ("elastic contact", beads(1), trapezoidal),
+    ("contact on a ring", beads("1/2", bonds="ring"), midpoint),
+    ("corner", in_a_corner("1/2"), midpoint),
+]  # fmt: skip
+REST = [
+    *(("chain", fput(), rule) for rule in (
+        trapezoidal, rectangle, two_thirds, compose(trapezoidal, "triple-jump"),
+        compose(rectangle, "blanes-moan-4"), compose(midpoint, "suzuki"), gauss(2), lobatto(4),
+        gauss(8))),
+    *((name, fput(**CHAINS[name]), rule) for name in ("ring", "list")
+      for rule in (trapezoidal, gauss(2), lobatto(4))),
+    *((name, fput(**CHAINS[name]), rule) for name, rule in (
+        ("list", midpoint), ("two fixed", gauss(3)), ("moving", trapezoidal), ("moving", gauss(2)),
+        ("moving", rectangle), ("moving list", midpoint))),
+    *((name, make(), rule) for name, make in SITES.items()
+      for rule in (rectangle, trapezoidal, midpoint)),
+    *((name, LATTICES[name](), rule) for name, rule in (
+        ("tree", trapezoidal), ("rods", trapezoidal), ("ring", midpoint), ("rods", midpoint),
+        ("rods", rectangle), ("rods", compose(midpoint, "suzuki")), ("free", trapezoidal),
+        ("ring held", trapezoidal), ("tree", midpoint), ("links", trapezoidal),
+        ("links", midpoint), ("hinges", trapezoidal))),
+    *(("contact", beads(restitution), rule) for restitution in (0, 1)
+      for rule in (midpoint, trapezoidal, rectangle, gauss(2), rules.get("triple-jump:midpoint"))),
+    ("contact on a list", beads("1/2", bonds=[(0, 1), (4, 1), (1, 3), (2, 4)]), midpoint),
+    *(("discs", discs(restitution), midpoint) for restitution in (0, "1/2")),
+    ("corner", in_a_corner(0), midpoint),
+]  # fmt: skip
+CASES = [pytest.param(lattice, rule, id=f"{name}-{rule.name}", marks=marks)
+         for cases, marks in ((QUICK, ()), (REST, pytest.mark.slow))
+         for name, lattice, rule in cases]  # fmt: skip
+
+
+@pytest.mark.parametrize(("lattice", "rule"), CASES)
+def test_a_lattice_runs_as_its_scene(lattice, rule):
+    steps = {"table": 120, "corner": 70, "discs": 70}.get(lattice.name, 60)
+    assert_same(lattice, rule, 30 if lattice.constraint else steps)
