@@ -29,7 +29,6 @@ JUDGES = (
     _study("order"),
     _study("order", "approaches", "departure", "_local_orders", "not_converging", "is_bent",
            "floor", "NOWHERE", "AWAY", "NEAR", "TOLERANCE", "STRAIGHT", module="window"),
-    _study("order", "NEAR", module="local"),
     _study("energy", "certain_drift", "_stand", "_goes_on", "_allowed", "_steadiness",
            "_edge_slopes", "WIDE", "SHARE", "STEADY", "ROUND_OFFS", "CERTAIN", "PARTS"),
     _study("energy", "applies", "wanted", "TOLERANCE", module="balance"),
