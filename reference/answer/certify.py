@@ -80,9 +80,7 @@ def certified_integration(
             raise Unproven("none was asked for")
         findings, sweep, settings = bounded_integration(equations, program, times, digits)
     except Unproven as failure:
-        findings, sweep, settings = (
-            _two_settings(asked, str(failure)) if alone else _one_setting(asked)
-        )
+        findings, sweep, settings = _two_settings(asked, str(failure))
     start = findings[Fraction(0)].blocks
     cheap = sweep.steps * sweep.order**2 * max(1, program.products) < CHEAP
     if thorough or (cheap and alone):
@@ -166,22 +164,6 @@ def _kept(
     return finding.limited(kept, words, kept)
 
 
-def _one_setting(asked: Question) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
-    """Return one integration, its tolerance lowered until the closed form agrees, without a
-    bound."""
-    digits, settings = asked.digits, TaylorSettings(asked.digits + 4)
-    wanted = {t: asked.by_form(t, digits + 30) for t in asked.times}
-    for attempt in range(ATTEMPTS):
-        sweep, found = asked.run(settings)
-        worst = min(agreement(found[t], wanted[t], found[Fraction(0)]) for t in asked.times)
-        if worst >= digits or attempt == ATTEMPTS - 1:
-            break
-        settings = TaylorSettings(settings.digits + digits - worst + 4)
-    evidence = f"one Taylor integration, {settings.said} and a closed form; no bound"
-    findings = {t: _agreeing(t, found[t], settings.digits, evidence) for t in found}
-    return findings, sweep, settings
-
-
 def _two_settings(
     asked: Question, why: str
 ) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
@@ -199,15 +181,11 @@ def _two_settings(
         first, rough = second, fine
         second = TaylorSettings(more, guard=12 + attempt, stretch=2.2 - first.stretch)
     settings = f"two Taylor integrations, {first.said} and {second.said}"
-    findings = {
-        t: _agreeing(t, fine[t], agreed[t], f"{settings}, agree {said(agreed[t])}; no bound: {why}")
-        for t in fine
-    }
+    findings = {}
+    for t in fine:
+        evidence = f"{settings}, agree {said(agreed[t])}; no bound: {why}"
+        findings[t] = Finding(t, fine[t], agreed[t], "agreement", "Taylor series", evidence)
     return findings, sweep, second
-
-
-def _agreeing(t: Fraction, blocks: Blocks, certain: int, evidence: str) -> Finding:
-    return Finding(t, blocks, certain, "agreement", "Taylor series", evidence)
 
 
 def _second_method(

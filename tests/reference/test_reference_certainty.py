@@ -68,28 +68,6 @@ def test_two_settings_are_raised_until_they_agree(runs, given, count):
     assert found[T].certainty == "agreement" and found[T].bound is None
 
 
-@pytest.mark.parametrize("given, count", [
-    ({}, 1), ({1: 30}, 1), ({1: 29}, 2), ({1: 20, 2: 25}, 3),
-    (dict.fromkeys(range(1, 20), 9), certify.ATTEMPTS),
-])  # fmt: skip
-def test_one_setting_is_raised_until_the_form_agrees(runs, monkeypatch, given, count):
-    made, right = runs
-    right |= given
-    asked = []
-
-    def exactly(equations, parameters, form, t, working):
-        asked.append(working)
-        return {"x": [mpf(1)]}
-
-    monkeypatch.setattr(certify, "form_at", exactly)
-    found, _, settings = certify._one_setting(ASKED)
-    assert len(made) == count and settings == made[-1] and 30 < made[0].digits < 40 < min(asked)
-    for k, (one, two) in enumerate(pairwise(made), 1):
-        assert 30 - right[k] < two.digits - one.digits < 30 - right[k] + 10
-    assert found[T].certain == settings.digits and "no bound" in found[T].evidence
-    assert f"1e-{settings.digits}, {settings.digits + settings.guard} digits" in found[T].evidence
-
-
 @pytest.mark.parametrize("given, agreed, tolerances", [
     ({}, 44, 1), ({1: 30}, 30, 1), ({1: 29}, 54, 2), ({1: 20, 2: 10}, 10, 2),
 ])  # fmt: skip

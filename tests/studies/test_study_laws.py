@@ -128,13 +128,6 @@ def test_symplectic_at_50_digits(scene, rule):
     is_symplectic(scene, rule, 50, 1e-45, 8)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("digits", [16, 50])
-@pytest.mark.parametrize(("scene", "rule"), named(BUILT_IN))
-def test_symplectic_as_the_report_asks(scene, rule, digits):
-    is_symplectic(scene, rule, digits, 1e-13 if digits == 16 else 1e-45, None)
-
-
 # -- momentum -------------------------------------------------------------------------------------
 
 
@@ -162,14 +155,6 @@ def test_momentum_over_ten_thousand_steps(scene, rule):
 ])  # fmt: skip
 def test_momentum_at_50_digits(scene, rule):
     keeps_its_momenta(scene, rule, 50, 1e-46, None)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("digits", [16, 50])
-@pytest.mark.parametrize(("scene", "rule"), named(with_quantities))
-def test_momentum_as_the_report_asks(scene, rule, digits):
-    """10⁶ steps in double precision, 100 at 50 digits."""
-    keeps_its_momenta(scene, rule, digits, 1e-12 if digits == 16 else 1e-46, None)
 
 
 # -- another retraction --
