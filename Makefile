@@ -47,7 +47,7 @@ $(READY): pyproject.toml $(LOCK) $(if $(FITS),,FORCE)
 		rm -rf $(VENV) && "$$python" -m venv $(VENV); fi
 	@$(BIN)/python $(PIP) install -q --no-deps --no-compile -r $(LOCK)
 	@$(BIN)/python $(PIP) install -q --no-deps --no-build-isolation -e .
-	@$(BIN)/python -c 'import sympy, scipy.integrate, matplotlib.figure, numba, rich'
+	@$(BIN)/python -c 'import sympy, scipy.integrate, matplotlib.figure, llvmlite.binding, rich'
 	@mkdir -p $(VENV)/checkout && ln -sfn ../.. $(VENV)/checkout/discmech  # mypy_path
 	@$(BIN)/python $(PIP) check >/dev/null || { $(BIN)/python $(PIP) check; \
 		echo '$(LOCK) does not fit pyproject.toml: say make lock.' >&2; exit 2; }

@@ -1,7 +1,7 @@
 """Discrete mechanics on Lie groupoids, in local coordinates.
 
 After J. C. Marrero, D. Martín de Diego, E. Martínez, *The local description of discrete
-mechanics*. Importing this package loads neither sympy nor numba; what needs them loads them.
+mechanics*. Importing this package loads neither sympy nor llvmlite; what needs them loads them.
 """
 
 from __future__ import annotations

@@ -63,8 +63,8 @@ if TYPE_CHECKING:
         SWEEPS,
         Layout,
     )
-    from .machine_code import address, cores
-    from .numba_module import module_of
+    from .llvm_values import Array
+    from .machine_code import address, compiled, cores
     from .omissions import SAVINGS, is_affine
     from .stage_system import StageSource, StageSystem
     from .stage_text import NoShortForm
@@ -83,8 +83,8 @@ else:
         layout="AGE BRANCH CONTRACTION CORRECTIONS DEGREE EDGE FARTHEST KAPPA LAST_SIZE "
                "LATTICE_ENTRIES MOST NOT_CONVERGED OK PLACE REACH SCALE SINGULAR SLACK "
                "STRAYED SWEEPS Layout",
-        machine_code="address cores",
-        numba_module="module_of",
+        llvm_values="Array",
+        machine_code="address compiled cores",
         omissions="SAVINGS is_affine",
         stage_system="StageSource StageSystem",
         stage_text="NoShortForm",
@@ -93,13 +93,14 @@ else:
     )  # fmt: skip
 
 __all__ = [
-    "AGE", "BRANCH", "CONTRACTION", "CORRECTIONS", "DEGREE", "Damaged", "EDGE", "FADED", "FARTHEST",
-    "GAVE_WAY", "KAPPA", "Kernels", "KernelsAtStep", "Kicks", "LAST_SIZE", "LATTICE_ENTRIES",
-    "LatticeKernels", "LatticeStages", "LatticeSystem", "Layout", "MOST", "MOST_SWEEPS",
+    "AGE", "Array", "BRANCH", "CONTRACTION", "CORRECTIONS", "DEGREE", "Damaged", "EDGE", "FADED",
+    "FARTHEST", "GAVE_WAY", "KAPPA", "Kernels", "KernelsAtStep", "Kicks", "LAST_SIZE",
+    "LATTICE_ENTRIES", "LatticeKernels", "LatticeStages", "LatticeSystem", "Layout", "MOST",
+    "MOST_SWEEPS",
     "NOT_CONVERGED", "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR",
     "SLACK", "STRAYED", "SWEEPS", "StageSource", "StageSystem", "StagesAtStep", "System", "address",
     "cache_folder", "cache_folders", "cached_text", "compile", "compile_lattice",
-    "compile_lattice_stages", "compile_stages", "compiled_text", "cores", "digest", "interpreted",
-    "is_affine", "is_temporary", "kernel_text", "make_private", "module_of", "names_of", "prune",
+    "compile_lattice_stages", "compile_stages", "compiled", "compiled_text", "cores", "digest",
+    "interpreted", "is_affine", "is_temporary", "kernel_text", "make_private", "names_of", "prune",
     "say_once", "seal", "taken_over", "text_key", "unsealed", "write_atomically",
 ]  # fmt: skip

@@ -30,7 +30,7 @@ def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> dict[str, An
     width = count if numbers.digits > 16 else min(widest, 2 ** (count - 1).bit_length())
     functions = {
         name: elementwise(f) for name, f in numbers.namespace().items()
-        if callable(f) and name.islower() and name not in ("zeros", "array", "linear_solve")
+        if callable(f) and name.islower() and name not in ("array", *numbers.matrices())
     }  # fmt: skip
     of_numbers = {**functions, "helper": elementwise, "table": elementwise}
     own = {} if numbers.digits == 16 else of_numbers

@@ -25,7 +25,9 @@ def runnable(module: Any, node: ast.FunctionDef, function: FunctionType) -> Call
 
     It is Python's own `function` if its path does not depend on numbers.
     """
-    if not any(_steers(n) for n in ast.walk(node) if n not in (node, node.body[-1])):
+    last = node.body[-1]
+    plain = (node, last) if isinstance(last, ast.Return) else (node,)
+    if not any(_steers(n) for n in ast.walk(node) if n not in plain):
         return FunctionType(function.__code__, module.names)
     node.decorator_list = []
     _Language().generic_visit(node)

@@ -15,6 +15,7 @@ from functools import cache, partial
 from typing import Any
 
 from .llvm_lanes import PRIMITIVES
+from .llvm_matrices import MATRICES
 from .llvm_sines import LARGEST  # noqa: F401 - with it sine and cosine are known
 from .llvm_statements import CONDITIONS, mathematical, runnable, whole
 from .llvm_values import TYPES, Array, Routine, Value, filled, flat, form, lanes_among
@@ -23,7 +24,8 @@ from .llvm_values import TYPES, Array, Routine, Value, filled, flat, form, lanes
 #: function is written once and called). Other functions are written wherever they are called,
 #: without flags
 KINDS = {"kernel": (FAST := "contract arcp nsz reassoc ", False), "node": (FAST, True),
-         "ordered": ("contract nsz ", False), "aside": ("", True)}  # fmt: skip
+         "ordered": ("contract nsz ", False), "aside": ("", True),
+         "table": ("", True)}  # fmt: skip
 
 MOST = 16  # largest number of results that are returned in registers
 
@@ -31,32 +33,30 @@ MOST = 16  # largest number of results that are returned in registers
 class Module:
     """The functions of one text, and the LLVM code written for them.
 
-    names: the values of its names, as Python runs it. foreign: name → length of the result, for
-    external functions (ptr arguments, ptr result). loops: True if a loop over integers was written.
+    names: the values of its names, as Python runs it. loops: True if a loop over integers was
+    written.
     """
 
     loops = False
 
-    def __init__(self, text: str, names: Mapping[str, Any], foreign: Mapping[str, int]) -> None:
-        self.foreign, self.written = foreign, list[str]()
+    def __init__(self, text: str, names: Mapping[str, Any]) -> None:
+        self.written = list[str]()
         self.declared: dict[str, str] = {}
         self.routine = Routine(self.declared)
         self._shared: dict[str, tuple[str, str, Any]] = {}
         functions = {n: mathematical(n, getattr(math, n)) for n, f in names.items()
                      if callable(f) and getattr(math, n, None) is f}  # fmt: skip
         self.names = {**names, **functions, **CONDITIONS, "int": whole,
-                      "zeros": self._zeros,
+                      "zeros": self._zeros, "columns": lambda array: array.columns,
                       **{name: self._primitive(f) for name, f in PRIMITIVES.items()}}  # fmt: skip
-        for node in ast.parse(text).body:
+        for node in ast.parse(MATRICES * ("matrix_" in text) + text).body:
             if isinstance(node, ast.FunctionDef):
-                self.names[node.name] = self._function(node, names[node.name])
+                self.names[node.name] = self._function(node, names.get(node.name))
             else:
                 exec(compile(ast.Module([node], []), "<kernels>", "exec"), self.names)
 
     def _function(self, node: ast.FunctionDef, function: Any) -> Callable[..., Any]:
         """Return the function that writes the instructions of a function of the text."""
-        if node.name in self.foreign:
-            return partial(self._foreign, node.name)
         words = decorators(node)
         fast, shared = next((kind for word, kind in KINDS.items() if word in words), ("", False))
         run = cache(partial(runnable, self, node, function))  # only for functions that are called
@@ -69,7 +69,15 @@ class Module:
             self.routine.fast = before
             return returned
 
-        return partial(self._called, node.name, inline) if shared else inline
+        called = partial(self._called, node.name, inline)
+
+        def lane_by_lane(*arguments: Any) -> Any:
+            kind = lanes_among(arguments)
+            if kind:
+                return self.routine.in_lanes(kind, None, called, arguments)
+            return called(*arguments)
+
+        return lane_by_lane if "table" in words else called if shared else inline
 
     def _primitive(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """Return a function of lanes that is written wherever it is called."""
@@ -139,22 +147,6 @@ class Module:
         numbers = [caller.get(v.kind, f"extractvalue {type_} {result}, {i}")
                    for i, v in enumerate(results)]  # fmt: skip
         return filled(result_form, numbers, known=False)
-
-    def _foreign(self, name: str, *arguments: Any) -> Array:
-        """Call an external function, whose arguments and results are passed in memory."""
-        if kind := lanes_among(arguments):
-            length = range(self.foreign[name])
-            one = partial(self._foreign, name)
-            return self.routine.in_lanes(
-                kind, None, lambda *given: (lambda r: tuple(r[i] for i in length))(one(*given)),
-                arguments,
-            )  # fmt: skip
-        self.declared[name] = f"declare void @{name}(ptr, ptr)"
-        given, result = (self.routine.memory("f", n) for n in (len(arguments), self.foreign[name]))
-        for i, argument in enumerate(arguments):
-            given[i] = argument
-        self.routine.do(f"call void @{name}({_typed(given)}, {_typed(result)})")
-        return result
 
     def _zeros(self, rows: int, columns: int) -> Array:
         """Return a matrix of zeros."""

@@ -81,7 +81,18 @@ class Double:
         return {**_functions(math), "R": float, "PI": math.pi, "constant": self.constant,
                 "EPS": self.eps, "ROOT_EPS": 2.0**-26, "HUGE": 1e300, "DECAY": 0.999,
                 "MARGIN": 8.0,
-                "zeros": self.zeros, "linear_solve": self.solve, "array": self.array}  # fmt: skip
+                "array": self.array, **self.matrices()}  # fmt: skip
+
+    def matrices(self: Any) -> dict[str, Any]:
+        """What generated text needs for N×N matrices: each result is written into `out`."""
+
+        def product(out: Matrix, a: Matrix, b: Matrix) -> None:
+            out[...] = a @ b
+
+        def quotient(out: Matrix, a: Matrix, b: Matrix) -> None:
+            out[...] = self.solve(a, b)
+
+        return {"zeros": self.zeros, "matrix_product": product, "matrix_quotient": quotient}
 
     def array_namespace(self) -> dict[str, Any]:
         """What generated text needs to compute on whole columns of numbers: numpy's functions."""
@@ -154,7 +165,8 @@ class Multiple:
     """Any number of decimal digits, with guard digits, on gmpy2's binary floating point."""
 
     dtype: Any = object
-    array, identity = Double.array, Double.identity  # they ask only for dtype, zeros, number
+    # they ask only for dtype, zeros, number, solve
+    array, identity, matrices = Double.array, Double.identity, Double.matrices
     constant = Double.constant
 
     def __init__(self, digits: int) -> None:
@@ -173,8 +185,7 @@ class Multiple:
                     "EPS": self.eps, "ROOT_EPS": g.sqrt(self.eps),
                     "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999"),
                     "MARGIN": g.mpfr(2) ** 40,
-                    "zeros": self.zeros, "linear_solve": self.solve,
-                    "array": self.array}  # fmt: skip
+                    "array": self.array, **self.matrices()}  # fmt: skip
 
     def number(self, value: Exact | Number, what: str = "value") -> Number:
         if isinstance(value, type(self._gmpy2.mpfr(0))):

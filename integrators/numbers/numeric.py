@@ -24,7 +24,7 @@ from .types import Assignment, Expression, Expressions, Letter, Letters, Symboli
 #: what gives a number, a vector, or an array of two or three dimensions
 Result: TypeAlias = Expression | Expressions | SymbolicMatrix | Sequence[SymbolicMatrix]
 #: what decorates functions in generated modules; only machine code has use for it
-_DECORATORS = ("kernel", "ordered", "node", "aside", "helper", "arrays", "table")
+_DECORATORS = ("kernel", "ordered", "node", "aside", "helper", "table")
 
 
 def numeric(

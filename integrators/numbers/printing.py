@@ -1,6 +1,6 @@
 """From expressions to straight-line Python, run on any kind of number.
 
-One text serves numba (double precision), numpy arrays, gmpy2 and mpmath: integers stay literal,
+One text serves machine code, numpy arrays, gmpy2 and mpmath: integers stay literal,
 other constants are coefficients computed once in the arithmetic at hand.
 """
 

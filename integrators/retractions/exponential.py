@@ -96,8 +96,11 @@ class Exponential(EquivariantRetraction):
         return total
 
     def element_in(self, frame: AlgebraInNumbers, xi: Numbers) -> Matrix:
-        function = registered_function("matrix_function", frame.numbers)
-        return np.asarray(frame.e + function(frame.hat(xi), DISPLACEMENT))
+        function, size = registered_function("matrix_function", frame.numbers), len(frame.e)
+        a, *written = (frame.numbers.zeros(size, size) for _ in range(4))
+        a[...] = frame.hat(xi)
+        function(written[0], a, *written[1:], size, DISPLACEMENT)
+        return np.asarray(frame.e + written[0])
 
     def coordinates_in(self, frame: AlgebraInNumbers, g: Matrix) -> Vector:
         """Coordinates of log g, m numbers; raises `ArithmeticError` where an angle reaches π.

@@ -12,7 +12,7 @@ import hashlib
 import inspect
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, product
 from typing import Any
 
 from ..numbers import Arithmetic, code, entry, floats_exact, register, registered_function, sympy
@@ -24,9 +24,9 @@ Nested = tuple[tuple[Any, ...], ...]
 DEXP, DEXP_INVERSE, DISPLACEMENT = 0, 1, 2
 
 
-for _name in ("matrix_function", "combination", "partial_derivatives"):
+for _name in ("matrix_function", "matrix_sum", "matrix_block"):
     _source = partial(inspect.getsource, getattr(matrix_numbers, _name))
-    register(_name, lambda source=_source: f"@arrays\n{source()}")  # type: ignore[misc]
+    register(_name, lambda source=_source: f"@aside\n{source()}")  # type: ignore[misc]
 
 
 @dataclass(frozen=True)
@@ -52,24 +52,39 @@ class MatrixFunction:
         return hashlib.sha256(repr((self.kind, self.basis)).encode()).hexdigest()[:12]
 
     def text(self, order: int) -> str:
-        """Text of the function (ξ_1, …, ξ_m) ↦ all derivatives of that order, one after another."""
-        m, size = len(self.basis), len(self.basis[0])
+        """Text of the function (ξ_1, …, ξ_m) ↦ all derivatives of that order, one after another.
+
+        Each is the upper right block of f on a matrix of 2^order × 2^order blocks.
+        """
+        m, size, blocks = len(self.basis), len(self.basis[0]), 2**order
+        made = ["a", "phi", "other", "out"]
+        lines = [f"{name} = zeros({size * blocks}, {size * blocks})" for name in made]
+        directions = self.directions(order)
+        for letter in ["own"] + [f"basis{k}" for k in range(m) if order]:
+            lines.append(f"{letter} = zeros({size}, {size})")
+        for i, j in product(range(size), range(size)):
+            of_entry = [(k, floats_exact(b[i][j])) for k, b in enumerate(self.basis) if b[i][j]]
+            if of_entry:
+                terms = [f"R(1)*({code(e)})*xi{k}" for k, e in of_entry]
+                lines.append(f"own[{i}, {j}] = {' + '.join(terms)}")
+            if order:
+                lines += [f"basis{k}[{i}, {j}] = R(1)*({code(e)})" for k, e in of_entry]
+        for d, direction in enumerate(directions):
+            lines.append(f"matrix_sum(a, 0, a, 0, {size * blocks})")
+            for block in range(blocks):
+                at = block * size
+                lines.append(f"matrix_block(a, {at}, {at}, own, {size})")
+                for bit in range(order):
+                    if not block >> bit & 1:
+                        to, k = (block | 1 << bit) * size, direction[bit]
+                        lines.append(f"matrix_block(a, {at}, {to}, basis{k}, {size})")
+            lines.append(f"matrix_function(out, a, phi, other, {size * blocks}, {self.kind})")
+            corner = ", ".join(f"out[{i}, {size * (blocks - 1) + j}]"
+                               for i, j in product(range(size), range(size)))  # fmt: skip
+            lines.append(f"d{d} = ({corner},)")
+        lines.append(f"return {' + '.join(f'd{d}' for d in range(len(directions)))}")
         xi = ", ".join(f"xi{k}" for k in range(m))
-        entries = [(floats_exact(e), (k, i, j)) for k, b in enumerate(self.basis)
-                   for i, row in enumerate(b) for j, e in enumerate(row) if e]  # fmt: skip
-        name = f"{self.digest}_{order}"
-        data = [f"NUMBERS_{name}", f"PLACES_{name}", f"DIRECTIONS_{name}", str(size)]
-        called = f"partial_derivatives(({xi},), {', '.join(data)}, {self.kind})"
-        if not order:
-            called = f"matrix_function(combination(({xi},), {', '.join(data[:2])}, {size}), "
-            called += f"{self.kind}).copy().reshape({size**2})"
-        lines = [  # the numbers outside the function: machine code has no integers of any size
-            f"NUMBERS_{name} = ({''.join(f'R(1)*({code(e)}), ' for e, _ in entries)})",
-            f"PLACES_{name} = {tuple(place for _, place in entries)}",
-            f"DIRECTIONS_{name} = {tuple(self.directions(order))}",
-            f"@table\ndef matrix_{name}({xi}):\n    return {called}",
-        ]
-        return "\n".join(lines)
+        return f"@table\ndef matrix_{self.digest}_{order}({xi}):\n    " + "\n    ".join(lines)
 
 
 @lru_cache(maxsize=256)

@@ -1,71 +1,78 @@
 """Functions of matrices as numbers: one text for machine code and for any precision.
 
 These functions are not called from here: their text goes into generated modules, behind names that
-the arithmetic supplies (zeros, linear_solve, EPS).
+the arithmetic supplies (zeros, matrix_product, matrix_quotient, EPS). Each writes into arrays that
+its caller made.
 """
 
 # ruff: noqa: F821
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
-def matrix_function(a, kind):
-    """φ₁(a) (kind 0), φ₁(a)⁻¹ (1) or e^a − 1 (2); a is N×N.
+def matrix_function(out, a, phi, other, size, kind):
+    """φ₁(a) (kind 0), φ₁(a)⁻¹ (1) or e^a − 1 (2); a is N×N and is overwritten, as phi and other.
 
     The series of φ₁ at a/2ⁿ, then φ₁(2a) = φ₁(a) (1 + a φ₁(a)/2).
     """
-    size = len(a)
-    one = zeros(size, size)
-    for i in range(size):
-        one[i, i] += 1
-    largest, stages = sqrt((a * a).sum()), 0  # no singular value is larger
+    largest, i = R(0), 0
+    while i < size:
+        j = 0
+        while j < size:
+            largest = largest + a[i, j] * a[i, j]
+            j = j + 1
+        i = i + 1
+    largest, share, stages = sqrt(largest), R(1), 0  # no singular value is larger
     while largest > 0.5 and largest < HUGE:
-        largest, stages, a = largest / 2, stages + 1, a / 2
+        largest, share, stages = largest / 2, share / 2, stages + 1
+    matrix_sum(a, 0, a, share, size)
     terms, size_of_term = 1, largest / 2
     while size_of_term > EPS / 4:
-        terms += 1
+        terms = terms + 1
         size_of_term = size_of_term * largest / (terms + 1)
-    phi = one.copy()
-    for n in range(terms, 0, -1):
-        phi = one + a @ phi / (n + 1)
-    for _ in range(stages):
-        phi = phi + phi @ a @ phi / 2
-        a = a * 2
+    matrix_sum(phi, 1, a, 0, size)
+    while terms > 0:
+        matrix_product(other, a, phi)
+        matrix_sum(phi, 1, other, R(1) / (terms + 1), size)
+        terms = terms - 1
+    while stages > 0:
+        matrix_product(other, phi, a)
+        matrix_product(out, other, phi)
+        i = 0
+        while i < size:
+            j = 0
+            while j < size:
+                phi[i, j] = phi[i, j] + out[i, j] / 2
+                a[i, j] = a[i, j] * 2
+                j = j + 1
+            i = i + 1
+        stages = stages - 1
     if kind == 0:
-        return phi
+        matrix_sum(out, 0, phi, 1, size)
     if kind == 1:
-        return linear_solve(phi, one)
-    return a @ phi
+        matrix_sum(other, 1, phi, 0, size)
+        matrix_quotient(out, phi, other)
+    if kind == 2:
+        matrix_product(out, a, phi)
 
 
-def combination(xi, numbers, places, size):
-    """Σ ξ^k b_k, N×N; numbers[i] is the entry of the basis at places[i] = (k, row, column)."""
-    total = zeros(size, size)
-    for n in range(len(places)):
-        k, i, j = places[n]
-        total[i, j] += numbers[n] * xi[k]
-    return total
+def matrix_sum(out, one, a, share, size):
+    """Write one·1 + share·a, N×N, into out, which may be a itself."""
+    i = 0
+    while i < size:
+        j = 0
+        while j < size:
+            out[i, j] = a[i, j] * share
+            j = j + 1
+        out[i, i] = out[i, i] + one
+        i = i + 1
 
 
-def partial_derivatives(xi, numbers, places, directions, size, kind):
-    """∂f(Σ ξ^k b_k) along each of `directions` (as many letters each as the order), in turn.
-
-    Each is the upper right block of f on a matrix of 2^order × 2^order blocks.
-    """
-    own = combination(xi, numbers, places, size)
-    basis = zeros(len(xi), size, size)
-    for n in range(len(places)):
-        basis[places[n]] += numbers[n]
-    order = len(directions[0])
-    blocks = 2**order
-    out = zeros(len(directions), size, size)
-    for d in range(len(directions)):
-        a = zeros(size * blocks, size * blocks)
-        for block in range(blocks):
-            at = block * size
-            a[at : at + size, at : at + size] = own
-            for bit in range(order):
-                if not block >> bit & 1:
-                    to = (block | 1 << bit) * size
-                    a[at : at + size, to : to + size] = basis[directions[d][bit]]
-        out[d] = matrix_function(a, kind)[:size, size * (blocks - 1) :]
-    return out.reshape(len(directions) * size * size)
+def matrix_block(out, row, column, a, size):
+    """Write a, N×N, into out, where the block's first entry has that row and column."""
+    i = 0
+    while i < size:
+        j = 0
+        while j < size:
+            out[row + i, column + j] = a[i, j]
+            j = j + 1
+        i = i + 1

@@ -37,7 +37,7 @@ _Made = TypeVar("_Made", bound=Callable[..., Any])
 
 #: packages whose functions are known by name: their versions or texts are part of other keys
 _LIBRARIES = sys.stdlib_module_names - {"__main__"} | {
-    "discmech", "flint", "gmpy2", "jax", "jaxlib", "llvmlite", "matplotlib", "mpmath", "numba",
+    "discmech", "flint", "gmpy2", "jax", "jaxlib", "llvmlite", "matplotlib", "mpmath",
     "numpy", "scipy", "sympy", "torch",
 }  # fmt: skip
 #: with these a function can read objects that its text does not name

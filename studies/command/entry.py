@@ -1,6 +1,6 @@
 """The command `discmech`: list, run, the studies, and the report.
 
-Only what the asked command needs is loaded: `discmech list` imports neither sympy nor numba.
+Only what the asked command needs is loaded: `discmech list` imports neither sympy nor llvmlite.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ def provenance() -> dict[str, Any]:
 @cache
 def versions() -> dict[str, Any]:
     """Of Python and of all that numbers come from."""
-    packages = ("numpy", "scipy", "mpmath", "sympy", "llvmlite", "numba", "gmpy2", "python-flint")
+    packages = ("numpy", "scipy", "mpmath", "sympy", "llvmlite", "gmpy2", "python-flint")
     return {
         "python": platform.python_version(),
         **{name: _version(name) for name in packages},

@@ -23,6 +23,7 @@ from .one_case import run_case
 from .plan import Place, Plan, Task
 from .store import Store
 from .study import Study
+from .study_lookup import study_called, word_of
 from .userfile import expect_unchanged, stamps
 from .workers import tell, worker_pool
 
@@ -196,7 +197,7 @@ def _packed(plan: Plan) -> tuple[bytes, tuple[tuple[str, str], ...]] | None:
     None where something cannot go there: functions of a notebook, or of the script that runs.
     """
     try:
-        packed = pickle.dumps((plan.studies, plan.choice))
+        packed = pickle.dumps((list(map(word_of, plan.studies)), plan.choice))
         return None if b"__main__" in packed else (packed, stamps(packed))
     except (pickle.PicklingError, AttributeError, TypeError, BadInput):
         return None
@@ -221,5 +222,5 @@ def _in_worker(
 @lru_cache(maxsize=1)
 def _plan(packed: bytes) -> Plan:
     """The same plan again, of which a worker has all tasks one after another."""
-    studies, choice = pickle.loads(packed)
-    return Plan(studies, choice)
+    words, choice = pickle.loads(packed)
+    return Plan(list(map(study_called, words)), choice)

@@ -68,12 +68,6 @@ class Study:
     limits: ClassVar[Mapping[str, float]] = {}
     is_study: ClassVar[bool] = True  # to a file of the user's, which is read without this module
 
-    def __reduce__(self) -> tuple[Any, tuple[str]]:
-        """In another process it is what its word finds there."""
-        from .study_lookup import study_called, word_of
-
-        return study_called, (word_of(self),)
-
     @property
     def needs(self) -> str:
         """Why it may apply to nothing that was chosen."""

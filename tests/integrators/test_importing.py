@@ -9,7 +9,7 @@ import pytest
 import discmech.integrators as integrators
 from discmech.integrators import compiler, lattices
 
-HEAVY = ("sympy", "numba", "matplotlib", "scipy", "mpmath", "gmpy2")
+HEAVY = ("sympy", "llvmlite", "matplotlib", "scipy", "mpmath", "gmpy2")
 OURS = ("discmech.reference", "discmech.studies")
 #: what derives and runs a scheme, of which a list of names needs nothing
 DERIVING = tuple(f"discmech.integrators.{room}" for room in ("equations", "flows", "foreign"))

@@ -17,7 +17,7 @@ SCENES: dict[str, list[str]] = {
 }
 RECORD = {
     "python": "3.11.7", "numpy": "2.4.6", "scipy": "1.17", "mpmath": "1.3", "sympy": "1.14",
-    "mpmath_backend": "gmpy2", "numba": "0.63", "gmpy2": "2.2", "blas": "openblas",
+    "mpmath_backend": "gmpy2", "gmpy2": "2.2", "blas": "openblas",
     "machine": "x86_64", "cpu": "a processor", "cores": 2, "commit": "0123abc", "clean": False,
     "date": "2025-01-01", "seconds": 12.3, "settings": {"steps": 1000000},
 }  # fmt: skip

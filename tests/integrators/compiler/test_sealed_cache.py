@@ -6,14 +6,13 @@ import logging
 import os
 import random
 import time
-from functools import partial
 
 import numpy as np
 import pytest
 
-from discmech import BadInput, Scene, Scheme, exponential, lie_group, midpoint, so
+from discmech import BadInput, Scheme
 from discmech.integrators import scenes
-from discmech.integrators.compiler import cache, kernels, machine_code, numba_module
+from discmech.integrators.compiler import cache, kernels, machine_code
 from tests.objects.rules import trapezoidal
 
 FLIPS = int(os.environ.get("DISCMECH_FLIPS", "12"))  # by hand: 2000
@@ -34,7 +33,7 @@ def folder(tmp_path, monkeypatch):
 
 def forget():
     for thing in (kernels.compile, kernels.compiled_text, kernels.kernel_text, cache.prune,
-                  cache.say_once, numba_module.module_of):  # fmt: skip
+                  cache.say_once):  # fmt: skip
         thing.cache_clear()
 
 
@@ -70,25 +69,6 @@ def test_any_other_content_is_rebuilt(folder, damage):
     first.write_bytes(second.read_bytes() if damage is None else damage)  # another file's, sealed
     forget()
     assert same(run(), wanted)
-
-
-def of_velocities(x, v, p):
-    return sum((k + 1) * e**2 for k, e in enumerate(v)) / 2
-
-
-@pytest.mark.slow
-def test_machine_code_of_numba_is_sealed(folder, caplog):
-    scene = Scene("of-matrices", lie_group(so(5), exponential), of_velocities, v0=[1, 2] * 5)
-    ask = partial(lambda: Scheme(scene, midpoint).flow("1/10").trajectory(4).mu)
-    wanted = ask()
-    files = [p for p in folder.iterdir() if p.suffix == ".numba"]
-    assert files
-    for path in files:
-        content = bytearray(path.read_bytes())
-        content[-100] ^= 1
-        path.write_bytes(content)
-    forget()
-    assert np.array_equal(ask(), wanted) and "was damaged" in caplog.text
 
 
 @posix

@@ -46,7 +46,7 @@ def test_everybody_takes_part_and_comes_to_the_truth(pendulum):
 
 
 def test_without_peers_the_same_equations_run_as_python(pendulum):
-    """And give the same floors, without a second of numba."""
+    """And give the same floors, without compiling."""
     problem, compiled = race_on(scenes.get("pendulum"))
     plain, z = Equations(problem.scheme, timed=False), np.array([0.3, -0.7])
     assert np.abs(plain.f(0.0, z) - compiled.f(0.0, z)).max() < 1e-15
