@@ -19,7 +19,7 @@ from . import EULER, RUNGE_KUTTA, exchange, linear_stability, own_scene
 from .exchange import adiabatic, exchange_errors, exchange_when_stiffer
 from .linear_stability import FARTHEST, Oscillator
 from .nonlinear_stability import HIGHEST, LOWEST, limits, stability_map
-from .own_scene import Linearised, equilibrium, family_of, judged_here
+from .own_scene import Linearised, equilibrium, family_of, fastest_along, judged_here
 from .stiff import FAMILIES
 
 NAME = "stability"
@@ -90,8 +90,8 @@ def measure_own(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """Rows of `nonlinear_stability.stability_map`, of runs from the scene's own start.
 
     measured: classes and limits as of `measure_map`; equilibrium (x and μ), given (whether it is
-    the scene's start), frequency ω of its fastest oscillation, and what `Linearised.measured` says
-    of a step there.
+    the scene's start), frequency ω of its fastest oscillation, fastest (the largest rate along the
+    scene's own motion), and what `Linearised.measured` says of a step there.
     """
     at = equilibrium(case.scene)
     family, label = family_of(case.scene, at), f"{case.scene.name} {case.label}"
@@ -106,7 +106,7 @@ def measure_own(case: Case, progress: Progress = silent) -> dict[str, Any]:
         "measured": {
             "classes": dict(Counter(row["class"] for row in rows)), "limits": limits(rows),
             "equilibrium": [float(e) for e in at.z], "given": at.given,
-            "frequency": at.frequency, **found,
+            "frequency": at.frequency, "fastest": fastest_along(case.scene), **found,
         },
     }  # fmt: skip
 
@@ -231,7 +231,9 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if own and (told := _judge_own(measured)) is not None:
         return told
     held = None if own else FAMILIES[case.scene.name].held
-    inside = [row for row in measurement["rows"] if row["z"] <= RESOLVED * (1 + 1e-9)]
+    # a run of the scene's own motion is held to the fastest rate of that motion
+    slower = measured["frequency"] / measured["fastest"] if own else 1.0
+    inside = [r for r in measurement["rows"] if r["z"] <= RESOLVED * (1 + 1e-9) * min(1.0, slower)]
     loose = [row for row in inside if held and row["z"] > held(Fraction(row["stiffness"]))]
     expected = {"bounded_up_to": RESOLVED, "of": len(inside), "escapes_not_judged": len(loose)}
     if case.control:

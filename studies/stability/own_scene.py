@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scene, Scheme, StepFailure
-from discmech.integrators.equations import SceneSymbols
+from discmech.integrators.equations import SceneSymbols, momentum
 from discmech.integrators.errors import CannotMeasure, DiscmechError
 from discmech.integrators.numbers import arithmetic, exact, numeric
 
@@ -164,6 +164,31 @@ def equilibrium(scene: Scene) -> Equilibrium:
             "start; give one: let x0 and v0 of the scene be at rest there."
         )
     return min(found, key=lambda each: each[0])[1]
+
+
+def fastest_along(scene: Scene) -> float:
+    """The largest modulus of an eigenvalue of Df along the scene's own motion.
+
+    The motion is the reference's rough one, which no run of a judged rule has a part in. A step
+    resolves the motion where it resolves this rate: that at the equilibrium may be far slower.
+    """
+    from discmech.reference import surroundings
+
+    dual = dual_of(scene)
+    assert dual is not None
+    near, s = Near(scene, dual), SceneSymbols(scene)
+    numbers = arithmetic(16)
+    of_v = numeric({"x": s.x, "v": s.u, "p": s.parameter_list}, [list(momentum(s))], numbers)
+    p = [numbers.number(e) for e in scene.parameter_values]
+
+    def rate(x: Any, v: Any) -> float:
+        x, v = ([float(e) for e in part] for part in (x, v))
+        z = np.array([*x, *of_v(x, v, p)], dtype=float)
+        slope = near.tangent(lambda at: np.asarray(dual(at[None])[2][0]), z)
+        return float(np.abs(np.linalg.eigvals(slope)).max())
+
+    states = surroundings(scene).along(Fraction(scene.duration))
+    return max(rate(x, v) for _, x, v in states)
 
 
 def _start(scene: Scene, dual: Dual, still: bool = False) -> np.ndarray:
