@@ -5,7 +5,7 @@ Exit code 1 if one differs. With words, only attacks whose line holds them.
 
 A row of the second table is `| class | what it is: `command` | before | after |`. Its command is
 `discmech ...` or `python FILE.py`, and *after* begins with pass, fail, inconclusive or refused: its
-exit codes 0, 1, 3 and 2. A class that ends with (slow) takes more than three seconds.
+exit codes 0, 1, 3 and 2. A class that ends with (slow) is for `make test-all`.
 """
 
 import json
