@@ -91,7 +91,7 @@ def test_the_rules_would_catch_an_offender():
 #: the rooms of integrators/, each below those that import it
 ROOMS = (
     "errors", "numbers", "compiler", "algebras", "retractions", "groupoids", "scene", "scenes",
-    "rules", "equations", "geometry", "bisections", "contact", "lattices", "flows",
+    "rules", "equations", "geometry", "bisections", "expansions", "contact", "lattices", "flows",
     "foreign", "control", "steps",
 )  # fmt: skip
 #: the compiler stands low: these hand it a step as data, run what it makes, or use its cache

@@ -8,6 +8,7 @@ from typing import Any
 from ..contact import check_gaps
 from ..equations import DiscretisedScene, blamed
 from ..errors import BadInput, arguments_checked, check_names
+from ..expansions import ModifiedEquation
 from ..geometry import is_self_adjoint, order_of_step
 from ..lattices import Lattice, LatticeScheme
 from ..rules import Composition, OneStepMap, Substep
@@ -131,6 +132,15 @@ class Scheme(DiscretisedScene):
         if self.equations.element is not None:
             return self.equations.element.given.order
         return order_of_step(self.rule, self.equations, lambda: self.self_adjoint)
+
+    @arguments_checked
+    def modified_equation(self, order: int = 4, digits: int = 16) -> ModifiedEquation:
+        """The modified equation up to a power of the step: fields and Hamiltonians by order.
+
+        digits: those of its numbers. Raises `BadInput` for another order, `CannotMeasure` where the
+        steps have no series in h (`ModifiedEquation`).
+        """
+        return ModifiedEquation(self, order, digits)
 
     @arguments_checked
     def flow(

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..equations import DiscreteEquations, discrete_force
+from ..equations import DiscreteEquations, OneStepEquations, discrete_force, step_system
 from ..numbers import inlined, jacobian, numeric_text, sympy
 from ..numbers.types import Letters
+from .composed_arrows import composed_arrows, origin
 
 
 def _local_text(equations: DiscreteEquations) -> str:
@@ -67,14 +68,60 @@ def _one_step_text(equations: Any) -> str:
     return text_of(equations, {"x": e.s.x, "mu": e.s.mu, "w": e.w}, parts)
 
 
+<<<<<<< HEAD
 #: the parts of a scheme that are written as functions of numbers, by name
+=======
+def _step_text(equations: Any) -> str:
+    """Of a step by w from (x, μ): rows that vanish, and what x and μ grow by, n+m."""
+    vectors = {"x": equations.s.x, "mu": equations.s.mu, "w": equations.w}
+    if isinstance(equations, OneStepEquations):
+        return text_of(equations, vectors, [list(equations.rows), list(equations.increment)])
+    system = step_system(equations)
+    momenta = [*equations.s.mu, *[sympy.Integer(0)] * len(equations.s.stages)]
+    rows = [e - mu for e, mu in zip(system.rows, momenta, strict=True)]
+    return text_of(equations, vectors, [rows, [*system.increment, *system.gain]])
+
+
+def _step_slope_text(equations: Any) -> str:
+    """Of a step by w from (x, μ): ∂rows/∂w."""
+    vectors = {"x": equations.s.x, "mu": equations.s.mu, "w": equations.w}
+    mapped = isinstance(equations, OneStepEquations)
+    slope = equations.slope if mapped else step_system(equations).slope
+    return text_of(equations, vectors, [slope])
+
+
+def _action_text(equations: DiscreteEquations) -> str:
+    """L_d/h of a step by w from x, and the arrow a of all steps from x0 with this one."""
+    s, arrows = equations.s, composed_arrows(equations.groupoid)
+    vectors = {"x": s.x, "w": equations.w, "x0": list(map(origin, s.x)), "a": arrows.letters}
+    return text_of(
+        equations, vectors, [equations.at_points.discrete_lagrangian / equations.h, arrows.after]
+    )
+
+
+def _velocity_text(equations: DiscreteEquations) -> str:
+    """ξ at x of the derivative a of a curve of arrows."""
+    arrows = composed_arrows(equations.groupoid)
+    vectors = {"x": equations.s.x, "a": arrows.letters}
+    return text_of(equations, vectors, [arrows.velocity])
+
+
+#: what of a scheme is written as a function of numbers, by name
+>>>>>>> d382438 (Expand steps in the step: the modified equation on every groupoid)
 TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
           "natural": _natural_text, "one_step": _one_step_text, "values": _values_text,
-          "stage values": _stage_values_text, "force": _force_text}  # fmt: skip
+          "stage values": _stage_values_text, "force": _force_text,
+          "step": _step_text, "step slope": _step_slope_text, "action": _action_text,
+          "velocity": _velocity_text}  # fmt: skip
 
 
+<<<<<<< HEAD
 def text_of(equations: DiscreteEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
     """Return the text of the results as a function of vectors and q (`numeric_text`)."""
+=======
+def text_of(equations: Any, vectors: dict[str, Letters], results: list[Any]) -> str:
+    """Text of the results as a function of vectors and q (`numeric_text`)."""
+>>>>>>> d382438 (Expand steps in the step: the modified equation on every groupoid)
     flat = [e for result in results for e in np.array(result, dtype=object).flat]
     before = inlined(equations.definitions(flat))
     definitions = [(list(d.letters), list(d.values)) for d in before]

@@ -1,0 +1,289 @@
+"""The modified equation of a scheme: the field whose flow its steps follow, by powers of the step.
+
+Φ_h is, but for terms smaller than every power of h, the flow for the time h of
+
+    f̃ = f₁ + h f₂ + h² f₃ + …,    h f̃ = log Φ_h = Σ_k (−1)^(k+1)/k Δ^k,
+    Δ^k = Σ_j (−1)^(k−j) C(k, j) Φ_h^j
+
+(Hairer, Lubich, Wanner, Geometric Numerical Integration, IX.1). Δ^k is O(h^k), so K iterates of the
+step, expanded in h, give f₁, …, f_K; f₁ is the scene's own field.
+
+Of a rule with a discrete Lagrangian f̃ = B dH̃, B the Poisson tensor (IX.3). H̃ needs no integral:
+the action Σ L_d of successive steps and their arrow g = g₁ g₂ ⋯ are carried along, and their
+derivatives by the time at 0, by the same series, are the modified Lagrangian L̃ and velocity ξ̃:
+
+    L_d = ∫ (⟨μ, ξ̃⟩ − H̃) dt along the flow of f̃,    so   H̃ = ⟨μ, ξ̃⟩ − L̃
+
+which is the way of Engle, Skeel, Drees (J. Comput. Phys. 206 (2005), 432) on any groupoid. Of a
+one-step map on T*Q, which has no L_d, H̃ is the integral of its slope along chords between states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from math import comb
+from typing import Any
+
+import numpy as np
+
+from ..bisections import StepContext
+from ..errors import BadInput, CannotMeasure, shown
+from ..geometry import composed_arrows, map_text
+from ..numbers import Arithmetic, Atoms, Series, arithmetic, run_text, series_namespace
+from .step_series import LOST, StepSeries
+
+MOST = 12  # the highest power of the step: the sums of differences lose a digit with each
+CHORD = 8  # Gauss nodes of a chord
+
+
+@dataclass(frozen=True)
+class Terms:
+    """The first terms of a modified equation at some states.
+
+    field: f₁, …, f_K, each a list of n+m columns; hamiltonian: H₁, …, H_K, or None where a rule has
+    no discrete Lagrangian; lagrangian: L₁, …, L_K at (x, μ), likewise. The j-th has the factor
+    h^(j−1).
+    """
+
+    field: list[list[Any]]
+    hamiltonian: list[Any] | None
+    lagrangian: list[Any] | None
+
+
+class ModifiedEquation:
+    """The modified equation of a scheme up to a power of the step, at states or as formulas.
+
+    scheme: of a scene without constraints, contact and time. order: the last power of h. digits: of
+    the numbers. Raises `BadInput` for another order, and `CannotMeasure` for a scene or rule whose
+    steps have no series in h.
+    """
+
+    def __init__(self, scheme: Any, order: int = 4, digits: int = 16) -> None:
+        if type(order) is not int or not 1 <= order <= MOST:
+            raise BadInput(
+                f"order is {shown(order)}: give the last power of the step, from 1 to {MOST}."
+            )
+        self.scheme, self.order = scheme, order
+        if refusal := _refusal(scheme):
+            raise CannotMeasure(refusal)
+        self.numbers = arithmetic(digits)
+        self.flow = scheme.flow(scheme.scene.step, digits)
+        self.n, self.m = len(scheme.equations.s.x), len(scheme.equations.s.mu)
+
+    # -- at states -------------------------------------------------------------------------------
+
+    def field(self, z: Any) -> np.ndarray:
+        """f₁, …, f_K at rows z = (x, μ), (K, r, n+m), K = order + 1."""
+        return self._shown(self._field(self._rows(z)))
+
+    def hamiltonian(self, z: Any) -> np.ndarray:
+        """H₁, …, H_K at rows z = (x, μ), (K, r).
+
+        H₁ is the energy. Of a one-step map each is known but for a constant, and is 0 at the first
+        row: it is integrated along the chords between rows, such as those of a run. Raises
+        `CannotMeasure` for a one-step map on another groupoid.
+        """
+        rows = self._rows(z)
+        if not self.has_action:
+            return self._shown(self._along_chords(rows))
+        found = self._terms(rows, True).hamiltonian
+        assert found is not None
+        return self._shown(np.array([np.broadcast_to(e, len(rows)) for e in found]))
+
+    def at_step(self, terms: np.ndarray, step: Any) -> np.ndarray:
+        """Σ h^(j−1) of terms (K, …) at a step."""
+        with self.numbers.working():
+            h = self.numbers.number(step)
+            own = np.vectorize(self.numbers.number, otypes=[self.numbers.dtype])(terms)
+            return self._shown(sum((e * h**k for k, e in enumerate(own)), start=0 * own[0]))
+
+    @property
+    def has_action(self) -> bool:
+        """Whether H̃ comes from a discrete Lagrangian."""
+        return not self.scheme.one_step
+
+    def _shown(self, found: np.ndarray) -> np.ndarray:
+        with self.numbers.working():
+            return self.numbers.public(found)
+
+    def _field(self, rows: np.ndarray) -> np.ndarray:
+        columns = self._terms(rows, False).field
+        whole = [[np.broadcast_to(e, len(rows)) for e in term] for term in columns]
+        return np.array(whole).swapaxes(1, 2)
+
+    def _rows(self, z: Any) -> np.ndarray:
+        rows = np.atleast_2d(np.asarray(z, dtype=self.numbers.dtype))
+        if rows.ndim != 2 or rows.shape[1] != self.n + self.m:
+            raise BadInput(
+                f"{self.scheme.scene.name}: states are rows (x, mu) of {self.n + self.m} numbers, "
+                f"not an array of the shape {np.shape(z)}."
+            )
+        with self.numbers.working():
+            return np.vectorize(self.numbers.number, otypes=[self.numbers.dtype])(rows)
+
+    def _terms(self, rows: np.ndarray, action: bool) -> Terms:
+        with self.numbers.working(), np.errstate(all="ignore"):
+            parts = self.flow.parts
+            shares = [part.q[0] / self.flow.context.q[0] for part in parts]
+            constants = [part.q[1:] for part in parts]
+            columns = [np.ascontiguousarray(e) for e in rows.T]
+            return self._expanded(columns, shares, constants, self.numbers, action)
+
+    def _along_chords(self, rows: np.ndarray) -> np.ndarray:
+        if self.scheme.scene.groupoid.kind != "pair":
+            raise CannotMeasure(
+                f"{self.scheme.rule.name} has no discrete Lagrangian, so its modified Hamiltonian "
+                "is known on pair groupoids only: the field is, everywhere."
+            )
+        points, weights = np.polynomial.legendre.leggauss(CHORD)
+        across = np.diff(rows, axis=0)
+        found = np.zeros((self.order + 1, len(rows)), dtype=rows.dtype)
+        for at, weight in zip((points + 1) / 2, weights / 2, strict=True):
+            if not len(across):
+                break
+            f = self._field(rows[:-1] + at * across)
+            slope = np.concatenate([-f[..., self.n :], f[..., : self.n]], axis=-1)
+            found[:, 1:] += weight * (slope * across).sum(axis=-1)
+        return np.cumsum(found, axis=1)
+
+    # -- as formulas -----------------------------------------------------------------------------
+
+    @cached_property
+    def formulas(self) -> Terms:
+        """The terms as sympy expressions in the scene's letters x, mu and its parameters.
+
+        Of a one-step map without H̃. Raises `CannotMeasure` where there is no closed form, and
+        `TooLong` (a `BadInput`) where they would take minutes.
+        """
+        s, parts = self.scheme.equations.s, self.flow.parts
+        shares = [part.step / self.flow.step for part in parts]
+        long = any(share.denominator > 10**12 for share in shares)
+        atoms = Atoms(exact=not (long or any(p.equations.s.constants for p in parts)))
+        with atoms.working():
+            constants = [
+                [*map(atoms.letter, s.parameter_list),
+                 *map(atoms.decimal, p.equations.s.constant_values(60).values())] for p in parts
+            ]  # fmt: skip
+            z = [atoms.letter(e) for e in (*s.x, *s.mu)]
+            given = [atoms.number(share) for share in shares]
+            found = self._expanded(z, given, constants, atoms, self.has_action)
+            write = atoms.written
+            field = [[write(e) for e in term] for term in found.field]
+            scalars = [
+                None if terms is None else [write(e) for e in terms]
+                for terms in (found.hamiltonian, found.lagrangian)
+            ]
+        return Terms(field, *scalars)
+
+    # -- the expansion ---------------------------------------------------------------------------
+
+    def _expanded(
+        self,
+        z: list[Any],
+        shares: Sequence[Any],
+        constants: Sequence[Sequence[Any]],
+        numbers: Arithmetic | Atoms,
+        action: bool,
+    ) -> Terms:
+        """The terms from K iterates of the step, each a series in h."""
+        K, n = self.order + 1, self.n
+        h = Series.variable(K + LOST, numbers.number(1))
+        steps = [_Part(p, numbers, action) for p in self.flow.parts]
+        qs = [[h * share, *own] for share, own in zip(shares, constants, strict=True)]
+        x, mu = z[:n], z[n:]
+        v0 = self.scheme.scene.v0
+        near = [] if isinstance(numbers, Atoms) else [numbers.number(e) for e in v0]
+        count = len(self.scheme.equations.s.parameter_list)
+        w = [
+            s.step.start(x, mu, own[:count], near) for s, own in zip(steps, constants, strict=True)
+        ]
+        carried: list[list[Any]] = [[*z]]
+        along = [numbers.number(1) if e else 0 for e in steps[0].begin] if action else []
+        tracks = [along]
+        for _ in range(K):
+            for k, (part, q) in enumerate(zip(steps, qs, strict=True)):
+                before = x
+                x, mu, found = part.step(x, mu, q, w[k], K)
+                w[k] = [e.coefficient(0) if isinstance(e, Series) else e for e in found]
+                if action:
+                    along = part.carried(along, before, found, z[:n], q)
+            carried.append([*x, *mu])
+            tracks.append(along)
+        weights = _of_logarithm(K)
+
+        def terms(rows: list[list[Any]]) -> list[list[Any]]:
+            """Of each entry of K + 1 rows of series its derivative by the time, K terms."""
+            return [
+                [_combined(weights, [row[i] for row in rows], j, numbers)
+                 for i in range(len(rows[0]))] for j in range(1, K + 1)
+            ]  # fmt: skip
+
+        field = terms(carried)
+        if not action:
+            return Terms(field, None, None)
+        hamiltonian, lagrangian = [], []
+        for derivative in terms(tracks):
+            L, xi = derivative[0], steps[0].velocity(z[:n], derivative[1:], qs[0])
+            lagrangian.append(L)
+            pairs = zip(z[n:], xi, strict=True)
+            hamiltonian.append(sum((m * v for m, v in pairs), start=0) - L)
+        return Terms(field, hamiltonian, lagrangian)
+
+
+class _Part:
+    """A substep, and what its action and its arrow add to those of the steps before."""
+
+    def __init__(self, context: StepContext, numbers: Arithmetic | Atoms, action: bool) -> None:
+        self.step = StepSeries(context, numbers)
+        if not action:
+            return
+        names, space = ("action", "velocity"), series_namespace(numbers)
+        texts = (map_text(context.equations, name) for name in names)
+        self.action, self.velocity = (run_text(text, space)["function"] for text in texts)
+        self.begin = [0, *composed_arrows(context.equations.groupoid).begin]
+
+    def carried(self, along: list[Any], x: Any, w: Any, x0: Any, q: Any) -> list[Any]:
+        """The action and the arrow of the steps before with those of a step."""
+        action, arrow = self.action(x, w, x0, along[1:], q)
+        return [along[0] + q[0] * action, *arrow]
+
+
+def _of_logarithm(K: int) -> list[Fraction]:
+    """c_j with h f̃ = Σ c_j Φ_h^j + O(h^(K+1)), j = 0, …, K."""
+    return [
+        sum(
+            (Fraction((-1) ** (k + 1) * (-1) ** (k - j) * comb(k, j), k)
+             for k in range(max(1, j), K + 1)), start=Fraction(0),
+        )
+        for j in range(K + 1)
+    ]  # fmt: skip
+
+
+def _combined(
+    weights: Sequence[Fraction], rows: list[Any], power: int, numbers: Arithmetic | Atoms
+) -> Any:
+    found: Any = 0
+    for weight, e in zip(weights, rows, strict=True):
+        if isinstance(e, Series) and weight:
+            c = e.coefficient(power)
+            found = found + numbers.number(weight) * c
+    return found
+
+
+def _refusal(scheme: Any) -> str:
+    """Why the steps of a scheme have no modified equation of this form, a sentence; "" if so."""
+    name, rule = scheme.scene.name, scheme.rule.name
+    if not scheme.rule.is_formula:
+        return f"{rule} is a program, which has no series in the step."
+    for is_so, why in (
+        (scheme.scene.contact is not None, "has contact"),
+        (scheme.scene.constrained, "has constraints"),
+        (scheme.scene.timed, "depends on the time"),
+        (scheme.scene.discrete_lagrangian is not None, "gives its discrete Lagrangian itself"),
+    ):
+        if is_so:
+            return f"{name} {why}: the modified equation is that of free motion, dz/dt = f(z)."
+    return ""

@@ -1,0 +1,218 @@
+"""One step of a scheme on power series: in the step itself, or in what start and parameters have.
+
+The rows of a step are those that its kernels solve. Their solution at the constant terms comes from
+Newton's method; each further power of the small quantity from one more correction with the
+derivative that the rows have there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..bisections import StepContext
+from ..equations import OneStepEquations, closed_velocity, legendre_inverse
+from ..errors import CannotMeasure
+from ..geometry import map_text
+from ..numbers import (
+    Arithmetic,
+    Atoms,
+    Double,
+    Series,
+    numeric_text,
+    run_text,
+    series_namespace,
+)
+
+MOST = 60  # corrections of Newton's method, as of `numbers.newton`
+#: terms of the series with which constant terms are found: a row may be divided by h² at the most
+FEW = 4
+LOST = 3  # powers that divisions by h take from a series, at the most
+
+Values = Sequence[Any]
+
+
+class NotExpanded(CannotMeasure):
+    """A step has no series: Newton found no step of length 0, or its rows are singular there."""
+
+
+class StepSeries:
+    """The step of a context's equations on series of one kind of coefficient.
+
+    numbers: an arithmetic, whose coefficients are columns (r,), or `Atoms` for formulas.
+    Raises `CannotMeasure` for a discrete Lagrangian that is given on the group itself.
+    """
+
+    def __init__(self, context: StepContext, numbers: Arithmetic | Atoms) -> None:
+        self.equations: Any = context.equations
+        self.numbers, self.context = numbers, context
+        if self.equations.element is not None:
+            raise CannotMeasure(
+                f"{context.scene.name} gives its discrete Lagrangian on the group itself, so its "
+                "steps are no series."
+            )
+        self.mapped = isinstance(self.equations, OneStepEquations)
+        self.rows = _function(self.equations, "step", numbers)
+        self.slope = _function(self.equations, "step slope", numbers)
+        self.n = len(self.equations.x)
+
+    def __call__(
+        self, x: Values, mu: Values, q: Values, start: Values, power: int
+    ) -> tuple[Any, Any, Any]:
+        """(x′, μ′, w) of a step from (x, μ), up to a power; start: near the constant terms of w.
+
+        q: h, the parameters and the rule's constants. One of these, or of x and μ, is a `Series`,
+        known up to `LOST` powers more; so are the results, which are taken for polynomials.
+        """
+        at, momentum = ([_constant(e) for e in part] for part in (x, mu))
+        few = [_cut(e, FEW) for e in q]
+        w = self._newton(at, momentum, few, list(start))
+        inverse = self._inverse(at, momentum, w, few)
+        end = power + 1 + LOST
+        for k in range(1, power + 1):
+            part = [[_until(e, k + LOST) for e in given] for given in (x, mu, w, q)]
+            rows, _ = self.rows(*part)
+            change = _times(inverse, rows)
+            w = [_polynomial(e - step, k, end) for e, step in zip(w, change, strict=True)]
+        _, grown = self.rows(x, mu, w, q)
+        after = [_polynomial(a + b, power, end) for a, b in zip((*x, *mu), grown, strict=True)]
+        return after[: self.n], after[self.n :], w
+
+    def _newton(self, x: Values, mu: Values, q: Values, w: list[Any]) -> list[Any]:
+        before = np.inf
+        for count in range(MOST):
+            rows = [_constant(e) for e in self.rows(x, mu, w, q)[0]]
+            if count == 0 or not isinstance(self.numbers, Atoms):
+                inverse = self._inverse(x, mu, w, q)
+            change = _times(inverse, rows)
+            w = [e - step for e, step in zip(w, change, strict=True)]
+            if isinstance(self.numbers, Atoms):  # what is linear in the unknowns is solved at once
+                left = [_constant(e) for e in self.rows(x, mu, w, q)[0]]
+                if all(self.numbers.written(e).equals(0) for e in left):
+                    return w
+                raise NotExpanded(
+                    f"{self.context.scene.name} with {self.context.scheme.rule.name}: a step of "
+                    "length 0 has no closed form."
+                )
+            size = float(max((np.max(np.abs(e), initial=0.0) for e in change), default=0.0))
+            scale = float(max((np.max(np.abs(e), initial=0.0) for e in w), default=0.0))
+            if size <= 4 * float(self.numbers.eps) * scale or (
+                size >= before / 2 and size <= 2**12 * float(self.numbers.eps) * scale
+            ):
+                return w
+            if not size < np.inf:
+                break
+            before = size
+        raise NotExpanded(
+            f"{self.context.scene.name} with {self.context.scheme.rule.name}: Newton found no step "
+            "from there."
+        )
+
+    def _inverse(self, x: Values, mu: Values, w: Values, q: Values) -> np.ndarray:
+        """(∂rows/∂w)⁻¹ of the constant terms, an m×m array of coefficients."""
+        slope = self.slope(x, mu, w, q)
+        slope = np.asarray(slope)
+        size = len(slope)
+        entries = [[_constant(e) for e in row] for row in slope]
+        try:
+            return _inverted(entries, size, self.numbers)
+        except (ZeroDivisionError, np.linalg.LinAlgError):
+            raise NotExpanded(
+                f"{self.context.scene.name} with {self.context.scheme.rule.name}: the equations of "
+                "a step are singular there."
+            ) from None
+
+    def start(self, x: Values, mu: Values, parameters: Values, near: Values) -> list[Any]:
+        """Where Newton starts from constants (x, μ): ξ(x, μ) for each velocity, else 0."""
+        equations, s = self.equations, self.equations.s
+        if isinstance(self.numbers, Atoms):
+            closed = closed_velocity(s)
+            if closed is None:
+                raise NotExpanded(f"{s.name}: there is no short closed form of ξ(x, μ).")
+            text = numeric_text({"x": s.x, "mu": s.mu, "p": s.parameter_list}, [list(closed)])
+            of_state = run_text(text, series_namespace(self.numbers))["function"]
+            xi = list(of_state(x, mu, parameters))
+        else:
+            momenta = np.stack(np.broadcast_arrays(*mu), axis=-1)
+            at = np.stack(np.broadcast_arrays(*x), axis=-1) if len(x) else momenta[:, :0]
+            first = np.broadcast_to(np.array(near, dtype=self.numbers.dtype), momenta.shape)
+            xi = list(legendre_inverse(s, self.numbers)(at, momenta, list(parameters), first).T)
+        none = 0 * xi[0]
+        if not self.mapped:
+            return [*xi, *[none] * (len(equations.w) - len(xi))]
+        if len(equations.multipliers):
+            raise NotExpanded(f"{s.name} has constraints, so a step of length 0 is singular.")
+        slopes = sum(len(part) for part in equations.slopes)
+        return [*[none] * slopes, *xi * len(equations.velocities)]
+
+
+def _constant(e: Any) -> Any:
+    return e.coefficient(0) if isinstance(e, Series) else e
+
+
+def _polynomial(e: Any, power: int, end: int) -> Any:
+    """A series up to a power, taken for exact: what follows is what is looked for."""
+    if not isinstance(e, Series):
+        return e
+    return Series([e.coefficient(j) for j in range(power + 1)], 0, end)
+
+
+def _until(e: Any, end: int) -> Any:
+    """A series without its powers from `end` on."""
+    return Series(e.c, e.start, min(e.end, end)) if isinstance(e, Series) else e
+
+
+def _cut(e: Any, terms: int) -> Any:
+    return Series(e.c[:terms], e.start, min(e.end, e.start + terms)) if isinstance(e, Series) else e
+
+
+def _times(matrix: np.ndarray, vector: Values) -> list[Any]:
+    return [sum((a * e for a, e in zip(row, vector, strict=True)), start=0) for row in matrix]
+
+
+def _inverted(entries: list[list[Any]], size: int, numbers: Arithmetic | Atoms) -> np.ndarray:
+    found = np.empty((size, size), dtype=object)
+    if isinstance(numbers, Atoms):
+        found[:] = _eliminated(entries, numbers)
+        return found
+    flat = np.broadcast_arrays(
+        *[np.asarray(e, dtype=numbers.dtype) for row in entries for e in row]
+    )
+    shape = flat[0].shape
+    stack = np.moveaxis(np.stack(flat).reshape(size, size, -1), -1, 0)
+    if isinstance(numbers, Double):
+        inverse = np.linalg.inv(stack)
+    else:
+        inverse = np.stack([numbers.solve(e, numbers.identity(size)) for e in stack])
+    for i in range(size):
+        for j in range(size):
+            found[i, j] = inverse[:, i, j].reshape(shape)
+    return found
+
+
+def _eliminated(entries: list[list[Any]], atoms: Atoms) -> list[list[Any]]:
+    """The inverse of a matrix of formulas; pivots are the shortest entries."""
+    size = len(entries)
+    rows = [[*row, *(int(i == j) for j in range(size))] for i, row in enumerate(entries)]
+    for p in range(size):
+        left = [i for i in range(p, size) if not (type(rows[i][p]) is int and rows[i][p] == 0)]
+        if not left:
+            raise ZeroDivisionError("singular matrix")
+        best = min(left, key=lambda i: len(getattr(rows[i][p], "terms", ())))
+        rows[p], rows[best] = rows[best], rows[p]
+        inverse = atoms.power(rows[p][p], Fraction(-1))
+        rows[p] = [inverse * e for e in rows[p]]
+        rows = [
+            row if i == p else [e - row[p] * lead for e, lead in zip(row, rows[p], strict=True)]
+            for i, row in enumerate(rows)
+        ]
+    return [row[size:] for row in rows]
+
+
+@lru_cache(maxsize=256)
+def _function(equations: Any, what: str, numbers: Arithmetic | Atoms) -> Any:
+    return run_text(map_text(equations, what), series_namespace(numbers))["function"]
