@@ -76,11 +76,11 @@ class ModifiedEquation:
     # -- at states -------------------------------------------------------------------------------
 
     def field(self, z: Any) -> np.ndarray:
-        """f₁, …, f_K at rows z = (x, μ), (K, r, n+m), K = order + 1."""
+        """Return f₁, …, f_K at rows z = (x, μ), (K, r, n+m), K = order + 1."""
         return self._shown(self._field(self._rows(z)))
 
     def hamiltonian(self, z: Any) -> np.ndarray:
-        """H₁, …, H_K at rows z = (x, μ), (K, r).
+        """Return H₁, …, H_K at rows z = (x, μ), (K, r).
 
         H₁ is the energy. Of a one-step map each is known but for a constant, and is 0 at the first
         row: it is integrated along the chords between rows, such as those of a run. Raises
@@ -94,7 +94,7 @@ class ModifiedEquation:
         return self._shown(np.array([np.broadcast_to(e, len(rows)) for e in found]))
 
     def at_step(self, terms: np.ndarray, step: Any) -> np.ndarray:
-        """Σ h^(j−1) of terms (K, …) at a step."""
+        """Return Σ h^(j−1) e_j of terms e₁, e₂, … at a step."""
         with self.numbers.working():
             h = self.numbers.number(step)
             own = np.vectorize(self.numbers.number, otypes=[self.numbers.dtype])(terms)
@@ -153,7 +153,7 @@ class ModifiedEquation:
 
     @cached_property
     def formulas(self) -> Terms:
-        """The terms as sympy expressions in the scene's letters x, mu and its parameters.
+        """The terms as sympy expressions in the letters x, mu of the scene and its parameters.
 
         Of a one-step map without H̃. Raises `CannotMeasure` where there is no closed form, and
         `TooLong` (a `BadInput`) where they would take minutes.
@@ -188,7 +188,7 @@ class ModifiedEquation:
         numbers: Arithmetic | Atoms,
         action: bool,
     ) -> Terms:
-        """The terms from K iterates of the step, each a series in h."""
+        """Return the terms from K iterates of the step, each a series in h."""
         K, n = self.order + 1, self.n
         h = Series.variable(K + LOST, numbers.number(1))
         steps = [_Part(p, numbers, action) for p in self.flow.parts]
@@ -215,7 +215,7 @@ class ModifiedEquation:
         weights = _of_logarithm(K)
 
         def terms(rows: list[list[Any]]) -> list[list[Any]]:
-            """Of each entry of K + 1 rows of series its derivative by the time, K terms."""
+            """Return the derivative by the time of each entry of K + 1 rows of series, K terms."""
             return [
                 [_combined(weights, [row[i] for row in rows], j, numbers)
                  for i in range(len(rows[0]))] for j in range(1, K + 1)
@@ -246,13 +246,13 @@ class _Part:
         self.begin = [0, *composed_arrows(context.equations.groupoid).begin]
 
     def carried(self, along: list[Any], x: Any, w: Any, x0: Any, q: Any) -> list[Any]:
-        """The action and the arrow of the steps before with those of a step."""
+        """Return the action and the arrow of the steps before with those of a step."""
         action, arrow = self.action(x, w, x0, along[1:], q)
         return [along[0] + q[0] * action, *arrow]
 
 
 def _of_logarithm(K: int) -> list[Fraction]:
-    """c_j with h f̃ = Σ c_j Φ_h^j + O(h^(K+1)), j = 0, …, K."""
+    """Return c_j with h f̃ = Σ c_j Φ_h^j + O(h^(K+1)), j = 0, …, K."""
     return [
         sum(
             (Fraction((-1) ** (k + 1) * (-1) ** (k - j) * comb(k, j), k)
@@ -274,7 +274,7 @@ def _combined(
 
 
 def _refusal(scheme: Any) -> str:
-    """Why the steps of a scheme have no modified equation of this form, a sentence; "" if so."""
+    """Return why a scheme has no modified equation of this form, a sentence; "" if it has one."""
     name, rule = scheme.scene.name, scheme.rule.name
     if not scheme.rule.is_formula:
         return f"{rule} is a program, which has no series in the step."

@@ -63,7 +63,7 @@ class StepSeries:
     def __call__(
         self, x: Values, mu: Values, q: Values, start: Values, power: int
     ) -> tuple[Any, Any, Any]:
-        """(x′, μ′, w) of a step from (x, μ), up to a power; start: near the constant terms of w.
+        """Return (x′, μ′, w) of a step from (x, μ) up to a power; start: near w's constant terms.
 
         q: h, the parameters and the rule's constants. One of these, or of x and μ, is a `Series`,
         known up to `LOST` powers more; so are the results, which are taken for polynomials.
@@ -113,7 +113,7 @@ class StepSeries:
         )
 
     def _inverse(self, x: Values, mu: Values, w: Values, q: Values) -> np.ndarray:
-        """(∂rows/∂w)⁻¹ of the constant terms, an m×m array of coefficients."""
+        """Return (∂rows/∂w)⁻¹ of the constant terms, an m×m array of coefficients."""
         slope = self.slope(x, mu, w, q)
         slope = np.asarray(slope)
         size = len(slope)
@@ -127,7 +127,7 @@ class StepSeries:
             ) from None
 
     def start(self, x: Values, mu: Values, parameters: Values, near: Values) -> list[Any]:
-        """Where Newton starts from constants (x, μ): ξ(x, μ) for each velocity, else 0."""
+        """Return where Newton starts from constants (x, μ): ξ(x, μ) for each velocity, else 0."""
         equations, s = self.equations, self.equations.s
         if isinstance(self.numbers, Atoms):
             closed = closed_velocity(s)
@@ -155,14 +155,14 @@ def _constant(e: Any) -> Any:
 
 
 def _polynomial(e: Any, power: int, end: int) -> Any:
-    """A series up to a power, taken for exact: what follows is what is looked for."""
+    """Return a series up to a power, taken for exact: later powers are still looked for."""
     if not isinstance(e, Series):
         return e
     return Series([e.coefficient(j) for j in range(power + 1)], 0, end)
 
 
 def _until(e: Any, end: int) -> Any:
-    """A series without its powers from `end` on."""
+    """Return a series without its powers from `end` on."""
     return Series(e.c, e.start, min(e.end, end)) if isinstance(e, Series) else e
 
 
@@ -195,7 +195,7 @@ def _inverted(entries: list[list[Any]], size: int, numbers: Arithmetic | Atoms) 
 
 
 def _eliminated(entries: list[list[Any]], atoms: Atoms) -> list[list[Any]]:
-    """The inverse of a matrix of formulas; pivots are the shortest entries."""
+    """Return the inverse of a matrix of formulas; pivots are the shortest entries."""
     size = len(entries)
     rows = [[*row, *(int(i == j) for j in range(size))] for i, row in enumerate(entries)]
     for p in range(size):

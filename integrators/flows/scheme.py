@@ -135,7 +135,7 @@ class Scheme(DiscretisedScene):
 
     @arguments_checked
     def modified_equation(self, order: int = 4, digits: int = 16) -> ModifiedEquation:
-        """The modified equation up to a power of the step: fields and Hamiltonians by order.
+        """Return the modified equation up to a power of the step: fields and Hamiltonians by order.
 
         digits: those of its numbers. Raises `BadInput` for another order, `CannotMeasure` where the
         steps have no series in h (`ModifiedEquation`).

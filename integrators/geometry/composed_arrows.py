@@ -12,7 +12,7 @@ from ..numbers.types import Column, Expression, Expressions, Letter
 
 @dataclass(frozen=True)
 class ComposedArrows:
-    """How the arrow of the steps before, from x, becomes that with one more step.
+    """The arrow of all steps from x, in terms of the arrow before the last step and of that step.
 
     letters: what the arrow before is made of: hu of pairs, the entries of group elements, and chart
     coordinates where a groupoid is known by its product alone. begin: their values at e. after:
@@ -29,7 +29,7 @@ class ComposedArrows:
 
 @lru_cache(maxsize=256)
 def composed_arrows(groupoid: Any) -> ComposedArrows:
-    """The composition of arrows of a groupoid."""
+    """Return how arrows of a groupoid are composed."""
     s = groupoid.symbols
     return _composed(groupoid, s["x"], s["u"], s["h"], 0)
 
@@ -71,7 +71,7 @@ def _composed(groupoid: Any, x: Column, u: Column, h: Expression, first: int) ->
 
 
 def origin(x: Letter) -> Letter:
-    """The letter of an entry of x where the first of several steps begins."""
+    """Return the letter for an entry of x where the first of several steps begins."""
     return sympy.Symbol(f"a{x}".replace("_", ""), real=True)
 
 

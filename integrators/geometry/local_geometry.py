@@ -255,27 +255,17 @@ class LocalGeometry:
 
 @lru_cache(maxsize=512)
 def _function(equations: DiscreteEquations, numbers: Arithmetic, what: str) -> Callable[..., Any]:
-<<<<<<< HEAD
     """Return a function of `TEXTS` in an arithmetic, derived once; its text is cached on disk."""
-    return numeric_function(_text(equations, what), numbers)
-=======
-    """A function of `TEXTS` of equations in an arithmetic, derived once; its text is on disk."""
     return numeric_function(map_text(equations, what), numbers)
->>>>>>> d382438 (Expand steps in the step: the modified equation on every groupoid)
 
 
 def map_text(equations: DiscreteEquations, what: str) -> str:
-    """A text of `TEXTS` for equations, from the cache where it is there."""
+    """Return a text of `TEXTS` for equations, from the cache on disk where it is there."""
     key = text_key(what, step_system(equations), *equations.fields, equations.mark)
     return cached_text(f"{what.replace(' ', '_')}_{key}.txt", lambda: TEXTS[what](equations))
 
 
 @lru_cache(maxsize=512)
 def _with_errors(equations: DiscreteEquations, numbers: Arithmetic, what: str) -> Any:
-<<<<<<< HEAD
     """Return the function of `_function` in `running_error` numbers."""
-    return with_running_errors(_text(equations, what), numbers)
-=======
-    """The same in `running_error` numbers."""
     return with_running_errors(map_text(equations, what), numbers)
->>>>>>> d382438 (Expand steps in the step: the modified equation on every groupoid)

@@ -68,11 +68,8 @@ def _one_step_text(equations: Any) -> str:
     return text_of(equations, {"x": e.s.x, "mu": e.s.mu, "w": e.w}, parts)
 
 
-<<<<<<< HEAD
-#: the parts of a scheme that are written as functions of numbers, by name
-=======
 def _step_text(equations: Any) -> str:
-    """Of a step by w from (x, μ): rows that vanish, and what x and μ grow by, n+m."""
+    """Return the text for a step by w from (x, μ): rows that vanish, and the growth of (x, μ)."""
     vectors = {"x": equations.s.x, "mu": equations.s.mu, "w": equations.w}
     if isinstance(equations, OneStepEquations):
         return text_of(equations, vectors, [list(equations.rows), list(equations.increment)])
@@ -83,7 +80,7 @@ def _step_text(equations: Any) -> str:
 
 
 def _step_slope_text(equations: Any) -> str:
-    """Of a step by w from (x, μ): ∂rows/∂w."""
+    """Return the text for a step by w from (x, μ): ∂rows/∂w."""
     vectors = {"x": equations.s.x, "mu": equations.s.mu, "w": equations.w}
     mapped = isinstance(equations, OneStepEquations)
     slope = equations.slope if mapped else step_system(equations).slope
@@ -91,7 +88,7 @@ def _step_slope_text(equations: Any) -> str:
 
 
 def _action_text(equations: DiscreteEquations) -> str:
-    """L_d/h of a step by w from x, and the arrow a of all steps from x0 with this one."""
+    """Return the text for L_d/h of a step by w from x, and for the arrow of all steps with it."""
     s, arrows = equations.s, composed_arrows(equations.groupoid)
     vectors = {"x": s.x, "w": equations.w, "x0": list(map(origin, s.x)), "a": arrows.letters}
     return text_of(
@@ -100,14 +97,13 @@ def _action_text(equations: DiscreteEquations) -> str:
 
 
 def _velocity_text(equations: DiscreteEquations) -> str:
-    """ξ at x of the derivative a of a curve of arrows."""
+    """Return the text for ξ at x of the derivative a of a curve of arrows."""
     arrows = composed_arrows(equations.groupoid)
     vectors = {"x": equations.s.x, "a": arrows.letters}
     return text_of(equations, vectors, [arrows.velocity])
 
 
-#: what of a scheme is written as a function of numbers, by name
->>>>>>> d382438 (Expand steps in the step: the modified equation on every groupoid)
+#: the parts of a scheme that are written as functions of numbers, by name
 TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
           "natural": _natural_text, "one_step": _one_step_text, "values": _values_text,
           "stage values": _stage_values_text, "force": _force_text,
@@ -115,13 +111,8 @@ TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
           "velocity": _velocity_text}  # fmt: skip
 
 
-<<<<<<< HEAD
-def text_of(equations: DiscreteEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
-    """Return the text of the results as a function of vectors and q (`numeric_text`)."""
-=======
 def text_of(equations: Any, vectors: dict[str, Letters], results: list[Any]) -> str:
-    """Text of the results as a function of vectors and q (`numeric_text`)."""
->>>>>>> d382438 (Expand steps in the step: the modified equation on every groupoid)
+    """Return the text of the results as a function of vectors and q (`numeric_text`)."""
     flat = [e for result in results for e in np.array(result, dtype=object).flat]
     before = inlined(equations.definitions(flat))
     definitions = [(list(d.letters), list(d.values)) for d in before]

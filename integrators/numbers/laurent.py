@@ -44,28 +44,28 @@ class Atoms:
         self._known: dict[Any, int] = {}
 
     def working(self) -> Any:
-        """Context in which the arithmetic is done."""
+        """Return the context in which the arithmetic is done."""
         return self._gmpy2.context(self._gmpy2.context(), precision=220)
 
     def number(self, top: Any, bottom: int = 1) -> Any:
-        """A coefficient."""
+        """Return top/bottom as a coefficient."""
         q = self._gmpy2.mpq(top) / bottom if isinstance(top, int | float | Fraction) else top
         return q if self.exact else self._gmpy2.mpfr(q)
 
     def constant(self, value: Any) -> Any:
-        """A number as a formula; 0 as the integer."""
+        """Return a number as a formula, and 0 as the integer."""
         return self.made({(): self.number(value)})
 
     def decimal(self, value: Expression) -> Any:
-        """An irrational number of sympy's as a formula."""
+        """Return an irrational number of sympy's as a formula."""
         return self.made({(): self._gmpy2.mpfr(str(value.evalf(DIGITS + 5)), 220)})
 
     def letter(self, s: Expression) -> Laurent:
-        """A letter as a formula."""
+        """Return a letter as a formula."""
         return Laurent(self, {((self._atom(s, s), Fraction(1)),): self.number(1)})
 
     def made(self, terms: dict[Monomial, Any]) -> Any:
-        """The sum of terms without those that are zero; 0 as the integer."""
+        """Return the sum of the terms that are not zero; 0 as the integer."""
         kept = {m: c for m, c in terms.items() if c and (self.exact or abs(c) > NOTHING)}
         for atom, power, value in self._rules:
             high = [m for m in kept if any(a == atom and e >= power for a, e in m)]
@@ -84,7 +84,7 @@ class Atoms:
         return self._known[key]
 
     def power(self, base: Any, exponent: Fraction) -> Any:
-        """base^exponent of a formula."""
+        """Return base^exponent of a formula."""
         if not isinstance(base, Laurent):
             base = Laurent(self, {(): self.number(base)})
         shared, (c, base) = self._shared(base), self._normal(base)
@@ -104,19 +104,19 @@ class Atoms:
         return Laurent(self, {raised: c ** int(exponent) if c != 1 else self.number(1)})
 
     def _shared(self, base: Laurent) -> Monomial:
-        """The monomial that all terms have as a factor."""
+        """Return the monomial that all terms have as a factor."""
         parts = [dict(m) for m in base.terms]
         least = {a: min(m.get(a, Fraction(0)) for m in parts) for m in parts for a in m}
         return tuple(sorted((a, e) for a, e in least.items() if e))
 
     def _normal(self, base: Laurent) -> tuple[Any, Laurent]:
-        """(c, p) of a sum c p m, m the monomial that all terms share; one coefficient of p is 1."""
+        """Return (c, p) of a sum c p m, m the monomial that all terms share; p has a coefficient 1."""
         inverse = tuple((a, -e) for a, e in self._shared(base))
         c = base.terms[min(base.terms)]
         return c, Laurent(self, {_product(m, inverse): e / c for m, e in base.terms.items()})
 
     def function(self, name: str, argument: Any) -> Any:
-        """A function of a formula, as an atom; of numbers, sympy's exact value."""
+        """Return a function of a formula as an atom; of a number, the value."""
         if not isinstance(argument, Laurent):
             value = getattr(sympy, name)(self._rational(argument))
             return self.constant(int(value)) if value.is_Integer else self.decimal(value)
@@ -130,7 +130,7 @@ class Atoms:
         return Laurent(self, {((atom, Fraction(1)),): self.number(1)})
 
     def namespace(self) -> dict[str, Any]:
-        """What `series_functions` needs of these coefficients, and `ratio`."""
+        """Return the functions of these coefficients, by their names in generated text."""
         names = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log")
         own = {name: lambda e, name=name: self.function(name, e) for name in names}
         return {**own, "sqrt": lambda e: self.power(e, Fraction(1, 2))}
@@ -138,7 +138,7 @@ class Atoms:
     # -- back to sympy ---------------------------------------------------------------------------
 
     def _solved(self, atom: int, base: Laurent) -> list[tuple[int, Fraction, Laurent]]:
-        """The rule that a sum gives, where one of its terms is the square of another atom."""
+        """Return the rule that a sum gives where one of its terms is the square of another atom."""
         for m, c in reversed(sorted(base.terms.items())):
             if len(m) == 1 and m[0][1] == 2 and not any(
                 a == m[0][0] for other in base.terms if other != m for a, _ in other
@@ -149,7 +149,7 @@ class Atoms:
         return []
 
     def written(self, formula: Any) -> Expression:
-        """A formula as sympy's expression."""
+        """Return a formula as sympy's expression."""
         if not isinstance(formula, Laurent):
             return self._rational(formula)
         return sympy.Add(*[

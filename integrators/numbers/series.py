@@ -24,12 +24,12 @@ Coefficient = Any
 
 
 def _none(e: Coefficient) -> bool:
-    """Whether a coefficient is zero for certain: the integer, which costs no products."""
+    """Return whether a coefficient is the integer 0, which is certain and costs no products."""
     return type(e) is int and e == 0
 
 
 def _vanishes(e: Coefficient) -> bool:
-    """Whether a coefficient, or each number of a column, is zero."""
+    """Return whether a coefficient, or each number of a column, is zero."""
     return not e.any() if isinstance(e, np.ndarray) else not isinstance(e, Laurent) and e == 0
 
 
@@ -48,11 +48,11 @@ class Series:
 
     @classmethod
     def variable(cls, terms: int, one: Coefficient = 1.0) -> Series:
-        """ε itself, known so well that ε·a has as many terms as are asked for; one: their 1."""
+        """Return ε, known to so many terms; one: the coefficients' number 1."""
         return cls((one,), 1, terms + 1)
 
     def coefficient(self, k: int) -> Coefficient:
-        """The coefficient of ε^k; raises `BadInput` where it is not known."""
+        """Return the coefficient of ε^k; raise `BadInput` where it is not known."""
         if k >= self.end:
             raise BadInput(f"of a series up to the power {self.end - 1} the power {k} is asked.")
         return self.c[k - self.start] if 0 <= k - self.start < len(self.c) else 0
@@ -123,7 +123,7 @@ class Series:
         return _power(self, power, lambda e: e**power)
 
     def _led(self) -> Series:
-        """The same without leading coefficients that are zeros; raises `ZeroDivisionError`."""
+        """Return the series without leading zeros; raise `ZeroDivisionError` where all are zeros."""
         first = 0
         while first < len(self.c) and _vanishes(self.c[first]):
             first += 1
@@ -132,20 +132,20 @@ class Series:
         return Series(self.c[first:], self.start + first, self.end)
 
     def constant(self) -> Coefficient:
-        """The coefficient of ε⁰; raises `ZeroDivisionError` where there are negative powers."""
+        """Return the coefficient of ε⁰; raise `ZeroDivisionError` where there are negative powers."""
         if self.start < 0:
             raise ZeroDivisionError("a function of a series with negative powers")
         return self.coefficient(0)
 
     def slope(self) -> Series:
-        """The derivative by ε."""
+        """Return the derivative by ε."""
         return Series(
             [e if _none(e) else (self.start + k) * e for k, e in enumerate(self.c)],
             self.start - 1, self.end - 1,
         )  # fmt: skip
 
     def primitive(self) -> Series:
-        """The integral from 0, of a series without negative powers."""
+        """Return the integral from 0 of a series without negative powers."""
         return Series(
             [e if _none(e) else e / (self.start + k + 1) for k, e in enumerate(self.c)],
             self.start + 1, self.end + 1,
@@ -185,7 +185,7 @@ def _quotient(a: Series, b: Series) -> Series:
 
 
 def _composed(coefficients: Callable[[int], Coefficient], d: Series) -> Any:
-    """Σ coefficients(k) d^k of a series d without a constant term."""
+    """Return Σ coefficients(k) d^k of a series d without a constant term."""
     most = 1 if d.start >= d.end else (d.end - 1) // max(d.start, 1)
     found: Any = coefficients(most)
     for k in range(most - 1, -1, -1):
@@ -194,7 +194,7 @@ def _composed(coefficients: Callable[[int], Coefficient], d: Series) -> Any:
 
 
 def _power(a: Series, power: Any, of_number: Callable[[Any], Any]) -> Any:
-    """a^power by the binomial series; of_number: that power of the leading coefficient."""
+    """Return a^power by the binomial series; of_number: the power of a coefficient."""
     led = a._led()
     raised = led.start * power
     if int(raised) != raised:
@@ -208,7 +208,7 @@ def _power(a: Series, power: Any, of_number: Callable[[Any], Any]) -> Any:
 
 
 def series_functions(own: Mapping[str, Any], ratio: Callable[[int, int], Any]) -> dict[str, Any]:
-    """Functions of numbers and of series, by their names in generated text.
+    """Return functions of numbers and of series, by their names in generated text.
 
     own: those of the coefficients; ratio: (a, b) → a/b among them.
     """
@@ -218,7 +218,7 @@ def series_functions(own: Mapping[str, Any], ratio: Callable[[int, int], Any]) -
         return first, x if x.start > 0 else Series((0, *x.c[1:]), 0, x.end)
 
     def cycle(x: Series, sign: int, odd: int) -> Any:
-        """Σ over k of the parity `odd` of (sign)^(k//2) d^k/k!: of cosines and sines."""
+        """Return Σ (sign)^(k//2) d^k/k! over k of the parity `odd`: the cosine or the sine."""
         return _composed(
             lambda k: ratio(sign ** (k // 2), math.factorial(k)) if k % 2 == odd else 0, x
         )
@@ -228,7 +228,7 @@ def series_functions(own: Mapping[str, Any], ratio: Callable[[int, int], Any]) -
         return _composed(lambda k: ratio(1, math.factorial(k)), d) * own["exp"](first)
 
     def turned(x: Series, names: tuple[str, str], sign: int) -> tuple[Any, Any]:
-        """(cosine, sine) of the circle (sign −1) or the hyperbola (sign 1)."""
+        """Return (cosine, sine) of the circle (sign −1) or the hyperbola (sign 1)."""
         first, d = split(x)
         c, s = (own[name](first) for name in names)
         near, over = cycle(d, sign, 0), cycle(d, sign, 1)
@@ -278,7 +278,7 @@ def series_functions(own: Mapping[str, Any], ratio: Callable[[int, int], Any]) -
 
 
 def series_namespace(numbers: Arithmetic | Atoms) -> dict[str, Any]:
-    """What generated text needs to compute on series with coefficients of one kind.
+    """Return the names that generated text needs to compute on series of one kind of coefficient.
 
     Of an arithmetic a coefficient may be a column of numbers; it has to be at work.
     """
