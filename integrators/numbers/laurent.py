@@ -110,7 +110,7 @@ class Atoms:
         return tuple(sorted((a, e) for a, e in least.items() if e))
 
     def _normal(self, base: Laurent) -> tuple[Any, Laurent]:
-        """Return (c, p) of a sum c p m, m the monomial that all terms share; p has a coefficient 1."""
+        """Return (c, p) of a sum c p m, m the monomial that all terms share; p begins with 1."""
         inverse = tuple((a, -e) for a, e in self._shared(base))
         c = base.terms[min(base.terms)]
         return c, Laurent(self, {_product(m, inverse): e / c for m, e in base.terms.items()})

@@ -123,7 +123,7 @@ class Series:
         return _power(self, power, lambda e: e**power)
 
     def _led(self) -> Series:
-        """Return the series without leading zeros; raise `ZeroDivisionError` where all are zeros."""
+        """Return the series without leading zeros; raise `ZeroDivisionError` if all are."""
         first = 0
         while first < len(self.c) and _vanishes(self.c[first]):
             first += 1
@@ -132,7 +132,7 @@ class Series:
         return Series(self.c[first:], self.start + first, self.end)
 
     def constant(self) -> Coefficient:
-        """Return the coefficient of ε⁰; raise `ZeroDivisionError` where there are negative powers."""
+        """Return the coefficient of ε⁰; raise `ZeroDivisionError` for negative powers."""
         if self.start < 0:
             raise ZeroDivisionError("a function of a series with negative powers")
         return self.coefficient(0)
