@@ -72,15 +72,11 @@ def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
     a, c, w = _top(p)
     if sign(a) <= 0 or sign(c) <= 0 or is_zero(w) or (is_zero(x0[0]) and is_zero(x0[1])):
         return False
-    square, (k3, k2, k1, k0) = _cubic(p, x0, v0)
+    square, _ = _cubic(p, x0, v0)
     moment = a * (x0[0] * v0[0] + x0[1] * v0[1]) + c * x0[2] * v0[2]
-    if is_zero(moment**2 - (c * v0[2]) ** 2 * square):  # M = +-C s g: a pole may be reached
-        return False
-    discriminant = (
-        18 * k3 * k2 * k1 * k0 - 4 * k2**3 * k0 + (k2 * k1) ** 2 - 4 * k3 * k1**3
-        - 27 * (k3 * k0) ** 2
-    )  # fmt: skip
-    return not is_zero(discriminant) or _steady(p, x0, v0)
+    # A pole may be reached for M = +-C s g. For any other M the cubic is negative at both poles, so
+    # that z3 > g, and z1 = z2 is a steady precession.
+    return not is_zero(moment**2 - (c * v0[2]) ** 2 * square)
 
 
 def _steady(p: Any, x0: Numbers, v0: Numbers) -> bool:

@@ -2,12 +2,13 @@
 
 from types import SimpleNamespace
 
+import mpmath
 import pytest
 import sympy
 
-from discmech.integrators import scenes
+from discmech.integrators import Scene, pair, scenes
 from discmech.reference import ReferenceFailure, solution
-from discmech.reference.equations import equations_of
+from discmech.reference.equations import balance_of, equations_of
 from discmech.reference.equations.elimination import explicit_rates
 
 ALL = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
@@ -78,6 +79,40 @@ def test_local_groupoid_is_the_heavy_top():
     )  # fmt: skip
     ours, theirs = equations_of(same), equations_of(top)
     assert all(sympy.expand(a - b) == 0 for a, b in zip(ours.rates, theirs.rates, strict=True))
+
+
+@pytest.mark.parametrize("name", ["knife-edge", "suslov", "rolling-disc", "cartesian-pendulum"])
+def test_constraints_stay_met_and_do_no_work(name):
+    """A xi' + A' xi = 0, and M xi' - f has no part along a velocity that A admits."""
+    scene = scenes.get(name)
+    of, balance = equations_of(scene), balance_of(scene)
+    m, rows = of.dim_u, sympy.Matrix(of.constraints).reshape(len(of.constraints) // of.dim_u,
+                                                             of.dim_u)  # fmt: skip
+    x, v = (list(of.states[of.block(part)]) for part in "xv")
+    base = {z: sympy.Rational(2 * i + 1, 7) for i, z in enumerate(x)}
+    if name == "cartesian-pendulum":
+        base = dict(zip(x, map(sympy.Rational, ("3/5", "-4/5")), strict=True))
+    admitted = rows.subs(base).nullspace()
+    xi = sum(((k + 2) * w / 3 for k, w in enumerate(admitted)), sympy.zeros(m, 1))
+    at = base | dict(zip(v, xi, strict=True))
+    values = dict(at)
+    for symbol, expression in of.assignments:
+        values[symbol] = expression.xreplace(values)
+    rates = sympy.Matrix(of.rates).xreplace(values)
+    change = (rows * sympy.Matrix(v)).jacobian(of.states).xreplace(at) * rates
+    left = balance.mass[:m, :m] * rates[of.block("v"), :] - balance.force[:m, :]
+    work = [(w.T * left.xreplace(at))[0] for w in admitted]
+    assert all(abs(e.evalf(30)) < 1e-25 for e in (*change, *work))
+
+
+def test_the_velocity_of_a_hamiltonian_is_its_slope_at_the_time():
+    grows = Scene(
+        "grows", pair(1), hamiltonian=lambda x, mu, p, t: mu[0] ** 2 * (1 + t) / 2 + x[0] ** 2 / 2,
+        x0=[1], mu0=["1/3"], duration=1, step="1/10",
+    )  # fmt: skip
+    found = solution(grows, "1/2", 20)
+    with mpmath.workdps(30):
+        assert abs(found.v[0] - found.mu[0] * 3 / 2) < 1e-20
 
 
 def test_local_groupoid_that_does_not_scale_is_refused():
