@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         digest,
         is_temporary,
         make_private,
+        of_others,
         prune,
         say_once,
         seal,
@@ -74,7 +75,7 @@ else:
     __getattr__ = on_demand(
         __name__,
         cache="Damaged cache_folder cache_folders cached_text digest is_temporary "
-              "make_private prune say_once seal unsealed write_atomically",
+              "make_private of_others prune say_once seal unsealed write_atomically",
         kernels="Kernels LatticeKernels compile compile_lattice compile_lattice_stages "
                 "compile_stages compiled_text interpreted kernel_text names_of text_key",
         kernels_at_step="KernelsAtStep Run",
@@ -101,6 +102,7 @@ __all__ = [
     "SLACK", "STRAYED", "SWEEPS", "StageSource", "StageSystem", "StagesAtStep", "System", "address",
     "cache_folder", "cache_folders", "cached_text", "compile", "compile_lattice",
     "compile_lattice_stages", "compile_stages", "compiled", "compiled_text", "cores", "digest",
-    "interpreted", "is_affine", "is_temporary", "kernel_text", "make_private", "names_of", "prune",
-    "say_once", "seal", "taken_over", "text_key", "unsealed", "write_atomically",
+    "interpreted", "is_affine", "is_temporary", "kernel_text", "make_private", "names_of",
+    "of_others", "prune", "say_once", "seal", "taken_over", "text_key", "unsealed",
+    "write_atomically",
 ]  # fmt: skip

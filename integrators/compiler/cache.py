@@ -101,6 +101,11 @@ def _refuse_others(folder: Path) -> None:
         )
 
 
+def of_others(path: Path) -> bool:
+    """Whether another user put a file or folder there, or can write into it."""
+    return bool(_whose(path.stat()))
+
+
 def _whose(found: os.stat_result) -> str:
     """Return why a file or folder is not the user's alone, or "" if it is."""
     if not hasattr(os, "geteuid"):  # permissions are not given as bits here

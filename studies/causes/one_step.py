@@ -405,7 +405,7 @@ def _of_second(
     case: Case, found: list[Beginning], n: int, finest: float | None = None
 ) -> Told | None:
     """e₂ as a part of z̈/2: what the step takes from its start, or half a step early or late."""
-    wanted = case.scheme.order
+    wanted = case.order
     if wanted is None or wanted < 2:
         return None
     if _small(found):
@@ -472,7 +472,7 @@ def _of_second(
 
 def _is_low(case: Case, finest: float | None) -> bool:
     """Whether single steps, or else the finest runs, are of a lower order than is claimed."""
-    order, wanted = evidence_of(case.scheme).order.order, case.scheme.order or 1
+    order, wanted = evidence_of(case.scheme).order.order, case.order or 1
     if order is not None:
         return order < wanted - NEAR
     return finest is not None and finest < wanted - 0.5

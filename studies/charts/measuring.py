@@ -23,11 +23,9 @@ from discmech.integrators.numbers import LazyModule, mpmath
 from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import OnGroup, Scene, remembered
 
-from ..core.case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
+from ..core.case import Case, Choice, Progress, plain_cases, scheme_of, silent
 from ..core.runs import Rows, relative_drifts, with_terms
 from ..evidence.places import seed_of
-from ..momentum.measuring import FARTHEST
-from ..symplecticity.measuring import ROUND_OFFS
 
 transform: Any = LazyModule("scipy.spatial.transform")
 NAME = "charts"
@@ -281,27 +279,3 @@ def _sign(flow: Flow, g: np.ndarray, x: Any) -> tuple[float, int]:
     """(`singular_sign` at an element g, the translate that holds it best)."""
     translate, u = flow.edge.place(g)
     return singular_sign(flow.context.arrow(x, 0 * u, u, translate)), translate
-
-
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Right, or stopped beside the singular set of FL or where no solution is; never silent."""
-    unit = 10.0 ** (16 - case.digits)
-    limits = {name: limit * unit for name, limit in LIMITS.items()}
-    expected: dict[str, Any] = {"limits": limits, "singular": SINGULAR}
-    for row in measurement["rows"]:
-        axis = "a drawn axis" if row["axis"] is None else f"axis {row['axis']}"
-        where = f"at {row['turn']:g} of a turn about {axis}"
-        walk = FARTHEST / math.sqrt(3) * ROUND_OFFS * 2.0**-53 * math.sqrt(row["steps"])
-        allowed = {**limits, "momentum": walk * unit}
-        for name, limit in allowed.items():
-            if row[name] is not None and not row[name] <= limit:
-                said = f"{name} {row[name]:.2g} {where}, more than {limit:.0e}."
-                return Verdict("fail", said, expected)
-        near = row["regularity"] is not None and row["regularity"] < SINGULAR
-        none_there = row["solutions"] == 0
-        if row["outcome"] == "stopped" and row["steps"] and not near and not none_there:
-            return Verdict("fail", f"it stopped {where}: {row['cause']}.", expected)
-    stopped = measurement["measured"]["stopped"]
-    if stopped > len(measurement["rows"]) // 10:
-        return Verdict("inconclusive", f"{stopped} runs stopped; try another --steps.", expected)
-    return Verdict("pass", "", expected)

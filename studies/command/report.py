@@ -95,7 +95,7 @@ def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
     def remembered(drawings: Sequence[tuple[Any, Callable[[], Any]]]) -> list[Any]:
         texts = [json.dumps(words) for words, _ in drawings]
         keys = [of_views(text) for text in texts]
-        found = [store.find(key) for key in keys]
+        found = [store.find("figure", key) for key in keys]
         left = [k for k, earlier in enumerate(found) if earlier is None]
         left.sort(key=lambda k: -len(texts[k]))
         cases = sum(len(drawings[k][0][1]) for k in left)
@@ -104,10 +104,10 @@ def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
                 waiting = {pool.submit(drawings[k][1]): k for k in left}
                 for future in as_completed(waiting):
                     k = waiting[future]
-                    found[k] = store.keep(keys[k], future.result())
+                    found[k] = store.keep("figure", keys[k], future.result())
         for k in left:  # all, or those of a process that was killed
             if found[k] is None:
-                found[k] = store.keep(keys[k], drawings[k][1]())
+                found[k] = store.keep("figure", keys[k], drawings[k][1]())
         return found
 
     return remembered

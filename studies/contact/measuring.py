@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import log2
@@ -12,9 +12,9 @@ import numpy as np
 
 from discmech.integrators import BadInput, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.contact import TOUCHING, scaled_gaps, unsure_gaps
+from discmech.integrators.contact import TOUCHING, scaled_gaps
 
-from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
+from ..core.case import Case, Choice, Progress, plain_cases, silent
 from ..evidence import NEAR, evidence_of
 from ..symplecticity.measuring import limit
 from .faults import CONTROLS, flow_with
@@ -27,17 +27,9 @@ DIGITS = (16,)
 RULES = ("midpoint", "trapezoidal")
 MODES = ("stepped", "located")
 STEPS = 200
-#: 1 − cos of the largest angle, 29°, by which a slip may leave those at both ends within a step
-TURN = 0.125
-#: an order may be less than the rule's by so much: two steps of which the finer is not yet fine,
-#: against one that has (1/8)^p of the error itself
-SLACK = 0.4
-#: and more than the rule's by so much: errors that fall by 2⁸ more are of one step that went wrong
-EXCESS = 8
 #: a step across an impact is differentiated by central differences of DELTA of the size of x, and
 #: of μ: what they leave of a defect in these units is DELTA²
 FORM_DIGITS, DELTA = 40, "1e-12"
-FORM = 1e-20
 #: parts of the step at which it is: how large it is depends on where in its step an impact falls,
 #: and it is 0 at some shares, so one step is not compared with another, but two with a much finer
 ACROSS = 1, 2, 8
@@ -49,16 +41,6 @@ AWAY = 1e-9  # of its size and the way of a step: a gap is open, and stays so wh
 #: step's
 DENSE = 3
 LATER = 1.1  # times of first impacts, as a part of those with another step
-WORDS = {
-    "penetration": "a gap is negative", "pull": "a contact pulls",
-    "complementarity": "an open gap pushes", "cone": "friction leaves its cone",
-    "slip": "friction is not against the slip", "impact_energy": "an impact adds energy",
-    "jump": "a momentum does not change by its impulses",
-    "restitution": "a rebound is not e times the approach",
-    "course": "the motion between impacts is not that of the rule's free steps",
-    "friction": "friction that slips has not its full size",
-    "impact_friction": "friction of an impact is not that against its slip",
-}  # fmt: skip
 
 
 def cases(choice: Choice) -> list[Case]:
@@ -168,18 +150,6 @@ def falling(
             break
         rises.append(finer(part))
     return rises
-
-
-def does_not_fall(rises: list[float], allowed: float) -> str:
-    """A sentence where what rises does not vanish with the step (`falling`)."""
-    if len(rises) == 1:
-        return "" if rises[0] <= allowed else "the energy is no number."
-    worst, last = max(rises[:-1]), rises[-1]
-    if last <= worst / FALLS:
-        return ""
-    part = "half" if len(rises) == 2 else "an eighth of"
-    said = f"the energy rises by {worst:.2g} of its terms, with {part} the step by {last:.2g}"
-    return f"{said}: that does not vanish with the step."
 
 
 def _rise_at(case: Case, mode: str, steps: int, part: int) -> float:
@@ -311,7 +281,7 @@ def _between(case: Case) -> dict[str, Any]:
     """
     evidence = evidence_of(case.scheme_on(case.scene.with_values(contact=None)))
     order, form = evidence.order, evidence.form
-    least = case.scheme.order or 1
+    least = case.order or 1
     low = order.order is not None and order.order < least - NEAR
     worst = form.worst
     return {
@@ -380,100 +350,3 @@ def _across_one(case: Case, steps: int, part: int) -> float | None:
                        for at in (z, after(z)))  # fmt: skip
         off = abs(M @ first @ M.T - last).max() / abs(M).max() ** 2
         return float(off)
-
-
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Laws to round-off; energies that rise fall with the rule's order; times by the order.
-
-    A control has to break one of the laws a thousandfold.
-    """
-    found, allowed = measurement["measured"], limit(case.digits)
-    if case.control is not None:
-        broken = [k for k, v in found.items() if not v <= (TURN if k == "slip" else 1e3 * allowed)]
-        reason = "" if broken else "the control was not caught: it breaks no law of contact."
-        return Verdict("fail" if reason else "pass", reason, {"at_least": 1e3 * allowed})
-    order = case.scheme.order
-    expected = {"limit": allowed, "slip": TURN, "late": 1.0}
-    if order is not None:
-        # while a gap stays closed the motion is of order 2, whatever the rule's order
-        expected["order"] = (min(order, 2) if found["rests"] else order) - SLACK
-    if reason := next(_broken(case, found, expected), ""):
-        return Verdict("fail", reason, expected)
-    if reason := next(_untold(found, expected), ""):
-        return Verdict("inconclusive", reason, expected)
-    return Verdict("pass", "", expected)
-
-
-def _untold(found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
-    """A sentence for whatever leaves the verdict open."""
-    if found.get("unsure"):
-        yield unsure_gaps(found["unsure"])
-    if not found["touched"]:
-        yield "no gap ever closes: nothing of contact was judged; take more steps or another start."
-    if found["scaled"]:
-        yield found["scaled"][0]
-    if found["apart"]:
-        yield found["apart"] + ": the step is too long for what is there; take a smaller one."
-    if found["time_error"] is None:
-        yield (
-            "with half or an eighth of the step there are others among the first two impacts: "
-            "their times have no order to be judged; take a smaller step."
-        )
-    order, most = found["order"], expected.get("order", 2.0) + EXCESS
-    if order is not None and order > most:
-        yield (
-            f"with half the step located impacts are off by 2^{order:.0f} times less, which is no "
-            "order: one step of the coarser run went wrong, or it is too long; take a smaller one."
-        )
-    for mode in MODES:
-        first, *finer = found[mode]["rises"]
-        if finer and first > 2**most * max(*finer, expected["limit"]):
-            yield (
-                f"{mode}, the energy rises by {first:.2g} of its terms, with half the step by "
-                f"{finer[0]:.2g}: one step of the coarser run went wrong; take a smaller one."
-            )
-    if found["local"]["unknown"]:
-        unknown = found["local"]["unknown"].rstrip(".")
-        yield f"no single step between impacts could be judged: {unknown}."
-
-
-def _broken(case: Case, found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
-    """A sentence for whatever does not hold."""
-    allowed = expected["limit"]
-    still = _free_of_work(case)
-    for mode in MODES:
-        for name, words in WORDS.items():
-            bound, value = TURN if name == "slip" else allowed, found[mode][name]
-            if not value <= bound:
-                yield f"{mode}, {words}: {name} is {value:.2g}, where {bound:.0e} is allowed."
-        rises = found[mode]["rises"]
-        if (still or len(rises) == 1) and (reason := does_not_fall(rises, allowed)):
-            yield f"{mode}, {reason}"
-    if found["late"] is not None and not -1e-6 <= found["late"] <= 1 + 1e-6:
-        yield (
-            f"the first impact, stepped, is late by {found['late']:.2g} steps; an impact at the "
-            "end of its step is late by 0 to 1."
-        )
-    order, wanted = found["order"], expected.get("order")
-    if None not in (order, wanted) and not order >= wanted:
-        yield f"located impacts are of order {order:.2f}, where {wanted:g} is the least."
-    local: dict[str, Any] = found["local"]
-    least = case.scheme.order or 1
-    if local["order"] is not None and local["order"] < least - NEAR and not local["floats"]:
-        kind = "the rule is not consistent" if local["order"] < 1 - NEAR else "the rule is of order"
-        kind += "" if local["order"] < 1 - NEAR else f" {local['order']:.2f}, not {least}"
-        yield (
-            f"between impacts {kind}: in {local['component']} a free step of {local['step']:.1g} "
-            f"from {local['place']} is off by O(h^{local['order'] + 1:.2f})."
-        )
-    free, across = found["free"], found["form"]["across"]
-    if free is not None and not free["defect"] <= free["limit"]:
-        yield (
-            f"between impacts a step does not keep the form: the defect is {free['defect']:.2g} at "
-            f"{free['place']}."
-        )
-    if across and None not in across and across[-1] > max(FORM, max(across[:-1]) / FALLS):
-        yield (
-            f"across an elastic impact the defect of Ω is {max(across[:-1]):.2g}, with an eighth "
-            f"of the step {across[-1]:.2g}: that does not vanish with the step."
-        )

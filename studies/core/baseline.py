@@ -9,24 +9,17 @@ equal versions.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput
-from discmech.integrators.compiler import (
-    Damaged,
-    cache_folder,
-    cache_folders,
-    is_temporary,
-    seal,
-)
+from discmech.integrators.compiler import is_temporary
 from discmech.integrators.errors import CouldNotRun, shown
 
 from .case import VERDICTS
-from .store import unsealed_json
+from .store import Damaged, Store
 
 SCHEMA = 1  # of results, as they are saved and written
 ANSWERS = ("worse", "cannot tell", "better", "equal")  # the order in which they are shown
@@ -43,11 +36,6 @@ def checked_name(name: str) -> str:
     return name
 
 
-def path_of(name: str, study: str) -> Path:
-    """Where the result of a study is saved under a name."""
-    return cache_folder() / "baselines" / name / f"{study}.json"
-
-
 def check_kept(name: str) -> None:
     """Raise `BadInput` where what is saved goes with the process, and nothing is ever compared."""
     if is_temporary():
@@ -60,43 +48,44 @@ def check_kept(name: str) -> None:
 def save(name: str, result: Result) -> Path:
     """Save a result under a name; an older one of that name and study is replaced.
 
-    Raises `CouldNotRun` where the disk does not take it.
+    Returns the store's file. Raises `CouldNotRun` where the disk does not take it.
     """
-    path = path_of(name, result["study"])
+    store = Store()
     try:
-        seal(path, json.dumps(result))
+        store.save("baseline", _row(name, result["study"]), result)
     except OSError as error:
-        raise CouldNotRun(
-            f"the baseline {name} cannot be saved ({path}: {error.strerror or error})."
-        ) from None
-    return path
+        raise CouldNotRun(f"the baseline {name} cannot be saved ({store.path}: {error}).") from None
+    return store.path
 
 
 def load(name: str, study: str) -> Result | None:
     """The result of a study that was saved under a name, or None if there is none.
 
-    Raises `BadInput` for a file that is not what `save` wrote, or of another schema.
+    Raises `BadInput` for a row that is not what `save` wrote, or of another version.
     """
-    for folder in (cache_folder(), *cache_folders()[1:]):
-        path = folder / "baselines" / name / f"{study}.json"
-        try:
-            found = unsealed_json(path)
-        except Damaged:
-            found = {}
-        if found is None and not path.exists():
-            continue
-        if not found or found.get("study") != study:
-            raise BadInput(
-                f"the baseline {name} of {study} is damaged, or cannot be read ({path}): save it "
-                "anew with --save-baseline."
-            )
-        if found.get("schema") != SCHEMA:
-            raise BadInput(
-                f"the baseline {name} of {study} is of another version of discmech (schema "
-                f"{found.get('schema')}, here {SCHEMA}; {path}): save it anew with --save-baseline."
-            )
-        return found
-    return None
+    store, anew = Store(), "save it anew with --save-baseline."
+    try:
+        found: Result | None = store.read("baseline", _row(name, study))
+    except Damaged:
+        raise BadInput(
+            f"the baseline {name} of {study} is damaged ({store.path}): {anew}"
+        ) from None
+    old = store.path.parents[1] / "baselines" / name / f"{study}.json"
+    if found is None and old.exists():
+        raise BadInput(
+            f"the baseline {name} of {study} is of an older version of discmech, a file of its own "
+            f"({old}), and is not read: {anew}"
+        )
+    if found is not None and found.get("schema") != SCHEMA:
+        raise BadInput(
+            f"the baseline {name} of {study} is of another version of discmech (schema "
+            f"{found.get('schema')}, here {SCHEMA}; {store.path}): {anew}"
+        )
+    return found
+
+
+def _row(name: str, study: str) -> str:
+    return f"{name}/{study}"
 
 
 def compared(name: str, result: Result, before: Result) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 from discmech.integrators import BadInput, Scheme, retractions, scenes
@@ -143,6 +143,21 @@ class Case:
         """The rule on another form of the scene, such as the one with the attitude as base."""
         return scheme_of(scene, self.rule)
 
+    @cached_property
+    def order(self) -> int | None:
+        """The order that the rule has on the scene (`Scheme.order`), where it is not yet known
+        derived from the equations; None if the rule states none."""
+        return self.scheme.order
+
+    @property
+    def knows_order(self) -> bool:
+        """Whether the order was derived, or told by an earlier run."""
+        return "order" in vars(self)
+
+    def know_order(self, order: int | None) -> None:
+        """Take the order from an earlier run, so that nothing has to be derived to judge."""
+        vars(self)["order"] = order
+
     @property
     def label(self) -> str:
         """The rule's name, or the control's."""
@@ -167,11 +182,18 @@ class Case:
 
 @dataclass
 class Verdict:
-    """What `judge` says: a verdict, one sentence where it is no pass, what was expected."""
+    """What `judge` says: a verdict, one sentence where it is no pass, what was expected.
+
+    unusable: whether nothing can be said because the input is bad. measured, rows: what judging
+    adds to the numbers of the measurement, and what is shown in place of its rows.
+    """
 
     verdict: str
     reason: str = ""
     expected: dict[str, Any] = field(default_factory=dict)
+    unusable: bool = False
+    measured: dict[str, Any] = field(default_factory=dict)
+    rows: list[dict[str, Any]] | None = None
 
 
 def silent(label: str, fraction: float) -> None:

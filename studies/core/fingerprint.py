@@ -1,15 +1,21 @@
-"""What a result depends on, as one digest: a stored result is used only where all of it agrees."""
+"""What a measurement depends on, as one digest: a kept one is used only where all of it agrees.
+
+Of our own text all of the mathematics counts, and all that measures: the folder of the study, those
+of the studies that it imports, and what all studies share. What judges, what shows and the limits
+of a study are no part of it: they are asked anew each time. Single scenes and rules are data, so
+each case has the text of its own.
+"""
 
 from __future__ import annotations
 
-import ast
 import hashlib
-import inspect
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache, lru_cache
 from importlib.metadata import version
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 from discmech.integrators import Lattice, Scheme, scenes
@@ -26,17 +32,18 @@ from .userfile import loaded
 
 ROOT = Path(__file__).resolve().parents[2]
 STUDIES = (ROOT / "studies", ROOT / "tests" / "bench")
-#: what is data of single scenes and rules: each has its own text in the fingerprints of its cases
-RULES = tuple(Path("integrators/rules") / name for name in ("simple.py", "galerkin.py"))
-DATA = (Path("integrators/scenes"), *RULES, Path("reference/tables"))
-#: what only shows results, or says what a study is
-VIEWS = tuple(Path("studies") / name for name in ("report", "command", "user", "__init__.py"))
-VIEW_FILES = ("view.py", "plot*.py", "__init__.py")
+#: what is data of single scenes and rules: each has its own text in the keys of its cases
+SIMPLE, GALERKIN = (Path("integrators/rules") / name for name in ("simple.py", "galerkin.py"))
+DATA = (Path("integrators/scenes"), SIMPLE, GALERKIN, Path("reference/tables"))
+SHARED = ("causes", "core", "evidence", "systems")  # folders of what all studies measure with
+SHOWING = ("command", "report", "user")  # folders of what only shows results
+#: files of a study that measure nothing
+NOT_MEASURING = ("__init__.py", "judging*.py", "plot*.py", "view.py")
 
 
 def of_case(study: Study, case: Case, timed: bool) -> str:
-    """Of one case: the study's text, the case's words, its scene and rules, all versions, and the
-    processor, on whose instructions the last bits depend.
+    """Of one case: the text that measures it, the case's words, its scene and rules, all versions,
+    and the processor, on whose instructions the last bits depend.
 
     timed: the result is a time, so the machine counts as well.
     """
@@ -50,12 +57,12 @@ def of_case(study: Study, case: Case, timed: bool) -> str:
 
 
 def text_of_study(study: Study) -> str:
-    """Of the bench's own study what its measuring rests on; else all of the bench and its file.
+    """Of the bench's own study what it measures with; else all of the bench and its own text.
 
     Of a study in a package the text of all files of its folder count.
     """
     if isinstance(study, StudyFolder):
-        return text_of(str(study.measuring.__file__))
+        return text_of(ROOT.joinpath(*study.package.split(".")[1:]))
     for file in reversed(loaded()):
         if file.studies.get(study.name) is study:
             return of_everything(file.digest)
@@ -68,7 +75,7 @@ def text_of_study(study: Study) -> str:
 
 
 def known_by_text(case: Case) -> bool:
-    """Whether the fingerprint needs nothing derived: scene and rules are the bench's own."""
+    """Whether the key needs nothing derived: scene and rules are the bench's own."""
     rules = getattr(case, "rules", (case.rule,))
     return is_ours(case.scene) and all(map(is_ours, rules))
 
@@ -111,18 +118,10 @@ def _facts(rule: Discretisation) -> Iterator[str]:
 
 
 def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation) -> str:
-    """Of what a function says about a scheme."""
-    file = Path(inspect.getfile(about))  # it may be one that shows results
-    shown = _digest(*(p.read_text("utf-8") for p in imported_files([file], views=True)))
-    words = (
-        about.__qualname__,
-        str(versions()),
-        processor(),
-        text_of(str(file)),
-        shown,
-        rule.source,
-    )
-    return _digest(*words, *of_scene(scene), *of_rule(scene, rule))
+    """Of what a function that shows says about a scheme."""
+    words = (about.__qualname__, str(versions()), processor(), rule.source)
+    text = (_text_of_mathematics(), _text_of_showing())
+    return _digest(*words, *text, *of_scene(scene), *of_rule(scene, rule))
 
 
 def is_ours(thing: Scene | Discretisation) -> bool:
@@ -176,6 +175,9 @@ def _values_of(system: Any) -> str:
     return repr([str(value(60)) for value in getattr(system, "constants", {}).values()])
 
 
+# -- our own text ---------------------------------------------------------------------------------
+
+
 def of_everything(*words: str) -> str:
     """Of some words and the whole text of the bench: for what tests the bench itself."""
     return _digest(*words, str(versions()), _text_of_all())
@@ -183,115 +185,93 @@ def of_everything(*words: str) -> str:
 
 def of_views(*words: str) -> str:
     """Of some words and the text of all that shows results: for pictures."""
-    return _digest(*words, _text_of_views(), version("matplotlib"))
-
-
-@cache
-def _text_of_views() -> str:
-    files = sorted(p for folder in STUDIES for p in folder.rglob("*.py"))
-    return _digest(*(p.read_text("utf-8") for p in files if _shows(p)))
+    return _digest(*words, _text_of_showing(), version("matplotlib"))
 
 
 @cache
 def _text_of_all() -> str:
     folders = (ROOT / name for name in ("integrators", "reference", "studies", "tests/bench"))
-    files = (p for folder in folders for p in sorted(folder.rglob("*")))
-    return _digest(*(p.read_text("utf-8") for p in files if p.suffix in (".py", ".json", ".c")))
+    return _text(p for folder in folders for p in folder.rglob("*")
+                 if p.suffix in (".py", ".json", ".c"))  # fmt: skip
 
 
 @cache
-def text_of(file: str) -> str:
-    """Digest of a module's text and of all of ours that it rests on, scenes and rules excepted."""
-    base = (p for f in ("integrators", "reference") for p in sorted((ROOT / f).rglob("*.py")))
-    files = [p for p in base if not _within(p, DATA)]
-    files += imported_files([Path(file), ROOT / "studies" / "core" / "running.py"])
-    files += sorted(Path(file).parent.glob("*.c"))  # what it compiles
-    return _digest(*(f"{p.relative_to(ROOT)}\n{p.read_text(encoding='utf-8')}" for p in files))
+def _text_of_mathematics() -> str:
+    folders = (ROOT / name for name in ("integrators", "reference"))
+    return _text(p for folder in folders for p in folder.rglob("*.py")
+                 if not any((ROOT / place) in (p, *p.parents) for place in DATA))  # fmt: skip
 
 
-def imported_files(files: Iterable[Path], views: bool = False) -> list[Path]:
-    """These files and those of the same package that they import, also inside functions.
+@cache
+def _text_of_showing() -> str:
+    own = (p for folder in STUDIES for p in folder.glob("*/*.py")
+           if p.name == "view.py" or p.match("plot*.py"))  # fmt: skip
+    return _text([*own, *(p for name in SHOWING for p in (STUDIES[0] / name).rglob("*.py"))])
 
-    views: with those that only show results.
-    """
-    seen, pending = set[Path](), [p.resolve() for p in files]
+
+@cache
+def text_of(folder: Path) -> str:
+    """Of all that the study in a folder measures with: its own files and what they import."""
+    parts, found = [STUDIES[0] / name for name in SHARED], dict[Path, list[Path]]()
+    pending = [folder]
     while pending:
-        file = pending.pop()
-        if file not in seen and (views or not _shows(file)):
-            seen.add(file)
-            pending += _imports(file)
-    return sorted(seen)
-
-
-@cache
-def _imports(file: Path) -> tuple[Path, ...]:
-    """The files that one imports itself."""
-    nodes = ast.walk(ast.parse(file.read_text(encoding="utf-8")))
-    found = (_files(file, node) for node in nodes if isinstance(node, ast.ImportFrom))
-    return tuple(path for several in found for path in several)
-
-
-def _files(file: Path, node: ast.ImportFrom) -> Iterator[Path]:
-    words = (node.module or "").split(".") if node.module else []
-    if node.level:
-        folder = file.parents[node.level - 1]
-    elif words[0] == "discmech" and words[1:2] in (["studies"], ["tests"]):
-        folder, words = ROOT, words[1:]
-    else:
-        return
-    target = folder.joinpath(*words)
-    for place in (target, *(target / alias.name for alias in node.names)):
-        for path in (place.with_suffix(".py"), place / "__init__.py"):
-            if path.is_file():
-                yield path.resolve()
-
-
-def _shows(file: Path) -> bool:
-    of_a_study = file.parent.parent in STUDIES and any(map(file.match, VIEW_FILES))
-    return _within(file, VIEWS) or of_a_study
-
-
-def _within(file: Path, places: Iterable[Path]) -> bool:
-    return any((ROOT / place) in (file, *file.parents) for place in places)
+        place = pending.pop()
+        if place in (*found, *parts) or place.name in SHOWING or not place.is_dir():
+            continue
+        files = [p for p in place.glob("*.py") if not any(map(p.match, NOT_MEASURING))]
+        found[place] = [*files, *place.glob("*.c")]  # what it compiles
+        for file in files:
+            text = file.read_text("utf-8")
+            beside = re.findall(r"^\s*from \.\.(\w+)", text, re.M)
+            ours = re.findall(r"^\s*from discmech\.studies\.(\w+)", text, re.M)
+            pending += [place.parent / name for name in beside]
+            pending += [STUDIES[0] / name for name in ours]
+    shared = [p for part in parts for p in part.glob("*.py")]
+    return _digest(
+        _text_of_mathematics(), _text([*shared, *(p for f in found.values() for p in f)])
+    )
 
 
 @cache
 def _text_of_scene(name: str) -> str:
     """Of its file and of the scenes that it builds on, and of its table of reference digits."""
-    file = ROOT / "integrators" / "scenes" / f"{name.replace('-', '_')}.py"
-    files = [p for p in imported_files([file]) if p.parent == file.parent]
-    table = ROOT / "reference" / "tables" / f"{name}.json"
-    return _digest(*(p.read_text(encoding="utf-8") for p in [*files, table] if p.exists()))
+    folder, found = (
+        ROOT / "integrators" / "scenes",
+        [ROOT / "reference" / "tables" / f"{name}.json"],
+    )
+    pending = [folder / f"{name.replace('-', '_')}.py"]
+    while pending:
+        file = pending.pop()
+        if file not in found and file.exists():
+            found.append(file)
+            names = re.findall(r"^\s*from \.(\w+)", file.read_text("utf-8"), re.M)
+            pending += [folder / f"{name}.py" for name in names]
+    return _text(p for p in found if p.exists())
 
 
 @cache
 def _text_of_rule(rule: Discretisation) -> str:
-    """Of a file of several rules its function, what that calls there, and what is no function.
-
-    Of a file of one kind all that is data in it and in what it imports. Comments and docstrings
-    are no part.
-    """
-    file = ROOT.joinpath(*str(rule.formula.__module__).split(".")[1:]).with_suffix(".py")
-    if file != ROOT / RULES[0]:
-        files = [p for p in imported_files([file]) if _within(p, RULES[1:])]
-        return "\n".join(ast.unparse(_without_docstrings(p)) for p in files)
-    nodes = _without_docstrings(file).body
-    functions = {node.name: node for node in nodes if isinstance(node, ast.FunctionDef)}
-    wanted, named = set[str](), {str(rule.formula.__name__)}
-    while named:
-        wanted |= named
-        within = (e for name in named for e in ast.walk(functions[name]))
-        named = {e.id for e in within if isinstance(e, ast.Name) and e.id in functions} - wanted
-    others = functions.keys() - wanted
-    return "\n".join(ast.unparse(e) for e in nodes if getattr(e, "name", "") not in others)
+    """Of one of the simple rules its instructions, and those and the values that it names in its
+    file; of any other the text of the Galerkin rules, on which some of them are built."""
+    module = str(rule.formula.__module__)
+    if not module.endswith(f".rules.{SIMPLE.stem}"):
+        return _text([ROOT / GALERKIN])
+    beside, seen = vars(sys.modules[module]), dict[str, Any]()
+    names = [str(rule.formula.__name__)]
+    while names:
+        if (name := names.pop()) in beside and name not in seen:
+            thing = getattr(beside[name], "formula", beside[name])
+            if isinstance(thing, FunctionType):
+                code = thing.__code__
+                thing = code.replace(co_consts=code.co_consts[bool(thing.__doc__) :])
+                names += code.co_names
+            seen[name] = thing
+    return reads(sorted(seen.items()))
 
 
-def _without_docstrings(file: Path) -> ast.Module:
-    tree = ast.parse(file.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.FunctionDef) and ast.get_docstring(node) is not None:
-            del node.body[0]
-    return tree
+def _text(files: Iterable[Path]) -> str:
+    """Of files, by their names and texts."""
+    return _digest(*(f"{p.relative_to(ROOT)}\n{p.read_text('utf-8')}" for p in sorted(set(files))))
 
 
 def _digest(*parts: str) -> str:

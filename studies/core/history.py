@@ -1,26 +1,20 @@
 """What the last runs of the report found: of each case its figure and its verdict.
 
-Each run is a file of its own, written and checked as the store's entries are: two reports at once
-lose nothing, and a damaged run takes no other with it. They are shown beside the newest numbers and
-judge nothing.
+Each run is a row of the store, named by its time: two reports at once lose nothing, and a damaged
+run takes no other with it. They are shown beside the newest numbers and judge nothing.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
 import time
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
 from itertools import accumulate
-from pathlib import Path
 from typing import Any, NamedTuple
-
-from discmech.integrators.compiler import Damaged, seal
 
 from .baseline import identity
 from .record import record
-from .store import Store, unsealed_json
+from .store import Store
 
 MOST = 50  # runs; the oldest go first
 #: bytes of them all: a run of the whole bench takes 57,000 (1,087 cases), so 50 of them 2.9 million
@@ -38,22 +32,26 @@ class Found(NamedTuple):
 
 
 class History:
-    """The runs that a store's folder has, the oldest first; what goes wrong is the store's trouble.
+    """The runs that a store has, the oldest first; what goes wrong is the store's trouble.
 
     A fresh store has its history too: it is of what was measured, not instead of measuring.
     """
 
     def __init__(self, store: Store) -> None:
-        self.folder, self.troubles = store.folder.with_name("history"), store.troubles
+        self.store = store
         self.runs: list[Mapping[str, Any]] = []
-        for path in self._newest()[MOST - 1 :: -1]:
-            try:
-                if run := unsealed_json(path):  # no other report just removed it
-                    self.runs.append(run)
-            except Damaged:
-                self.troubles["history"] = f"a run in the history was damaged ({path}): left out."
-                with suppress(OSError):
-                    path.unlink()
+        damaged = []
+        for name, run, _ in store.all("run"):
+            if run is None:
+                damaged.append(name)
+            else:
+                self.runs.insert(0, run)
+        if damaged:
+            store.troubles["history"] = (
+                f"{len(damaged)} of the runs in the history were damaged ({store.path}): left out."
+            )
+            store.remove("run", damaged)
+        del self.runs[:-MOST]
 
     def add(
         self,
@@ -79,22 +77,18 @@ class History:
 
     def keep(self) -> None:
         """Write the newest run, and remove what is more than is kept."""
-        text = json.dumps(self.runs[-1], ensure_ascii=False, separators=(",", ":"))
         try:
-            seal(self.folder / f"{time.time_ns()}.json", text)
+            self.store.save("run", f"{time.time_ns():020}", self.runs[-1])
         except OSError as error:
-            self.troubles["history"] = (
-                f"this run is not in the history ({error.strerror or error}: {self.folder})."
+            self.store.troubles["history"] = (
+                f"this run is not in the history ({error}: {self.store.path})."
             )
-        with suppress(OSError):  # another report removes them
-            paths = self._newest()
-            sizes = accumulate(path.stat().st_size for path in paths)
-            for number, (path, size) in enumerate(zip(paths, sizes, strict=True)):
-                if number >= MOST or size > LARGEST:
-                    path.unlink(missing_ok=True)
-
-    def _newest(self) -> list[Path]:
-        return sorted(self.folder.glob("*.json"), reverse=True)
+        names, sizes = [], []
+        for name, _, size in self.store.all("run"):
+            names.append(name)
+            sizes.append(size)
+        more = [k >= MOST or size > LARGEST for k, size in enumerate(accumulate(sizes))]
+        self.store.remove("run", [name for name, old in zip(names, more, strict=True) if old])
 
 
 def _name(case: dict[str, Any]) -> str:

@@ -1,32 +1,27 @@
-"""One case: measured, judged, and with a cause where it did not pass."""
+"""One case: measured, then judged, with what is looked for only where it did not pass."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import nullcontext
 from typing import Any
 
 from discmech.integrators import BadInput, StepFailure
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.geometry import StagesNotFound
+from discmech.integrators.numbers import arithmetic
 
 from .case import DETAILS, Case, Progress, Verdict, silent
 from .record import provenance
 from .runs import refuse_ended
 from .study import Study
 
-
-def _diagnose(study: Study, case: Case, measurement: dict[str, Any], said: Verdict) -> None:
-    """Add the cause, where one can be told; the verdict stays what it is."""
-    from discmech.reference import ReferenceFailure
-
-    try:
-        found = study.diagnose(case, measurement)
-    except (StepFailure, BadInput, ReferenceFailure):
-        return
-    if found is not None:
-        measurement["diagnosis"] = found
-        said.reason = f"{said.reason} Cause: {found['cause']}: {found['sentence']}"
+#: what is kept of a case, JSON-able: "measurement" of the study, or "failed", [verdict, reason],
+#: where it cannot be measured; "unusable" where that is bad input; "order" of the rule on the
+#: scene, where it was asked for; "more" once `Study.measure_more` was asked; "seconds", and
+#: "measured_at"
+Found = dict[str, Any]
 
 
 def run_case(
@@ -37,43 +32,127 @@ def run_case(
     So does a rule that cannot be used on the scene: the case is then also marked `unusable`.
     causes: whether the cause of what did not pass is looked for.
     """
-    begun = time.perf_counter()
-    measurement: dict[str, Any] = {"measured": {}, "rows": []}
-    from discmech.reference import ReferenceFailure, progress_to
+    found = measured_case(study, case, progress)
+    verdict = judged(study, case, found)
+    if asks_more(study, found, verdict):
+        found = with_more(study, case, found, verdict)
+        verdict = judged(study, case, found)
+    cause = diagnosed(study, case, found) if causes and asks_cause(study, case, verdict) else None
+    return result_of(case, found, verdict, cause)
+
+
+def measured_case(study: Study, case: Case, progress: Progress = silent) -> Found:
+    """What is measured of a case, in numbers of its digits, or why it cannot be."""
+    from discmech.reference import progress_to
 
     def along(_: str, share: float) -> None:
         progress(f"{case.scene.name} {case.label}: reference", share)
 
+    def measure() -> Found:
+        watched = nullcontext() if progress is silent else progress_to(along)
+        with watched, arithmetic(case.digits).working():
+            return {"measurement": study.measurement(case, progress)}
+
+    begun = time.perf_counter()
+    found = _or_why(case, measure)
+    seconds = time.perf_counter() - begun
+    return {**found, **_order_of(case), "seconds": seconds, "measured_at": provenance()}
+
+
+def judged(study: Study, case: Case, found: Found) -> Verdict:
+    """The verdict, made anew of what was measured."""
+    if "order" in found:
+        case.know_order(found["order"])
+    if "measurement" in found:
+        told = _or_why(case, lambda: {"verdict": study.verdict(case, found["measurement"])})
+        if "verdict" in told:
+            verdict: Verdict = told["verdict"]
+            return verdict
+        found = told
+    word, reason = found["failed"]
+    return Verdict(word, reason, unusable="unusable" in found)
+
+
+def asks_more(study: Study, found: Found, verdict: Verdict) -> bool:
+    """Whether more has to be measured before that verdict can be given."""
+    asked = "more" in found or "measurement" not in found
+    return verdict.verdict != "pass" and study.measures_more and not asked
+
+
+def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found:
+    """The same with what is measured only where the first verdict is no pass."""
+    begun = time.perf_counter()
+
+    def measure() -> Found:
+        with arithmetic(case.digits).working():
+            more = study.measure_more(case, found["measurement"], verdict)
+        return {"measurement": {**found["measurement"], **more}}
+
+    told = _or_why(case, measure)
+    seconds = found["seconds"] + time.perf_counter() - begun
+    return {**found, **told, **_order_of(case), "more": True, "seconds": seconds}
+
+
+def asks_cause(study: Study, case: Case, verdict: Verdict) -> bool:
+    """Whether the cause of a verdict is looked for."""
+    return verdict.verdict != "pass" and study.tells_causes and case.control is None
+
+
+def diagnosed(study: Study, case: Case, found: Found) -> dict[str, Any] | None:
+    """The cause of what did not pass, where one can be told."""
+    from discmech.reference import ReferenceFailure
+
+    if "measurement" not in found:
+        return None
     try:
-        with nullcontext() if progress is silent else progress_to(along):
-            measurement = study.measurement(case, progress)
-        verdict = study.verdict(case, measurement)
-        if causes and verdict.verdict != "pass":
-            _diagnose(study, case, measurement, verdict)
-    except StepFailure as failure:
-        verdict = Verdict("fail", str(failure))
-        try:
-            refuse_ended(case, failure.time)
-        except ReferenceFailure as end:
-            verdict = Verdict("inconclusive", f"{failure} But {end}.")
-    except (CannotMeasure, ReferenceFailure, StagesNotFound) as failure:
-        verdict = Verdict("inconclusive", str(failure))
-    except BadInput as error:
-        measurement["unusable"] = True
-        verdict = Verdict("inconclusive", str(error))
+        return study.diagnose(case, found["measurement"])
+    except (StepFailure, BadInput, ReferenceFailure):
+        return None
+
+
+def result_of(
+    case: Case, found: Found, verdict: Verdict, cause: dict[str, Any] | None
+) -> dict[str, Any]:
+    """What is said of a case: JSON-able, as it is shown, written and compared."""
+    measurement = found.get("measurement", {"measured": {}, "rows": []})
+    told = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""
     return {
         "scene": case.scene.name,
         "rule": case.label,
         "retraction": case.scene.groupoid.retraction,
         "digits": case.digits,
         "verdict": verdict.verdict,
-        "reason": verdict.reason,
+        "reason": verdict.reason + told,
         "command": case.command,
         "control": case.control is not None,
         "expected": verdict.expected,
-        "measured": measurement["measured"],
-        "rows": measurement["rows"],
+        "measured": {**measurement["measured"], **verdict.measured},
+        "rows": measurement["rows"] if verdict.rows is None else verdict.rows,
         **{key: measurement[key] for key in DETAILS if key in measurement},
-        "seconds": time.perf_counter() - begun,
-        "measured_at": provenance(),
+        **({"diagnosis": cause} if cause else {}),
+        **({"unusable": True} if verdict.unusable else {}),
+        "seconds": found["seconds"],
+        "measured_at": found["measured_at"],
     }
+
+
+def _order_of(case: Case) -> Found:
+    return {"order": case.order} if case.knows_order else {}
+
+
+def _or_why(case: Case, make: Callable[[], Found]) -> Found:
+    """What a function makes, or what is said where it cannot."""
+    from discmech.reference import ReferenceFailure
+
+    try:
+        return make()
+    except StepFailure as failure:
+        try:
+            refuse_ended(case, failure.time)
+        except ReferenceFailure as end:
+            return {"failed": ["inconclusive", f"{failure} But {end}."]}
+        return {"failed": ["fail", str(failure)]}
+    except (CannotMeasure, ReferenceFailure, StagesNotFound) as failure:
+        return {"failed": ["inconclusive", str(failure)]}
+    except BadInput as error:
+        return {"failed": ["inconclusive", str(error)], "unusable": True}

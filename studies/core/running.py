@@ -177,7 +177,8 @@ def _stored_results(plan: Plan, store: Store, all_: bool) -> Iterator[tuple[Plac
     """What the store has of the bench's own scenes and rules; others, if `all_`, are derived."""
     for place, case in plan.places():
         if all_ or fingerprint.known_by_text(case):
-            earlier = found_by(store, key_of(plan.studies[place[0]], case))
+            study = plan.studies[place[0]]
+            earlier = found_by(store, study, case, key_of(study, case), only=True)
             if earlier is not None:
                 yield place, earlier
 
@@ -187,7 +188,7 @@ def _stored_answers(plan: Plan, also: Callable[[Scheme], Any], store: Store) -> 
     found = {}
     for i, pair in enumerate(plan.pairs):
         if all(fingerprint.is_ours(thing) for thing in pair):
-            earlier = store.find(fingerprint.of_answer(also, *pair))
+            earlier = store.find("answer", fingerprint.of_answer(also, *pair))
             if earlier is not None:
                 found[i] = earlier
     return found

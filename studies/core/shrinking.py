@@ -50,7 +50,7 @@ def shrunk(
         make = partial(_listed, study, case, found[place], run)
         key = None if store is None else key_of(study, case)
         if store is not None and key is not None:
-            make = partial(store.remembered, of_everything("smallest", key), make)
+            make = partial(store.remembered, "smallest", of_everything("smallest", key), make)
         (small,) = make()
         changed |= {each: {**found[each], "smallest": small} for each in places if small}
     return changed

@@ -19,9 +19,19 @@ from discmech.integrators.scene import Opaque
 from . import fingerprint
 from .case import Case, Progress, scheme_of, silent
 from .cluster import Cluster
-from .one_case import run_case
+from .one_case import (
+    Found,
+    asks_cause,
+    asks_more,
+    diagnosed,
+    judged,
+    measured_case,
+    result_of,
+    run_case,
+    with_more,
+)
 from .plan import Place, Plan, Task
-from .store import Store
+from .store import Carried, Store
 from .study import Study
 from .study_lookup import study_called, word_of
 from .userfile import expect_unchanged, stamps
@@ -42,34 +52,56 @@ def key_of(study: Study, case: Case) -> str | None:
         return None
 
 
-def found_by(store: Store, key: str | None) -> dict[str, Any] | None:
-    """What the store has of a case, or None."""
-    return None if key is None else store.find(key) or store.find(_with_cause(key))
+def found_by(
+    store: Store | Carried, study: Study, case: Case, key: str | None, *, only: bool = False
+) -> dict[str, Any] | None:
+    """The result of a case whose measurement the store has, judged anew; None where it has none.
+
+    only: None also where anything would have to be measured before that verdict is complete.
+    """
+    found = None if key is None else store.find("measurement", key)
+    if key is None or found is None:
+        return None
+    return _completed(store, study, case, key, found, only)
 
 
-def _kept(store: Store, study: Study, key: str | None, result: dict[str, Any]) -> dict[str, Any]:
-    if key is None or result.get("unusable"):
-        return result
-    asked = study.tells_causes and result["verdict"] != "pass" and not result["control"]
-    return dict(store.keep(_with_cause(key) if asked else key, result))
-
-
-def _with_cause(key: str) -> str:
-    """Of a case that did not pass: its cause was looked for with other rules and scenes too."""
-    return fingerprint.of_everything("with its cause", key)
+def _completed(
+    store: Store | Carried, study: Study, case: Case, key: str, found: Found, only: bool = False
+) -> dict[str, Any] | None:
+    """The result of what was measured; see `found_by`."""
+    verdict, cause = judged(study, case, found), None
+    if asks_more(study, found, verdict):
+        if only:
+            return None
+        found = store.keep("measurement", key, with_more(study, case, found, verdict))
+        verdict = judged(study, case, found)
+    if asks_cause(study, case, verdict):  # with other rules and scenes, so all text counts
+        named = fingerprint.of_everything(key, verdict.verdict, verdict.reason)
+        told = store.find("cause", named)
+        if told is None:
+            if only:
+                return None
+            told = store.keep("cause", named, [diagnosed(study, case, found)])
+        (cause,) = told
+    return result_of(case, found, verdict, cause)
 
 
 def measured(
-    study: Study, case: Case, progress: Progress = silent, store: Store | None = None
+    study: Study, case: Case, progress: Progress = silent, store: Store | Carried | None = None
 ) -> dict[str, Any]:
-    """The case's result from the store, or measured now and kept there."""
-    if store is None:
+    """The case's result, of a measurement from the store, or of one made now and kept there."""
+    key = None if store is None else key_of(study, case)
+    if store is None or key is None:
         return run_case(study, case, progress)
-    key = key_of(study, case)
-    earlier = found_by(store, key)
+    earlier = found_by(store, study, case, key)
     if earlier is not None:
         return {**earlier, REMEMBERED: True}
-    return _kept(store, study, key, run_case(study, case, progress))
+    found = measured_case(study, case, progress)
+    if "unusable" not in found:
+        found = store.keep("measurement", key, found)
+    result = _completed(store, study, case, key, found)
+    assert result is not None
+    return result
 
 
 def finished(
@@ -98,7 +130,7 @@ def finished(
     from concurrent.futures.process import BrokenProcessPool
 
     left, ended = deque(plan.spread(tasks)), SimpleQueue[tuple[Task, Any]]()
-    kept = None if elsewhere else store
+    kept: Store | Carried | None = Carried() if elsewhere else store
 
     def following() -> Task | None:
         try:
@@ -125,14 +157,16 @@ def finished(
 
     def taken() -> Finished:
         task, future = ended.get()
-        results, said = future.result()
+        results, said, founds = future.result()
         if elsewhere and store is not None:
-            for (i, k), result in zip(task.places, results, strict=True):
-                study = plan.studies[i]
-                _kept(store, study, key_of(study, plan.cases[i][k]), result)
+            for (i, k), found in zip(task.places, founds, strict=True):
+                key = key_of(plan.studies[i], plan.cases[i][k])
+                if key is not None and found is not None:
+                    store.keep("measurement", key, found)
             for pair, answer in said.items():
                 with suppress(Opaque):
-                    store.keep(fingerprint.of_answer(also, *plan.pairs[pair]), answer)  # type: ignore[arg-type]
+                    named = fingerprint.of_answer(also, *plan.pairs[pair])  # type: ignore[arg-type]
+                    store.keep("answer", named, answer)
         return task.places, results, said
 
     mine = others = 0
@@ -173,7 +207,7 @@ def _in_turn(
         yield (), [], _said(plan, task, also, store)
 
 
-def _said(plan: Plan, task: Task, also: Also, store: Store | None) -> dict[int, Any]:
+def _said(plan: Plan, task: Task, also: Also, store: Store | Carried | None) -> dict[int, Any]:
     """What `also` says of the task's scheme, by its place among the pairs."""
     if also is None or task.pair is None:
         return {}
@@ -186,7 +220,7 @@ def _said(plan: Plan, task: Task, also: Also, store: Store | None) -> dict[int, 
             key = fingerprint.of_answer(also, *pair)
         except Opaque:
             return {task.pair: make()}
-        return {task.pair: store.remembered(key, make)}
+        return {task.pair: store.remembered("answer", key, make)}
     except BadInput:  # the cases say so
         return {}
 
@@ -208,15 +242,17 @@ def _in_worker(
     files: tuple[tuple[str, str], ...],
     task: Task,
     also: Also,
-    store: Store | None,
-) -> tuple[list[dict[str, Any]], dict[int, Any]]:
+    store: Store | Carried | None,
+) -> tuple[list[dict[str, Any]], dict[int, Any], list[Found | None]]:
+    """Results, what `also` says, and of another machine what is to be kept of each case."""
     expect_unchanged(files)  # which loads them: the plan has things of theirs
     plan = _plan(packed)
-    results = []
+    results, founds = [], []
     for i, k in task.places:
         results.append(measured(plan.studies[i], plan.cases[i][k], store=store))
+        founds.append(store.taken() if isinstance(store, Carried) else None)
         tell(((i, k), results[-1]))
-    return results, _said(plan, task, also, store)
+    return results, _said(plan, task, also, store), founds
 
 
 @lru_cache(maxsize=1)

@@ -1,103 +1,300 @@
-"""Results that were measured before, by the fingerprint of all that they depend on.
+"""One sqlite file of what was measured: found again by its key, re-judged, compared, remembered.
 
-An entry is a file: the digest of its name and of what follows, then JSON. One that does not agree
-with its digest is removed and measured again. Nothing here is believed that was not checked, and a
-store that cannot be written to costs no more than the time of measuring again.
+A row has a kind, a name that is unique in its kind, and JSON behind the digest of all three.
+"measurement", "cause", "smallest", "answer" and "figure" are named by what they depend on
+(`fingerprint`), and made again where they are missing; "baseline" is named by the user, "run" by
+its time. Nothing here is believed that was not checked, and a file that cannot be written to costs
+no more than the time of measuring again.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
-from collections.abc import Callable
-from contextlib import suppress
+import shutil
+import sqlite3
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from discmech.integrators.compiler import Damaged, cache_folder, cache_folders, seal, unsealed
+from discmech.integrators.compiler import cache_folder, cache_folders, make_private, of_others
 
-MOST = 20_000  # entries; the longest unused go first
+VERSION = 1  # of the table
+MOST = 20_000  # rows that can be made again; of more, the longest unused half goes
+LASTING = ("baseline", "run")  # kinds that cannot be made again
+PATIENCE = 60.0  # seconds to wait for another process that writes
+DAY = 86400.0
+_TABLE = """CREATE TABLE IF NOT EXISTS entry (
+    kind TEXT, name TEXT, used REAL, seal TEXT, content TEXT, PRIMARY KEY (kind, name))"""
+_WRITE = "INSERT OR REPLACE INTO entry (kind, name, used, seal, content) VALUES (?, ?, ?, ?, ?)"
+_RUINED = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+
+
+class Damaged(Exception):
+    """A row that is not what was written."""
+
+
+class _Open(NamedTuple):
+    """A connection of this process to the file that had this number (inode) when it was opened."""
+
+    file: sqlite3.Connection
+    inode: int
+    process: int
 
 
 class Store:
-    """Results by fingerprint in the user's cache folder.
+    """The rows of the user's cache folder, and of the one that may only be read, if there is one.
 
-    fresh: nothing is found, so that all is measured anew (and then kept). troubles: a sentence for
-    each kind of thing that went wrong.
+    fresh: nothing that can be made again is found, so that all is measured anew (and then kept).
+    troubles: a sentence for each kind of thing that went wrong.
     """
 
     def __init__(self, fresh: bool = False) -> None:
-        self.folder, self.fresh = cache_folder() / "results", fresh
-        self._others = [folder / "results" for folder in cache_folders()[1:]]
+        self.path, self.fresh = _file_of(cache_folder()), fresh
+        self._others = [_file_of(folder) for folder in cache_folders()[1:]]
         self.troubles: dict[str, str] = {}
+        self._open: dict[Path, _Open] = {}
+        self._used: list[tuple[float, str, str]] = []
 
-    def find(self, key: str) -> Any | None:
-        """The result of that fingerprint, or None."""
-        for folder in () if self.fresh else (self.folder, *self._others):
-            path = _path(folder, key)
-            try:
-                entry = unsealed_json(path)
-            except Damaged:
-                entry = {}
-            if entry is None:
-                continue
-            if entry.get("key") != key:
-                self._remove_damaged(path)
-                continue
-            with suppress(OSError):  # a folder that may only be read
-                os.utime(path)  # the longest unused go first
-            return entry["result"]
+    def __getstate__(self) -> dict[str, Any]:
+        """For another process, which opens the files itself."""
+        return {**vars(self), "_open": {}, "_used": []}
+
+    def find(self, kind: str, name: str) -> Any | None:
+        """The content of a row that can be made again, or None; a damaged one is removed."""
+        if self.fresh:
+            return None
+        try:
+            return self.read(kind, name)
+        except Damaged:
+            self.troubles["damaged"] = (
+                f"a stored result was damaged ({self.path}); it was measured again."
+            )
+            with suppress(
+                sqlite3.Error, OSError
+            ):  # what is measured now takes its place, if it can
+                self._write("DELETE FROM entry WHERE kind = ? AND name = ?", (kind, name))
+            return None
+
+    def read(self, kind: str, name: str) -> Any | None:
+        """The content of a row, or None if there is none; raises `Damaged`."""
+        asked = "SELECT used, seal, content FROM entry WHERE kind = ? AND name = ?"
+        for path in (self.path, *self._others):
+            for used, seal, content in self._rows(path, asked, (kind, name)):
+                if time.time() - used > DAY and path == self.path:
+                    self._used.append((time.time(), kind, name))
+                return _checked(kind, name, seal, content)
         return None
 
-    def keep(self, key: str, result: Any) -> Any:
-        """Keep a result; returns it as it will be found."""
-        text = json.dumps({"key": key, "result": result})
-        path = _path(self.folder, key)
-        try:
-            seal(path, text)
-        except OSError as error:
-            why = error.strerror or error
-            self.troubles["keep"] = (
-                f"results cannot be kept for the next run ({why}: {self.folder})."
-            )
-        return json.loads(text)["result"]
+    def keep(self, kind: str, name: str, content: Any) -> Any:
+        """Write a row, if that can be; returns the content as it will be found."""
+        text = json.dumps(content)
+        with suppress(OSError):
+            self._kept(kind, name, text)
+        return json.loads(text)
 
-    def remembered(self, key: str, make: Callable[[], Any]) -> Any:
-        """The result of that fingerprint, or what is made now and kept."""
-        earlier = self.find(key)
-        return self.keep(key, make()) if earlier is None else earlier
+    def save(self, kind: str, name: str, content: Any) -> None:
+        """Write a row, to the disk itself; raises `OSError` where it does not take it."""
+        with suppress(sqlite3.Error, OSError):  # which the write then says
+            self._opened(self.path).execute("PRAGMA synchronous = FULL")
+        self._kept(kind, name, json.dumps(content))
+        self.close()
+
+    def remembered(self, kind: str, name: str, make: Callable[[], Any]) -> Any:
+        """The content of a row, or what is made now and kept."""
+        earlier = self.find(kind, name)
+        return self.keep(kind, name, make()) if earlier is None else earlier
+
+    def all(self, kind: str) -> Iterator[tuple[str, Any | None, int]]:
+        """(name, content, size) of all rows of a kind, the last name first; None: damaged."""
+        asked = "SELECT name, seal, content FROM entry WHERE kind = ? ORDER BY name DESC"
+        for name, seal, content in self._rows(self.path, asked, (kind,)):
+            try:
+                yield name, _checked(kind, name, seal, content), len(str(content))
+            except Damaged:
+                yield name, None, 0
+
+    def remove(self, kind: str, names: list[str]) -> None:
+        """Remove rows, if that can be."""
+        with suppress(sqlite3.Error, OSError):
+            for name in names:
+                self._write("DELETE FROM entry WHERE kind = ? AND name = ?", (kind, name))
 
     def prune(self) -> None:
-        """Remove the entries that were not used for longest, where there are more than `MOST`."""
-        files = list(self.folder.glob("*/*"))
-        if len(files) > MOST:
-            for path in sorted(files, key=_age, reverse=True)[MOST // 2 :]:
-                with suppress(OSError):  # a folder that may only be read
-                    path.unlink(missing_ok=True)
+        """Note which rows were of use, remove the longest unused where they are too many; close."""
+        lasting = ", ".join(f"'{kind}'" for kind in LASTING)
+        count = self._rows(self.path, f"SELECT count(*) FROM entry WHERE kind NOT IN ({lasting})")
+        with suppress(sqlite3.Error, OSError):  # a folder that may only be read
+            if self._used:
+                self._write("UPDATE entry SET used = ? WHERE kind = ? AND name = ?", *self._used)
+            if any(number > MOST for (number,) in count):
+                self._write(
+                    f"DELETE FROM entry WHERE rowid IN (SELECT rowid FROM entry WHERE kind NOT IN "
+                    f"({lasting}) ORDER BY used DESC LIMIT -1 OFFSET {MOST // 2})"
+                )
+        self._used = []
+        self.close()
 
-    def _remove_damaged(self, path: Path) -> None:
-        self.troubles["damaged"] = f"a stored result was damaged ({path}); it was measured again."
-        with suppress(OSError):  # what is measured now takes its place, if it can
-            path.unlink(missing_ok=True)
+    def close(self) -> None:
+        """Close the files, until something is asked again: all rows are in the one file then."""
+        for opened in self._open.values():
+            if opened.process == os.getpid():
+                opened.file.close()
+        self._open = {}
+
+    def _kept(self, kind: str, name: str, text: str) -> None:
+        try:
+            self._write(_WRITE, (kind, name, time.time(), _seal(kind, name, text), text))
+        except (sqlite3.Error, OSError) as error:
+            why = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+            self.troubles["keep"] = f"results cannot be kept for the next run ({why}: {self.path})."
+            raise OSError(why) from None
+
+    # -- the file -------------------------------------------------------------------------
+
+    def _rows(self, path: Path, asked: str, given: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+        """What a question finds in a file; nothing where there is none, or it cannot be read."""
+        if not path.exists():
+            return []
+        try:
+            return self._opened(path).execute(asked, given).fetchall()
+        except (sqlite3.Error, OSError) as error:
+            if _is_ruined(error) and path == self.path:
+                self._put_aside(path, "damaged")
+                return self._rows(path, asked, given)
+            self.troubles["read"] = f"stored results cannot be read ({error}: {path})."
+            return []
+
+    def _write(self, statement: str, *given: tuple[Any, ...]) -> None:
+        """A change of the file, whole or not at all; in a new file where this one is ruined."""
+        for again in (True, False):
+            try:
+                file = self._opened(self.path)
+                with file:  # one transaction
+                    file.executemany(statement, given or [()])
+                return
+            except sqlite3.Error as error:
+                if not (again and _is_ruined(error)):
+                    raise
+                self._put_aside(self.path, "damaged")
+
+    def _opened(self, path: Path) -> sqlite3.Connection:
+        """The file, of our version, and that which has this name now."""
+        known = self._open.get(path)
+        with suppress(OSError):
+            if known and known.process == os.getpid() and known.inode == path.stat().st_ino:
+                return known.file
+        if path == self.path:
+            make_private(path.parent)
+            os.close(os.open(path, os.O_CREAT | os.O_RDWR, 0o600))
+            if of_others(path):
+                self._put_aside(path, "of-others")
+                return self._opened(path)
+        inode, how = path.stat().st_ino, "mode=rw" if path == self.path else "immutable=1"
+        where = f"{path.absolute().as_uri()}?{how}"
+        file = sqlite3.connect(where, PATIENCE, uri=True, check_same_thread=False)
+        self._open[path] = _Open(file, inode, os.getpid())
+        (version,) = file.execute("PRAGMA user_version").fetchone()
+        file.execute("PRAGMA synchronous = NORMAL")
+        if version == 0 and path == self.path:
+            with suppress(sqlite3.OperationalError):  # another process is at it
+                file.execute("PRAGMA journal_mode = WAL")  # a write waits for no disk or reader
+            with file:
+                file.execute("BEGIN IMMEDIATE")
+                file.execute(_TABLE)
+                file.execute(f"PRAGMA user_version = {VERSION}")
+            for old in path.parent.glob("??"):  # entries of before, a file each
+                shutil.rmtree(old, ignore_errors=True)
+        elif version != VERSION and path == self.path:
+            self._put_aside(path, f"version-{version}")
+            return self._opened(path)
+        return file
+
+    def _put_aside(self, path: Path, why: str) -> None:
+        """Give a file that is not to be used another name; what is whole in a damaged one stays."""
+        known = self._open.pop(path, None)
+        if known is not None:
+            known.file.close()
+        with suppress(OSError):
+            if known is not None and known.inode != path.stat().st_ino:
+                return  # another process has done it
+        number = 1
+        while (aside := path.with_name(f"{path.stem}-{why}-{number}{path.suffix}")).exists():
+            number += 1
+        path.rename(aside)
+        with suppress(OSError):  # what was written last
+            path.with_name(path.name + "-wal").rename(aside.with_name(aside.name + "-wal"))
+        path.with_name(path.name + "-shm").unlink(missing_ok=True)
+        self.troubles["aside"] = (
+            f"the store of results was {_WHY[why.split('-')[0]]}: it is {aside} now."
+        )
+        if why == "damaged":
+            self._salvage(aside)
+
+    def _salvage(self, aside: Path) -> None:
+        """Copy the rows of a damaged file that are whole, from both of its ends."""
+        for order in ("ASC", "DESC"):
+            with suppress(sqlite3.Error, Damaged), closing(sqlite3.connect(aside)) as old:
+                asked = f"SELECT kind, name, used, seal, content FROM entry ORDER BY rowid {order}"
+                for kind, name, used, seal, content in old.execute(asked):
+                    with suppress(Damaged):
+                        _checked(kind, name, seal, content)
+                        self._write(_WRITE, (kind, name, used, seal, content))
 
 
-def unsealed_json(path: Path) -> dict[str, Any] | None:
-    """The JSON object that was sealed there; None if there is none. Raises `Damaged`."""
-    content = unsealed(path)
-    if content is None:
-        return None
+class Carried:
+    """What a worker of another machine measures, to be kept where it was asked for."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[str, Any]] = []
+
+    def find(self, kind: str, name: str) -> None:
+        """Nothing: what is known is known there."""
+
+    def keep(self, kind: str, name: str, content: Any) -> Any:
+        """Carry it; returns it as it will be found."""
+        self.rows.append((kind, again := json.loads(json.dumps(content))))
+        return again
+
+    def remembered(self, kind: str, name: str, make: Callable[[], Any]) -> Any:
+        """What is made now."""
+        return make()
+
+    def taken(self) -> Any | None:
+        """The measurement that was kept last, once; None if there is none."""
+        found = [content for kind, content in self.rows if kind == "measurement"]
+        self.rows = []
+        return found[-1] if found else None
+
+
+_WHY = {
+    "damaged": "damaged, and what was whole in it is kept",
+    "of": "not yours alone",
+    "version": "of another version of discmech",
+}
+
+
+def _file_of(folder: Path) -> Path:
+    return folder / "results" / "store.sqlite"
+
+
+def _seal(kind: str, name: str, text: str) -> str:
+    return hashlib.sha256("\0".join((kind, name, text)).encode()).hexdigest()
+
+
+def _checked(kind: Any, name: Any, seal: Any, content: Any) -> Any:
+    """What a row holds; raises `Damaged` where it is not what was written."""
     try:
-        return dict(json.loads(content))
-    except (ValueError, TypeError):
-        raise Damaged(path) from None
+        if seal == _seal(kind, name, content):
+            return json.loads(content)
+    except (TypeError, ValueError, AttributeError):
+        pass
+    raise Damaged
 
 
-def _path(folder: Path, key: str) -> Path:
-    return folder / key[:2] / key[2:]
-
-
-def _age(path: Path) -> float:
-    try:
-        return path.stat().st_mtime
-    except OSError:  # another process removed it
-        return 0.0
+def _is_ruined(error: BaseException) -> bool:
+    code = getattr(error, "sqlite_errorcode", 0)
+    return (code & 0xFF) in _RUINED or "no such table" in str(error)

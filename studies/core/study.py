@@ -135,6 +135,17 @@ class Study:
         """What one process has to measure with other cases, as a race; None if it is no part."""
         return None
 
+    def measure_more(
+        self, case: Case, measurement: dict[str, Any], said: Verdict
+    ) -> dict[str, Any]:
+        """What is measured, and joins the measurement, only where the first verdict is no pass."""
+        return {}
+
+    @property
+    def measures_more(self) -> bool:
+        """Whether it may measure more where the first verdict is no pass."""
+        return type(self).measure_more is not Study.measure_more
+
     def diagnose(self, case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
         """The cause of what did not pass, where one can be told."""
         return None
@@ -178,9 +189,11 @@ class Study:
 class StudyFolder(Study):
     """A study of the bench: a folder of `studies/`, whose `__init__` says this and loads nothing.
 
-    package: the folder's import name. `measuring` there has `NEEDS`, `cases(choice)`,
-    `measure(case, progress)` and `judge(case, measurement)`, and may have functions called as other
-    methods of `Study`, and `complete(result)`. `view`, where there is one, has `VIEW`.
+    package: the folder's import name. `measuring` there has `NEEDS`, `cases(choice)` and
+    `measure(case, progress)`, and may have functions called as other methods of `Study`, and
+    `complete(result)`. `judging` has `judge(case, measurement)` and, where causes are told,
+    `diagnose(case, measurement)`: a change there measures nothing anew. `view`, where there is
+    one, has `VIEW`.
     """
 
     name: str
@@ -202,6 +215,12 @@ class StudyFolder(Study):
     def measuring(self) -> ModuleType:
         """The module that measures and judges."""
         return import_module(f"{self.package}.measuring")
+
+    @cached_property
+    def judging(self) -> ModuleType:
+        """The module that judges, and tells causes; where there is none, the one that measures."""
+        name = f"{self.package}.judging"
+        return self.measuring if find_spec(name) is None else import_module(name)
 
     @property
     def needs(self) -> str:
@@ -230,7 +249,7 @@ class StudyFolder(Study):
 
     def judge(self, case: Case, measurement: dict[str, Any]) -> Verdict:
         """What the numbers mean; no measuring."""
-        verdict: Verdict = self.measuring.judge(case, measurement)
+        verdict: Verdict = self.judging.judge(case, measurement)
         return verdict
 
     verdict = judge
@@ -249,13 +268,24 @@ class StudyFolder(Study):
 
         if "sites" in parts_of(case.scene):  # causes are found in the equations of a scene
             return None
-        found: dict[str, Any] | None = self._said("diagnose", None, case, measurement)
+        found: dict[str, Any] | None = self.judging.diagnose(case, measurement)
         return found
 
     @property
     def tells_causes(self) -> bool:
         """Whether it looks for the cause of what did not pass."""
-        return hasattr(self.measuring, "diagnose")
+        return hasattr(self.judging, "diagnose")
+
+    def measure_more(
+        self, case: Case, measurement: dict[str, Any], said: Verdict
+    ) -> dict[str, Any]:
+        """What is measured, and joins the measurement, only where the first verdict is no pass."""
+        return dict(self.measuring.measure_more(case, measurement, said))
+
+    @property
+    def measures_more(self) -> bool:
+        """Whether it may measure more where the first verdict is no pass."""
+        return hasattr(self.measuring, "measure_more")
 
     def depends_on(self, case: Case) -> str:
         """What a result depends on beside the case's scene, rule and command."""

@@ -144,4 +144,4 @@ def wanted(case: Case) -> dict[str, Any]:
 
     Of a rule that declares none it is 1: who is consistent balances energy and work in the limit.
     """
-    return {"balance_order": min(case.scheme.order or 1, 2) - TOLERANCE}
+    return {"balance_order": min(case.order or 1, 2) - TOLERANCE}

@@ -14,13 +14,13 @@ import numpy as np
 from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.flows import Trajectory
 
-from ..causes.round_off import lost_one_way, unit, why_unknown
+from ..causes.round_off import lost_one_way
 from ..core.case import Case, Choice, Progress, Verdict, lattice_cases, plain_cases, silent
 from ..core.claims import not_claimed
 from ..core.fitting import BATCHES, Line, batch_line, fit_line, steadiness
 from ..core.moving_energy import may_end
 from ..core.runs import FAR, bins, refuse_ended
-from ..evidence.verdicts import CONSISTENCY, consistency_of, demand_consistency
+from ..evidence.verdicts import CONSISTENCY, consistency_of
 from ..systems import System, system_of
 from . import balance, modified
 
@@ -37,8 +37,6 @@ WIDE = 0.1  # of the energy that moves: a wider band is called unresolved where 
 SHARE = 0.1  # of the band that a slope may explain
 LONGER = (1, 8, 32)  # times the steps, until it is told
 PARTS, STEADY = 8, 0.8  # a drift takes the means of so many parts of the run one way
-#: by which the balance of energy and work may move a step: two energies of a few operations each
-ROUND_OFFS = 16
 ErrorsOf = Callable[[int], tuple[np.ndarray, np.ndarray]]
 CERTAIN = 0.999  # level of the intervals of mean and edges that a drift must leave 0 out of
 #: parts of a drift's run, in eighths of `BATCHES`. Where a whole number of periods is nearly a part
@@ -84,10 +82,9 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     system = system_of(case)
     if "modified_energy" in system.lacks:
         return _by_long_runs(case, system, progress)
-    claimed = not not_claimed(case.rule, "energy")
-    steps = case.steps or (system.usual_steps(claimed) if case.digits == 16 else 1000)
+    steps = _steps(case)
     if balance.applies(case):
-        alone = replace(case, scene=balance.left_alone(case.scene))
+        alone = _alone(case)
         if not balance.acts(case.scene, steps * float(case.scene.step)):
             return _measure(alone, progress)
         if case.rule.is_recorded:
@@ -122,10 +119,38 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
 
     found = {**measured_errors(case, errors_of, told), **also}
     _say_drift(found)
-    verdict = judge(case, found)
-    if verdict.verdict == "fail" or verdict.reason == modified.NOT_BACK:
-        found["lost"] = lost_one_way(case, steps)
     return found
+
+
+def measure_more(case: Case, measurement: dict[str, Any], said: Verdict) -> dict[str, Any]:
+    """lost: what the energy may drift by because the rule's own formulas lose digits.
+
+    Of a case under a force that of the run without it, if there was one.
+    """
+    if "modified_energy" in system_of(case).lacks:
+        return {}
+    if "balance_order" in measurement["measured"]:
+        if "alone" not in measurement:
+            return {}
+        alone = replace(_alone(case), steps=case.steps or ALONE)
+        return {"alone": {**measurement["alone"], "lost": _lost(alone)}}
+    if said.verdict != "fail" and said.reason != modified.NOT_BACK:
+        return {}
+    return {"lost": _lost(_alone(case) if balance.applies(case) else case)}
+
+
+def _alone(case: Case) -> Case:
+    """The case without its force, and with its time held."""
+    return replace(case, scene=balance.left_alone(case.scene))
+
+
+def _lost(case: Case) -> float:
+    return lost_one_way(case, _steps(case))
+
+
+def _steps(case: Case) -> int:
+    claimed = not not_claimed(case.rule, "energy")
+    return case.steps or (system_of(case).usual_steps(claimed) if case.digits == 16 else 1000)
 
 
 def _by_long_runs(case: Case, system: System, progress: Progress) -> dict[str, Any]:
@@ -294,57 +319,6 @@ def _stand(edge_slopes: list[float] | None, allowed: float) -> bool:
     return edge_slopes is not None and max(map(abs, edge_slopes)) <= allowed
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """No secular drift: over the run the slope accounts for at most a tenth of the band.
-
-    A method that loses or gains energy steadily has a band that is all slope. Where the mean only
-    wanders between two edges that stand by that measure, nothing drifts either. But a drift that is
-    certain, and goes on alike in a run eight times as long, is one however small it is beside the
-    band: no variational integrator has it. One that is certain in one run only is told by neither.
-    An error that is large beside the energy's terms, and is not there in the first half of the run,
-    has no band: a line through all rows does not see what grows exponentially. Nor does it see what
-    is lost at the start and never comes back (`_settled`).
-
-    And the steps have to be consistent: a method of another motion may keep an energy near this
-    one's for ever.
-    """
-    return demand_consistency(measurement, _judge(case, measurement))
-
-
-def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Of the run alone."""
-    if reason := not_claimed(case.rule, "energy"):
-        return Verdict("pass", "", {"not_demanded": reason})
-    if "balance_order" in measurement["measured"]:
-        return _judge_balance(case, measurement)
-    if "slopes" in measurement:
-        return _of_long_runs(case, measurement)
-    kept = case.scene.nonholonomic is None  # else no modified energy stands behind its band
-    told = judge_errors(case, measurement, kept)
-    if kept and np.isfinite(measurement["measured"]["band"]):
-        told = modified.judged(measurement, told)
-    if case.rule.is_recorded:  # whoever recorded runs can ask for no steps
-        told.reason = told.reason.replace("take more --steps", "record longer runs")
-    measured = measurement["measured"]
-    drift = abs(measured.get("drift", measured["slope"] * measurement["duration"]))
-    unsettled = told.verdict == "fail" or told.reason == modified.NOT_BACK
-    if unsettled and 0 < drift <= (lost := measurement.get("lost", 0.0)):
-        return Verdict("inconclusive", why_unknown("the energy", drift, lost), told.expected)
-    return told
-
-
-def _of_long_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """A narrow band drifts where the last two runs do alike: within a factor of two, and the same
-    way. What comes and goes changes its slope as runs get eight times as long."""
-    told, slopes = judge_errors(case, measurement), [float(s) for s in measurement["slopes"]]
-    alike = not np.isfinite(slopes[-1])
-    alike = alike or (len(slopes) > 1 and 0.5 <= slopes[-1] / slopes[-2] <= 2)
-    if told.verdict != "fail" or alike or measurement["measured"]["band"] > WIDE:
-        return told
-    said = f"{told.reason} Its rate changes with the length of the run; take more --steps."
-    return Verdict("inconclusive", said, told.expected)
-
-
 def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> Verdict:
     """`judge` of what `measured_errors` gave; kept: whether anything is demanded."""
     band, slope = measurement["measured"]["band"], measurement["measured"]["slope"]
@@ -404,41 +378,3 @@ def _settled(measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict |
         return None
     said += ", so it is no band: take a smaller step, or fewer --steps."
     return Verdict("inconclusive", said, expected)
-
-
-def _judge_balance(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """The balance of energy and work sinks with the step as the method's order has it.
-
-    Of two orders at steps halved twice the difference is about what the next term of the error
-    still adds to the last one (Richardson): a shortfall of that size is inconclusive, a larger one
-    fails. What moves by a few roundings a step has no order, and passes. And where nothing acts,
-    the energy has to stand: a weak force is no reason to look away from a method that loses it.
-    """
-    told = _sinks(case, measurement)
-    if told.verdict == "fail" or "alone" not in measurement:
-        return told
-    alone = judge(replace(case, scene=balance.left_alone(case.scene)), measurement["alone"])
-    if alone.verdict != "fail":
-        return told
-    said = f"without its force, and with its time held, {alone.reason}"
-    return Verdict("fail", said, told.expected)
-
-
-def _sinks(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Whether the balance sinks as the order has it."""
-    band, order = (measurement["measured"][k] for k in ("band", "balance_order"))
-    expected = balance.wanted(case)
-    least = expected["balance_order"]
-    if not np.isfinite(band):
-        return Verdict("fail", "the energy is no longer finite.", expected)
-    rounded = ROUND_OFFS * unit(case.digits) * measurement["steps"]
-    if measurement["way"] <= rounded or (order or 0) >= least:
-        return Verdict("pass", "", expected)
-    said = "does not sink" if order is None else f"sinks with the step's power {order:.2f} only"
-    said = f"the balance of energy and work {said}"
-    orders = measurement["balance_orders"]
-    before, last = ([np.nan, np.nan] + orders)[-2:]
-    if not last < least - abs(last - before):
-        said += f", after {before:.2f} at twice the step: take more --steps."
-        return Verdict("inconclusive", said, expected)
-    return Verdict("fail", f"{said}.", expected)

@@ -15,7 +15,7 @@ from discmech import reference
 from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.scene import Scene
 
-from ..core.case import Case, Choice, Progress, Verdict, silent
+from ..core.case import Case, Choice, Progress, silent
 from ..core.runs import energy_with_terms, relative_drifts
 from .edges import EXTREMES, Extreme
 
@@ -167,18 +167,3 @@ def _certified(scene: Scene, end: Fraction) -> State | None:
     if found.certain_digits < 12:
         return None
     return np.array([*map(float, found.x)]), np.array([*map(float, found.mu)])
-
-
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Nothing fails silently; without a reference a run without any sign proves nothing."""
-    expected = {"silent": 0}
-    for row in measurement["rows"]:
-        if row["outcome"] == "wrong, silent":
-            reason = f"at hω = {row['z']:g} is wrong by {row['error']:.2g}, and neither smaller "
-            reason += f"steps ({row['estimate']:.2g}) nor the energy tell."
-            return Verdict("fail", reason, expected)
-    for row in measurement["rows"]:
-        if row["outcome"] == "no reference" and not row["noticed"]:
-            reason = f"at hω = {row['z']:g} nothing looks wrong, and no reference says it is right."
-            return Verdict("inconclusive", reason, expected)
-    return Verdict("pass", "", expected)

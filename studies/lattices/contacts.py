@@ -9,7 +9,7 @@ import numpy as np
 from discmech.integrators.lattices import ContactLatticeTrajectory
 
 from ..contact import measuring as contact
-from ..core.case import Case, Progress, Verdict
+from ..core.case import Case, Progress
 from ..evidence.verdicts import consistency_of
 from ..symplecticity.measuring import limit
 from ..systems.known import known_of
@@ -18,9 +18,6 @@ from .cost import costs, slopes
 
 STEPS = 400
 SIZES = (10_000, 30_000, 100_000)  # sites; with fewer, what does not grow is most of a step
-SHARED = ("penetration", "pull", "complementarity", "restitution")
-WORDS = {name: contact.WORDS[name] for name in SHARED}
-WORDS |= {"missed": "a gap is closed and closing after a step"}
 
 
 def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str, Any]:
@@ -91,18 +88,3 @@ def defects(flow: Any, run: ContactLatticeTrajectory) -> dict[str, float]:
         "restitution": float(abs(found.rebound + e * found.approach).max(initial=0.0) / fast),
         "missed": float(missed / fast),
     }
-
-
-def judge(measured: dict[str, Any]) -> Verdict:
-    """Laws to round-off; energy that rises falls with the step. Times are not judged."""
-    allowed = limit(16)
-    expected = {"laws": allowed}
-    for name, words in WORDS.items():
-        if not measured["contact"][name] <= allowed:
-            return Verdict("fail", f"{words}: {name} is {measured['contact'][name]:.2g}, where "
-                           f"{allowed:.0e} is allowed.", expected)  # fmt: skip
-    if reason := contact.does_not_fall(measured["rises"], allowed):
-        return Verdict("fail", reason, expected)
-    if not measured["impacts"] and not measured["pushed"]:
-        return Verdict("inconclusive", "no gap has closed; take more --steps.", expected)
-    return Verdict("pass", "", expected)

@@ -11,12 +11,9 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.lattices import DualStep, poisson_defect, step_derivative, systems
 
-from ..core.case import Case, Choice, Progress, Verdict, lattice_cases, silent
+from ..core.case import Case, Choice, Progress, lattice_cases, silent
 from ..core.parts import RULES, is_built_in, usual_lattices, usual_rules
-from ..evidence import verdicts
 from ..evidence.verdicts import consistency_of
-from ..order.window import TOLERANCE
-from ..symplecticity.measuring import limit
 from ..systems import system_of
 from ..systems.known import known_of
 from ..systems.lattice_system import LATER
@@ -163,48 +160,3 @@ def _measured_control(case: Case, lattice: Any) -> dict[str, Any]:
     if case.control == RUNGE_KUTTA:
         found |= patch_defects(partial(RungeKuttaStep, flow), lattice, x, mu)
     return {"rows": [{"kind": "control", **found}], "measured": found}
-
-
-#: what must see each control
-SEEN = {DAMPED: ("poisson", "patch", "drift"), FLIPPED: ("poisson",), RUNGE_KUTTA: ("patch",)}
-
-
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Order in space from both sides, the law on patches to round-off, single steps of the rule's
-    order. Times are not judged.
-
-    A control has to be seen a thousandfold by all that should see it.
-    """
-    found, allowed = measurement["measured"], limit(16)
-    if case.control is not None:
-        missed = [k for k in SEEN[case.control] if not found[k] >= 1e3 * allowed]
-        said = f"the control was not caught: its {', '.join(missed)} is round-off."
-        return Verdict("fail" if missed else "pass", said if missed else "",
-                       {"at_least": 1e3 * allowed})  # fmt: skip
-    told = contacts.judge(found) if "contact" in found else _of_laws(case, found, allowed)
-    what = "two neighbours and their bond"
-    return verdicts.judge(found.get("local"), told, case.scheme.order, what)
-
-
-def _of_laws(case: Case, found: dict[str, Any], allowed: float) -> Verdict:
-    tolerance, order = TOLERANCE[True], found["space_order"]
-    expected: dict[str, Any] = {"limit": allowed}
-    for name, words in (
-        ("bond", "one end of a bond gains what the other does not lose"),
-        ("patch", "what enters a patch neither stays nor leaves"),
-    ):
-        if found[name] is not None and not found[name] <= allowed:
-            return Verdict("fail", f"{words}: {name} is {found[name]:.2g}, where {allowed:.0e} is "
-                           "allowed.", expected)  # fmt: skip
-    if known_of(case.scene).refined is not None:  # type: ignore[arg-type]
-        expected |= {"space_order": SPACE_ORDER, "tolerance": tolerance}
-        if order is None:
-            said = "fewer than four errors in space lie on a straight line above round-off."
-            return Verdict("inconclusive", said, expected)
-        if abs(order - SPACE_ORDER) > tolerance:
-            side = "below" if order < SPACE_ORDER else "above"
-            return Verdict("fail", f"the order in space is {order:.3f}, {side} the expected "
-                           f"{SPACE_ORDER} by more than {tolerance}.", expected)  # fmt: skip
-    elif found["patch"] is None and found["local"] is None:
-        expected["not_demanded"] = "times alone are measured"
-    return Verdict("pass", "", expected)

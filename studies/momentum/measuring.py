@@ -11,7 +11,7 @@ from discmech.integrators import BadInput
 from discmech.integrators.numbers import arithmetic
 from discmech.integrators.scene import Conserved
 
-from ..causes.round_off import lost_one_way, why_unknown
+from ..causes.round_off import lost_one_way
 from ..core.case import (
     Case,
     Choice,
@@ -33,9 +33,8 @@ from ..core.runs import (
     usual_steps,
     with_terms,
 )
-from ..evidence.verdicts import CONSISTENCY, consistency_of, demand_consistency
+from ..evidence.verdicts import CONSISTENCY, consistency_of
 from ..systems import System, system_of
-from .cause import cause_of_drift
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
 from .sight import beside, seen
 from .work import less_work
@@ -52,10 +51,6 @@ MOST_STRETCHES = 2000
 FAMILY_STEPS = 20
 SHORT = 32  # steps of a run at which a fault is seeded where there is no long one
 WORKED = 200  # steps at each of which a quantity that a force changes is held against its work
-#: a limit above which a quantity is not known to be kept: round-off alone may change it so
-BLIND = 1e-3
-#: of the terms of dJ/dt: a sum that is 0 but for round-off, of up to 10⁶ sites, is far below
-NO_RATE = 2.0**-30
 FARTHEST = 5  # standard deviations that the farthest point of a walk stays within
 
 
@@ -89,13 +84,13 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     apart, size = interval(steps), case.scene.step
     if (made := recorded_run(case)) is not None:
         steps, apart, size = made.steps, made.steps // (len(made.t) - 1), made.step
-    kept, measured = kept_in(case), measured_in(case)
+    kept, measured, walks = kept_in(case), measured_in(case), walks_of(case, steps)
     series: dict[str, np.ndarray] = {}
     units: dict[str, tuple[float, float]] = {}
     faults: dict[str, dict[str, float]] = {}
 
     def look(q: Conserved, run: Any, rows_of: Any) -> None:
-        limit = limits_of(case, steps, units)[q.name]
+        limit = limits_of(case, walks, units)[q.name]
         faults[q.name] = seen(rows_of, run, limit, case.digits, f"{case.scene.name} {q.name}")
 
     for attitude in (True, False):  # the energy's run last: it is there when energy is measured
@@ -135,10 +130,15 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     worst = {name: float(drift.max()) for name, drift in series.items()}
     told = {"drift": worst, "fault": {name: f["change"] for name, f in faults.items()}}
     result = {"rows": rows, "measured": told, "steps": steps, "units": units, "faults": faults,
-              "beside": beside(case, kept)}  # fmt: skip
-    if judge(case, result).verdict == "fail":
-        result["lost"] = lost_one_way(case, steps)
+              "beside": beside(case, kept), "over": _over(case, steps), "walks": walks}  # fmt: skip
     return {**result, CONSISTENCY: consistency_of(case)}
+
+
+def measure_more(case: Case, measurement: dict[str, Any], said: Verdict) -> dict[str, Any]:
+    """lost: what a quantity may drift by because the rule's own formulas lose digits."""
+    if said.verdict != "fail" or system_of(case).momenta is not None:
+        return {}
+    return {"lost": lost_one_way(case, measurement["steps"])}
 
 
 def _of_sums(case: Case, system: System, progress: Progress) -> dict[str, Any]:
@@ -156,7 +156,8 @@ def _of_sums(case: Case, system: System, progress: Progress) -> dict[str, Any]:
     told = {"drift": {name: float(values.max()) for name, values in series.items()},
             "rate": system.rates(tuple(state))}  # fmt: skip
     units = {name: along.units for name, along in run.momenta.items()}
-    return {"rows": rows, "measured": told, "steps": steps, "units": units}
+    return {"rows": rows, "measured": told, "steps": steps, "units": units,
+            "over": _over(case, steps), "walks": walks_of(case, steps)}  # fmt: skip
 
 
 def depends_on(case: Case) -> str:
@@ -216,97 +217,18 @@ def _over(case: Case, steps: int) -> dict[str, int]:
     return over | {q.name: 1 for q in measured_in(case) if q.name not in over}  # step by step
 
 
-def limits_of(case: Case, steps: int, units: dict[str, tuple[float, float]]) -> dict[str, float]:
-    """What round-off may do to each quantity in so many steps (`judge`)."""
+def walks_of(case: Case, steps: int) -> dict[str, int]:
+    """How many roundings in turn each quantity has behind it: steps, of substeps each."""
     over = _over(case, steps)
-    walked = {q.name: min(over[q.name], q.stretch or over[q.name]) for q in measured_in(case)}
-    units = {name: (1.0, 1.0) for name in over} | units
     substeps = max(1, len(case.scheme.substeps))
-    return {name: _epsilon(case) * (
-                FARTHEST / math.sqrt(3) * math.sqrt(n * substeps) * units[name][0]
-                + 2 * units[name][1]) for name, n in walked.items()}  # fmt: skip
+    return {q.name: substeps * min(over[q.name], q.stretch or over[q.name])
+            for q in measured_in(case)}  # fmt: skip
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Round-off: the walk of c·ε·√N that one rounding of x and μ a step makes, and J's own.
-
-    A rounding of relative size ε at most is ε/√3 in the mean square, and N of them leave a walk
-    whose farthest point is beyond FARTHEST standard deviations once in a million runs (Feller,
-    XIV). ``limits`` and ``over`` say what each quantity was allowed, over how many steps; ``limit``
-    is the largest. The bare walk ε√N stands beside it, N the most steps that one was followed.
-
-    A pass needs more: single steps beside the motion that keep it too, a limit below BLIND, and a
-    seeded fault of one step that would have failed (`sight`). Of a quantity that never changes, or
-    whose value is all round-off, nothing is known.
-
-    And the steps have to be consistent: a method of another motion may keep all of them.
-    """
-    return demand_consistency(measurement, _judge(case, measurement))
-
-
-def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    over = _over(case, measurement["steps"])
-    units = measurement.get("units", {})
-    limits = limits_of(case, measurement["steps"], units)
-    walk = _epsilon(case) * math.sqrt(max(over.values()))
-    expected = {"limit": max(limits.values(), default=0.0), "limits": limits,
-                "random_walk": walk, "over": over}  # fmt: skip
-    drift = measurement["measured"]["drift"]
-    judged = [*drift] if case.rule.claims is None else _claimed(case)
-    if not judged:
-        expected["not_demanded"] = f"{case.rule.name} claims to keep none of them: measured only"
-    drifting = [k for k, v in drift.items()
-                if k in judged and not v <= limits.get(k, expected["limit"])]  # fmt: skip
-    if not drifting:
-        return _believed(measurement, judged, limits, expected)
-    name = max(drifting, key=lambda k: drift[k])
-    steps = f" in {over[name]} steps" if name in over else ""
-    allowed = limits.get(name, expected["limit"])
-    lost = {k: measurement.get("lost", 0.0) * max(1.0, units.get(k, (1.0,))[0]) for k in drifting}
-    if all(drift[k] <= lost[k] for k in drifting):
-        return Verdict("inconclusive", why_unknown(name, drift[name], lost[name]), expected)
-    said = f"{name} drifts by {drift[name]:.2g}, more than {allowed:.1e}{steps}."
-    rate = (measurement["measured"].get("rate") or {}).get(name, 0.0)
-    if rate > NO_RATE:
-        said += (
-            " It is no symmetry of L: by the equations of motion its momentum changes, by "
-            f"{rate:.1g} of the terms of dJ/dt."
-        )
-    return Verdict("fail", said, expected)
-
-
-def _believed(
-    measurement: dict[str, Any], judged: list[str], limits: dict[str, float], expected: Any
-) -> Verdict:
-    """The verdict where nothing drifts: whether a fault would have been seen."""
-    for name, one in (measurement.get("beside") or {}).items():
-        if name in judged and not one["change"] <= one["limit"]:
-            said = (
-                f"{name} stays along the run, and not beside it: one step of {one['step']:.3g} "
-                f"from {one['place']} changes it by {one['change']:.2g}, more than "
-                f"{one['limit']:.1e}."
-            )
-            return Verdict("fail", said, expected)
-    for name in judged:
-        limit, fault = limits.get(name, 0.0), (measurement.get("faults") or {}).get(name)
-        if not limit <= BLIND:
-            said = (
-                f"round-off alone may change {name} by {limit:.2g} of its terms: its formula "
-                "magnifies it; write it without large factors, or take more --digits."
-            )
-            return Verdict("inconclusive", said, expected)
-        if fault is not None and not fault["change"] > limit:
-            said = (
-                f"nothing could fail: a fault that moves x and μ by {fault['size']:.1e} of their "
-                f"size changes {name} by {fault['change']:.2g} only, and {limit:.1e} is allowed; "
-                "it is a constant, or its large terms hide what moves."
-            )
-            return Verdict("inconclusive", said, expected)
-    return Verdict("pass", "", expected)
-
-
-def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
-    """The cause of a drift beyond its limit (`cause_of_drift`); None of what a force changes."""
-    drift = measurement["measured"]["drift"]
-    limits = judge(case, measurement).expected.get("limits", {})
-    return cause_of_drift(case, {k: v for k, v in drift.items() if not v <= limits.get(k, 0)})
+def limits_of(
+    case: Case, walks: dict[str, int], units: dict[str, tuple[float, float]]
+) -> dict[str, float]:
+    """What round-off may do to each quantity in so many roundings (`judge`)."""
+    units = dict.fromkeys(walks, (1.0, 1.0)) | units
+    return {name: _epsilon(case) * (FARTHEST / math.sqrt(3) * math.sqrt(n) * units[name][0]
+                                    + 2 * units[name][1]) for name, n in walks.items()}  # fmt: skip

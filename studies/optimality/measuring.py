@@ -23,11 +23,9 @@ from discmech.integrators.rules import Composition, OneStepMap
 from discmech.integrators.scene import arguments_of, reads
 
 from ..core import lookup
-from ..core.case import Case, Choice, Progress, Verdict, silent
+from ..core.case import Case, Choice, Progress, silent
 from ..core.fitting import Window, asymptotic_window
-from ..evidence import verdicts
 from ..evidence.verdicts import of_evidence
-from ..order.window import TOLERANCE
 
 NAME = "optimality"
 NEEDS = (
@@ -40,7 +38,6 @@ LEVELS, MOST_LEVELS = 5, 8  # of halvings; more than five where four changes are
 FEWEST = 4  # steps, of solutions that are coarser than the first where finer ones are round-off
 KINDS = ("states", "costates", "controls")
 STRAIGHT = 0.012  # as the study of order has it: in log₂ of a change, from the line
-GROWS = 1.2  # times the change before, where nothing converges: of order 0 it is once
 #: of the change of an unknown: round-off of a step's own operations, as in the study of order
 LEAST = 32 * 2.0**-53
 
@@ -170,45 +167,3 @@ def _kinds(best: Optimum) -> list[tuple[np.ndarray, ...]]:
 def _window(rows: list[dict[str, Any]], kind: str, floor: float) -> Window | None:
     changes = [row[kind] if row[kind] > 0 else math.nan for row in rows]
     return asymptotic_window([row["step"] for row in rows], changes, floor, STRAIGHT)
-
-
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """What the solutions say, and single steps of the pushed scene: a pass needs both."""
-    told, local = _judge_solutions(case, measurement), measurement.get("local")
-    return verdicts.judge(local, told, case.scheme.order, "the scene under its inputs")
-
-
-def _judge_solutions(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Each kind has the order of the rule, or does not change but by round-off."""
-    measured, tolerance = measurement["measured"], TOLERANCE[True]
-    wanted = case.scheme.order
-    expected = {"order": wanted, "tolerance": tolerance}
-    orders = {k: p for k, p in measured["orders"].items() if k not in measured["exact"]}
-    if wanted is None:
-        return Verdict("pass", "the rule declares no order: measured only.", expected)
-    last = [row["controls"] for row in measurement.get("rows", [])][-3:]
-    grows = len(last) == 3 and all(b > GROWS * a for a, b in pairwise(last))
-    if grows and "controls" in orders:  # not where they are exact, and changes round-off
-        return Verdict(
-            "inconclusive", "the controls change by more and more as the steps are halved: they "
-            "grow without bound somewhere, so the problem has no bounded optimum to converge to; "
-            "let the cost grow faster with its controls.", expected,
-        )  # fmt: skip
-    unclear = [kind for kind, order in orders.items() if order is None]
-    for kind, order in orders.items():
-        if order is not None and abs(order - wanted) > tolerance:
-            side = "below" if order < wanted else "above"
-            return Verdict(
-                "fail",
-                f"the {kind} are of order {order:.3f}, {side} the expected {wanted} by more than "
-                f"{tolerance}.",
-                expected,
-            )
-    if unclear:
-        return Verdict(
-            "inconclusive",
-            f"fewer than four changes of the {' and '.join(unclear)} lie on a straight line above "
-            f"round-off, {measurement['floor']:.1g}: start with other --steps.",
-            expected,
-        )
-    return Verdict("pass", "", expected)

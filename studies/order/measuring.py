@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -12,29 +11,23 @@ from discmech import reference
 from discmech.integrators import StepFailure
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import mpmath
-from discmech.integrators.rules import Composition
 
 from ..causes.round_off import measure_round_off
 from ..core.case import (
     Case,
     Choice,
     Progress,
-    Verdict,
     family_cases,
     lattice_cases,
     plain_cases,
     silent,
 )
-from ..evidence import NEAR as BESIDE
 from ..systems import End, Ladder, System, system_of
 from . import multipliers, recorded, single_steps
 from .window import (
-    TOLERANCE,
+    REACHED,
     above_floor,
-    approaches,
     decided,
-    departure,
-    finest_order,
     fit,
     floor,
     slope,
@@ -59,8 +52,6 @@ HIGHEST_IN_DOUBLE = 4
 #: from here on few steps are many: each halving takes three digits and more
 HIGH = 8
 FAMILY_STEPS = 8  # of the coarsest run of the family: few, as above `HIGH`
-#: errors that no longer sink above this are no ordinary round-off
-STUCK = 1e-11
 
 
 def cases(choice: Choice) -> list[Case]:
@@ -105,12 +96,12 @@ def ladder(case: Case, system: System | None = None) -> Ladder:
         return own
     duration = Fraction(case.scene.duration)
     program = not case.rule.is_formula and not case.rule.runs_at(50)
-    coarser = 1 if (case.scheme.order or 0) <= 2 else 4 if case.scheme.order == 4 else 8
+    coarser = 1 if (case.order or 0) <= 2 else 4 if case.order == 4 else 8
     if case.digits > 16:
-        found = duration / 40, 8 if (case.scheme.order or 0) > HIGH else 128
+        found = duration / 40, 8 if (case.order or 0) > HIGH else 128
     elif program:
         # no more digits to go on to: a short time and coarse steps, so that less round-off adds up
-        coarser = 8 if (case.scheme.order or 0) <= 2 else 32
+        coarser = 8 if (case.order or 0) <= 2 else 32
         found = duration / 4, max(8, case.scene.steps_for(case.scene.step) // coarser)
     else:
         found = duration, max(4, case.scene.steps_for(case.scene.step) // coarser)
@@ -222,15 +213,15 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 def _early(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
     """Whether errors are so large still that a slope beside the expected order says nothing."""
-    order, wanted = fit(case, rows, certain)["measured"]["order"], case.scheme.order
+    order, wanted = fit(case, rows, certain)["measured"]["order"], case.order
     last = rows[-1]["error"] if rows else None
     if wanted is None or last is None:
         return False
     before = rows[-2]["error"] if len(rows) > 1 else None
     sinking = before is not None and last < before * 2.0 ** (-wanted / 4)
-    if order is not None and TOLERANCE[True] < abs(order - wanted) < BESIDE_EARLY:
+    if order is not None and REACHED[True] < abs(order - wanted) < BESIDE_EARLY:
         return sinking and last > 100 * floor(case, certain)
-    return (order is None or abs(order - wanted) > TOLERANCE[True]) and last > LARGE and sinking
+    return (order is None or abs(order - wanted) > REACHED[True]) and last > LARGE and sinking
 
 
 def _mean(errors: Any) -> float | None:
@@ -243,106 +234,3 @@ def _sunk(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
     """Whether the last errors are at round-off, below which no smaller step leads."""
     last = [row["error"] for row in rows[-2:]]
     return all(e is not None and e <= 10 * floor(case, certain) for e in last)
-
-
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """From both sides: an order above the expected one is as suspicious as one below.
-
-    What runs cannot tell, or tell well, one very small step may still deny: of an order that is
-    lower in any component an error is only small, or hidden by this final time.
-    """
-    told = _judge_runs(case, measurement)
-    told = multipliers.judge(case, measurement, told)
-    if case.rule.is_recorded:
-        return recorded.judge(case, measurement, told)
-    told = single_steps.judge(case, measurement, told)
-    return single_steps.judge_effective(case, measurement, told)
-
-
-def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
-    order = measurement["measured"]["order"]
-    tolerance = TOLERANCE[case.digits == 16]
-    expected = {"order": case.scheme.order, "tolerance": tolerance}
-    if "agreed" in measurement:  # the digits in which the two references of a scene in numbers do
-        expected["agreed"] = measurement["agreed"]
-    if case.rule.order and expected["order"] and case.rule.order > expected["order"]:
-        expected["declared"] = case.rule.order  # this chart takes it away: see Scheme.order
-    fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
-    rows, certain = measurement["rows"], measurement["certain"]
-    if order is None:
-        failed = [r for r in rows if r["why_not"] == "failed"]
-        if len(failed) == len(rows):
-            return fail(f"every run failed: {failed[0]['cause']}.")
-        if wrong := departure(case, rows, certain):
-            return fail(wrong)
-        if max(r["error"] for r in rows if r["error"] is not None) <= floor(case, certain):
-            return unknown(
-                "every error is round-off: the method is exact on this scene, which says nothing "
-                "of its order; take another scene."
-            )
-        more = 50 if case.digits == 16 else case.digits + 30
-        digits = f", or judge it by --digits {more}" if case.rule.runs_at(more) else ""
-        return unknown(
-            "fewer than four step sizes lie on a straight line above round-off; start the ladder "
-            f"elsewhere with --steps (the reference has {certain:.3g} certain digits){digits}."
-        )
-    if expected["order"] is None:
-        return Verdict("pass", "the rule declares no order: measured only.", expected)
-    rule = case.scheme.rule
-    if isinstance(rule, Composition):
-        # a wrong digit of size δ bends the line only where δh² is no longer small beside h^p
-        defect = float(rule.method.defect(case.digits))
-        if defect > 10.0 ** (3 - case.digits):
-            return fail(
-                f"the coefficients of {rule.method.name} miss a condition of order "
-                f"{rule.method.order} by {defect:.2g}."
-            )
-    if abs(order - expected["order"]) <= tolerance:
-        return Verdict("pass", "", expected)
-    if approaches(case, rows, order):
-        return unknown(
-            f"order {order:z.3f} still comes nearer to the expected {expected['order']} at the "
-            "finest steps: take more --steps."
-        )
-    program = not case.rule.is_formula
-    if program and abs(order - expected["order"]) < BESIDE_EARLY and rows[-1]["error"] > LARGE:
-        return unknown(
-            f"order {order:z.3f} is beside the expected {expected['order']}, but the error at the "
-            f"finest step is {rows[-1]['error']:.1g} still: take more --steps."
-        )
-    side = "below" if order < expected["order"] else "above"
-    return fail(
-        f"order {order:z.3f} is {side} the expected {expected['order']} by more than {tolerance}."
-    )
-
-
-def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
-    """The cause of an order below the expected one, or of errors that stop sinking too early."""
-    of_step = (measurement.get("local") or {}).get("order")
-    as_wanted = of_step is not None and of_step >= (case.scheme.order or 1) - BESIDE
-    if case.scheme.one_step and not (as_wanted and case.rule.is_formula):
-        from ..causes import one_step
-
-        if (told := one_step.of_step(case, finest=finest_order(case, measurement))) is not None:
-            return told
-    processed = (measurement.get("local") or {}).get("effective") or {}
-    if as_wanted and processed.get("cause"):
-        return {"cause": "the processed order", "sentence": processed["cause"] + "."}
-    order, wanted = measurement["measured"]["order"], case.scheme.order
-    rows = [r for r in measurement["rows"] if r["error"] is not None]
-    if wanted is None or len(rows) < 2 or case.rule.is_recorded:
-        return None
-    if order is not None and order > wanted and (of_step is None or of_step > wanted - BESIDE):
-        return None
-    if order is None:
-        (before, last), halvings = rows[-2:], math.log2(rows[-2]["step"] / rows[-1]["step"])
-        stuck = last["error"] > max(before["error"] / 1.5, STUCK)
-        slow = before["error"] < last["error"] * 2 ** (wanted * halvings)
-        if not stuck and not (slow and departure(case, rows, measurement["certain"])):
-            return None
-    from ..causes.diagnosis import of_order
-
-    def at_50_digits() -> Any:
-        return measure(replace(case, digits=50, steps=None))["measured"]["order"]
-
-    return of_order(case, measurement, ladder(case).duration, at_50_digits)

@@ -11,7 +11,7 @@ from discmech.integrators.foreign import Recorded, RecordedScheme
 from discmech.integrators.numbers import mpmath
 
 from ..causes.round_off import gap
-from ..core.case import Case, Verdict
+from ..core.case import Case
 from .window import fit
 
 FEWEST = 4  # runs: as many points has a straight line that is told from a bent one
@@ -64,24 +64,3 @@ def common_time(rule: Recorded) -> tuple[Fraction, list[int]]:
         f"{rule.name}: the runs have no time in common at which all have a row, so their "
         "errors cannot be compared: let all end at the same time."
     )
-
-
-def judge(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
-    """What is said of runs, in the words of who can only record more of them."""
-    if len(measurement["rows"]) < FEWEST and measurement["measured"]["order"] is None:
-        told.verdict = "inconclusive"
-        told.reason = (
-            f"an order needs runs at {FEWEST} steps or more, each half of the one before, say; "
-            f"recorded are {len(measurement['rows'])}."
-        )
-    elif told.verdict == "inconclusive" and case.rule.unit(16) > 2.0**-53:
-        told.reason = (
-            f"the runs were written with digits of {case.rule.unit(16):.0e} of the motion, and too "
-            "few of their errors are above these: record them with 17 digits."
-        )
-    elif "--steps" in told.reason:
-        told.reason = (
-            "fewer than four of the recorded steps have errors on a straight line above round-off: "
-            "record runs at other steps."
-        )
-    return told

@@ -9,7 +9,8 @@ from typing import Any
 from ..core.case import Case
 from ..core.fitting import BENT, Window, asymptotic_window, bent_below
 
-TOLERANCE = {True: 0.05, False: 0.01}  # in double precision or not
+#: in double precision or not: a ladder ends where its order is so near to the expected one
+REACHED = {True: 0.05, False: 0.01}
 STRAIGHT = {True: 0.012, False: 0.005}  # how far logarithms of errors may be beside their line
 NOWHERE = 1e-2  # relative error at the finest step of a run that does not converge
 AWAY = 0.1  # of a local order that is not the expected one
@@ -29,7 +30,7 @@ def decided(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
     order = fit(case, rows, certain)["measured"]["order"]
     if order is None:
         return only_round_off(rows) or bool(departure(case, rows, certain))
-    return not approaches(case, rows, order)
+    return not approaches(case, rows, order, REACHED[case.digits == 16])
 
 
 def only_round_off(rows: list[dict[str, Any]]) -> bool:
@@ -50,14 +51,16 @@ def above_floor(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
     return sum(r["error"] is not None and r["error"] > least for r in rows) >= LEAST_POINTS
 
 
-def approaches(case: Case, rows: list[dict[str, Any]], order: float) -> bool:
+def approaches(case: Case, rows: list[dict[str, Any]], order: float, within: float) -> bool:
     """Whether the slope misses the expected order by little, and the local orders run towards it.
+
+    within: by which it does not miss it.
 
     A line through the first steps of a method of order p, straight as it looks, may have a slope
     that is off by the next term of the error.
     """
-    expected = case.scheme.order
-    if expected is None or not TOLERANCE[case.digits == 16] < abs(order - expected) <= NEAR:
+    expected = case.order
+    if expected is None or not within < abs(order - expected) <= NEAR:
         return False
     used = [r for r in rows if r["used"]]
     missed = [abs(p - expected) for p in _local_orders(used)]
@@ -76,7 +79,7 @@ def departure(case: Case, rows: list[dict[str, Any]], certain: float) -> str:
     and go away, or agree with each other, belong to another; so do errors that all the steps did
     not bring down.
     """
-    order = case.scheme.order
+    order = case.order
     bent = BENT * floor(case, certain)
     clear = [r for r in rows if r["error"] is not None
              and r["error"] > bent and not is_bent(case, r)]  # fmt: skip

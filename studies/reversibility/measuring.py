@@ -14,8 +14,7 @@ from discmech.integrators.flows import return_defect
 from discmech.integrators.numbers import arithmetic
 from discmech.reference import ReferenceFailure
 
-from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
-from ..core.claims import not_claimed
+from ..core.case import Case, Choice, Progress, plain_cases, silent
 from ..evidence import evidence_of
 from ..evidence.places import steps_from
 from ..symplecticity.measuring import POINTS, ROUND_OFFS
@@ -88,24 +87,3 @@ def _at_places(case: Case) -> dict[str, Any] | None:
                          "place": str(place), "seed": evidence.seed}  # fmt: skip
             break
     return worst
-
-
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Round-off of two steps, as the symplecticity study has it of one."""
-    if not case.rule.is_formula:
-        return in_numbers.judge(case, measurement)
-    if reason := not_claimed(case.rule, "reversible"):
-        return Verdict("pass", "", {"not_demanded": reason})
-    defect, wanted = measurement["measured"]["defect"], limit(case.digits)
-    local = measurement.get("local")
-    if defect <= wanted:
-        if local is None or local["defect"] <= local["limit"]:
-            return Verdict("pass", "", {"limit": wanted})
-        said = f"the run goes back to round-off, but a step of {local['step']:.3g} from "
-        said += f"{local['place']}, a place that was drawn around the motion (seed "
-        said += f"{local['seed']}), and back misses it by {local['defect']:.2g} of the terms, "
-        said += f"where round-off would leave {local['limit']:.0e}: Φ₋ₕ is not the inverse of Φₕ."
-        return Verdict("fail", said, {"limit": wanted})
-    said = f"a step back misses the start by {defect:.2g} of the terms that the two steps add up, "
-    said += f"where round-off would leave {wanted:.0e}: Φ₋ₕ is not the inverse of Φₕ."
-    return Verdict("fail", said, {"limit": wanted})

@@ -221,7 +221,7 @@ def left_by(case: Case, look: Look) -> float:
     """The defect that a method of the order, but not symplectic, would leave: the rest of the
     series of exp(hA) after the power p, A of the rate of the motion there, as that of a Taylor
     method."""
-    p = case.scheme.order or UNKNOWN_ORDER
+    p = case.order or UNKNOWN_ORDER
     z = float(look.step) * look.rate
     return min(1.0, look.count * z ** (p + 1) / math.factorial(p + 1))
 

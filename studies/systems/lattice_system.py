@@ -88,7 +88,7 @@ class LatticeSystem(System):
     def ladder(self) -> Ladder:
         """Steps that are halved; of a steep rule by √2, where its errors are not those to its own
         runs (changes are on a line only where each step is the same part of the one before)."""
-        T, order, asked = self._duration, self.case.scheme.order or 0, self.case.steps
+        T, order, asked = self._duration, self.case.order or 0, self.case.steps
         if order >= STEEP and not asked and self.end(T, 16).x is not None:
             counts = lambda k: round(COARSEST * 2 ** (k / 2))  # noqa: E731
             return Ladder(T, counts, 2 * RUNGS - 1, 2 * MOST_RUNGS - 1)
@@ -100,7 +100,7 @@ class LatticeSystem(System):
     def _duration(self) -> Fraction:
         """Of a steep rule the time is made longer until its coarsest run has a large error."""
         T: Fraction = COARSE * self.lattice.step
-        if (self.case.scheme.order or 0) >= STEEP:
+        if (self.case.order or 0) >= STEEP:
             while self.lattice.duration >= 2 * T and self._coarse_error(2 * T) < LARGE_ERROR:
                 T *= 2
         return T

@@ -12,11 +12,10 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Scene
 
-from ..core.case import Case, Choice, Progress, Verdict, silent
+from ..core.case import Case, Choice, Progress, silent
 from ..core.lookup import word_for
 from ..core.study import BY_TOLERANCE
 from . import STUDY
-from .enough import FEWEST, errors_of
 
 NAME = "work-precision"
 NEEDS = "it needs a Lagrangian without constraints, and double precision."
@@ -26,7 +25,6 @@ LONG = ("pendulum", "kepler", "heavy-top")  # scenes of the long race that the r
 PERIODS = 1000
 #: beside the built-in rules: of fourth and of eighth order, on every groupoid
 HIGH_ORDER = ("suzuki:trapezoidal", "kahan-li-8:trapezoidal")
-STALLED = 2.0**-26  # √ε: a method that ends above that, and above its floor, solves something else
 
 
 class Race:
@@ -179,31 +177,3 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     assert isinstance(case, Entry)
     case.race.progress = progress
     return case.race.results[case.method]
-
-
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """A method must come to the truth: its errors sink until rounding or the budget ends them.
-
-    Errors that stop above √ε, and a thousand times above the floor, belong to another problem.
-    Time is never judged: where the budget left fewer than `FEWEST` runs, and none of them is as
-    accurate, nothing is known of the method; two whose errors sink may be on their way anywhere.
-    """
-    metric = "error" if measurement["periods"] is None else "energy-max"
-    limit = max(STALLED, 1000 * measurement["floor"].get(metric, 0.0))
-    expected = {"limit": limit}
-    errors = errors_of(measurement["rows"], metric)
-    if not errors:
-        causes = [row["cause"] for row in measurement["rows"] if row["cause"]]
-        why = causes[-1] if causes else measurement["measured"]["cut"]
-        return Verdict("inconclusive", f"no run came to its end: {why}.", expected)
-    best = min(errors)
-    if best <= limit or (len(errors) >= FEWEST and min(errors[-2:]) <= 0.7 * min(errors[:-2])):
-        return Verdict("pass", "", expected)
-    if len(errors) < FEWEST:
-        reason = (
-            f"the budget left too few runs ({len(errors)}, the best with an error of {best:.2g}): "
-            "--budget gives more."
-        )
-        return Verdict("inconclusive", reason, expected)
-    reason = f"the errors stop sinking at {best:.2g}: it solves another problem."
-    return Verdict("fail", reason, expected)

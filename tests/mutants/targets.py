@@ -19,7 +19,7 @@ class Target:
 JUDGED = ("tests/studies/judges",)
 
 
-def _study(name: str, *helpers: str, module: str = "measuring") -> Target:
+def _study(name: str, *helpers: str, module: str = "judging") -> Target:
     """A study's `judge` and what it asks."""
     found = "|".join(["_?judge.*", *helpers])
     return Target(f"studies/{name}/{module}.py", JUDGED, re.compile(f"^({found})$"))
@@ -28,21 +28,28 @@ def _study(name: str, *helpers: str, module: str = "measuring") -> Target:
 JUDGES = (
     _study("order"),
     _study("order", "approaches", "departure", "_local_orders", "not_converging", "is_bent",
-           "floor", "NOWHERE", "AWAY", "NEAR", "TOLERANCE", "STRAIGHT", module="window"),
-    _study("energy", "certain_drift", "_stand", "_goes_on", "_allowed", "_steadiness",
-           "_edge_slopes", "WIDE", "SHARE", "STEADY", "ROUND_OFFS", "CERTAIN", "PARTS"),
+           "floor", "NOWHERE", "AWAY", "NEAR", "STRAIGHT", module="window"),
+    _study("order", "_with_multipliers", "_of_recorded"),
+    _study("order", "_of_.*", "_unresolved", "UNRESOLVED", module="judging_steps"),
+    _study("energy", "_sinks", "ROUND_OFFS"),
+    _study("energy", "certain_drift", "_stand", "_goes_on", "_settled", "_allowed", "_steadiness",
+           "_edge_slopes", "WIDE", "SHARE", "STEADY", "CERTAIN", "PARTS", module="measuring"),
     _study("energy", "applies", "wanted", "TOLERANCE", module="balance"),
-    _study("momentum", "FARTHEST"),
-    _study("symplecticity", "_badness", "_broken", "_seen_in", "_worst", "_kinds", "demanded",
-           "limits?", "ROUND_OFFS"),
+    _study("momentum", "_believed", "BLIND"),
+    _study("momentum", "FARTHEST", "limits_of", "walks_of", module="measuring"),
+    _study("symplecticity", "_broken", "_seen_in", "demanded"),
+    _study("symplecticity", "_badness", "_worst", "_kinds", "limits?", "ROUND_OFFS",
+           module="measuring"),
     _study("reversibility"),
-    _study("stability", "RESOLVED", "LOOSE"),
+    _study("stability", "LOOSE"),
+    _study("stability", "RESOLVED", module="measuring"),
     _study("stability", "RESOLVED", "RIGHT", module="exchange"),
     _study("charts"),
-    _study("extremes", "WRONG", "TRUSTED"),
+    _study("extremes"),
+    _study("extremes", "WRONG", "TRUSTED", module="measuring"),
     _study("optimality"),
-    _study("contact", "_broken", "_untold", "SLACK", "FORM", "FALLS"),
-    Target("tests/bench/savings/measuring.py", JUDGED, re.compile("^(_?judge.*|SAME)$")),
+    _study("contact", "_broken", "_untold", "SLACK", "FORM"),
+    Target("tests/bench/savings/judging.py", JUDGED, re.compile("^(_?judge.*|SAME)$")),
     _study("work_precision"),
     Target("studies/core/fitting.py", ("tests/studies/test_fitting.py", *JUDGED)),
     Target("studies/stability/nonlinear_stability.py", ("tests/studies/test_stability.py",),

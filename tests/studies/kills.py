@@ -12,10 +12,12 @@ import os
 import random
 import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -61,7 +63,7 @@ class Command:
     def anew(self) -> None:
         """An empty cache: what was kept so far no longer counts."""
         self.begun += 1
-        self.cache, self.kept = self.folder / f"cache-{self.begun}", set[Path]()
+        self.cache, self.kept = self.folder / f"cache-{self.begun}", set[str]()
 
     def start(self) -> subprocess.Popen[str]:
         """Begun in a session of its own, whose processes are found by it."""
@@ -81,9 +83,22 @@ class Command:
         files = [self.folder / file for file in files]
         return [_plain(json.loads(f.read_text(encoding="utf-8"))) for f in files if f.exists()]
 
-    def stored(self) -> set[Path]:
-        """The results in its cache; half-written ones have other names."""
-        return set((self.cache / "results").glob(f"*/{62 * '?'}"))
+    def stored(self) -> set[str]:
+        """The measurements in its cache."""
+        return measurements_in(self.cache)
+
+
+def measurements_in(cache: Path) -> set[str]:
+    """The names of the measurements that the store of a cache folder has."""
+    file = cache / "results" / "store.sqlite"
+    if not file.exists():
+        return set()
+    with closing(sqlite3.connect(file)) as store:
+        try:
+            asked = "SELECT name FROM entry WHERE kind = 'measurement'"
+            return {name for (name,) in store.execute(asked)}
+        except sqlite3.OperationalError:  # it is just made
+            return set()
 
 
 def _plain(found: Any) -> Any:

@@ -65,7 +65,7 @@ def test_at_thirty_digits_it_is_judged_by_thirty_digits(monkeypatch):
     assert found["verdict"] == "pass", found["reason"]
     assert 0 < found["measured"]["distance"] < 1e-30
     rows = [{**row, "residual": 1e-20} for row in found["rows"]]
-    verdict = charts.judge(case, {"rows": rows, "measured": found["measured"]})
+    verdict = get("charts").judge(case, {"rows": rows, "measured": found["measured"]})
     assert verdict.verdict == "fail" and "1e-27" in verdict.reason
 
 
@@ -90,14 +90,14 @@ def test_the_singular_set_crosses_the_picture(found):
 def test_a_wrong_number_fails(found, name):
     rows = [dict(row) for row in found["rows"]]
     rows[5][name] = 1e-9
-    verdict = charts.judge(the_case(), {"rows": rows, "measured": found["measured"]})
+    verdict = get("charts").judge(the_case(), {"rows": rows, "measured": found["measured"]})
     assert verdict.verdict == "fail" and name in verdict.reason
 
 
 def test_a_run_that_stops_far_from_the_singular_set_fails(found):
     rows = [dict(row) for row in found["rows"]]
     rows[5] |= {"outcome": "stopped", "cause": "Newton did not converge"}
-    verdict = charts.judge(the_case(), {"rows": rows, "measured": found["measured"]})
+    verdict = get("charts").judge(the_case(), {"rows": rows, "measured": found["measured"]})
     assert verdict.verdict == "fail" and "it stopped" in verdict.reason
 
 

@@ -109,11 +109,10 @@ def test_no_scene_is_every_scene_and_a_retraction_leaves_pairs_in():
 
 @pytest.mark.parametrize(("verdict", "code"), [("pass", 0), ("fail", 1), ("inconclusive", 3)])
 def test_exit_codes(ask, monkeypatch, verdict, code):
-    module = get("momentum").measuring
-    monkeypatch.setattr(
-        module, "measure", lambda case, progress: {"measured": {"drift": {}}, "rows": []}
-    )
-    monkeypatch.setattr(module, "judge", lambda case, measurement: Verdict(verdict, "so it is"))
+    study = get("momentum")
+    nothing = {"measured": {"drift": {}}, "rows": [], "steps": 1}
+    monkeypatch.setattr(study.measuring, "measure", lambda case, progress: nothing)
+    monkeypatch.setattr(study.judging, "judge", lambda *_: Verdict(verdict, "so it is"))
     assert ask("momentum", "kepler", "--json", "-")[0] == code
 
 

@@ -11,7 +11,7 @@ from discmech import BadInput, Scene, pair, scenes
 from discmech.integrators import rules
 from discmech.reference import ReferenceFailure, solution
 from discmech.studies import check, get
-from discmech.studies.contact import measuring
+from discmech.studies.contact import judging, measuring
 from discmech.studies.contact.faults import CONTROLS
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.fingerprint import of_case
@@ -55,7 +55,7 @@ def test_every_scene_with_contact_passes(scene):
 #: a single step between impacts that is as it should be
 STEP = {"order": 2.0, "component": "x[0]", "place": "x = (1)", "step": 1e-15, "exact": False,
         "unknown": "", "floats": False, "seed": 1}  # fmt: skip
-LAWS = {**dict.fromkeys(measuring.WORDS, 0.0), "rises": [0.0]}
+LAWS = {**dict.fromkeys(judging.WORDS, 0.0), "rises": [0.0]}
 GOOD = {"stepped": LAWS, "located": LAWS, "late": 0.5, "rests": False, "time_error": 1e-6,
         "order": 2.0, "touched": True, "apart": "", "scaled": [], "local": STEP, "free": None,
         "form": {"across": None}}  # fmt: skip
@@ -80,9 +80,9 @@ GOOD = {"stepped": LAWS, "located": LAWS, "late": 0.5, "rests": False, "time_err
 )  # fmt: skip
 def test_a_number_that_is_wrong_is_a_fail(mode, name, value, words):
     case = Case("contact", SPRING, rules.get("midpoint"), 16, 40)
-    assert measuring.judge(case, {"measured": GOOD}).verdict == "pass"
+    assert judging.judge(case, {"measured": GOOD}).verdict == "pass"
     bad = GOOD | ({name: value} if mode is None else {mode: {**GOOD[mode], name: value}})
-    verdict = measuring.judge(case, {"measured": bad})
+    verdict = judging.judge(case, {"measured": bad})
     assert verdict.verdict == "fail" and words in verdict.reason
 
 
@@ -93,7 +93,7 @@ def test_a_number_that_is_wrong_is_a_fail(mode, name, value, words):
 ])  # fmt: skip
 def test_what_cannot_be_told_is_inconclusive(change, words):
     case = Case("contact", SPRING, rules.get("midpoint"), 16, 40)
-    verdict = measuring.judge(case, {"measured": GOOD | change})
+    verdict = judging.judge(case, {"measured": GOOD | change})
     assert verdict.verdict == "inconclusive" and words in verdict.reason
 
 
@@ -156,12 +156,12 @@ def test_a_slip_that_ends_or_turns_in_a_step_is_no_defect(name, given, steps):
 def test_what_is_no_number_is_no_pass():
     case = Case("contact", ball(), rules.get("midpoint"), 16, 20)
     found = measuring.measure(case)
-    assert measuring.judge(case, found).verdict == "pass"
+    assert judging.judge(case, found).verdict == "pass"
     for path in (("located", "cone"), ("stepped", "rises")):
         broken = deepcopy(found)
         value = float("nan") if path[1] == "cone" else [float("nan")]
         broken["measured"][path[0]][path[1]] = value
-        assert measuring.judge(case, broken).verdict == "fail"
+        assert judging.judge(case, broken).verdict == "fail"
 
 
 def test_friction_on_a_curved_obstacle_stays_in_the_cones_of_both_ends():

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import shutil
+import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
-from discmech.integrators import scenes
+from discmech.integrators import rules, scenes
 from discmech.integrators.lattices import systems
 from discmech.integrators.rules import (
     METHODS,
@@ -18,11 +21,10 @@ from discmech.integrators.rules import (
     gauss,
     imex,
     midpoint,
-    own,
     rectangle,
     trapezoidal,
 )
-from discmech.studies import NAMES, get
+from discmech.studies import get
 from discmech.studies.core import fingerprint, lookup
 from discmech.studies.core.case import Case, Choice
 from discmech.tests.bench.power import STUDY as POWER
@@ -68,177 +70,135 @@ def test_retractions_have_their_own():
 
 @pytest.fixture
 def checkout(tmp_path, monkeypatch):
-    """A copy of our text that may be changed; fingerprints are of it."""
+    """A copy of our text that may be changed; keys are of it."""
     for name in ("integrators", "reference", "studies", "tests/bench"):
         shutil.copytree(fingerprint.ROOT / name, tmp_path / "tree" / name,
                         ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
-    here = Path(fingerprint.ROOT)
+    moved = [tmp_path / "tree" / p.relative_to(fingerprint.ROOT) for p in fingerprint.STUDIES]
+    monkeypatch.setattr(fingerprint, "STUDIES", tuple(moved))
     monkeypatch.setattr(fingerprint, "ROOT", tmp_path / "tree")
-    for module in (*(get(name).measuring for name in NAMES), power):
-        moved = tmp_path / "tree" / Path(module.__file__).relative_to(here)
-        monkeypatch.setattr(module, "__file__", str(moved))
-
-    def forget():
-        for function in (fingerprint.text_of, fingerprint._text_of_scene, fingerprint._text_of_all,
-                         fingerprint._text_of_rule, fingerprint._imports):  # fmt: skip
-            function.cache_clear()
-
-    forget()
-    yield tmp_path / "tree", forget
+    yield tmp_path / "tree"
     forget()
 
 
-def append(file):
-    file.write_text(file.read_text() + "\n# changed\n")
+def forget():
+    for function in (fingerprint.text_of, fingerprint._text_of_scene, fingerprint._text_of_all,
+                     fingerprint._text_of_rule, fingerprint._text_of_mathematics,
+                     fingerprint._text_of_showing):  # fmt: skip
+        function.cache_clear()
 
 
-TEXT_OF_IT = (
-    "integrators/flows/flow.py", "integrators/compiler/driver.py", "integrators/scene/scene.py",
-    "integrators/rules/composition.py", "integrators/groupoids/pair.py",
-    "reference/taylor/integration.py",
-    "studies/order/measuring.py", "studies/core/fitting.py", "studies/core/side_by_side.py",
-    "studies/core/fingerprint.py", "studies/causes/diagnosis.py",
-    "integrators/scenes/kepler.py", "reference/tables/kepler.json",
-)  # fmt: skip
-OTHER_TEXT = (
-    "integrators/scenes/pendulum.py", "reference/tables/pendulum.json",
-    "studies/energy/measuring.py", "studies/report/tables.py", "studies/order/view.py",
-    "studies/report/plot_convergence.py", "studies/plugin.py",
-)  # fmt: skip
-
-
-@pytest.mark.slow
-def test_text_that_has_a_part_in_it_changes_it_and_no_other(checkout):
-    tree, forget = checkout
-    before = key()
-    for file in OTHER_TEXT:
-        append(tree / file)
+def changes(tree, file, ask):
+    """Whether a change of the file changes what is asked."""
     forget()
-    assert key() == before
-    for file in TEXT_OF_IT:
-        everything = fingerprint.of_everything("power")
-        append(tree / file)
+    before = ask()
+    with (tree / file).open("a") as text:
+        text.write("\n# changed\n")
+    forget()
+    return ask() != before
+
+
+@pytest.mark.parametrize(("file", "counts"), [
+    ("integrators/flows/flow.py", True), ("integrators/compiler/driver.py", True),
+    ("integrators/rules/composition.py", True), ("reference/taylor/series.py", True),
+    ("studies/order/measuring.py", True), ("studies/order/window.py", True),
+    ("studies/core/one_case.py", True), ("studies/evidence/order.py", True),
+    ("studies/causes/round_off.py", True), ("studies/systems/scene_system.py", True),
+    ("integrators/scenes/kepler.py", True), ("reference/tables/kepler.json", True),
+    ("integrators/scenes/pendulum.py", False), ("reference/tables/pendulum.json", False),
+    ("integrators/rules/simple.py", False), ("studies/energy/measuring.py", False),
+    ("studies/order/judging.py", False), ("studies/order/judging_steps.py", False),
+    ("studies/order/__init__.py", False), ("studies/order/view.py", False),
+    ("studies/report/tables.py", False), ("studies/plugin.py", False),
+])  # fmt: skip
+def test_text_that_measures_counts_and_no_other(checkout, file, counts):
+    assert changes(checkout, file, key) == counts
+
+
+def test_a_study_rests_on_those_that_it_imports_and_on_its_c_files(checkout):
+    ask = partial(key, "lattices", systems.get("toda"), trapezoidal)
+    assert changes(checkout, "studies/symplecticity/measuring.py", ask)
+    assert changes(checkout, "studies/lattices/lattice.c", ask)
+    assert not changes(checkout, "studies/stability/measuring.py", ask)
+    assert not changes(checkout, "studies/lattices/lattice.c", key)
+
+
+def test_what_measures_imports_nothing_that_judges():
+    """Else a judge would be part of a measurement, and not of its key."""
+    judging = re.compile(r"^\s*(from \S*\bjudging|from \S+ import .*\bjudging)", re.M)
+    for folder in fingerprint.STUDIES:
+        for file in folder.glob("*/*.py"):
+            if not any(map(file.match, (*fingerprint.NOT_MEASURING, "gallery/*", "report/*"))):
+                assert not judging.search(file.read_text("utf-8")), file
+
+
+def test_a_fault_rests_on_what_measures_in_the_studies_that_look_for_it(checkout):
+    first = power.cases(Choice(own=(("only", "pendulum midpoint: rule, double"),)))[0]
+    ask = partial(fingerprint.of_case, POWER, first, False)
+    assert changes(checkout, "studies/momentum/measuring.py", ask)
+    assert changes(checkout, "tests/bench/power/catalogue.py", ask)
+    assert not changes(checkout, "studies/momentum/judging.py", ask)
+    assert not changes(checkout, "studies/contact/measuring.py", ask)
+
+
+@pytest.mark.parametrize("file", ["studies/order/judging.py", "reference/tables/kepler.json"])
+def test_what_tests_the_bench_itself_rests_on_everything(checkout, file):
+    assert changes(checkout, file, partial(fingerprint.of_everything, "power"))
+
+
+@pytest.fixture
+def simple(monkeypatch):
+    """The rules of `simple.py`, with its text changed."""
+
+    def made(old="", new=""):
+        file = Path(rules.simple.__file__)
+        module = ModuleType(rules.simple.__name__)
+        vars(module)["__package__"] = rules.__name__
+        text = file.read_text("utf-8")
+        assert old in text
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+        exec(compile(text.replace(old, new, 1), str(file), "exec"), vars(module))
         forget()
-        assert key() != before and fingerprint.of_everything("power") != everything, file
-        before = key()
+        return {name: fingerprint._text_of_rule(vars(module)[name])
+                for name in ("rectangle", "midpoint", "trapezoidal", "imex")}  # fmt: skip
 
-
-ON_FPU = {"name": "stability", "scene": "fpu"}
-ON_STICKS = {"name": "charts", "scene": "moser-veselov", "rule": own}
-#: a rule of the bench: what rests on it
-RESTS_ON = {
-    "midpoint": (key, partial(key, rule=compose(midpoint, "suzuki")), partial(key, "savings")),
-    "trapezoidal": (partial(key, rule=trapezoidal), partial(key, **ON_FPU, rule=imex)),
-    "rectangle": (partial(key, rule=rectangle), partial(key, **ON_STICKS)),
-    "imex": (partial(key, "order", "fpu", imex), partial(key, **ON_FPU, rule=imex)),
-}  # fmt: skip
-
-
-def keys_of_power(of=lambda case: case.fault.rule.rpartition(":")[2] if case.fault else (
-    f"valid {', '.join(rule.name for rule in case.rules)}")):  # fmt: skip
-    """By the rules that each fault or valid rule is run with, or what else is asked of a case."""
-    asked = {of(case): case for case in power.cases(Choice(own=(("thorough", True),)))}
-    return {name: fingerprint.of_case(POWER, case, False) for name, case in asked.items()}
-
-
-def change_rule(tree, rule, text="    h = 2 * h / 2\n"):
-    file = tree / "integrators/rules/simple.py"
-    before, head, after = file.read_text().partition(f"def {rule}(")
-    file.write_text(before + head + after.replace("    return h", f"{text}    return h", 1))
-
-
-@pytest.mark.dear("[rectangle", "[midpoint", "[imex")
-@pytest.mark.parametrize("rule", RESTS_ON)
-def test_of_a_file_of_rules_only_those_that_changed_are_measured_again(checkout, rule):
-    tree, forget = checkout
-    before = {other: [ask() for ask in asked] for other, asked in RESTS_ON.items()}
-    before_power = keys_of_power()
-    assert {rule for rule in before_power if "valid" in rule} >= {"valid ", "valid midpoint"}
-    change_rule(tree, rule)
+    yield made
     forget()
-    for other, asked in RESTS_ON.items():
-        changed = [ask() != earlier for ask, earlier in zip(asked, before[other], strict=True)]
-        both = (rule, other) in {("trapezoidal", "imex"), ("imex", "trapezoidal")}  # imex on fpu
-        assert changed == ([False, True] if both else [rule == other] * len(asked)), other
-    for rules, earlier in keys_of_power().items():
-        assert (earlier != before_power[rules]) == (rule in rules), rules
 
 
-def test_comments_and_docstrings_of_rules_are_no_part(checkout):
-    tree, forget = checkout
-    before = key(), keys_of_power()
-    change_rule(tree, "midpoint", "    # a comment\n")
-    file = tree / "integrators/rules/simple.py"
-    file.write_text(file.read_text().replace("at the middle of the step.", "halfway."))
-    forget()
-    assert (key(), keys_of_power()) == before
+def test_of_a_file_of_rules_only_those_that_changed_are_measured_again(simple):
+    before = simple()
+    assert simple("h * L(G.target(x, u, h / 2), u)", "h * L(G.target(x, u, h / 3), u)") == {
+        **before, "midpoint": fingerprint._text_of_rule(sys.modules[rules.simple.__name__].midpoint)
+    }  # fmt: skip
+    assert simple("at the middle of the step.", "halfway.") == before
+    assert simple("    return h * L(x, u)\n", "    return h * L(x, u)  # so it is\n") == before
+    called = simple("return h * L(x, u)\n", "return midpoint.formula(L, G, x, u, h)\n")
+    again = simple("return h * L(x, u)\n", "return midpoint.formula(L, G, x, u, 2 * h / 2)\n")
+    assert called != before and again["rectangle"] != called["rectangle"]
 
 
-def test_what_a_rule_calls_in_its_file_is_a_part_of_it(checkout):
-    tree, forget = checkout
-    change_rule(tree, "trapezoidal", "    half = midpoint(L, G, x, u, h)\n")
-    forget()
-    before = key(rule=trapezoidal), key(rule=rectangle)
-    change_rule(tree, "midpoint")
-    forget()
-    assert key(rule=trapezoidal) != before[0] and key(rule=rectangle) == before[1]
+def test_a_rule_that_another_calls_is_a_part_of_it(simple):
+    def beside(body):
+        return simple("    return h * L(x, u)\n",
+                      f"    return helper(L, x, u, h)\n\n\nHALF = {body}\n\n\n"
+                      "def helper(L, x, u, h):\n    return HALF * h * L(x, u)\n")  # fmt: skip
+
+    one, two = beside(1), beside(2)
+    assert one["rectangle"] != two["rectangle"] and one["midpoint"] == two["midpoint"]
 
 
 def test_rules_by_quadrature_rest_on_their_file_and_others_do_not(checkout):
-    tree, forget = checkout
-    of_it = [partial(key, rule=rule) for rule in (gauss(2), dual_gauss(2))]
-    before, other = [ask() for ask in of_it], key()
-    file = tree / "integrators/rules/galerkin.py"
-    file.write_text(file.read_text().replace("(4 * degree + 2)", "(2 + 4 * degree)"))
-    forget()
-    assert all(ask() != earlier for ask, earlier in zip(of_it, before, strict=True))
-    assert key() == other
+    file = "integrators/rules/galerkin.py"
+    for rule in (gauss(2), dual_gauss(2)):
+        assert changes(checkout, file, partial(key, rule=rule))
+    assert not changes(checkout, file, key)
 
 
-@pytest.mark.slow
-def test_a_fault_rests_on_its_scene_and_on_the_studies_that_look_for_it(checkout):
-    tree, forget = checkout
-    keys = partial(keys_of_power, lambda case: case.scene.name)
-    before = keys()
-    append(tree / "integrators/scenes/kepler.py")
-    append(tree / "studies/contact/measuring.py")  # no study of those
-    append(tree / "tests/bench/power/view.py")
-    forget()
-    after = keys()
-    assert [scene for scene in before if after[scene] != before[scene]] == ["kepler"]
-    for file in ("studies/momentum/measuring.py", "tests/bench/power/catalogue.py",
-                 "studies/core/one_case.py", "integrators/flows/flow.py"):  # fmt: skip
-        append(tree / file)
-        forget()
-        again = keys()
-        assert all(again[scene] != after[scene] for scene in after), file
-        after = again
-
-
-def test_a_race_rests_on_the_rules_that_take_part(checkout):
-    tree, forget = checkout
+def test_a_race_and_what_is_measured_beside_rest_on_the_rules_that_take_part():
     races = {case.scene.name: case for case in get("work-precision").cases(Choice())}
-
-    def keys():
-        return {name: fingerprint.of_case(get("work-precision"), case, timed=True)
-                for name, case in races.items()}  # fmt: skip
-
-    before = keys()
-    change_rule(tree, "imex")
-    forget()
-    after = keys()
-    with_it = {name for name, case in races.items() if imex in case.rules}
-    assert {name for name in races if after[name] != before[name]} == with_it < {*races}
-
-
-def test_a_c_file_beside_a_study_counts(checkout):
-    tree, forget = checkout
-    ask = partial(key, "lattices", systems.get("toda"), trapezoidal)
-    before = ask(), key()
-    with (tree / "studies/lattices/lattice.c").open("a") as file:
-        file.write("/* changed */\n")
-    forget()
-    assert ask() != before[0] and key() == before[1]
+    assert imex in races["fpu"].rules and imex not in races["kepler"].rules
+    assert get("charts").rules_beside(None) == [rectangle]
 
 
 def test_a_scene_of_a_known_name_with_other_symmetries_is_not_the_bench_s():
@@ -249,11 +209,8 @@ def test_a_scene_of_a_known_name_with_other_symmetries_is_not_the_bench_s():
 
 
 def test_a_scene_rests_on_the_scene_that_it_imports(checkout):
-    tree, forget = checkout
-    before = key(scene="lagrange-top")
-    append(tree / "integrators/scenes/heavy_top.py")
-    forget()
-    assert key(scene="lagrange-top") != before
+    ask = partial(key, scene="lagrange-top")
+    assert changes(checkout, "integrators/scenes/heavy_top.py", ask)
 
 
 def test_versions_count(monkeypatch):

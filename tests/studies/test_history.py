@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import sqlite3
+from contextlib import closing
 
 import pytest
 
@@ -16,6 +18,8 @@ from discmech.studies.report.sparkline import ROOM, Sparklines, sparkline
 from discmech.studies.report.tables import short
 from discmech.studies.report.wording import scientific
 from tests.studies.fake_results import case, results
+
+RUNS = "SELECT name FROM entry WHERE kind = 'run' ORDER BY name"
 
 
 def order(value=2.0001, scene="kepler", verdict="pass", **more):
@@ -32,8 +36,17 @@ def run(*found, store=None):
 
 
 @pytest.fixture
-def files(tmp_path):
-    return lambda: sorted((tmp_path / "cache" / "history").iterdir())
+def rows(tmp_path):
+    """What the store's file answers to a statement."""
+
+    def asked(statement, *given):
+        with (
+            closing(sqlite3.connect(tmp_path / "cache" / "results" / "store.sqlite")) as file,
+            file,
+        ):
+            return file.execute(statement, given).fetchall()
+
+    return asked
 
 
 def figures(whole, result):
@@ -51,20 +64,21 @@ def test_what_each_run_found_comes_back_in_order():
     assert whole.runs[-1]["machine"] and whole.runs[-1]["date"] and "commit" in whole.runs[-1]
 
 
-def test_of_sixty_runs_the_last_fifty_are_kept(files):
+def test_of_sixty_runs_the_last_fifty_are_kept(rows):
     for k in range(60):
         whole = run(order(2 + k / 1000))
     assert figures(whole, order()) == [f"{2 + k / 1000:.4f}" for k in range(10, 60)]
-    assert len(files()) == 50 and figures(History(Store()), order()) == figures(whole, order())
+    assert len(rows(RUNS)) == 50 and figures(History(Store()), order()) == figures(whole, order())
 
 
-def test_the_oldest_go_where_all_are_too_large(files, monkeypatch):
+def test_the_oldest_go_where_all_are_too_large(rows, monkeypatch):
     run(order(1.0))
-    monkeypatch.setattr(history, "LARGEST", 3 * files()[0].stat().st_size + 2)
+    ((size,),) = rows("SELECT length(content) FROM entry WHERE kind = 'run'")
+    monkeypatch.setattr(history, "LARGEST", 3 * size + 2)
     for value in (2.0, 3.0, 4.0):
         run(order(value))
     assert figures(History(Store()), order()) == ["2.0000", "3.0000", "4.0000"]
-    assert len(files()) == 3
+    assert len(rows(RUNS)) == 3
 
 
 def test_a_run_of_the_whole_bench_has_room():
@@ -76,15 +90,15 @@ def test_a_run_of_the_whole_bench_has_room():
     assert 50 * size < history.LARGEST
 
 
-@pytest.mark.parametrize("damage", [b"", b"half", b"\xff\xfe", b"0\n{}", b"5"])
-def test_a_damaged_run_is_said_and_left_out(files, damage):
+def test_a_damaged_run_is_said_and_left_out(rows):
     for value in (1.0, 2.0, 3.0):
         run(order(value))
-    files()[1].write_bytes(damage)
+    rows("UPDATE entry SET content = 'half' WHERE name = ?", rows(RUNS)[1][0])
     store = Store()
     assert figures(History(store), order()) == ["1.0000", "3.0000"]
-    assert "damaged" in store.troubles["history"] and len(files()) == 2
-    assert not History(again := Store()).troubles and not again.troubles
+    assert "damaged" in store.troubles["history"] and len(rows(RUNS)) == 2
+    History(again := Store())
+    assert not again.troubles
 
 
 def test_two_reports_at_once_lose_nothing():
@@ -97,14 +111,14 @@ def test_two_reports_at_once_lose_nothing():
 
 
 def test_a_full_disk_is_a_sentence(monkeypatch):
-    def full(path, content):
-        raise OSError(28, "No space left on device")
+    def full(*_):
+        raise sqlite3.OperationalError("database or disk is full")
 
     run(order(1.0))
-    monkeypatch.setattr("discmech.integrators.compiler.cache.write_atomically", full)
+    monkeypatch.setattr(Store, "_write", full)
     whole = run(order(2.0), store=(store := Store()))
     assert figures(whole, order()) == ["1.0000", "2.0000"]
-    assert "No space left on device" in store.troubles["history"]
+    assert "disk is full" in store.troubles["history"]
     assert figures(History(Store()), order()) == ["1.0000"]
 
 

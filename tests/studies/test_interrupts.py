@@ -15,6 +15,7 @@ from discmech.studies import get
 from discmech.studies.command.interrupts import PATIENCE
 from discmech.studies.core.case import Case
 from discmech.studies.core.one_case import run_case
+from tests.studies.kills import measurements_in
 from tests.studies.test_userfile import RULE
 from tests.studies.test_workers import lives, until
 
@@ -73,10 +74,9 @@ COMMANDS = (
 def test_an_interrupt_ends_the_command_and_its_workers(words, tmp_path):
     (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
     process = begun(tmp_path, BEGIN + RUN, *words)
-    whole = 62 * "?"  # not what is being written beside it
 
     def kept():
-        return list((tmp_path / "cache" / "results").glob(f"*/{whole}"))
+        return measurements_in(tmp_path / "cache")
 
     try:
         until(lambda: process.poll() is not None or kept())

@@ -18,7 +18,6 @@ from discmech.studies import check, get
 from discmech.studies.core.case import Case, Choice, silent
 from discmech.studies.core.fingerprint import of_case
 from discmech.studies.core.one_case import run_case
-from discmech.studies.lattices import measuring
 from discmech.studies.lattices.faults import CONTROLS, RungeKuttaStep
 from discmech.studies.symplecticity.measuring import ROUND_OFFS
 from discmech.studies.systems import following, quantities, residual
@@ -204,10 +203,10 @@ def test_a_rule_of_another_order_is_caught():
 def test_a_number_that_is_wrong_is_a_fail(name, value, words):
     asked = case("breather", steps=100)
     good = {"measured": {"space_order": 2.0, "bond": 0.0, "patch": 0.0, "local": None}}
-    assert measuring.judge(asked, good).verdict == "pass"
+    assert STUDY.judge(asked, good).verdict == "pass"
     bad = deepcopy(good)
     bad["measured"][name] = value
-    verdict = measuring.judge(asked, bad)
+    verdict = STUDY.judge(asked, bad)
     assert verdict.verdict == "fail" and words in verdict.reason
 
 

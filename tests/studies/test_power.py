@@ -20,12 +20,25 @@ from discmech.tests.bench.power import STUDY, measuring
 from discmech.tests.bench.power.catalogue import SOLVER, STAGED, everything
 from discmech.tests.bench.power.equivalents import proof
 from discmech.tests.bench.power.faults import Fault, NoPlace
-from discmech.tests.bench.power.measuring import RULES, of_fault, of_rule, sampled
+from discmech.tests.bench.power.judging import judge_told
+from discmech.tests.bench.power.measuring import RULES, candidate, sampled, valid_rule
 from discmech.tests.bench.power.operators import OPERATORS
 from discmech.tests.bench.power.sites import faulty_scheme, sound_scheme
 from discmech.tests.bench.power.valid import KINDS, random_rule
 
 CATALOGUE = everything()
+
+
+def of_fault(fault):
+    """The result of a fault; None where there is none."""
+    found = run_case(STUDY, candidate(fault))
+    return {**found["measured"], "found": found["rows"]} if found["rows"] else None
+
+
+def of_rule(seed):
+    """The result of a valid rule."""
+    found = run_case(STUDY, valid_rule(seed))
+    return {**found["measured"], "found": found["rows"]}
 
 
 def named(words, catalogue=CATALOGUE):
@@ -196,7 +209,7 @@ def made(name, caught=(), equivalent="", site="rule", command=""):
     rows = [{"study": k, "verdict": "fail" if k in caught else "pass", "reason": f"{k}!",
              "seconds": 1.0} for k in ("order 50", "energy 16")]  # fmt: skip
     found = {"site": site, "what": "sign #0", "caught": list(caught), "equivalent": equivalent}
-    said = measuring.judge(case, {"measured": found, "rows": rows})
+    said = judge_told(case, found, rows)
     return {"scene": scene, "rule": rule, "retraction": None, "digits": 16, "seconds": 2.0,
             "command": command or f"discmech power --only '{name}'", "control": fault is not None,
             "verdict": said.verdict, "reason": said.reason, "expected": said.expected,

@@ -12,6 +12,7 @@ from discmech.reference.answer import frozen, store
 from discmech.reference.answer.solution import forget
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Choice
+from discmech.studies.core.study import every_study
 from discmech.tests.bench.references import measuring as costs
 from discmech.tests.bench.references import published
 
@@ -182,6 +183,6 @@ def test_costs_as_table_and_page(capsys, monkeypatch, tmp_path):
 def test_digits_that_are_not_proven_fail():
     case = costs.cases(Choice())[0]
     found = {"measured": costs.measure(case)["measured"] | {"proven": 14}}
-    said = costs.judge(case, found)
+    said = every_study()["references"].judge(case, found)
     assert said.verdict == "fail" and "only 14 digits" in said.reason
     assert costs.notes(Choice()) == ["discmech references --thorough goes on to more."]

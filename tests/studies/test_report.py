@@ -144,7 +144,7 @@ def test_an_interrupted_report_leaves_the_old_one(made, monkeypatch, capsys):
 def test_a_folder_that_cannot_be_made_is_refused(monkeypatch, tmp_path, capsys):
     replace_measurements(monkeypatch, lambda case, progress: {"measured": {}, "rows": []})
     for name in NAMES:
-        monkeypatch.setattr(get(name).measuring, "judge", lambda case, measurement: Verdict("pass"))
+        monkeypatch.setattr(get(name).judging, "judge", lambda case, measurement: Verdict("pass"))
     (tmp_path / "file").write_text("in the way")
     words = ["report", "kepler", "--rule", "midpoint", "--digits", "16"]
     assert main([*words, "--folder", str(tmp_path / "file" / "build")]) == 2

@@ -37,8 +37,10 @@ def judged(monkeypatch, fails):
     def judge(case, measurement):
         return Verdict("fail", "it drifts.") if fails(case) else Verdict("pass")
 
-    for name, law in (("measure", measure), ("judge", judge), ("diagnose", lambda *_: None)):
-        monkeypatch.setattr(study.measuring, name, law)
+    monkeypatch.setattr(study.measuring, "measure", measure)
+    monkeypatch.setattr(study.measuring, "measure_more", lambda *_: {})
+    monkeypatch.setattr(study.judging, "judge", judge)
+    monkeypatch.setattr(study.judging, "diagnose", lambda *_: None)
     return study
 
 
@@ -93,7 +95,7 @@ def test_a_smaller_case_fails_for_the_same_cause(monkeypatch):
         cause = "factor" if case.scene.name in alike else "round-off"
         return {"cause": cause, "sentence": "so it is."}
 
-    monkeypatch.setattr(study.measuring, "diagnose", diagnose)
+    monkeypatch.setattr(study.judging, "diagnose", diagnose)
     found = made_small(study, Case("momentum", scenes.get("heavy-top"), other, 16))
     assert found["scene"] in alike and "Cause: factor" in found["reason"]
 

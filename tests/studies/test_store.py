@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import os
-import shutil
+import random
+import sqlite3
 import subprocess
 import sys
+import time
+from contextlib import closing
+from dataclasses import replace
 from functools import partial
+from json import dumps
 
 import pytest
 
-from discmech.integrators import scenes
+from discmech.integrators import BadInput, scenes
 from discmech.integrators.rules import midpoint
 from discmech.studies import get
 from discmech.studies.command import INTERRUPTED
 from discmech.studies.command.entry import main
 from discmech.studies.core import fingerprint, side_by_side
-from discmech.studies.core.case import Case, Choice
+from discmech.studies.core.case import Case, Choice, Verdict
 from discmech.studies.core.running import run_study
-from discmech.studies.core.store import Store, unsealed_json
+from discmech.studies.core.store import Store
 from tests.kill_points import json_of
 
 CHOICE = Choice(scenes=tuple(map(scenes.get, ("kepler", "rigid-body", "heavy-top"))),
@@ -55,8 +60,17 @@ def study(monkeypatch):
 
 
 @pytest.fixture
-def entries(tmp_path):
-    return lambda: sorted((tmp_path / "cache" / "results").glob("*/*"))
+def rows(tmp_path):
+    """What the store's file answers to a statement."""
+
+    def asked(statement="SELECT name FROM entry WHERE kind = 'measurement'", *given):
+        with (
+            closing(sqlite3.connect(tmp_path / "cache" / "results" / "store.sqlite")) as file,
+            file,
+        ):
+            return file.execute(statement, given).fetchall()
+
+    return asked
 
 
 def test_an_interrupted_run_goes_on_where_it_stopped(study):
@@ -82,46 +96,165 @@ def test_fresh_measures_all_anew_and_keeps_it(study):
     assert study()[1]["cases"] == again["cases"]
 
 
-def test_without_a_store_nothing_is_kept(study, entries):
+def test_without_a_store_nothing_is_kept(study, tmp_path):
     run_study(get("momentum"), CHOICE)
-    assert not entries()
+    assert not (tmp_path / "cache" / "results").exists()
 
 
-@pytest.mark.parametrize("damage", [b"", b"half", b"\xff\xfe", b"0\n{}", b"5", b"[]"])
-def test_a_damaged_entry_is_measured_again(study, entries, damage):
+def test_a_changed_judge_measures_nothing_anew(study, monkeypatch):
+    _, first = study()
+    assert first["verdict"] == "pass"
+    told = get("momentum").judging
+    monkeypatch.setattr(
+        told, "judge", lambda *_: Verdict("inconclusive", "so it is.", {"limit": 0})
+    )
+    measured, again = study()
+    assert measured == [] and again["verdict"] == "inconclusive"
+    assert again["cases"][0]["measured"] == first["cases"][0]["measured"]
+
+
+@pytest.mark.parametrize("column", ["content", "seal"])
+def test_a_damaged_row_is_measured_again(study, rows, column):
     study()
-    for path in entries():
-        path.write_bytes(damage)
+    rows(f"UPDATE entry SET {column} = replace({column}, substr({column}, 30, 9), 'x')")
     measured, found = study()
     assert measured == ALL and any("damaged" in note for note in found["notes"])
     assert study()[0] == []
 
 
-def test_an_entry_in_the_place_of_another_is_not_believed(study, entries):
+def test_a_row_in_the_place_of_another_is_not_believed(study, rows):
     study()
-    first, second, *_ = entries()
-    shutil.copy(first, second)
+    (first,), (second,), *_ = rows()
+    rows("UPDATE entry SET (seal, content) = (SELECT seal, content FROM entry WHERE name = ?) "
+         "WHERE name = ?", first, second)  # fmt: skip
     assert len(study()[0]) == 1
 
 
-def test_a_store_that_cannot_be_written_says_so_and_loses_nothing(study, monkeypatch):
-    def full(path, content):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("discmech.integrators.compiler.cache.write_atomically", full)
-    measured, found = study()
-    assert measured == ALL and len(found["cases"]) == 3
-    assert any("No space left on device" in note for note in found["notes"])
-
-
-def test_the_longest_unused_entries_go_first(study, entries, monkeypatch):
+@pytest.mark.parametrize("damage", [
+    lambda old: b"no database at all, but a text", lambda old: old[: len(old) // 2],
+    lambda old: bytes(len(old)), lambda old: old[:100] + bytes(300) + old[400:],
+])  # fmt: skip
+def test_a_damaged_file_is_kept_aside_and_all_is_measured_again(study, tmp_path, damage):
     study()
-    for age, path in enumerate(entries()):
-        os.utime(path, (1e9 - age, 1e9 - age))
-    newest = entries()[0]
+    file = tmp_path / "cache" / "results" / "store.sqlite"
+    bad = damage(file.read_bytes())
+    file.write_bytes(bad)
+    measured, found = study()
+    assert set(measured) <= set(ALL) and measured
+    assert any("damaged" in note for note in found["notes"])
+    assert study()[0] == [] and found["verdict"] == "pass"
+    assert (file.parent / "store-damaged-1.sqlite").read_bytes()[:400] == bad[:400]
+
+
+def test_what_is_whole_in_a_damaged_file_is_kept(tmp_path):
+    """A baseline cannot be made again."""
+    store = Store()
+    for k in range(200):
+        store.save("baseline", f"{k:03}/order", {"k": k, "more": "x" * 500})
+    data = bytearray(store.path.read_bytes())
+    middle = len(data) // 2 // 4096 * 4096
+    data[middle : middle + 4096] = bytes(4096)
+    store.path.write_bytes(data)
+    again = Store()
+    found = [again.read("baseline", f"{k:03}/order") for k in range(200)]
+    assert sum(e is not None for e in found) > 150 and "damaged" in again.troubles["aside"]
+    assert all(e is None or e["k"] == k for k, e in enumerate(found))
+
+
+def test_a_store_of_another_version_is_kept_aside(study, rows, tmp_path):
+    study()
+    rows("PRAGMA user_version = 99")
+    measured, found = study()
+    aside = tmp_path / "cache" / "results" / "store-version-99-1.sqlite"
+    assert measured == ALL and aside.exists()
+    assert any("of another version" in note and str(aside) in note for note in found["notes"])
+    assert study()[0] == []
+
+
+def test_entries_of_before_go_with_the_first_store(study, tmp_path):
+    old = tmp_path / "cache" / "results" / "ab" / "c"
+    old.parent.mkdir(parents=True)
+    old.write_text("{}")
+    study()
+    assert not old.parent.exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="rights are no bits")
+def test_a_file_that_others_can_write_to_is_not_believed(study, tmp_path):
+    study()
+    (tmp_path / "cache" / "results" / "store.sqlite").chmod(0o666)
+    measured, found = study()
+    assert measured == ALL and any("not yours alone" in note for note in found["notes"])
+
+
+def test_a_full_disk_says_so_and_loses_nothing(study, rows, monkeypatch):
+    study(choice=replace(CHOICE, scenes=CHOICE.scenes[:1]))
+    opened = Store._opened
+
+    def full(self, path):
+        file = opened(self, path)
+        (pages,) = file.execute("PRAGMA page_count").fetchone()
+        file.execute(f"PRAGMA max_page_count = {pages}")
+        return file
+
+    monkeypatch.setattr(Store, "_opened", full)
+    monkeypatch.setattr("json.dumps", lambda content: dumps(content) + " " * 10_000)
+    measured, found = study()
+    assert measured == ALL[1:] and len(found["cases"]) == 3
+    assert any("database or disk is full" in note for note in found["notes"])
+    monkeypatch.undo()
+    assert len(rows()) == 1
+
+
+def test_a_folder_that_may_only_be_read_is_read(study, tmp_path, monkeypatch):
+    study()
+    there = tmp_path / "cache"
+    monkeypatch.setattr("discmech.studies.core.store.cache_folder", lambda: tmp_path / "temporary")
+    monkeypatch.setattr("discmech.studies.core.store.cache_folders",
+                        lambda: (tmp_path / "temporary", there))  # fmt: skip
+    before = (there / "results" / "store.sqlite").read_bytes()
+    assert study()[0] == []
+    assert (there / "results" / "store.sqlite").read_bytes() == before
+
+
+def test_the_longest_unused_rows_go_first(study, rows, monkeypatch):
+    study()
+    Store().save("baseline", "main/order", {})
+    for age, (name,) in enumerate(rows()):
+        rows("UPDATE entry SET used = ? WHERE name = ?", 1e9 - age, name)
+    newest = rows()[0]
     monkeypatch.setattr("discmech.studies.core.store.MOST", 2)
     Store().prune()
-    assert newest in entries() and len(entries()) < 3
+    assert rows() == [newest] and rows("SELECT count(*) FROM entry") == [(2,)]
+
+
+WRITER = """
+import sys
+from discmech.studies.core.store import Store
+store = Store()
+for k in range(10**6):
+    store.save("measurement", str(k), {"k": k, "more": "x" * 3000})
+    print(k, flush=True)
+"""
+
+
+def test_a_process_that_is_killed_loses_nothing_that_it_kept(tmp_path):
+    """Wherever in a write it is: sqlite writes by machine code, which has no points to stop at."""
+    drawn, kept = random.Random(5), 0
+    for _ in range(4):
+        with subprocess.Popen(
+            [sys.executable, "-c", WRITER], stdout=subprocess.PIPE, text=True,
+            env=os.environ | {"DISCMECH_CACHE": str(tmp_path / "cache")},
+        ) as process:  # fmt: skip
+            said = [process.stdout.readline() for _ in range(3)]
+            time.sleep(drawn.uniform(0, 0.05))
+            process.kill()
+            said += process.stdout.readlines()
+        store = Store()
+        last = int([line for line in said if line.endswith("\n")][-1])
+        assert all(store.find("measurement", str(k))["k"] == k for k in range(last + 1))
+        kept += last
+    assert kept > 8 and not Store().troubles
 
 
 def test_from_the_command_line(study, capsys, monkeypatch):
@@ -148,16 +281,20 @@ def test_from_the_command_line(study, capsys, monkeypatch):
 
 def test_a_cause_that_was_told_holds_while_all_text_is_the_same(monkeypatch):
     """It is told with rules and scenes beside the case's own."""
-    result = {"verdict": "fail", "control": False}
-    store = Store()
-    side_by_side._kept(store, get("order"), "a" * 64, result)
-    side_by_side._kept(store, get("order"), "b" * 64, {**result, "control": True})
-    side_by_side._kept(store, get("stability"), "c" * 64, result)  # tells none
-    assert side_by_side.found_by(store, "a" * 64) == result
+    asked, store, study = [], Store(), get("order")
+    case = Case("order", scenes.get("kepler"), midpoint, 16)
+    monkeypatch.setattr(study.judging, "judge", lambda *_: Verdict("fail", "so it is."))
+    told = {"cause": "factor", "sentence": "it is wrong."}
+    monkeypatch.setattr(study.judging, "diagnose", lambda *_: asked.append(1) or told)
+    key, nothing = side_by_side.key_of(study, case), {"measured": {}, "rows": []}
+    store.keep("measurement", key, {"measurement": nothing, "seconds": 1.0, "measured_at": {}})
+    assert side_by_side.found_by(store, study, case, key, only=True) is None
+    for _ in range(2):
+        found = side_by_side.found_by(store, study, case, key)
+        assert found["diagnosis"] == told and found["reason"].endswith("factor: it is wrong.")
+    assert side_by_side.found_by(store, study, case, key, only=True) == found and len(asked) == 1
     monkeypatch.setattr(fingerprint, "_text_of_all", lambda: "changed")
-    assert side_by_side.found_by(store, "a" * 64) is None
-    assert side_by_side.found_by(store, "b" * 64)["control"]
-    assert side_by_side.found_by(store, "c" * 64) == result
+    assert side_by_side.found_by(store, study, case, key) == found and len(asked) == 2
 
 
 def test_figures_are_drawn_once_of_the_same_numbers(monkeypatch):
@@ -203,11 +340,16 @@ def _counted(pools, make, workers):
     return make(workers)
 
 
-def test_a_case_that_cannot_be_used_is_not_kept(entries, monkeypatch):
+def test_a_case_that_cannot_be_used_is_not_kept(rows, monkeypatch):
     case = Case("order", scenes.get("kepler"), midpoint, 16)
-    monkeypatch.setattr(side_by_side, "run_case", lambda *_: {"unusable": True})
-    assert side_by_side.measured(get("order"), case, store=Store()) == {"unusable": True}
-    assert not entries()
+
+    def refused(*_):
+        raise BadInput("no.")
+
+    monkeypatch.setattr(get("order").measuring, "measure", refused)
+    assert side_by_side.measured(get("order"), case, store=Store())["unusable"]
+    Store().save("run", "1", {})
+    assert not rows()
 
 
 @pytest.mark.slow
@@ -235,5 +377,8 @@ def test_ten_processes_share_one_store(tmp_path, monkeypatch):
     assert said == 10 * [(b"", 0)], said
     for k in range(10):
         assert found(f"shared-{k}.json") == found(f"alone-{k % 3}.json")
-    files = [p for p in (tmp_path / "shared" / "results").rglob("*") if p.is_file()]
-    assert files and all(unsealed_json(p) and p.suffix != ".new" for p in files)
+    with closing(sqlite3.connect(tmp_path / "shared" / "results" / "store.sqlite")) as file:
+        assert file.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
+        assert file.execute("SELECT count(*) FROM entry WHERE kind = 'measurement'").fetchone() == (
+            3,
+        )

@@ -9,7 +9,7 @@ import os
 import random
 import shlex
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from tempfile import TemporaryDirectory
@@ -22,14 +22,14 @@ from discmech.studies import get
 from discmech.studies.core.case import Case, Choice, Progress, Verdict, silent
 from discmech.studies.core.environment import environment
 from discmech.studies.core.fingerprint import text_of_study
-from discmech.studies.core.one_case import run_case
+from discmech.studies.core.one_case import asks_more, judged, measured_case, with_more
+from discmech.studies.core.study import Study
 
 from . import STUDY
 from .catalogue import everything
 from .equivalents import proof
 from .faults import Fault, NoPlace, scene_of
 from .results import complete as complete
-from .results import outcome
 from .sites import FaultyCase, faulty_scheme
 from .valid import built_on, random_rule
 
@@ -84,20 +84,9 @@ def cases(choice: Choice) -> list[Case]:
     unit, seed = choice.asked("unit", 0), choice.asked("seed", 0)
     options = tuple(word for option in STUDY.options if option.name in ("unit", "seed")
                     for word in option.words(choice.asked(option.name)))  # fmt: skip
-    faults: list[Candidate] = []
-    for fault in everything(unit, seed):
-        rule = discretisations.get(fault.rule)
-        faults.append(Candidate(
-            NAME, scenes.get(fault.scene), rule, 16, control=fault.site, fault=fault,
-            rules=(rule,), options=options,
-        ))  # fmt: skip
-    valid: list[Candidate] = []
-    for number in () if unit else range(RULES * seed, RULES * (seed + 1)):
-        scene, rule = scenes.get(scene_for(number)), random_rule(number)
-        valid.append(Candidate(
-            NAME, scene, rule, 16, fault=None, number=number, rules=tuple(built_on(rule)),
-            options=options,
-        ))  # fmt: skip
+    faults = [candidate(fault, options) for fault in everything(unit, seed)]
+    numbers = () if unit else range(RULES * seed, RULES * (seed + 1))
+    valid = [valid_rule(number, options) for number in numbers]
     if only := choice.asked("only", ""):
         faults = [case for case in faults if only in case.name]
         valid = [case for case in valid if only in f"valid rule {case.name}"]
@@ -105,6 +94,20 @@ def cases(choice: Choice) -> list[Case]:
         faults = sampled(faults, lambda case: str(case.control).split(".")[0], seed)
         valid = sampled(valid, lambda case: case.label.rpartition("-")[0], seed)
     return [*faults, *valid]
+
+
+def candidate(fault: Fault, options: tuple[str, ...] = ()) -> Candidate:
+    """The case of a fault."""
+    rule, scene = discretisations.get(fault.rule), scenes.get(fault.scene)
+    return Candidate(NAME, scene, rule, 16, control=fault.site, fault=fault, rules=(rule,),
+                     options=options)  # fmt: skip
+
+
+def valid_rule(number: int, options: tuple[str, ...] = ()) -> Candidate:
+    """The case of the valid rule that is drawn by that seed."""
+    scene, rule = scenes.get(scene_for(number)), random_rule(number)
+    return Candidate(NAME, scene, rule, 16, fault=None, number=number,
+                     rules=tuple(built_on(rule)), options=options)  # fmt: skip
 
 
 def sampled(candidates: Sequence[Any], kind: Callable[[Any], str], seed: int = 0) -> list[Any]:
@@ -140,27 +143,29 @@ def depends_on(case: Case) -> str:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {study, verdict, reason, seconds}; measured: {site, what, caught, equivalent}.
+    """measured: {site, what}; founds: what each study measures (`one_case.measured_case`), by its
+    name with its digits; refused: why the bench refuses the object, where it does.
 
-    `caught` names the studies that said no. They have their digits in the name; where the bench
-    refuses the object, the only one is "refused". `equivalent` is the proof that a fault which
-    nothing caught is none. Where there is no such fault, there are no rows.
+    Where there is no such fault, measured is empty. What the studies say of it is told anew
+    (`judging`), for their verdicts may change where nothing of this does.
     """
     assert isinstance(case, Candidate)
     site, what = "valid rule", case.rule.source
-    with environment({"DISCMECH_CACHE": _own_cache().name}):
-        if case.fault is None:
-            found: dict[str, Any] | None = of_rule(case.number)
-        else:
-            site, what = case.fault.site, case.fault.what
-            found = of_fault(case.fault)
-    if found is None:
+    if case.fault is not None:
+        site, what = case.fault.site, case.fault.what
+    try:
+        with environment({"DISCMECH_CACHE": _own_cache().name}):
+            found = _through_studies(case)
+    except NoPlace:
         return {"measured": {}, "rows": []}
-    return {
-        "measured": {"site": site, "what": what, "caught": found["caught"],
-                     "equivalent": found["equivalent"]},
-        "rows": [{"study": name, **said} for name, said in found["found"].items()],
-    }  # fmt: skip
+    return {"measured": {"site": site, "what": what}, "rows": [], **found}
+
+
+def measure_more(case: Case, measurement: dict[str, Any], said: Verdict) -> dict[str, Any]:
+    """equivalent: the proof that a fault which nothing caught is none; "" where there is none."""
+    assert isinstance(case, Candidate)
+    with environment({"DISCMECH_CACHE": _own_cache().name}):
+        return {} if case.fault is None else {"equivalent": proof(case.fault)}
 
 
 @cache
@@ -169,72 +174,43 @@ def _own_cache() -> TemporaryDirectory[str]:
     return TemporaryDirectory(prefix=f"discmech-cache-{os.getpid()}-power-")
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """A fault has to be caught, or proved to be none; of a valid rule no study may say no."""
-    found, rows = measurement["measured"], measurement["rows"]
-    if not found:
-        return Verdict("pass", "there is no such fault.")
-    if case.control is None:
-        alarms = [row for row in rows if row["study"] in found["caught"]]
-        reason = "; ".join(f"{row['study']}: {row['reason']}" for row in alarms)
-        return Verdict("fail" if alarms else "pass", reason, {"wanted": "no alarm"})
-    missed = ", ".join(f"{row['study']} {row['verdict']}" for row in rows)
-    survives = f"no study says no, and no proof says that it is valid: {missed}."
-    said = outcome(found)
-    reason = {"caught": "", "equivalent": found["equivalent"], "survives": survives}[said]
-    return Verdict("fail" if said == "survives" else "pass", reason, {"wanted": "caught"})
+def within(case: Candidate, derived: bool = False) -> Case:
+    """The case of no study yet whose scheme has the fault in it, or is of the valid rule.
 
-
-def of_fault(fault: Fault) -> dict[str, Any] | None:
-    """{"found": {study: {"verdict", "reason", "seconds"}}, "caught", "equivalent"}; see `measure`.
-
-    None where there is no such fault.
+    derived: with the scene that the faulty scheme has, which is derived for that. Raises `NoPlace`
+    where there is nothing to change, `BadInput` where the bench refuses what was changed.
     """
-    try:
-        found = _studied(fault)
-        caught = any(one["verdict"] == "fail" for one in found.values())
-        return _told(found, "" if caught else proof(fault))
-    except NoPlace:
-        return None
+    if case.fault is None:
+        scene, rule = scene_of(scene_for(case.number)), random_rule(case.number)
+        return Case("", scene, rule, 16)
+    scene = scene_of(case.fault.scene, case.fault.unit)
+    scene = faulty_scheme(case.fault).scene if derived else scene
+    return FaultyCase("", scene, discretisations.get(case.fault.rule), 16, fault=case.fault)
 
 
-def of_rule(seed: int) -> dict[str, Any]:
-    """The same of a valid rule drawn at random: whatever is in `caught` is a false alarm."""
-    scene, rule = scene_of(scene_for(seed)), random_rule(seed)
-    return _told(_through_studies(Case("", scene, rule, 16)), "")
-
-
-def _told(found: dict[str, Any], equivalent: str) -> dict[str, Any]:
-    caught = [study for study, one in found.items() if one["verdict"] == "fail"]
-    return {"found": found, "caught": caught, "equivalent": equivalent}
-
-
-def _studied(fault: Fault) -> dict[str, Any]:
-    try:
-        scene = faulty_scheme(fault).scene
-    except BadInput as refusal:
-        return _refused(str(refusal))
-    rule = discretisations.get(fault.rule)
-    return _through_studies(FaultyCase("", scene, rule, 16, fault=fault))
-
-
-def _refused(why: str) -> dict[str, Any]:
-    return {"refused": {"verdict": "fail", "reason": why, "seconds": 0.0}}
-
-
-def _through_studies(any_case: Case) -> dict[str, Any]:
-    """Per study what it says, or "refused" alone."""
-    found = {}
+def through(any_case: Case) -> Iterator[tuple[str, Study, Case]]:
+    """(its name, the study, the case) of each study that it goes through."""
     for name, digits, steps in STUDIES:
         case = replace(any_case, study=name, digits=digits, steps=steps)
-        if name == "momentum" and not case.scene.symmetries:
-            continue
+        if name != "momentum" or case.scene.symmetries:
+            yield f"{name} {digits}", get(name), case
+
+
+def _through_studies(candidate: Candidate) -> dict[str, Any]:
+    """{"founds"} of all studies, or {"refused"} alone."""
+    founds = {}
+    try:
+        any_case = within(candidate, derived=True)
+    except BadInput as refusal:
+        return {"refused": str(refusal)}
+    for name, study, case in through(any_case):
         begun = time.process_time()
-        result = run_case(get(name), case, causes=False)  # whether it is seen is all that counts
-        if result.get("unusable"):  # bad input, by which `verify` ends
-            return _refused(result["reason"])
-        found[f"{name} {digits}"] = {
-            "verdict": result["verdict"], "reason": result["reason"],
-            "seconds": time.process_time() - begun,
-        }  # fmt: skip
-    return found
+        found = measured_case(study, case)
+        verdict = judged(study, case, found)
+        if asks_more(study, found, verdict):
+            found = with_more(study, case, found, verdict)
+            verdict = judged(study, case, found)
+        if verdict.unusable:  # bad input, by which `verify` ends
+            return {"refused": verdict.reason}
+        founds[name] = {**found, "seconds": time.process_time() - begun}
+    return {"founds": founds}

@@ -17,7 +17,7 @@ from typing import Any
 
 from discmech.integrators import rules as discretisations
 from discmech.integrators import scenes
-from discmech.studies.core.case import Case, Choice, Progress, Verdict, silent
+from discmech.studies.core.case import Case, Choice, Progress, silent
 
 NAME, SCENE = "references", "heavy-top"
 NEEDS = "it is about references, and not about a scene."
@@ -89,14 +89,6 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         "order": sweep.order, "proven": found.certain, "certainty": found.certainty,
     }  # fmt: skip
     return {"measured": row, "rows": [row], "kind": case.kind}
-
-
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """A case passes if all digits that were asked for are proven."""
-    proven, expected = measurement["measured"]["proven"], {"digits": case.digits}
-    if proven >= case.digits:
-        return Verdict("pass", "", expected)
-    return Verdict("fail", f"only {proven} digits are certain.", expected)
 
 
 def complete(result: dict[str, Any]) -> dict[str, Any]:

@@ -17,7 +17,6 @@ from discmech.studies.core.case import (
     Case,
     Choice,
     Progress,
-    Verdict,
     plain_cases,
     scheme_of,
     silent,
@@ -111,13 +110,3 @@ def kept_bytes(flow: Flow) -> int:
     """Of a state between two steps (with compensations and Newton's memory), and coefficients."""
     layout, c = flow._kernels.layout, flow.machine.c
     return 8 * (layout.memory + layout.row + c.size)
-
-
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Savings change the work and not the result."""
-    expected = {"limit": SAME}
-    for row in measurement["rows"]:
-        if not row["difference"] <= SAME:
-            said = f"without the saving {row['variant']!r} the momenta differ by "
-            return Verdict("fail", f"{said}{row['difference']:.2g}.", expected)
-    return Verdict("pass", "", expected)

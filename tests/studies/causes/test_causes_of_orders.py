@@ -32,7 +32,7 @@ from discmech.studies.causes.points import mean_of_points
 from discmech.studies.causes.round_off import residuals
 from discmech.studies.core.case import Case
 from discmech.studies.core.one_case import run_case
-from discmech.studies.order.measuring import judge
+from discmech.studies.order.judging import judge
 from tests.studies.causes.faults import Broken, cause, loose, wrong_start
 
 

@@ -23,10 +23,10 @@ def close(value):
 def case(digits=16, order=2, control=None, scene=None, **others):
     """What judges ask of a case."""
     plain = {"force": None, "timed": False, "nonholonomic": None, "constrained": False}
-    scheme = SimpleNamespace(order=order, rule=rule("midpoint"), substeps=[1])
+    own = others.pop("rule", replace(rule("midpoint"), order=order))
+    scheme = SimpleNamespace(**{"order": order, "rule": own, "substeps": [1], **others})
     return SimpleNamespace(
-        digits=digits, control=control, scheme=SimpleNamespace(**vars(scheme) | others),
-        rule=replace(rule("midpoint"), order=order),
+        digits=digits, control=control, scheme=scheme, order=order, rule=own,
         scene=SimpleNamespace(**plain | (scene or {})),
     )  # fmt: skip
 

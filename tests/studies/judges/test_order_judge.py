@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from discmech.integrators.rules import get as rule
-from discmech.studies.order import measuring as order
-from discmech.studies.order import window
+from discmech.studies.order import TOLERANCE, judging, window
 from tests.studies.judges.by_hand import ABOVE, case, close, judged
 
 
@@ -37,7 +36,7 @@ def test_order_is_judged_from_both_sides(digits, tolerance):
 
 
 def test_as_far_as_the_tolerance_is_near_enough():
-    assert order_of(0.05, case(order=0))[0] == "pass" and window.TOLERANCE[True] == 0.05
+    assert order_of(0.05, case(order=0))[0] == "pass" and TOLERANCE[True] == 0.05
     assert order_of(0.05 * ABOVE, case(order=0), ladder([]))[0] == "fail"
 
 
@@ -159,7 +158,7 @@ def test_one_step_denies_what_runs_do_not_see():
     def local(found, component="x", step=1e-6):
         return {"order": found, "component": component, "step": step}
 
-    beside = order.BESIDE
+    beside = judging.BESIDE
     assert order_of(2.0, local=local(2 - 0.99 * beside))[0] == "pass"
     verdict, reason, expected = order_of(2.0, local=local(1.0))
     assert verdict == "fail" and expected["local_order"] == 1.0

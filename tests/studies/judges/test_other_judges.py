@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from discmech.studies.contact import measuring as contact
-from discmech.studies.work_precision.measuring import STALLED
+from discmech.studies.contact import judging as contact
+from discmech.studies.work_precision.judging import STALLED
 from discmech.tests.bench.savings.measuring import SAME
 from tests.studies.judges.by_hand import ABOVE, case, judged
 

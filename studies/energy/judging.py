@@ -1,0 +1,107 @@
+"""The judge of energy: no drift, but what stands between two edges."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..causes.round_off import unit, why_unknown
+from ..core.case import Case, Verdict
+from ..core.claims import not_claimed
+from ..evidence.verdicts import demand_consistency
+from . import balance, modified
+from .measuring import WIDE, judge_errors
+
+#: by which the balance of energy and work may move a step: two energies of a few operations each
+ROUND_OFFS = 16
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """No secular drift: over the run the slope accounts for at most a tenth of the band.
+
+    A method that loses or gains energy steadily has a band that is all slope. Where the mean only
+    wanders between two edges that stand by that measure, nothing drifts either. But a drift that is
+    certain, and goes on alike in a run eight times as long, is one however small it is beside the
+    band: no variational integrator has it. One that is certain in one run only is told by neither.
+    An error that is large beside the energy's terms, and is not there in the first half of the run,
+    has no band: a line through all rows does not see what grows exponentially. Nor does it see what
+    is lost at the start and never comes back (`_settled`).
+
+    And the steps have to be consistent: a method of another motion may keep an energy near this
+    one's for ever.
+    """
+    return demand_consistency(measurement, _judge(case, measurement))
+
+
+def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Of the run alone."""
+    if reason := not_claimed(case.rule, "energy"):
+        return Verdict("pass", "", {"not_demanded": reason})
+    if "balance_order" in measurement["measured"]:
+        return _judge_balance(case, measurement)
+    if "slopes" in measurement:
+        return _of_long_runs(case, measurement)
+    kept = case.scene.nonholonomic is None  # else no modified energy stands behind its band
+    told = judge_errors(case, measurement, kept)
+    if kept and np.isfinite(measurement["measured"]["band"]):
+        told = modified.judged(measurement, told)
+    if case.rule.is_recorded:  # whoever recorded runs can ask for no steps
+        told.reason = told.reason.replace("take more --steps", "record longer runs")
+    measured = measurement["measured"]
+    drift = abs(measured.get("drift", measured["slope"] * measurement["duration"]))
+    unsettled = told.verdict == "fail" or told.reason == modified.NOT_BACK
+    if unsettled and 0 < drift <= (lost := measurement.get("lost", 0.0)):
+        return Verdict("inconclusive", why_unknown("the energy", drift, lost), told.expected)
+    return told
+
+
+def _of_long_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """A narrow band drifts where the last two runs do alike: within a factor of two, and the same
+    way. What comes and goes changes its slope as runs get eight times as long."""
+    told, slopes = judge_errors(case, measurement), [float(s) for s in measurement["slopes"]]
+    alike = not np.isfinite(slopes[-1])
+    alike = alike or (len(slopes) > 1 and 0.5 <= slopes[-1] / slopes[-2] <= 2)
+    if told.verdict != "fail" or alike or measurement["measured"]["band"] > WIDE:
+        return told
+    said = f"{told.reason} Its rate changes with the length of the run; take more --steps."
+    return Verdict("inconclusive", said, told.expected)
+
+
+def _judge_balance(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """The balance of energy and work sinks with the step as the method's order has it.
+
+    Of two orders at steps halved twice the difference is about what the next term of the error
+    still adds to the last one (Richardson): a shortfall of that size is inconclusive, a larger one
+    fails. What moves by a few roundings a step has no order, and passes. And where nothing acts,
+    the energy has to stand: a weak force is no reason to look away from a method that loses it.
+    """
+    told = _sinks(case, measurement)
+    if told.verdict == "fail" or "alone" not in measurement:
+        return told
+    alone = judge(replace(case, scene=balance.left_alone(case.scene)), measurement["alone"])
+    if alone.verdict != "fail":
+        return told
+    said = f"without its force, and with its time held, {alone.reason}"
+    return Verdict("fail", said, told.expected)
+
+
+def _sinks(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Whether the balance sinks as the order has it."""
+    band, order = (measurement["measured"][k] for k in ("band", "balance_order"))
+    expected = balance.wanted(case)
+    least = expected["balance_order"]
+    if not np.isfinite(band):
+        return Verdict("fail", "the energy is no longer finite.", expected)
+    rounded = ROUND_OFFS * unit(case.digits) * measurement["steps"]
+    if measurement["way"] <= rounded or (order or 0) >= least:
+        return Verdict("pass", "", expected)
+    said = "does not sink" if order is None else f"sinks with the step's power {order:.2f} only"
+    said = f"the balance of energy and work {said}"
+    orders = measurement["balance_orders"]
+    before, last = ([np.nan, np.nan] + orders)[-2:]
+    if not last < least - abs(last - before):
+        said += f", after {before:.2f} at twice the step: take more --steps."
+        return Verdict("inconclusive", said, expected)
+    return Verdict("fail", f"{said}.", expected)

@@ -1,0 +1,81 @@
+"""The judge of lattices: order in space, and the law on patches."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..contact.judging import WORDS as OF_CONTACT
+from ..contact.judging import does_not_fall
+from ..core.case import Case, Verdict
+from ..evidence import verdicts
+from ..order import TOLERANCE
+from ..symplecticity.measuring import limit
+from ..systems.known import known_of
+from . import DAMPED, FLIPPED, RUNGE_KUTTA
+from .measuring import SPACE_ORDER
+
+#: what must see each control
+SEEN = {DAMPED: ("poisson", "patch", "drift"), FLIPPED: ("poisson",), RUNGE_KUTTA: ("patch",)}
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Order in space from both sides, the law on patches to round-off, single steps of the rule's
+    order. Times are not judged.
+
+    A control has to be seen a thousandfold by all that should see it.
+    """
+    found, allowed = measurement["measured"], limit(16)
+    if case.control is not None:
+        missed = [k for k in SEEN[case.control] if not found[k] >= 1e3 * allowed]
+        said = f"the control was not caught: its {', '.join(missed)} is round-off."
+        return Verdict("fail" if missed else "pass", said if missed else "",
+                       {"at_least": 1e3 * allowed})  # fmt: skip
+    told = _judge_contact(found) if "contact" in found else _of_laws(case, found, allowed)
+    what = "two neighbours and their bond"
+    return verdicts.judge(found.get("local"), told, case.order, what)
+
+
+def _of_laws(case: Case, found: dict[str, Any], allowed: float) -> Verdict:
+    tolerance, order = TOLERANCE[True], found["space_order"]
+    expected: dict[str, Any] = {"limit": allowed}
+    for name, words in (
+        ("bond", "one end of a bond gains what the other does not lose"),
+        ("patch", "what enters a patch neither stays nor leaves"),
+    ):
+        if found[name] is not None and not found[name] <= allowed:
+            return Verdict("fail", f"{words}: {name} is {found[name]:.2g}, where {allowed:.0e} is "
+                           "allowed.", expected)  # fmt: skip
+    if known_of(case.scene).refined is not None:  # type: ignore[arg-type]
+        expected |= {"space_order": SPACE_ORDER, "tolerance": tolerance}
+        if order is None:
+            said = "fewer than four errors in space lie on a straight line above round-off."
+            return Verdict("inconclusive", said, expected)
+        if abs(order - SPACE_ORDER) > tolerance:
+            side = "below" if order < SPACE_ORDER else "above"
+            return Verdict("fail", f"the order in space is {order:.3f}, {side} the expected "
+                           f"{SPACE_ORDER} by more than {tolerance}.", expected)  # fmt: skip
+    elif found["patch"] is None and found["local"] is None:
+        expected["not_demanded"] = "times alone are measured"
+    return Verdict("pass", "", expected)
+
+
+# -- contact at the sites -----------------------------------------------------------------
+
+SHARED = ("penetration", "pull", "complementarity", "restitution")
+WORDS = {name: OF_CONTACT[name] for name in SHARED}
+WORDS |= {"missed": "a gap is closed and closing after a step"}
+
+
+def _judge_contact(measured: dict[str, Any]) -> Verdict:
+    """Laws to round-off; energy that rises falls with the step. Times are not judged."""
+    allowed = limit(16)
+    expected = {"laws": allowed}
+    for name, words in WORDS.items():
+        if not measured["contact"][name] <= allowed:
+            return Verdict("fail", f"{words}: {name} is {measured['contact'][name]:.2g}, where "
+                           f"{allowed:.0e} is allowed.", expected)  # fmt: skip
+    if reason := does_not_fall(measured["rises"], allowed):
+        return Verdict("fail", reason, expected)
+    if not measured["impacts"] and not measured["pushed"]:
+        return Verdict("inconclusive", "no gap has closed; take more --steps.", expected)
+    return Verdict("pass", "", expected)

@@ -1,0 +1,105 @@
+"""The judge of momenta: what round-off may do, and nothing more."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..causes.round_off import why_unknown
+from ..core.case import (
+    Case,
+    Verdict,
+)
+from ..evidence.verdicts import demand_consistency
+from .cause import cause_of_drift
+from .measuring import _claimed, _epsilon, _over, limits_of, walks_of
+
+#: a limit above which a quantity is not known to be kept: round-off alone may change it so
+BLIND = 1e-3
+#: of the terms of dJ/dt: a sum that is 0 but for round-off, of up to 10⁶ sites, is far below
+NO_RATE = 2.0**-30
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Round-off: the walk of c·ε·√N that one rounding of x and μ a step makes, and J's own.
+
+    A rounding of relative size ε at most is ε/√3 in the mean square, and N of them leave a walk
+    whose farthest point is beyond FARTHEST standard deviations once in a million runs (Feller,
+    XIV). ``limits`` and ``over`` say what each quantity was allowed, over how many steps; ``limit``
+    is the largest. The bare walk ε√N stands beside it, N the most steps that one was followed.
+
+    A pass needs more: single steps beside the motion that keep it too, a limit below BLIND, and a
+    seeded fault of one step that would have failed (`sight`). Of a quantity that never changes, or
+    whose value is all round-off, nothing is known.
+
+    And the steps have to be consistent: a method of another motion may keep all of them.
+    """
+    return demand_consistency(measurement, _judge(case, measurement))
+
+
+def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    steps, units = measurement["steps"], measurement.get("units", {})
+    over = measurement.get("over") or _over(case, steps)
+    limits = limits_of(case, measurement.get("walks") or walks_of(case, steps), units)
+    walk = _epsilon(case) * math.sqrt(max(over.values()))
+    expected = {"limit": max(limits.values(), default=0.0), "limits": limits,
+                "random_walk": walk, "over": over}  # fmt: skip
+    drift = measurement["measured"]["drift"]
+    judged = [*drift] if case.rule.claims is None else _claimed(case)
+    if not judged:
+        expected["not_demanded"] = f"{case.rule.name} claims to keep none of them: measured only"
+    drifting = [k for k, v in drift.items()
+                if k in judged and not v <= limits.get(k, expected["limit"])]  # fmt: skip
+    if not drifting:
+        return _believed(measurement, judged, limits, expected)
+    name = max(drifting, key=lambda k: drift[k])
+    steps = f" in {over[name]} steps" if name in over else ""
+    allowed = limits.get(name, expected["limit"])
+    lost = {k: measurement.get("lost", 0.0) * max(1.0, units.get(k, (1.0,))[0]) for k in drifting}
+    if all(drift[k] <= lost[k] for k in drifting):
+        return Verdict("inconclusive", why_unknown(name, drift[name], lost[name]), expected)
+    said = f"{name} drifts by {drift[name]:.2g}, more than {allowed:.1e}{steps}."
+    rate = (measurement["measured"].get("rate") or {}).get(name, 0.0)
+    if rate > NO_RATE:
+        said += (
+            " It is no symmetry of L: by the equations of motion its momentum changes, by "
+            f"{rate:.1g} of the terms of dJ/dt."
+        )
+    return Verdict("fail", said, expected)
+
+
+def _believed(
+    measurement: dict[str, Any], judged: list[str], limits: dict[str, float], expected: Any
+) -> Verdict:
+    """The verdict where nothing drifts: whether a fault would have been seen."""
+    for name, one in (measurement.get("beside") or {}).items():
+        if name in judged and not one["change"] <= one["limit"]:
+            said = (
+                f"{name} stays along the run, and not beside it: one step of {one['step']:.3g} "
+                f"from {one['place']} changes it by {one['change']:.2g}, more than "
+                f"{one['limit']:.1e}."
+            )
+            return Verdict("fail", said, expected)
+    for name in judged:
+        limit, fault = limits.get(name, 0.0), (measurement.get("faults") or {}).get(name)
+        if not limit <= BLIND:
+            said = (
+                f"round-off alone may change {name} by {limit:.2g} of its terms: its formula "
+                "magnifies it; write it without large factors, or take more --digits."
+            )
+            return Verdict("inconclusive", said, expected)
+        if fault is not None and not fault["change"] > limit:
+            said = (
+                f"nothing could fail: a fault that moves x and μ by {fault['size']:.1e} of their "
+                f"size changes {name} by {fault['change']:.2g} only, and {limit:.1e} is allowed; "
+                "it is a constant, or its large terms hide what moves."
+            )
+            return Verdict("inconclusive", said, expected)
+    return Verdict("pass", "", expected)
+
+
+def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+    """The cause of a drift beyond its limit (`cause_of_drift`); None of what a force changes."""
+    drift = measurement["measured"]["drift"]
+    limits = judge(case, measurement).expected.get("limits", {})
+    return cause_of_drift(case, {k: v for k, v in drift.items() if not v <= limits.get(k, 0)})

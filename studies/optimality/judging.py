@@ -1,0 +1,54 @@
+"""The judge of optimal control: each kind of unknown has the order of the rule."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+from ..core.case import Case, Verdict
+from ..evidence import verdicts
+from ..order import TOLERANCE
+
+GROWS = 1.2  # times the change before, where nothing converges: of order 0 it is once
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """What the solutions say, and single steps of the pushed scene: a pass needs both."""
+    told, local = _judge_solutions(case, measurement), measurement.get("local")
+    return verdicts.judge(local, told, case.order, "the scene under its inputs")
+
+
+def _judge_solutions(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Each kind has the order of the rule, or does not change but by round-off."""
+    measured, tolerance = measurement["measured"], TOLERANCE[True]
+    wanted = case.order
+    expected = {"order": wanted, "tolerance": tolerance}
+    orders = {k: p for k, p in measured["orders"].items() if k not in measured["exact"]}
+    if wanted is None:
+        return Verdict("pass", "the rule declares no order: measured only.", expected)
+    last = [row["controls"] for row in measurement.get("rows", [])][-3:]
+    grows = len(last) == 3 and all(b > GROWS * a for a, b in pairwise(last))
+    if grows and "controls" in orders:  # not where they are exact, and changes round-off
+        return Verdict(
+            "inconclusive", "the controls change by more and more as the steps are halved: they "
+            "grow without bound somewhere, so the problem has no bounded optimum to converge to; "
+            "let the cost grow faster with its controls.", expected,
+        )  # fmt: skip
+    unclear = [kind for kind, order in orders.items() if order is None]
+    for kind, order in orders.items():
+        if order is not None and abs(order - wanted) > tolerance:
+            side = "below" if order < wanted else "above"
+            return Verdict(
+                "fail",
+                f"the {kind} are of order {order:.3f}, {side} the expected {wanted} by more than "
+                f"{tolerance}.",
+                expected,
+            )
+    if unclear:
+        return Verdict(
+            "inconclusive",
+            f"fewer than four changes of the {' and '.join(unclear)} lie on a straight line above "
+            f"round-off, {measurement['floor']:.1g}: start with other --steps.",
+            expected,
+        )
+    return Verdict("pass", "", expected)

@@ -1,0 +1,179 @@
+"""The judge of orders, from both sides."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from discmech.integrators.rules import Composition
+
+from ..core.case import (
+    Case,
+    Verdict,
+)
+from ..evidence import NEAR as BESIDE
+from . import TOLERANCE, judging_steps
+from .measuring import BESIDE_EARLY, LARGE, ladder, measure
+from .recorded import FEWEST
+from .window import (
+    approaches,
+    departure,
+    finest_order,
+    floor,
+    not_converging,
+)
+
+#: errors that no longer sink above this are no ordinary round-off
+STUCK = 1e-11
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """From both sides: an order above the expected one is as suspicious as one below.
+
+    What runs cannot tell, or tell well, one very small step may still deny: of an order that is
+    lower in any component an error is only small, or hidden by this final time.
+    """
+    told = _judge_runs(case, measurement)
+    told = _with_multipliers(case, measurement, told)
+    if case.rule.is_recorded:
+        return _of_recorded(case, measurement, told)
+    told = judging_steps.judge(case, measurement, told)
+    return judging_steps.judge_effective(case, measurement, told)
+
+
+def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
+    order = measurement["measured"]["order"]
+    tolerance = TOLERANCE[case.digits == 16]
+    expected = {"order": case.order, "tolerance": tolerance}
+    if "agreed" in measurement:  # the digits in which the two references of a scene in numbers do
+        expected["agreed"] = measurement["agreed"]
+    if case.rule.order and expected["order"] and case.rule.order > expected["order"]:
+        expected["declared"] = case.rule.order  # this chart takes it away: see Scheme.order
+    fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
+    rows, certain = measurement["rows"], measurement["certain"]
+    if order is None:
+        failed = [r for r in rows if r["why_not"] == "failed"]
+        if len(failed) == len(rows):
+            return fail(f"every run failed: {failed[0]['cause']}.")
+        if wrong := departure(case, rows, certain):
+            return fail(wrong)
+        if max(r["error"] for r in rows if r["error"] is not None) <= floor(case, certain):
+            return unknown(
+                "every error is round-off: the method is exact on this scene, which says nothing "
+                "of its order; take another scene."
+            )
+        more = 50 if case.digits == 16 else case.digits + 30
+        digits = f", or judge it by --digits {more}" if case.rule.runs_at(more) else ""
+        return unknown(
+            "fewer than four step sizes lie on a straight line above round-off; start the ladder "
+            f"elsewhere with --steps (the reference has {certain:.3g} certain digits){digits}."
+        )
+    if expected["order"] is None:
+        return Verdict("pass", "the rule declares no order: measured only.", expected)
+    rule = case.rule
+    if isinstance(rule, Composition):
+        # a wrong digit of size δ bends the line only where δh² is no longer small beside h^p
+        defect = float(rule.method.defect(case.digits))
+        if defect > 10.0 ** (3 - case.digits):
+            return fail(
+                f"the coefficients of {rule.method.name} miss a condition of order "
+                f"{rule.method.order} by {defect:.2g}."
+            )
+    if abs(order - expected["order"]) <= tolerance:
+        return Verdict("pass", "", expected)
+    if approaches(case, rows, order, tolerance):
+        return unknown(
+            f"order {order:z.3f} still comes nearer to the expected {expected['order']} at the "
+            "finest steps: take more --steps."
+        )
+    program = not case.rule.is_formula
+    if program and abs(order - expected["order"]) < BESIDE_EARLY and rows[-1]["error"] > LARGE:
+        return unknown(
+            f"order {order:z.3f} is beside the expected {expected['order']}, but the error at the "
+            f"finest step is {rows[-1]['error']:.1g} still: take more --steps."
+        )
+    side = "below" if order < expected["order"] else "above"
+    return fail(
+        f"order {order:z.3f} is {side} the expected {expected['order']} by more than {tolerance}."
+    )
+
+
+def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+    """The cause of an order below the expected one, or of errors that stop sinking too early."""
+    of_step = (measurement.get("local") or {}).get("order")
+    as_wanted = of_step is not None and of_step >= (case.order or 1) - BESIDE
+    if case.scheme.one_step and not (as_wanted and case.rule.is_formula):
+        from ..causes import one_step
+
+        if (told := one_step.of_step(case, finest=finest_order(case, measurement))) is not None:
+            return told
+    processed = (measurement.get("local") or {}).get("effective") or {}
+    if as_wanted and processed.get("cause"):
+        return {"cause": "the processed order", "sentence": processed["cause"] + "."}
+    order, wanted = measurement["measured"]["order"], case.order
+    rows = [r for r in measurement["rows"] if r["error"] is not None]
+    if wanted is None or len(rows) < 2 or case.rule.is_recorded:
+        return None
+    if order is not None and order > wanted and (of_step is None or of_step > wanted - BESIDE):
+        return None
+    if order is None:
+        (before, last), halvings = rows[-2:], math.log2(rows[-2]["step"] / rows[-1]["step"])
+        stuck = last["error"] > max(before["error"] / 1.5, STUCK)
+        slow = before["error"] < last["error"] * 2 ** (wanted * halvings)
+        if not stuck and not (slow and departure(case, rows, measurement["certain"])):
+            return None
+    from ..causes.diagnosis import of_order
+
+    def at_50_digits() -> Any:
+        return measure(replace(case, digits=50, steps=None))["measured"]["order"]
+
+    return of_order(case, measurement, ladder(case).duration, at_50_digits)
+
+
+def _with_multipliers(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
+    """What multipliers make of the verdict of (x, μ): they may deny it, and nothing else."""
+    rows = [r for r in measurement["rows"] if "multipliers" in r]
+    if not rows or told.expected["order"] is None:
+        return told
+    # their mean is even in h: an error of order 2, but for that of the row itself
+    least = told.expected["multipliers"] = min(2, told.expected["order"])
+    found = measurement["measured"]["multipliers"]
+    errors = [r["multipliers"] for r in rows if r["multipliers"] is not None]
+    if found is not None:
+        wrong = found < least - TOLERANCE[case.digits == 16]
+        said = f"are of order {found:.3f}, below {least}"
+    else:
+        wrong = bool(not_converging(rows, least, "multipliers"))
+        said = f"do not converge, with errors of {', '.join(f'{e:.2g}' for e in errors)}"
+    if wrong and told.verdict != "fail":
+        said += ", though (x, μ) converges: the force of constraint is another."
+        return Verdict("fail", f"the multipliers of the constraints {said}", told.expected)
+    exact = bool(errors) and max(errors) <= floor(case, measurement["certain"])
+    if found is None and told.verdict == "pass" and not exact:
+        said = "(x, μ) has its order, but fewer than four errors of the multipliers of the "
+        said += "constraints lie on a straight line above round-off: take more --steps."
+        return Verdict("inconclusive", said, told.expected)
+    return told
+
+
+def _of_recorded(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
+    """What is said of runs, in the words of who can only record more of them."""
+    if len(measurement["rows"]) < FEWEST and measurement["measured"]["order"] is None:
+        told.verdict = "inconclusive"
+        told.reason = (
+            f"an order needs runs at {FEWEST} steps or more, each half of the one before, say; "
+            f"recorded are {len(measurement['rows'])}."
+        )
+    elif told.verdict == "inconclusive" and case.rule.unit(16) > 2.0**-53:
+        told.reason = (
+            f"the runs were written with digits of {case.rule.unit(16):.0e} of the motion, and too "
+            "few of their errors are above these: record them with 17 digits."
+        )
+    elif "--steps" in told.reason:
+        told.reason = (
+            "fewer than four of the recorded steps have errors on a straight line above round-off: "
+            "record runs at other steps."
+        )
+    return told

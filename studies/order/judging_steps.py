@@ -1,0 +1,139 @@
+"""What single steps make of the verdict of the runs: a pass needs both."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from ..core.case import Case, Verdict
+from ..evidence import NEAR
+
+UNRESOLVED = 0.02  # of the final state: errors at the finest step that are not yet small
+
+
+def judge(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
+    """The verdict of the runs with what single steps say of them."""
+    local = measurement.get("local") or {}
+    expected, wanted = told.expected, told.expected["order"]
+    order, least = local.get("order"), wanted or 1
+    if local.get("exact"):
+        return _of_exact(told)
+    if order is None:
+        if told.verdict == "pass" and local.get("unknown") and case.rule.is_formula:
+            said = (
+                f"the runs have their order, but no single step could be judged: {local['unknown']}"
+            )
+            return Verdict("inconclusive", said.rstrip(".") + ".", expected)
+        return told
+    expected["local_order"] = order
+    if order < least - NEAR:
+        return _of_lower(local, told, order, least)
+    if wanted is None:
+        return told
+    if told.verdict == "fail" and "above" in told.reason:
+        return _of_higher(measurement, local, told, wanted)
+    if told.verdict == "fail" and (why := _unresolved(case, measurement, local)):
+        return Verdict("inconclusive", why, expected)
+    if told.reason.startswith("every error is round-off"):
+        told.reason = (
+            "every error of the runs is round-off beside the largest component, which says nothing "
+            f"of the order; one step is of order {order:.2f} in {local['component']}: take another "
+            "scene, or --digits 50."
+        )
+    return told
+
+
+def judge_effective(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
+    """The verdict of the order with that of the effective one, where the rule declares one."""
+    if case.rule.effective is None or told.verdict != "pass":
+        return told
+    found = (measurement.get("local") or {}).get("effective")
+    if found is None:
+        said = f"nothing is known of the effective order {case.rule.effective} that it declares."
+        return Verdict("inconclusive", said, told.expected)
+    if found["verdict"]:
+        told.expected["effective"] = case.rule.effective
+        if found["reached"]:
+            told.measured["effective"] = found["reached"]
+    said = " ".join(filter(None, (told.reason, found["reason"])))
+    return replace(told, verdict=found["verdict"] or "pass", reason=said)
+
+
+def _of_exact(told: Verdict) -> Verdict:
+    """A method without any error: every step, from every place, is the motion to round-off."""
+    if told.verdict == "inconclusive":
+        told = Verdict("pass", "", told.expected)
+    if told.verdict == "pass":
+        told.reason = (
+            "the method is exact on this scene: every single step, also beside its motion, ends "
+            "where the motion does, to round-off."
+        )
+    return told
+
+
+def _of_lower(local: dict[str, Any], told: Verdict, order: float, least: int) -> Verdict:
+    """Steps of an order that is lower than the expected one, or inconsistent."""
+    floats = local.get("floats") or {}
+    if floats.get("explain"):
+        values = ", ".join(f"{v!r}" for v in floats["values"][:3])
+        more = ", …" if len(floats["values"]) > 3 else ""
+        said = (
+            f"the coefficients {values}{more} are floats, and as floats they end at "
+            f"{floats['size']:.1g} of a step: below that there is no order"
+        )
+        if told.verdict == "pass":
+            return Verdict("pass", f"{said}; above it the order is as expected.", told.expected)
+        if told.verdict == "fail" and "go" in told.reason:
+            hint = "write them exactly, or judge the rule by --digits 16."
+            return Verdict("inconclusive", f"{said}; {hint}", told.expected)
+        return told
+    if told.verdict == "fail":
+        return told
+    where = f" ({local['place']})" if local.get("place") else ""
+    below = f"one step is of order {order:.2f} in {local['component']}, below the expected {least}"
+    if order < 1 - NEAR:
+        said = (
+            f"the rule is not consistent: in {local['component']} a step of {local['step']:.1g} "
+            f"from an exact state{where} is off by O(h^{order + 1:.2f}), so as h goes to 0 it "
+            "follows another motion than the scene's."
+        )
+        said = said if told.expected["order"] is None else f"{below}: {said}"
+        return Verdict("fail", said, told.expected)
+    said = f"{below}: from an exact state{where} a step of {local['step']:.1g} is off by "
+    said += f"O(h^{order + 1:.2f}), however little that is in the runs."
+    return Verdict("fail", said, told.expected)
+
+
+def _of_higher(
+    measurement: dict[str, Any], local: dict[str, Any], told: Verdict, wanted: int
+) -> Verdict:
+    """Runs of a higher order than the expected one: by this final time, this scene, or the rule."""
+    order, runs = local["order"], measurement["measured"]["order"]
+    if order <= wanted + NEAR:
+        said = (
+            f"the runs are of order {runs:.2f}, since at this final time errors cancel; single "
+            f"steps, also beside the motion, are of order {order:.2f}, as declared."
+        )
+        return Verdict("pass", said, told.expected)
+    if local.get("linear"):
+        said = (
+            f"on this linear scene the rule is of order {order:.2f}, above the declared {wanted}: "
+            "a linear field asks for fewer of the order conditions, so that may be all of it."
+        )
+        return Verdict("pass", said, told.expected)
+    told.reason += f" One step says so too: the order is higher than declared, {order:.2f}."
+    return told
+
+
+def _unresolved(case: Case, measurement: dict[str, Any], local: dict[str, Any]) -> str:
+    """Why the runs' errors are no small ones yet, where single steps have the order; else empty."""
+    steps = [row["step"] for row in measurement["rows"] if row["error"] is not None]
+    if not steps or not local.get("rate"):
+        return ""
+    off = measurement["duration"] * local["rate"] * min(steps) ** (case.order or 2)
+    if off < UNRESOLVED:
+        return ""
+    return (
+        f"single steps are of order {local['order']:.2f}, as declared, but their errors add up to "
+        f"{off:.2g} of the state at the finest step: no run resolves the motion; take more --steps."
+    )

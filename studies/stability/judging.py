@@ -1,0 +1,103 @@
+"""The judge of stability: intervals, maps and the exchange of energy."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from ..core.case import Case, Verdict
+from ..core.claims import not_claimed
+from . import exchange, own_scene
+from .measuring import RESOLVED
+from .stiff import FAMILIES
+
+LOOSE = ("escaped", "resonant")  # what an error as large as the energy itself makes of an orbit
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Linear: the interval is what runs on both sides of its ends say, and the step symplectic.
+
+    Maps: bounded wherever hω ≤ 10^(−3/10) = 0.501; an escape, or an energy that wanders as far at
+    one step alone, counts where the family says that the energy's error cannot make it; on fpu the
+    exchange of energy at hω = 1/10 is right to a tenth.
+    Controls: no interval at all, no bounded cell at all.
+    """
+    measured = measurement["measured"]
+    if measurement["kind"] == "linear":
+        return _judge_linear(case, measured)
+    if reason := not case.control and not_claimed(case.rule, "symplectic"):
+        return Verdict("pass", "", {"not_demanded": reason})
+    own = case.scene.name not in FAMILIES
+    if own and (told := _judge_own(measured)) is not None:
+        return told
+    held = None if own else FAMILIES[case.scene.name].held
+    # a run of the scene's own motion is held to the fastest rate of that motion
+    slower = measured["frequency"] / measured["fastest"] if own else 1.0
+    inside = [r for r in measurement["rows"] if r["z"] <= RESOLVED * (1 + 1e-9) * min(1.0, slower)]
+    loose = [row for row in inside if held and row["z"] > held(Fraction(row["stiffness"]))]
+    expected = {"bounded_up_to": RESOLVED, "of": len(inside), "escapes_not_judged": len(loose)}
+    if case.control:
+        caught = not {"bounded", "resonant"} & set(measured["classes"])  # a peak is bounded too
+        reason = "" if caught else "the control was not caught: some of its runs are bounded."
+        return Verdict("pass" if caught else "fail", reason, {"bounded": 0})
+    bad = [
+        row for row in inside
+        if row["class"] != "bounded" and not (row["class"] in LOOSE and row in loose)
+    ]  # fmt: skip
+    if not bad:
+        return _judge_exchange(measured, expected)
+    row = bad[0]
+    said = f"{row['class']} at hω = {row['z']:.3g} and {measurement['label']} = "
+    said += f"{row['stiffness']:g}, where the step resolves the motion."
+    return Verdict("fail", said, expected)
+
+
+def _judge_own(measured: dict[str, Any]) -> Verdict | None:
+    """What is wrong with a step at the equilibrium; None if nothing is."""
+    off, end = measured["off_circle"], measured["stable_to"]
+    expected = {"bounded_up_to": RESOLVED}
+    if off is not None:
+        said = f"at the equilibrium the eigenvalues of a step at hω = {off:.3g} have another "
+        said += "product than 1, so it damps or drives what should go on oscillating."
+        return Verdict("fail", said, expected)
+    if end is not None and end <= RESOLVED:
+        said = f"at the equilibrium an eigenvalue leaves the unit circle at hω = {end:.3g}, where "
+        return Verdict("fail", said + "the step resolves the motion.", expected)
+    if not measured["runs"]:
+        where = f"near hω = {end:.4f}" if end else f"up to hω = {own_scene.FARTHEST:g}"
+        said = f"runs beside the equilibrium {where} contradict the interval that was found."
+        return Verdict("fail", said, expected)
+    return None
+
+
+def _judge_exchange(measured: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+    """Bounded is not right: springs that the step resolves hand their energy on as they should."""
+    key = f"{float(exchange.RESOLVED):.3g}"
+    if key not in measured.get("exchange", {}):
+        return Verdict("pass", "", expected)
+    error = measured["exchange"][key]
+    expected = {**expected, "exchange": exchange.RIGHT}
+    if error is not None and error <= exchange.RIGHT:
+        return Verdict("pass", "", expected)
+    how = (
+        "was not followed to its end" if error is None else f"is wrong by {exchange.percent(error)}"
+    )
+    reason = f"the exchange of energy at hω = {key} {how}, where the step resolves the springs."
+    return Verdict("fail", reason, expected)
+
+
+def _judge_linear(case: Case, measured: dict[str, Any]) -> Verdict:
+    off, first = measured["off_circle"], measured["stable_to"]
+    if case.control:
+        caught = off is not None or first == 0
+        reason = "" if caught else "the control was not caught: it passes for symplectic."
+        return Verdict("pass" if caught else "fail", reason, {"off_circle": True})
+    if reason := not_claimed(case.rule, "symplectic"):
+        return Verdict("pass", "", {"not_demanded": reason})
+    expected = {"runs": True, "off_circle": None}
+    if off is not None:
+        return Verdict("fail", f"an eigenvalue leaves the unit circle at hω = {off:.3g}.", expected)
+    if not measured["runs"]:
+        where = f"near hω = {first:.6f}" if first else "up to hω = 1000"
+        return Verdict("fail", f"runs {where} contradict the interval that was found.", expected)
+    return Verdict("pass", "", expected)

@@ -1,0 +1,122 @@
+"""The judge of forms: every defect is round-off."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from ..core.case import (
+    Case,
+    Verdict,
+)
+from ..core.claims import not_claimed
+from ..evidence.verdicts import demand_consistency
+from ..systems import system_of
+from . import in_numbers
+from .measuring import CHANGES, FORMS, _badness, _kinds, _worst, limit, limits
+
+
+def demanded(case: Case) -> tuple[str, ...]:
+    """What has to be round-off: under a force, or a nonholonomic constraint, no form.
+
+    But that under a force Ω changes by the differential of its one-form; and always that steps are
+    those of the equations and meet the constraints.
+    """
+    return tuple(k for k in _kinds(case) if k not in FORMS or not _free_of_forms(case))
+
+
+def _free_of_forms(case: Case) -> str:
+    """Why no form need be kept; "" if one is."""
+    if system_of(case).form_kinds is not None:
+        return ""
+    if case.scene.nonholonomic is not None:
+        return "nonholonomic: Ω need not be kept; a step solves its equations"
+    if case.scene.force is not None:
+        return "forced: Ω need not be kept; it changes by dθ_f, and a step solves its equations"
+    return ""
+
+
+def _broken(case: Case, measurement: dict[str, Any]) -> dict[str, float]:
+    """The defects that are more than round-off; what is not a number is."""
+    allowed = limits(case.digits)
+    found = {k: v for k, v in measurement["measured"].items() if v is not None}
+    return {k: v for k, v in found.items() if k in demanded(case) and not v <= allowed[k]}
+
+
+def _broken_at(measurement: dict[str, Any]) -> dict[str, Any] | None:
+    """The step from a drawn place that does not keep the form, if there is one."""
+    local = measurement.get("local") or {"unknown": ""}
+    return None if "unknown" in local or local["defect"] <= local["limit"] else local
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """The form and the steps: what keeps the form of another motion fails too."""
+    return demand_consistency(measurement, _judge(case, measurement))
+
+
+def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Schemes: every defect within round-off. Controls: caught a thousandfold (10²⁰-fold at 50)."""
+    if not case.rule.is_formula and not case.control:
+        return in_numbers.judge(case, measurement)
+    found = {k: v for k, v in measurement["measured"].items() if v is not None}
+    if case.control:
+        wanted = limit(case.digits) * (1e3 if case.digits == 16 else 1e20)
+        caught = any(v >= wanted for v in found.values())
+        missed = f"the control was not caught: its defect is {max(found.values()):.2g}."
+        return Verdict(*(("pass", "") if caught else ("fail", missed)), {"at_least": wanted})
+    allowed = limits(case.digits)
+    expected: dict[str, Any] = {"limit": limit(case.digits), "residual": allowed["residual"]}
+    if reason := not_claimed(case.rule, "symplectic"):
+        return Verdict("pass", "", {**expected, "not_demanded": reason})
+    if reason := _free_of_forms(case):
+        expected |= {"not_demanded": reason, "demanded": list(demanded(case))}
+    broken = _broken(case, measurement)
+    if not broken:
+        if (local := _broken_at(measurement)) is None:
+            return Verdict("pass", "", expected)
+        said = f"the run keeps the form, but the {local['kind']} defect is {local['defect']:.2g} "
+        said += f"in a step of {local['step']:.3g} from {local['place']}, a place that was drawn "
+        said += f"around the motion (seed {local['seed']}); round-off would leave at most "
+        return Verdict("fail", f"{said}{local['limit']:.0e}.", expected)
+    kind, row = _seen_in(broken, measurement)
+    said = f"the {kind} defect is {broken[kind]:.2g} at step {row['step']:.3g}, "
+    said += f"t = {row['time']:.3g}; round-off would leave at most {allowed[kind]:.0e}."
+    return Verdict("fail", said, expected)
+
+
+def _seen_in(broken: dict[str, float], measurement: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """The kind of the largest of these defects, and its row."""
+    kind = max(broken, key=lambda k: _badness(broken[k]))
+    row = _worst(measurement["rows"], kind)
+    assert row is not None
+    return kind, row
+
+
+def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+    """Whether the solver's residual, the update or the structure is to blame for a defect."""
+    if case.control is not None:
+        return None
+    if not case.rule.is_formula:
+        from ..causes.one_step import of_step
+
+        return of_step(case, order=False)
+    from ..causes.diagnosis import named
+
+    broken = _broken(case, measurement)
+    if any(k in broken for k in CHANGES):
+        return named(
+            "discrete force", "F± are not those of one discrete Lagrangian with the force that "
+            "acts where the rule asks for L.", {},
+        )  # fmt: skip
+    if not broken:  # at the places alone, where no solver has a part
+        return named("structure", "the step itself does not keep the form; the run's states, steps "
+                     "and times hide it.", {}) if _broken_at(measurement) else None  # fmt: skip
+    # where a form is broken, the maps are; the residual alone speaks of the run
+    kind, row = _seen_in({k: broken[k] for k in FORMS if k in broken} or broken, measurement)
+    from ..causes.solver_sweep import of_symplecticity
+
+    own = float(case.scene.step)
+    step = Fraction(case.scene.step if row["step"] == own else row["step"])
+    return of_symplecticity(
+        case, kind, step, round(row["time"] / float(step)), limits(case.digits)[kind]
+    )
