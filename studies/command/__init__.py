@@ -9,15 +9,15 @@ from .last_words import close_streams, open_streams, told
 
 __all__ = ["main"]
 
-INTERRUPTED = 130  # as shells have it: 128 + SIGINT
+INTERRUPTED = 130  # the exit code of shells: 128 + SIGINT
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command (`entry.main`), also where it ends while it is being loaded."""
+    """Run the command (`entry.main`); an interrupt while it is loaded ends it, too."""
     try:
         if arguments is not None:
             return _run(arguments)
-        open_streams()  # a process of its own
+        open_streams()  # only in its own process
         collect_rarely()
         return close_streams(_run(None))
     except KeyboardInterrupt:

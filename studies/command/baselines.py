@@ -1,4 +1,4 @@
-"""The options --save-baseline and --baseline of every study, and what they say."""
+"""The options --save-baseline and --baseline of every study, and their answers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def add_baselines(parser: argparse.ArgumentParser) -> None:
-    """Declare both."""
+    """Declare both options."""
     parser.add_argument("--save-baseline", metavar="NAME", help="save the result under this name")
     parser.add_argument(
         "--baseline", metavar="NAME",
@@ -16,8 +16,10 @@ def add_baselines(parser: argparse.ArgumentParser) -> None:
 
 
 def earlier(options: argparse.Namespace) -> dict[str, Any] | None:
-    """The baseline that is asked for; raises `BadInput` for wrong names, damaged files and what
-    could not be kept."""
+    """Return the requested baseline, or None.
+
+    Raises `BadInput` for wrong names, damaged files and results that cannot be saved.
+    """
     from ..core import baseline
 
     for name in (options.save_baseline, options.baseline):
@@ -33,7 +35,7 @@ def earlier(options: argparse.Namespace) -> dict[str, Any] | None:
 def beside_baseline(
     options: argparse.Namespace, result: dict[str, Any], before: dict[str, Any] | None
 ) -> list[str]:
-    """Compare, then save; a baseline that is not there yet is saved. Returns the lines to print."""
+    """Compare, then save; a missing baseline is saved. Return the lines to print."""
     from ..core import baseline
 
     lines = []
@@ -50,7 +52,7 @@ def beside_baseline(
 
 
 def is_worse(result: dict[str, Any]) -> bool:
-    """Whether some case is worse than in the baseline."""
+    """Return True if some case is worse than in the baseline."""
     lines = result.get("baseline", {}).get("lines", ())
     return any(line["answer"] == "worse" for line in lines)
 

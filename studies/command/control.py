@@ -1,4 +1,4 @@
-"""`discmech control`: one problem of optimal control solved, shown or as JSON."""
+"""`discmech control`: one problem of optimal control is solved and printed, or written as JSON."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def add_to(commands: Any) -> None:
     """Declare the subcommand."""
     parser = commands.add_parser(
         "control", help="a scene steered to its end at the least cost",
-        epilog="Exit codes: 0 a minimum was found, 2 bad input, an end out of reach among it.",
+        epilog="Exit codes: 0 a minimum was found, 2 bad input or an end out of reach.",
     )  # fmt: skip
     parser.add_argument(
         "problem", nargs="?", metavar="SCENE",
-        help="a name, or FILE.py:VARIABLE; left out, the names are listed",
+        help="a name, or FILE.py:VARIABLE (default: list the names)",
     )  # fmt: skip
     parser.add_argument("--rule", default="midpoint", metavar="R", help=RULE_HELP)
     parser.add_argument("--steps", default="100", metavar="N", help="default: 100")

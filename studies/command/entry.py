@@ -1,6 +1,7 @@
 """The command `discmech`: list, run, the studies, and the report.
 
-Only what the asked command needs is loaded: `discmech list` imports neither sympy nor llvmlite.
+Only the modules that the given command needs are loaded: `discmech list` imports neither sympy nor
+llvmlite.
 """
 
 from __future__ import annotations
@@ -32,25 +33,26 @@ GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns 0 pass, 1 fail, 2 bad input, 3 inconclusive, 4 could not run."""
+    """Run the command; return 0 pass, 1 fail, 2 bad input, 3 inconclusive, 4 could not run."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         parser = _parser(words)
-    except BadInput as error:  # a file with a study that cannot be read, say
+    except BadInput as error:  # for example a file with a study that cannot be read
         print(f"discmech: {error}", file=sys.stderr)
         return BAD_INPUT
     for word in words:
-        if word.startswith("--") and word.endswith("=--"):  # to argparse an option of no value
+        # argparse would see an option without value
+        if word.startswith("--") and word.endswith("=--"):
             parser.error(f"argument {word[:-3]}: expected one argument")
     options = parser.parse_args(words)
-    if arguments is None:  # a process of its own
+    if arguments is None:  # only in its own process
         with ended_soon() as farewell:
             return _answer(options, farewell)
     return _answer(options, Farewell())
 
 
 def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
-    if hasattr(options, "fresh"):  # what it measures is kept case by case
+    if hasattr(options, "fresh"):  # its measurements are kept case by case
         farewell.again = GOES_ON_FRESH if options.fresh else GOES_ON
     try:
         return int(options.action(options))
@@ -73,14 +75,14 @@ def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Options are known by their whole names: --t is no --tolerance; -1/10 is a number."""
+    """A parser that accepts only whole names of options; -1/10 is a number."""
 
     def __init__(self, **given: Any) -> None:
         super().__init__(allow_abbrev=False, **given)
         self._negative_number_matcher = re.compile(r"^-[\d.]+([eE/][-+]?\d+)?$")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """All are known: a command says itself what it does not know, and what is like it."""
+        """Parse the arguments, and report unknown ones with the nearest known name."""
         found, left = super().parse_known_args(args, namespace)
         if left:
             near = nearest(left[0].partition("=")[0], self._option_string_actions)
@@ -120,7 +122,9 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     add_choices(report)
     report.add_argument("--folder", metavar="DIR", help="default: reports/build")
     report.add_argument(
-        "--verbose", action="store_true", help="print the whole tables, not only what did not pass"
+        "--verbose",
+        action="store_true",
+        help="print whole tables, also of cases that passed",
     )
     add_look(report)
     add_own(report, (THOROUGH,))

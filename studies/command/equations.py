@@ -1,7 +1,7 @@
-"""The equations of a scheme written out: what was derived, in the paper's letters.
+"""The equations of a scheme written out in the paper's letters.
 
-Exact: terms are only collected in powers of h and factored; F⁺ and F⁻ are divided by h. The points
-of a step are kept as letters.
+They are exact: terms are only collected in powers of h and factored; F⁺ and F⁻ are divided by h.
+The points of a step are kept as letters.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from discmech.integrators.rules import Composition
 from ..report.formulas import Typesetter, ascending
 from .stage_sums import StageSum
 
-MOST_SHARES = 8  # of a composition's substeps
+MOST_SHARES = 8  # largest number of substep sizes that are listed for a composition
 Terms = Sequence[Any]
-#: what stands for something on the page, and so for no parameter of that name
+#: letters that have a meaning on the page; a parameter with such a name gets another one
 LETTERS = {*"xyzuvwhtslbVLfμλν", "L_d", "t_z", "t_w"}
 
 
@@ -29,9 +29,10 @@ LETTERS = {*"xyzuvwhtslbVLfμλν", "L_d", "t_z", "t_w"}
 class Written:
     """Terms that add up to each side of each equation, as sympy has them; `letters` names symbols.
 
-    force: its components; constraints: what vanishes; points: (letter, b there); momenta: (μ,
-    F⁻/h); shared: denominators by their letter; residual: (F⁺/h of this step, F⁻/h of the next).
-    Under constraints momenta are (μ + h/2 A(x)ᵀλ, F⁻/h), residual (F⁺/h, μ′ − h/2 A(y)ᵀν).
+    force: its components; constraints: expressions that vanish; points: (letter, b there); momenta:
+    (μ, F⁻/h); shared: denominators by their letter; residual: (F⁺/h of this step, F⁻/h of the
+    next). With constraints momenta are (μ + h/2 A(x)ᵀλ, F⁻/h), and residual is (F⁺/h, μ′ − h/2
+    A(y)ᵀν).
     """
 
     letters: Mapping[Any, str]
@@ -46,9 +47,9 @@ class Written:
 
 
 def written(scheme: Scheme, most: int | None = None) -> Written:
-    """The equations of a scheme; of a rule with stages what defines them, which is short.
+    """Return the equations of a scheme; for a rule with stages only the short definition of L_d.
 
-    most: of the points, momenta and equations so many, the first ones; None: all.
+    most: the largest number of points, momenta and equations; None: all.
     """
     from sympy import Matrix
 
@@ -68,7 +69,7 @@ def written(scheme: Scheme, most: int | None = None) -> Written:
 
     maps, kept = of.at_points, {*inner, *s.y}
     whole = (maps.plus[:most, :], maps.minus[:most, :], Matrix([maps.discrete_lagrangian]))
-    # kernels have letters of their own for parts of these, which a page has not
+    # kernels have their own letters for parts of these, which a page does not have
     own = [d for d in maps.definitions(*whole) if not kept & set(d.letters)]
     plus, minus, L_d = (written_out(own, e).xreplace(s.identity_translate) for e in whole)
     plus, minus = ([terms(e / s.h, below) for e in column] for column in (plus, minus))
@@ -112,7 +113,7 @@ def written(scheme: Scheme, most: int | None = None) -> Written:
 
 
 def _of_stages(scheme: Scheme) -> Written:
-    """L_d alone: written out, its derivatives fill pages."""
+    """Return L_d alone: its derivatives, written out, would fill pages."""
     s, letters, equations = scheme.s, letters_of(scheme), scheme.equations.of
     base = {*s.x, *s.y}
     if equations.weighted:
@@ -140,12 +141,12 @@ def _sum(*given: Any) -> list[Any]:
 
 
 def discrete(scheme: Scheme) -> Any:
-    """What F⁻ and F⁺ are derived in: under constraints, the equations without these."""
+    """Return the equations for F⁻ and F⁺; with constraints, the equations without these."""
     return scheme.equations.discrete if scheme.scene.constrained else scheme
 
 
 def _impulses(s: SceneSymbols, letters: dict[Any, str]) -> tuple[Any, Any, Any, Any]:
-    """(h/2 A(x)ᵀλ, h/2 A(y)ᵀν, μ′, what the constraints say to vanish); names their letters."""
+    """Return (h/2 A(x)ᵀλ, h/2 A(y)ᵀν, μ′, the expressions that vanish); name their letters."""
     from sympy import Matrix, Symbol
 
     matrix = constraint_matrix(s, s.x)
@@ -160,8 +161,10 @@ def _impulses(s: SceneSymbols, letters: dict[Any, str]) -> tuple[Any, Any, Any, 
 
 
 def equations_of(scheme: Scheme) -> dict[str, Any] | None:
-    """The equations of one scheme for the page, as MathML; None of a one-step map, which derives
-    nothing but derivatives from its formula."""
+    """Return the equations of one scheme for the page, as MathML, or None for a one-step map.
+
+    A map's equations are its own formula, so none are derived.
+    """
     constrained = scheme.scene.constrained
     if scheme.one_step and not constrained:
         return None
@@ -194,7 +197,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any] | None:
 
 
 def plain_text(terms: Terms, letters: Mapping[Any, str]) -> str:
-    """A sum as one line of text: h²·sin(z) − μ₁."""
+    """Return a sum as one line of text: h²·sin(z) − μ₁."""
     from sympy import Symbol
 
     names = {symbol: Symbol(subscript(name)) for symbol, name in letters.items()}
@@ -208,20 +211,20 @@ _SUB = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
 def subscript(name: str) -> str:
-    """x_1 as x₁."""
+    """Return x_1 as x₁."""
     letter, _, index = name.rpartition("_")
     return letter + index.translate(_SUB) if letter and index.isdigit() else name
 
 
 def notation(scheme: Scheme) -> str:
-    """What the letters of a scheme's equations stand for."""
+    """Return a sentence that explains the letters of a scheme's equations."""
     if isinstance(scheme.rule, Composition):
         return f"{_substeps(scheme, scheme.rule.base.name)} {_of_one_step(scheme)}"
     return _of_one_step(scheme)
 
 
 def _substeps(scheme: Scheme, base: str) -> str:
-    """What a step of a composition of that rule is made of."""
+    """Return a sentence on the substeps of a composition of that rule."""
     shares = [f"{float(part.coefficient(20)):.6g}" + "*" * part.adjoint for part in scheme.substeps]
     listed = ", ".join(shares) if len(shares) <= MOST_SHARES else (
         ", ".join([*shares[: MOST_SHARES // 2], "…", *shares[-MOST_SHARES // 2 :]]))  # fmt: skip
@@ -248,7 +251,7 @@ def _of_one_step(scheme: Scheme) -> str:
 
 
 def _about_stages(s: SceneSymbols) -> str:
-    """What the letters of a rule's sum stand for (`StageSum`)."""
+    """Return a sentence that explains the letters of a rule's sum (`StageSum`)."""
     count = len(s.stage_columns)
     last = subscript(f"s_{count}")
     words = " s is the internal stage" if count == 1 else f" s₁ to {last} are internal stages"
@@ -266,7 +269,8 @@ def _about_stages(s: SceneSymbols) -> str:
 
 
 def letters_of(scheme: Scheme) -> dict[Any, str]:
-    """Indices from 1, as the paper has them; z for a point inside the step, w inside the next."""
+    """Return the letters with indices from 1, as in the paper; z: a point inside the step, w:
+    inside the next."""
     s: SceneSymbols = scheme.s
     mapped = scheme.one_step and not scheme.scene.constrained
     points = () if mapped else discrete(scheme).points
@@ -284,7 +288,7 @@ def letters_of(scheme: Scheme) -> dict[Any, str]:
     }  # fmt: skip
     for parameter in s.parameter_list:
         word = str(parameter)
-        # kernels have letters of their own, which a page has not
+        # kernels have their own letters, which a page does not have
         word = word if (plain := word.removeprefix("p.")) in LETTERS else plain
         name, _, index = word.rpartition("_")
         letters[parameter] = f"{name}_{int(index) + 1}" if index.isdigit() and name else word
@@ -292,7 +296,7 @@ def letters_of(scheme: Scheme) -> dict[Any, str]:
 
 
 def _after(symbol: Any) -> Any:
-    """The same point in the next step."""
+    """Return the symbol of the same point in the next step."""
     from sympy import Symbol
 
     return Symbol(f"after {symbol}", real=True)

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from discmech.integrators import Discretisation, Scene, Scheme
 
 WIDTH = 100
-MOST_ROWS, FEW = 8, 2  # equations, from which some stand for all
-LONGEST = 500  # letters of a side of an equation; the report typesets all of it
-STEPS = 200  # of the run that counts Newton's corrections
-CONTACT_STEPS = 20  # of the run that is timed where there is contact, which compiles nothing
+MOST_ROWS, FEW = 8, 2  # more equations than this are represented by a few
+LONGEST = 500  # longest side of an equation in letters; the report shows it in full
+STEPS = 200  # steps of the run that counts Newton's corrections
+CONTACT_STEPS = 20  # steps of the timed run with contact, which compiles nothing
 
 
 def add_to(commands: Any) -> None:
@@ -48,11 +48,11 @@ def _explain(options: argparse.Namespace) -> int:
 
 @arguments_checked
 def explain(scene: Scene | str, rule: Discretisation | str) -> str:
-    """A method on a scene, on one page of a terminal: `print(explain(scene, rule))`.
+    """Return a page of text about a method on a scene: `print(explain(scene, rule))`.
 
-    Lagrangian, discrete Lagrangian, momenta, equations, order, self-adjointness, what a step leaves
-    out and what it costs, which is measured. Scene and rule are objects or names. Raises `BadInput`
-    as `Scheme` does.
+    It has the Lagrangian, discrete Lagrangian, momenta, equations, order, self-adjointness, the
+    savings of a step and its measured cost. Scene and rule are objects or names. Raises `BadInput`
+    like `Scheme`.
     """
     from discmech.integrators import Scheme
 
@@ -60,7 +60,8 @@ def explain(scene: Scene | str, rule: Discretisation | str) -> str:
 
 
 def explanation(scheme: Scheme) -> str:
-    """The page of a scheme; raises `BadInput` for a program, which has no equations to show."""
+    """Return the page of a scheme; raises `BadInput` for a program, which has no equations to
+    show."""
     if not scheme.rule.is_formula:
         raise BadInput(
             f"{scheme.rule.name} is a program, so there are no equations to show: "
@@ -111,7 +112,7 @@ def _lines(scheme: Scheme) -> list[str]:
     lines += others if out.points else []
     before, after = "μ = F⁻(x, u)/h", "F⁺(x, u)/h = F⁻(y, v)/h"
     head = "Discrete Euler–Lagrange equations"
-    if staged:  # their derivatives fill pages
+    if staged:  # their derivatives would fill pages
         said = f"∂L_d/∂s = 0; {before}; {after}"
         return [*lines, "", "Stages and momenta, by derivatives of that sum", f"  {said}", *method]
     if out.constraints:
@@ -129,7 +130,7 @@ def _lines(scheme: Scheme) -> list[str]:
 
 
 def _contact(scheme: Scheme) -> list[str]:
-    """The gaps of a scene with contact, and what happens where one closes; nothing without."""
+    """Return lines on the gaps of a scene with contact, and on impacts; [] without contact."""
     from discmech.integrators.contact import gap_expressions
 
     from .equations import letters_of, plain_text
@@ -159,7 +160,7 @@ def _wrapped(formula: str) -> list[str]:
 
 
 def _facts(scheme: Scheme) -> list[str]:
-    """Order and symmetry."""
+    """Return lines on order and symmetry."""
     rule, order = scheme.rule, scheme.order
     said = "only measured: the rule declares none" if order is None else str(order)
     if rule.order is not None and order != rule.order:
@@ -171,7 +172,7 @@ def _facts(scheme: Scheme) -> list[str]:
 
 
 def _work(scheme: Scheme) -> list[str]:
-    """How a step is solved, and what that costs."""
+    """Return lines on the solution of a step and its cost."""
     from discmech.integrators.compiler import SAVINGS
     from discmech.integrators.errors import CannotMeasure, StepFailure
 

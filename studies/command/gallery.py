@@ -1,4 +1,4 @@
-"""The subcommand `gallery`: integrators that people use, judged by what is said of them."""
+"""The subcommand `gallery`: integrators in public use, judged by their documented claims."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ def add_to(commands: Any) -> None:
     parser = commands.add_parser(
         "gallery",
         help="other people's integrators, judged by what their documentation claims",
-        epilog="pip install 'discmech[gallery]' installs the libraries; those that are not there "
-        "are skipped, with a sentence. Exit codes: 0 whatever is found, 2 where nothing could be "
-        "asked.",
+        epilog="pip install 'discmech[gallery]' installs the libraries; missing "
+        "ones are skipped, with a sentence. Exit codes: 0 for any verdict, 2 if no method could be "
+        "run.",
     )
     parser.add_argument(
-        "names", metavar="NAME", nargs="*", help="methods or libraries; all if none"
+        "names", metavar="NAME", nargs="*", help="methods or libraries (default: all)"
     )
     parser.add_argument(
-        "--list", action="store_true", help="only what there is, and where it is from"
+        "--list", action="store_true", help="only list the methods and their sources"
     )
     parser.add_argument("--page", metavar="FILE", help="write a page in Markdown")
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")

@@ -1,6 +1,6 @@
-"""How a process ends that could not do what it was asked: exit code 4, and one sentence.
+"""The end of a process that could not do its task: exit code 4, and one sentence.
 
-Exit code 1 says that a verdict failed, so nothing else may end with it.
+Exit code 1 means that a verdict failed, so no other failure may use it.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from contextlib import suppress
 from typing import Any
 
 BAD_INPUT, COULD_NOT_RUN = 2, 4
-#: what is said of a name alone, whatever the disk is like
+#: errors that a name alone causes, on any disk
 _NO_NAMES = (errno.ENAMETOOLONG, errno.ELOOP)
-#: what a machine refuses, and what helps
+#: errors of the system, and the fix
 _FULL = {errno.ENOSPC: "make room", errno.EDQUOT: "make room",
          errno.EFBIG: "files may be larger by `ulimit -f unlimited`",
          errno.EMFILE: "more files may be open by `ulimit -n 1024`",
@@ -24,15 +24,15 @@ _FULL = {errno.ENOSPC: "make room", errno.EDQUOT: "make room",
 
 
 def told(error: BaseException, again: str = "") -> int:
-    """Say why on standard error, if that takes it; again: how to go on.
+    """Print the reason on standard error, if possible; again: how to continue.
 
-    Returns exit code 4, or 2 where a name was given that no system takes.
+    Returns exit code 4, or 2 if a given name is invalid on every system.
     """
     if isinstance(error, OSError) and error.errno in _NO_NAMES:
         print(f"discmech: {str(error.filename)[:100]} is no name of a file ({error.strerror}): "
               "name another.", file=sys.stderr)  # fmt: skip
         return BAD_INPUT
-    with suppress(Exception):  # nobody can be told
+    with suppress(Exception):  # standard error is closed
         print(f"discmech: {_sentence(error, again)}", file=sys.stderr, flush=True)
         if os.environ.get("DISCMECH_TRACEBACK"):
             traceback.print_exception(error, file=sys.stderr)
@@ -64,16 +64,16 @@ def _sentence(error: BaseException, again: str) -> str:
 
 
 def open_streams() -> None:
-    """Let standard streams take what they are given, in a process of our own.
+    """Make the standard streams safe to use, in our own process.
 
-    One that is closed is a hole into which the next file that is opened would fall; one that has
-    not all letters shows another; and where nobody reads any more, the verdict still counts.
+    A closed one would be reused by the next file that is opened; letters that its encoding lacks
+    are replaced; and if its reader is gone, the verdict still counts.
     """
     for number in (0, 1, 2):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # which takes the lowest number that is free
+            os.open(os.devnull, os.O_RDWR)  # this takes the lowest free number
     for name, number in (("stdout", 1), ("stderr", 2)):
         stream: Any = getattr(sys, name)
         if stream is not None and stream.isatty():
@@ -87,12 +87,12 @@ def open_streams() -> None:
 
 
 class _Patient(io.FileIO):
-    """A file of which nobody hears that its reader has gone."""
+    """A file that ignores a broken pipe."""
 
     gone = False
 
     def write(self, content: Any, /) -> int:
-        """As of a file; what nobody reads goes nowhere."""
+        """Write like a file; without a reader the content is dropped."""
         if not self.gone:
             try:
                 return super().write(content) or 0
@@ -102,12 +102,13 @@ class _Patient(io.FileIO):
 
 
 def close_streams(code: int) -> int:
-    """The exit code, once all that was said is out; 4 where it cannot be."""
+    """Flush the output and return the exit code; it is 4 if that fails."""
     try:
         sys.stdout.flush()
     except (OSError, ValueError) as error:
         with suppress(OSError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python tries again, and complains
+            # otherwise Python tries again, and complains
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         why = getattr(error, "strerror", None) or error
         return told(OSError(getattr(error, "errno", 0), f"standard output takes nothing ({why})"))
     return code

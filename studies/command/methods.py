@@ -1,4 +1,4 @@
-"""The methods of a page: each in its author's words, with its formula or its function's text."""
+"""The methods of a page: each with its author's words, and its formula or its function's text."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from discmech.integrators.rules import Composition, OneStepMap
 from ..report.formulas import Typesetter, display, spaced
 from .stage_sums import StageSum
 
-#: a discrete Lagrangian that stands for itself: a base point, and no letters of the group's
+#: the scene of a general discrete Lagrangian: it has a base point, and no letters of a group
 PLAIN = "pendulum"
-MOST_STAGES = 3  # of a formula that is read
-MOST_LINES = 40  # of a function's text
-MOST_SHARES = 9  # of a composition's coefficients
+MOST_STAGES = 3  # largest number of stages of a readable formula
+MOST_LINES = 40  # largest number of lines of a function's text
+MOST_SHARES = 9  # largest number of listed coefficients of a composition
 LETTERS = "l is the Lagrangian, b(x, w) the point to which w leads from x, y = b(x, hu) the end"
 STAGES = ", s the internal stages, in which L_d is stationary, V the velocity of a curve"
 
 
 def about_methods(pairs: Iterable[tuple[Any, Discretisation]]) -> list[dict[str, Any]]:
-    """{"name", "facts", "words", "formula", "letters", "code"} of each rule, in their order."""
+    """Return {"name", "facts", "words", "formula", "letters", "code"} of each rule, in order."""
     met: dict[str, tuple[Any, Discretisation]] = {}
     for scene, rule in pairs:
         met.setdefault(rule.name, (scene, rule))
@@ -77,7 +77,8 @@ def _composed(rule: Composition) -> str:
 
 
 def _terms(scene: Any, rule: Discretisation) -> tuple[Any, Any] | None:
-    """(names of letters, terms of L_d); None of what is no short weighted sum of values of l."""
+    """Return (names of letters, terms of L_d), or None if it is no short weighted sum of values of
+    l."""
     if (
         isinstance(rule, OneStepMap)
         or not rule.is_formula
@@ -96,12 +97,12 @@ def _terms(scene: Any, rule: Discretisation) -> tuple[Any, Any] | None:
             return None
         found = StageSum(scheme.s, of)
         return found.letters, found.terms
-    except (DiscmechError, AttributeError):  # what cannot be derived is said by its verdicts
+    except (DiscmechError, AttributeError):  # verdicts report equations that cannot be derived
         return None
 
 
 def _text(function: Any) -> str:
-    """The text of the function, where it is short and can be had."""
+    """Return the text of the function if it is short and available, else ""."""
     try:
         lines = textwrap.dedent(inspect.getsource(function)).rstrip().splitlines()
     except (OSError, TypeError):

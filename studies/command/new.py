@@ -1,4 +1,4 @@
-"""`discmech new rule|black-box|scene|groupoid|study NAME`: a file that works, as a start."""
+"""`discmech new rule|black-box|scene|groupoid|study NAME`: write a working file to start from."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from .output import write
 
 STARTERS = Path(__file__).resolve().parents[1] / "user" / "starters"
 KINDS = ("rule", "black-box", "scene", "groupoid", "study")
-#: modules that files of the user's import
+#: modules that users' files import
 OTHERS = ("discmech", "mpmath", "numpy", "pytest", "scipy", "sympy", "tests")
 
 
 def add_to(commands: Any) -> None:
     """Declare the subcommand."""
-    parser = commands.add_parser("new", help="a commented file that works, as a start")
+    parser = commands.add_parser("new", help="write a commented, working file to start from")
     parser.add_argument("kind", choices=KINDS)
     parser.add_argument("name", help="letters, digits and dashes")
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""What a study is asked on the command line: scenes, rules, precisions, and what is its own."""
+"""The command-line options of a study: scenes, rules, precisions, and its own."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ RULE_HELP = "midpoint, gauss-3, kahan-li-8:midpoint (all: discmech list) or FILE
 
 
 def add_choices(parser: argparse.ArgumentParser, of_scenes: bool = True) -> None:
-    """Declare what every study is asked; one that is about no scene is asked for none."""
+    """Declare the options of every study; a study without scenes has none for these."""
     add_jobs(parser)
     add_fresh(parser)
     if not of_scenes:
@@ -49,8 +49,8 @@ def add_choices(parser: argparse.ArgumentParser, of_scenes: bool = True) -> None
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Declare who measures; `jobs` reads it."""
-    parser.add_argument("--jobs", metavar="N", help="processes side by side (default: one a core)")
+    """Declare the options for the measuring processes; `jobs` reads them."""
+    parser.add_argument("--jobs", metavar="N", help="number of processes (default: one per core)")
     parser.add_argument(
         "--scheduler", metavar="ADDRESS",
         help="measure on the workers of this Dask scheduler (tcp://host:8786)",
@@ -58,14 +58,14 @@ def add_jobs(parser: argparse.ArgumentParser) -> None:
 
 
 def add_fresh(parser: argparse.ArgumentParser) -> None:
-    """Declare that what was measured before is measured again."""
+    """Declare the option to measure everything again."""
     parser.add_argument(
-        "--fresh", action="store_true", help="measure all anew, also what did not change"
+        "--fresh", action="store_true", help="measure everything again, even if it did not change"
     )
 
 
 def add_look(parser: argparse.ArgumentParser) -> None:
-    """Declare how figures look; `look_of` reads it."""
+    """Declare the options for the look of figures; `look_of` reads them."""
     parser.add_argument(
         "--label", action="append", default=[], metavar="RULE=TEXT", dest="labels",
         help="the name of a rule in figures; may be repeated",
@@ -74,8 +74,11 @@ def add_look(parser: argparse.ArgumentParser) -> None:
 
 
 def look_of(options: argparse.Namespace, choice: Choice) -> Look:
-    """The look asked for; raises `BadInput` for a label without "=", or of a rule that was not
-    chosen, and for an unreadable style."""
+    """Return the requested look of figures.
+
+    Raises `BadInput` for a label without "=" or with a rule that was not chosen, and for an
+    unreadable style.
+    """
     from ..user import drawing
 
     labels = {}
@@ -90,7 +93,7 @@ def look_of(options: argparse.Namespace, choice: Choice) -> Look:
 
 
 def add_own(parser: argparse.ArgumentParser, options: Sequence[Option]) -> None:
-    """Declare what a study is asked besides; `choice_of` and `as_typed` read it."""
+    """Declare a study's own options; `choice_of` and `as_typed` read them."""
     parser.set_defaults(own=tuple(options))
     for option in options:
         if option.metavar is None:
@@ -104,7 +107,8 @@ def add_own(parser: argparse.ArgumentParser, options: Sequence[Option]) -> None:
 
 
 def choice_of(options: argparse.Namespace) -> Choice:
-    """The choice in objects; raises `BadInput` for unknown names and numbers out of range."""
+    """Return the choice in objects; raises `BadInput` for unknown names and numbers out of
+    range."""
     from ..core.case import Choice
 
     for name in options.retraction:
@@ -120,7 +124,7 @@ def choice_of(options: argparse.Namespace) -> Choice:
 
 
 def own_of(options: argparse.Namespace) -> tuple[tuple[str, Any], ...]:
-    """The values of a study's own options, by name; raises `BadInput` as their readers."""
+    """Return the values of a study's own options, by name; raises `BadInput` like their readers."""
     asked: list[tuple[str, Any]] = []
     for option in options.own:
         given = getattr(options, option.name)
@@ -132,12 +136,12 @@ def own_of(options: argparse.Namespace) -> tuple[tuple[str, Any], ...]:
 
 
 def own_words(options: argparse.Namespace) -> list[str]:
-    """The words that give a study's own options again."""
+    """Return the words that repeat a study's own options."""
     return [word for option in options.own for word in option.words(getattr(options, option.name))]
 
 
 def jobs(options: argparse.Namespace) -> int | Cluster | None:
-    """Processes side by side, None: one a core; or the workers of a cluster."""
+    """Return the number of processes, None for one per core, or the workers of a cluster."""
     if options.scheduler is not None:
         from ..core.cluster import Cluster
 
@@ -148,7 +152,7 @@ def jobs(options: argparse.Namespace) -> int | Cluster | None:
 
 
 def scene_asked(options: argparse.Namespace) -> Scene:
-    """The one scene, in the retraction if one is asked for; raises `BadInput` as `lookup.scene`."""
+    """Return the scene, in the requested retraction; raises `BadInput` like `lookup.scene`."""
     scene = lookup.scene(options.scene)
     if options.retraction:
         return scene.with_retraction(retractions.get(options.retraction))
@@ -156,14 +160,14 @@ def scene_asked(options: argparse.Namespace) -> Scene:
 
 
 def page_of(options: argparse.Namespace, command: str) -> str:
-    """The command that makes the page again: with its place and the look of its figures."""
+    """Return the command that makes the page again, with its folder and the look of its figures."""
     words = [command, *(["--folder", shlex.quote(options.folder)] if options.folder else [])]
     words += [f"--label {shlex.quote(label)}" for label in options.labels]
     return " ".join([*words, *([f"--style {shlex.quote(options.style)}"] if options.style else [])])
 
 
 def as_typed(options: argparse.Namespace) -> str:
-    """The words that ask the same again."""
+    """Return the command that asks for the same again."""
     words = (options.study, *options.scenes)
     given = {"--rule": options.rules, "--retraction": options.retraction}
     return typed(words, given | {"--digits": options.digits}, own_words(options), options.steps)
@@ -172,6 +176,6 @@ def as_typed(options: argparse.Namespace) -> str:
 def typed(
     words: Iterable[str], given: Mapping[str, Sequence[str]], own: Sequence[str], steps: str | None
 ) -> str:
-    """A command with its words, options that may be repeated, others and --steps."""
+    """Return a command with its words, options that may be repeated, others and --steps."""
     parts = [word for flag, values in given.items() for value in values for word in (flag, value)]
     return shlex.join(["discmech", *words, *parts, *own, *(["--steps", steps] if steps else [])])

@@ -1,4 +1,4 @@
-"""What the command writes: files, tables on the terminal, a progress bar."""
+"""The output of the command: files, tables on the terminal, a progress bar."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from discmech.integrators.errors import CouldNotRun
 
 EXIT = {"pass": 0, "fail": 1, "bad input": 2, "inconclusive": 3, "could not run": 4}
 LOGGED_EVERY = 60.0  # seconds
-DERIVED = 0.5  # share that deriving is, about, of a wait for what is derived and compiled
+DERIVED = 0.5  # approximate share of deriving in the time to derive and compile
 
 
 def exit_code(*results: Mapping[str, Any], told: bool = False) -> int:
-    """That of the worst verdict.
+    """Return the exit code of the worst verdict.
 
-    Raises `BadInput` where nothing failed, and nothing could be measured of some rule; told: why
-    has been said.
+    Raises `BadInput` if nothing failed, but some rule could not be measured at all; told: True if
+    the reason was printed already.
     """
     from ..core.case import worst
 
@@ -41,7 +41,7 @@ def exit_code(*results: Mapping[str, Any], told: bool = False) -> int:
 
 
 def strict_json(found: Mapping[str, Any]) -> str:
-    """The data as JSON, which has neither NaN nor infinities: they become null."""
+    """Return the data as JSON, which has neither NaN nor infinities: they become null."""
     try:
         return json.dumps(found, allow_nan=False)
     except ValueError:
@@ -51,7 +51,7 @@ def strict_json(found: Mapping[str, Any]) -> str:
 
 
 def write_json(name: str, found: Any, indent: int | None = None) -> None:
-    """`write` as strict JSON: what is not finite is null."""
+    """Write as strict JSON: numbers that are not finite become null."""
     from ..report.tables import plain
 
     text = json.dumps(plain(found), indent=indent, ensure_ascii=False, allow_nan=False)
@@ -59,7 +59,7 @@ def write_json(name: str, found: Any, indent: int | None = None) -> None:
 
 
 def write(file: str, text: str) -> None:
-    """To standard output (-), or beside the file and then renamed."""
+    """Write to standard output (-), or to a new file that is then renamed."""
     if file == "-":
         print(_said(text))
         return
@@ -72,13 +72,13 @@ def write(file: str, text: str) -> None:
             return
         mode = path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask()
         write_atomically(path, text + "\n")
-        path.chmod(mode)  # what was written beside is for its owner alone
+        path.chmod(mode)  # the new file is readable by its owner alone
     except OSError as error:
         raise cannot_write(file, error) from None
 
 
 def _target(file: str) -> Path:
-    """What a link points to is written, not the link; raises `OSError` for a link to itself."""
+    """Return the target of a link, which is written instead of it; raises `OSError` for a cycle."""
     path = Path(os.path.realpath(file))
     if path.is_symlink():
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), file)
@@ -86,7 +86,7 @@ def _target(file: str) -> Path:
 
 
 def _said(text: str) -> str:
-    """JSON in letters that standard output has: the others as JSON writes them in ASCII."""
+    """Return JSON in letters that standard output has; others are escaped."""
     try:
         text.encode(getattr(sys.stdout, "encoding", None) or "utf-8")
     except UnicodeEncodeError:
@@ -94,13 +94,13 @@ def _said(text: str) -> str:
     return text
 
 
-#: why the system refuses a name that was given, not the work of writing
+#: errors that refuse a given name, not the writing itself
 _NAMES = (errno.ENOENT, errno.EACCES, errno.EPERM, errno.EISDIR, errno.ENOTDIR, errno.EROFS,
           errno.ENAMETOOLONG, errno.ELOOP, errno.EINVAL)  # fmt: skip
 
 
 def cannot_write(file: str, error: OSError) -> Exception:
-    """The error for a file that cannot be written: bad input, or a disk that takes nothing."""
+    """Return the error for a file that cannot be written: bad input, or a full disk."""
     why = error.strerror or error
     if error.errno in _NAMES:
         return BadInput(f"{file} cannot be written ({why}); name another file.")
@@ -114,7 +114,7 @@ def _umask() -> int:
 
 
 def writable(file: str | None) -> None:
-    """Say before hours of measuring that the result could not be written."""
+    """Raise `BadInput` before hours of measuring if the result could not be written."""
     if file in (None, "-"):
         return
     try:
@@ -132,7 +132,7 @@ def writable(file: str | None) -> None:
 
 
 def console() -> Any:
-    """Rich's console; wide where the output is no terminal."""
+    """Return rich's console; it is wide if the output is no terminal."""
     from rich.console import Console
 
     console = Console()
@@ -140,7 +140,7 @@ def console() -> Any:
 
 
 def writable_folder(name: str | None) -> None:
-    """The same of a folder, which is made if it is not there."""
+    """Make a folder if it is missing; raise `BadInput` if it cannot be written."""
     if name is None:
         return
     try:
@@ -154,7 +154,7 @@ def writable_folder(name: str | None) -> None:
 
 
 def _logged() -> Callable[[str, float | None], None]:
-    """What writes a line to standard error where the last one was a minute ago."""
+    """Return a function that writes a line to standard error at most once a minute."""
     begun = last = time.monotonic()
 
     def show(label: str, fraction: float | None) -> None:
@@ -170,10 +170,10 @@ def _logged() -> Callable[[str, float | None], None]:
 
 @contextmanager
 def progress_shown(label: str = "") -> Iterator[Any]:
-    """A progress bar on standard error, if that is a terminal: yields show(label, fraction).
+    """Show a progress bar on standard error, if that is a terminal; yield show(label, fraction).
 
-    It moves to and fro until the first fraction, and again where the fraction is None. In a log
-    a line a minute says the same.
+    It moves to and fro until the first fraction, and again while the fraction is None. In a log a
+    line a minute says the same.
     """
     if not sys.stderr.isatty():
         yield _logged()
@@ -196,17 +196,17 @@ def progress_shown(label: str = "") -> Iterator[Any]:
         TimeRemainingColumn(),
         words,
     )
-    # what is printed meanwhile goes above the bar, unless it is for a file or another program
+    # other output goes above the bar, unless it is for a file or another program
     shared, screen = sys.stdout.isatty(), Console(stderr=True)
-    # the pace leaves out the first report: what an earlier run has done is there at once
+    # the pace ignores the first report: results of an earlier run are there at once
     with Progress(*columns, console=screen, transient=True, redirect_stdout=shared,
                   speed_estimate_period=3600) as bar:  # fmt: skip
         task = bar.add_task(label, total=None)
 
         def show(label: str, fraction: float | None) -> None:
             if fraction is None or fraction < bar.tasks[0].completed:
-                bar.tasks[0].total = None  # another wait, with a pace of its own
-            # a bar that is full counts no time any more, and what follows may take some
+                bar.tasks[0].total = None  # another wait, with its own pace
+            # a full bar stops its clock, but the next part may take time
             done = min(fraction or 0.0, 0.999)
             total = None if fraction is None else 1.0
             bar.update(task, total=total, description=label, completed=done)

@@ -1,4 +1,4 @@
-"""The subcommand `discmech reference`: certified digits of a scene, and what keeps them true."""
+"""The subcommand `discmech reference`: certified digits of a scene, and checks of the tables."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def add_to(commands: Any) -> None:
     parser = commands.add_parser(
         "reference",
         help="certified digits of a scene; frozen tables, published digits, costs",
-        epilog="Exit codes: 0 as many digits are certain as asked for, 1 --check finds a table "
+        epilog="Exit codes: 0 all requested digits are certain, 1 --check finds a table "
         "wrong or damaged, 2 bad input, 3 fewer digits are certain.",
     )
     parser.add_argument(
@@ -38,7 +38,7 @@ def add_to(commands: Any) -> None:
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
     others = parser.add_mutually_exclusive_group()
     others.add_argument(
-        "--rebuild", nargs="+", metavar="SCENE", help="make frozen tables anew (all: every one)"
+        "--rebuild", nargs="+", metavar="SCENE", help="compute frozen tables again (all: every one)"
     )
     others.add_argument(
         "--check", nargs="+", metavar="SCENE", help="recompute frozen tables (all: every one)"
@@ -46,12 +46,12 @@ def add_to(commands: Any) -> None:
     others.add_argument(
         "--published",
         action="store_true",
-        help="how many digits others published are right; scd, significant correct digits, is "
+        help="the number of correct published digits; scd, significant correct digits, is "
         "-log10 of the largest relative error of the numbers",
     )
     others.add_argument("--costs", action="store_true", help="cost against digits and against time")
     add_fresh(parser)
-    parser.add_argument("--folder", help="write a page with the picture of --costs there")
+    parser.add_argument("--folder", help="write a page with the figure of --costs into this folder")
     parser.set_defaults(action=_reference)
 
 
@@ -80,7 +80,7 @@ def _reference(options: argparse.Namespace) -> int:
 
 
 def _one(options: argparse.Namespace) -> int:
-    """One scene at one time."""
+    """Answer for one scene at one time."""
     from discmech.reference import progress_to, solution
 
     try:
@@ -164,7 +164,7 @@ def _tables(options: argparse.Namespace) -> int:
 
 
 def _published(options: argparse.Namespace) -> int:
-    """The table of published digits."""
+    """Print the table of published digits."""
     from ..report.tables import rich_table
 
     of_the_bench: Any = every_study()["references"]
@@ -188,7 +188,7 @@ def _published(options: argparse.Namespace) -> int:
 
 
 def _costs(options: argparse.Namespace) -> int:
-    """`discmech references --thorough`, which this was called before."""
+    """Run `discmech references --thorough`, the new name of this command."""
     from .studying import run
 
     asked = every_study()["references"].options

@@ -28,8 +28,9 @@ from ..core.workers import worker_pool
 if TYPE_CHECKING:
     from ..report.figures import Look, Remembered
 
-OF_THE_BENCH = ("references", "power")  # studies that are about no scene
-WORTH_DRAWING_TOGETHER = 100  # cases; another process takes three seconds to begin
+OF_THE_BENCH = ("references", "power")  # studies without scenes
+# cases from which drawing in parallel pays: another process takes three seconds to begin
+WORTH_DRAWING_TOGETHER = 100
 
 
 def make_report(
@@ -42,15 +43,13 @@ def make_report(
     command: str = "discmech report",
     asked: Callable[[str], str] = "discmech {}".format,
 ) -> tuple[list[dict[str, Any]], Path]:
-    """Run all studies and write the page; returns (results, path of the page).
+    """Run all studies and write the page; return (results, path of the page).
 
-    With a `store` the run joins its history, which the page shows where something changed.
-
-    command, asked: what the page says of itself, and of a study by its name.
-
-    Studies that apply to none of the chosen scenes are left out. Where no scene, rule or precision
-    was chosen, what is about the bench joins in: the cost of references, and the mutation study (a
-    sample of it, unless time is no matter).
+    With a `store` the run joins its history, and the page shows changes. command, asked: the
+    commands that the page shows for itself and for a study by name. Studies that apply to none of
+    the chosen scenes are left out. If no scene, rule or precision was chosen, studies of the bench
+    itself are included: the cost of references, and the mutation study (a sample of it, unless
+    `thorough`).
     """
     from ..report.page import About, write_report
     from ..report.tables import short
@@ -65,13 +64,13 @@ def make_report(
         studies, choice, progress, store=store, jobs=jobs, also=equations_of
     )
     for result in results:
-        if result.get("command") == f"discmech {result['study']}":  # with what was chosen
+        if result.get("command") == f"discmech {result['study']}":  # with the choice
             result["command"] = asked(result["study"])
     progress("figures", 1.0)
     scenes = {scene.name: scene for scene, _ in choice.pairs()}
     ours = (study for study in studies if study.name not in OF_THE_BENCH)
     for case in (case for study in ours for case in study.cases(choice)):
-        scenes.setdefault(case.scene.name, case.scene)  # of contact, and of optimal control
+        scenes.setdefault(case.scene.name, case.scene)  # scenes of contact, and of optimal control
     described = [about(scene) for scene in scenes.values()]
     drawn = _drawn_once(store, jobs if isinstance(jobs, int) else cores())
     words = (results, equations, described, folder, command, drawn)
@@ -85,9 +84,9 @@ def make_report(
 
 
 def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
-    """What gives figures from the store, or draws them and keeps them there.
+    """Return a function that takes figures from the store, or draws them and stores them.
 
-    Those of many cases are drawn by `jobs` processes, the study with most to draw first.
+    Figures of many cases are drawn by `jobs` processes, the study with the most figures first.
     """
     if store is None:
         return None
@@ -105,7 +104,7 @@ def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
                 for future in as_completed(waiting):
                     k = waiting[future]
                     found[k] = store.keep("figure", keys[k], future.result())
-        for k in left:  # all, or those of a process that was killed
+        for k in left:  # all, or those of a killed process
             if found[k] is None:
                 found[k] = store.keep("figure", keys[k], drawings[k][1]())
         return found
@@ -116,7 +115,7 @@ def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
 def write_study(
     result: dict[str, Any], choice: Choice, folder: Path, look: Look | None, command: str
 ) -> Path:
-    """The page of one study with its figures and tables in a folder; returns the page's path."""
+    """Write the page of one study with its figures and tables into a folder; return its path."""
     from ..report.page import About, write_report
     from .methods import about_methods
 
@@ -131,9 +130,9 @@ def write_study(
 
 
 def about(scene: Any) -> dict[str, Any]:
-    """A scene's or lattice's line in the report."""
+    """Return a scene's or lattice's line in the report."""
     given = scene.parameters
-    if isinstance(scene, Lattice):  # an array is one number a site or bond
+    if isinstance(scene, Lattice):  # an array is one number per site or bond
         given = {**scene.split_parameters["shared"]}
     values = {
         name: "(" + ", ".join(map(str, flatten(value))) + ")" if isinstance(value, tuple) else value

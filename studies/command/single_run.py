@@ -1,4 +1,4 @@
-"""`discmech run`: one trajectory of a scene, shown or as JSON."""
+"""`discmech run`: one trajectory of a scene, printed or as JSON."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def add_to(commands: Any) -> None:
     parser.add_argument(
         "--tolerance",
         metavar="E",
-        help="instead of --step: a pilot picks it for this error over the scene's duration",
+        help="instead of --step: choose it for this error over the scene's duration",
     )
     parser.add_argument("--steps", metavar="N", help="default: the scene's duration")
     parser.add_argument("--every", metavar="K", default="1", help="keep every K-th row (default 1)")
@@ -43,14 +43,14 @@ def add_to(commands: Any) -> None:
         "--on-edge",
         metavar="WHAT",
         default="refuse",
-        help="where a step leaves its chart: refuse (default), bisect or shrink",
+        help="if a step leaves its chart: refuse (default), bisect or shrink",
     )
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
     parser.set_defaults(action=run_scene)
 
 
 def run_scene(options: argparse.Namespace) -> int:
-    """Exit code 0; a step that fails is raised once its part of the run is written."""
+    """Return exit code 0; a failing step is raised after its part of the run is written."""
     import mpmath
 
     with progress_shown("deriving and compiling") as show:
@@ -104,7 +104,7 @@ def run_scene(options: argparse.Namespace) -> int:
 def _measured(
     options: argparse.Namespace, show: Callable[[str, float], None]
 ) -> tuple[Flow, Trajectory, StepFailure | None, float]:
-    """The flow, its run as far as it came, why it came no further, and the seconds of the run."""
+    """Return the flow, its run as far as it came, its failure or None, and the run's seconds."""
     from discmech.integrators import Scheme
     from discmech.integrators.numbers import exact_rational
 
@@ -133,12 +133,12 @@ def _measured(
 
 
 def _energy_error(scheme: DiscretisedScene, run: Trajectory, digits: int) -> float | None:
-    """The largest error of the energy in the run's rows, over its terms; None if it has none."""
+    """Return the largest error of the energy in the run's rows over its terms, or None."""
     import numpy as np
 
     from ..core.runs import energy_errors
 
-    scene = scheme.scene  # by a force, in time and at impacts it has to change
+    scene = scheme.scene  # a force, time dependence and impacts change the energy
     changed = scene.force is not None or scene.timed or scene.contact is not None
     if scheme.scene.lagrangian is None or changed or not len(run.t):
         return None
@@ -147,7 +147,7 @@ def _energy_error(scheme: DiscretisedScene, run: Trajectory, digits: int) -> flo
 
 
 def _print_doubts(flow: Any) -> None:
-    """Say of gaps that are no distances, or that round-off hides, what the run does not show."""
+    """Print warnings about gaps that are no distances, or that round-off hides."""
     from discmech.integrators.contact import scaled_gaps, unsure_gaps
 
     unsure = sorted(flow.unsure_gaps)

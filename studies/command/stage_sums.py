@@ -10,14 +10,13 @@ from typing import Any
 
 from discmech.integrators.equations import answers_of
 
-DIGITS = 6  # of the nodes and weights that are no fractions
+DIGITS = 6  # digits of nodes and weights that are no fractions
 
 
 class StageSum:
     """The terms of L_d with vectors as single letters; `letters` names these.
 
-    l stands for the Lagrangian, b for the target of a chart value, V for the velocity of a curve of
-    arrows.
+    l is the Lagrangian, b the target of a chart value, V the velocity of a curve of arrows.
     """
 
     def __init__(self, s: Any, of: Any) -> None:
@@ -31,7 +30,7 @@ class StageSum:
 
     @property
     def terms(self) -> list[Any]:
-        """One a value of the Lagrangian that the rule asks for."""
+        """One term for each value of the Lagrangian that the rule uses."""
         from sympy import Function
 
         n, value = len(self.s.x), Function("l")
@@ -68,7 +67,7 @@ class StageSum:
         return [Function("V")(*self._point(rest[:n]), *w, *slope)]
 
     def _vector(self, entries: Any) -> list[Any]:
-        """A combination of u and the stages as one expression; else the entries themselves."""
+        """Return a combination of u and the stages as one expression, or else the entries."""
         from sympy import expand
 
         entries = [expand(e) for e in entries]

@@ -1,4 +1,4 @@
-"""`discmech STUDY`: one study of what was chosen, shown, as JSON, or as a page."""
+"""`discmech STUDY`: one study of the chosen scenes and rules, printed, as JSON, or as a page."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .output import EXIT, console, exit_code, progress_shown, writable, writable
 
 
 def add_to(commands: Any, word: str = "") -> None:
-    """Declare a command for every study, and for the one that a word names as FILE.py:NAME."""
+    """Declare a command for every study, and for one given as FILE.py:NAME."""
     studies = every_study()
     if re.search(r"\.py(:|$)", word):
         from ..core.study_lookup import study_called
@@ -28,7 +28,7 @@ def add_to(commands: Any, word: str = "") -> None:
         asked.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
         asked.add_argument(
             "--folder", metavar="DIR",
-            help="write a page there, figures (SVG, PDF, PNG) and tables (CSV, TeX, JSON)",
+            help="write a page here, with figures (SVG, PDF, PNG) and tables (CSV, TeX, JSON)",
         )  # fmt: skip
         add_look(asked)
         add_baselines(asked)
@@ -36,7 +36,7 @@ def add_to(commands: Any, word: str = "") -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the study and show its result; returns the exit code."""
+    """Run the study and show its result; return the exit code."""
     from ..core.running import run_study
     from ..core.study_lookup import study_called
     from ..report.tables import print_result

@@ -1,4 +1,4 @@
-"""The subcommands `verify` and `compare`: rules of the user's in, verdicts and ratios out."""
+"""The subcommands `verify` and `compare`: verdicts and ratios for the user's rules."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import RULE_HELP, add_fresh, add_jobs, jobs, typed
 from .output import EXIT, console, exit_code, progress_shown, writable, write
 
-EPILOG = "A bar says what is left; after Ctrl-C the same command goes on where it stopped. "
+EPILOG = "A bar shows the progress; after Ctrl-C the same command continues where it stopped. "
 EPILOG += "Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive, "
 EPILOG += "4 could not run."
 
@@ -29,13 +29,13 @@ def add_to(commands: Any) -> None:
     """Declare the subcommands."""
     verify = commands.add_parser(
         "verify",
-        help="all verdicts on the rules and scenes of a file of yours",
+        help="all verdicts on the rules and scenes in your file",
         epilog=f"The first time a rule takes twenty seconds on two cores, on six scenes. {EPILOG}",
     )
     verify.add_argument(
         "rules", metavar="FILE.py", nargs=1, help="rules and scenes; or FILE.py:NAME, one of them"
     )
-    badge = "write the verdict as a small picture, for the first page of a repository"
+    badge = "write the verdict as a badge for a README"
     verify.add_argument("--badge", metavar="FILE.svg", help=badge)
     add_baselines(verify)
     compare = commands.add_parser("compare", help="methods side by side", epilog=EPILOG)
@@ -54,12 +54,12 @@ def _add_selection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--all", action="store_true", help="every scene, not only six")
     parser.add_argument(
         "--study", action="append", default=[], metavar="STUDY", dest="studies", choices=NAMES,
-        help=f"only this study, of {', '.join(NAMES)}; may be repeated",
+        help=f"only this study ({', '.join(NAMES)}); may be repeated",
     )  # fmt: skip
     parser.add_argument(
         "--digits", action="append", default=[], metavar="D", help="default: 16 and 50"
     )
-    parser.add_argument("--steps", metavar="N", help="of every run, as the studies' own --steps")
+    parser.add_argument("--steps", metavar="N", help="number of steps (of the coarsest run)")
     add_jobs(parser)
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
     add_fresh(parser)
@@ -87,13 +87,14 @@ def _answer(options: argparse.Namespace) -> int:
     )
     before = earlier(options)
     quiet = options.json == "-"
-    barred = sys.stderr.isatty()  # a bar says how many are done, so a line is for what did not pass
+    # a bar counts the cases, so lines are printed only for cases that did not pass
+    barred = sys.stderr.isatty()
     reasons: set[str] = set()
 
     def told(study: str, case: dict[str, Any]) -> None:
         if barred and case["verdict"] == "pass":
             return
-        if not quiet and not case.get("unusable"):  # that is said once, at the end
+        if not quiet and not case.get("unusable"):  # these are reported once, at the end
             print(verdicts.line(study, case, reasons), flush=True)
             reasons.add(case["reason"])
 
@@ -133,7 +134,7 @@ def _show(result: dict[str, Any], seconds: float) -> None:
 
 
 def _typed(options: argparse.Namespace, studies: Sequence[str]) -> str:
-    """The command again, with these studies."""
+    """Return the command again, with these studies."""
     given = {"--scene": options.scenes, "--study": studies, "--digits": options.digits}
     own = ["--all"] if options.all else []
     return typed((options.name, *options.rules), given, own, options.steps)
