@@ -1,1 +1,1 @@
-"""How results are shown: wording, tables, figures, the page."""
+"""The presentation of results: wording, tables, figures, the page."""

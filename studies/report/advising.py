@@ -1,4 +1,4 @@
-"""`compare`'s advice in sentences: which method to take, and the numbers that say so."""
+"""The advice of `compare` in sentences: the recommended method, with its numbers."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from typing import Any
 from .wording import USUAL_RETRACTION, Result, duration, number, scientific
 
 Line = Mapping[str, Any]
-FAR = 1e6  # a ratio beyond which how much more says nothing more
+FAR = 1e6  # larger ratios are not given exactly
 GOALS = {"1e6 periods": "a million periods", "large steps": "large steps",
          "stable steps": "large steps of the oscillator"}  # fmt: skip
 
 
 def recommended(result: Result) -> list[str]:
-    """Of each scene what to take in one line, and under it a sentence a goal with its evidence."""
+    """Return one line for each scene with the recommendation, and a sentence per goal with
+    evidence."""
     scenes: dict[str, list[Line]] = {}
     for line in result["advice"]:
         scenes.setdefault(_place(line), []).append(line)
@@ -28,7 +29,7 @@ def recommended(result: Result) -> list[str]:
 
 
 def overall(lines: Sequence[Line]) -> list[str]:
-    """Which method is best at every aim of every scene, or that none is; nothing of one aim."""
+    """Return a sentence on the best method for all goals of all scenes; [] for a single goal."""
     asked = [line for line in lines if line["take"]]
     if len(asked) < 2:
         return []
@@ -36,7 +37,7 @@ def overall(lines: Sequence[Line]) -> list[str]:
     where = f"at all {len(asked)} aims"
     if not taken:
         return [f"No method is best, or as good as the best, {where}."]
-    # where rules are one method, nothing else ran that could come near
+    # equal rules count as one method, so nothing else may have run
     alone = sum(line["told_apart"] and len(line["evidence"]) > 1 for line in asked)
     best = f"{' or '.join(taken)} is best"
     if alone == len(asked):
@@ -46,7 +47,7 @@ def overall(lines: Sequence[Line]) -> list[str]:
 
 
 def recommendation(result: Result) -> dict[str, Any]:
-    """The same as plain cells for the page."""
+    """Return the recommendations as plain cells for the page."""
     about = (
         "By the time to an error, the energy error at equal time, the share of the stability map; "
         "in brackets what the spread of the times, or of the map's edges, leaves open. Methods "
@@ -61,7 +62,7 @@ def recommendation(result: Result) -> dict[str, Any]:
 
 
 def short(line: Line) -> str:
-    """For 10⁻⁴ take midpoint or trapezoidal."""
+    """Return a phrase such as: for 10⁻⁴ take midpoint or trapezoidal."""
     goal = line["for"]
     labels = [_label(e) for e in line["evidence"] if e["standing"] in ("best", "tied")]
     said = f"take {' or '.join(labels)}" if labels else "no method came so far"
@@ -69,7 +70,7 @@ def short(line: Line) -> str:
 
 
 def sentence(line: Line) -> str:
-    """The same with what it rests on: figures, ratios to the best and their spread."""
+    """Return the phrase with its evidence: figures, ratios to the best and their spread."""
     best = next((e for e in line["evidence"] if e["standing"] == "best"), None)
     figure = "" if best is None else f" ({_figure(line['for'], best)})"
     tied = "" if line["told_apart"] or best is None else ", which cannot be told apart"
@@ -85,7 +86,7 @@ def sentence(line: Line) -> str:
 
 
 def times(ratio: float) -> str:
-    """2.3×, or that it is too many to count."""
+    """Return a ratio such as 2.3×, or that it is very large."""
     return f"{ratio:.3g}×" if ratio < FAR else "over 10⁶×"
 
 
@@ -110,7 +111,7 @@ def _figure(goal: str, entry: Line) -> str:
 
 
 def _beside(goal: str, entry: Line) -> str:
-    """One of the others beside the best."""
+    """Return a phrase that compares another method with the best."""
     ratio, label = number(entry["ratio"]), _label(entry)
     if goal in ("large steps", "stable steps"):
         return f"{label} {_figure(goal, entry)}"

@@ -1,4 +1,4 @@
-"""Curves that coincide, drawn so that each is seen: dashes in turn, marks within marks."""
+"""Curves that coincide, drawn so that each is visible: alternating dashes, nested marks."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Curve = Sequence[tuple[float, float]]
-NEAR = 1.7  # points of type within which curves are one line to the eye
+NEAR = 1.7  # distance in points of type below which curves look like one line
 DASH = 4.5
 
 
 @dataclass(frozen=True)
 class Share:
-    """The place of a curve among those that coincide with it, from the lowest up."""
+    """The position of a curve among those that coincide with it, from the lowest upwards."""
 
     place: int = 0
     of: int = 1
 
     def line(self, mark: Mark, width: float) -> dict[str, Any]:
-        """Style of the line: its own, or dashes in turn with its fellows' on the lowest one."""
+        """Return the style of the line: its own, or dashes that alternate with those of the
+        others."""
         if self.of == 1 or self.place == 0:
             return {"lw": width * (1 if self.of == 1 else 1.25), "ls": mark.dash}
         on, period = DASH / width, self.of * DASH / width
@@ -33,7 +34,8 @@ class Share:
         return {"lw": 1.25 * width, "ls": dash, "dash_capstyle": "butt"}
 
     def marks(self, usual: float) -> dict[str, Any]:
-        """Size and edge of filled marks: the lowest the largest, a light edge round the others."""
+        """Return size and edge of filled marks: the lowest is largest, the others have a light
+        edge."""
         if self.of == 1:
             return {"ms": usual, "mew": 0.8}
         edge = {"mew": 0.8} if self.place == 0 else {"mew": 0.5, "mec": PAPER}
@@ -41,7 +43,7 @@ class Share:
 
 
 def shares(axes: Axes, curves: Sequence[Curve]) -> list[Share]:
-    """The share of each curve; the axes have to have their final limits and scales."""
+    """Return the share of each curve; the axes must have their final limits and scales."""
     drawn = [_points(axes, curve) for curve in curves]
     groups: list[list[int]] = []
     for k, points in enumerate(drawn):
@@ -56,7 +58,7 @@ def shares(axes: Axes, curves: Sequence[Curve]) -> list[Share]:
 
 
 def _points(axes: Axes, curve: Curve) -> dict[float, float]:
-    """Height above the page's edge in points of type, by abscissa."""
+    """Return the height above the page's edge in points of type, by abscissa."""
     if not curve:
         return {}
     scale = 72 / axes.figure.dpi
@@ -65,7 +67,7 @@ def _points(axes: Axes, curve: Curve) -> dict[float, float]:
 
 
 def _near(one: dict[float, float], other: dict[float, float]) -> bool:
-    """Whether they share most abscissae and are close at nearly all of these."""
+    """Return True if both share most abscissae and are close at nearly all of these."""
     both = one.keys() & other.keys()
     if not both or len(both) < 0.8 * min(len(one), len(other)):
         return False

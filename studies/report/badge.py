@@ -6,14 +6,16 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
-#: white on these has a contrast of at least 4.5 (WCAG AA); the mark says it without colour
+#: white text on these has a contrast of at least 4.5 (WCAG AA); the mark needs no colour
 LOOKS = {"pass": ("✓", "#2a7d2e"), "fail": ("✗", "#b3261e"), "inconclusive": ("?", "#8a5a00")}
 GREY = "#4a4a4a"
-WIDTH, MARGIN, HEIGHT = 6.8, 8, 20  # pixels of a letter, beside a text, of the badge
+# in pixels: a letter's width, the margin beside a text, the badge's height
+WIDTH, MARGIN, HEIGHT = 6.8, 8, 20
 
 
 def badge(result: Mapping[str, Any], label: str = "discmech") -> str:
-    """The SVG text: a label and the verdict, with a title that counts the cases by verdict."""
+    """Return the SVG text: a label and the verdict, with a title that counts the cases by
+    verdict."""
     said = result["verdict"]
     mark, colour = LOOKS[said]
     text = f"{mark} {said}"

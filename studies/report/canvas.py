@@ -1,4 +1,4 @@
-"""What every figure shares: type, the grid of panels, log axes and their ticks."""
+"""Common parts of all figures: type, the grid of panels, log axes and their ticks."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 #: names and values of matplotlib's rcParams
 Style = Sequence[tuple[str, Any]]
-#: inches that stay free beside the longest word: fonts elsewhere are a little wider
+#: inches kept free beside the longest word, since other fonts are a little wider
 SPARE = 0.06
-LEAST = 1.2  # inches of an axes in a figure whose width is asked for
-#: the fonts of a figure, and where text is text those of the same widths that others have
+LEAST = 1.2  # least width of axes in inches, in a figure with a requested width
+#: the fonts of a figure, and common fonts with the same widths for SVG text
 _FAMILIES = (
     b"'STIXGeneral', 'DejaVu Serif'",
     b"STIXGeneral, 'STIX Two Text', 'Times New Roman', Times, 'DejaVu Serif', serif",
@@ -52,7 +52,8 @@ _RC: Any = {
 
 @dataclass(frozen=True)
 class Panel:
-    """One small multiple: its heading, what its axes show, how it is drawn."""
+    """One small multiple: its heading, its axis label, its spoken description, its drawing
+    function."""
 
     title: str
     subtitle: str
@@ -63,7 +64,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Sheet:
-    """Sizes in inches of a panel and its margins, and how many stand side by side."""
+    """Sizes in inches of a panel and its margins, and the number of columns."""
 
     width: float = 3.0
     height: float = 2.45
@@ -87,12 +88,12 @@ class Drawing:
 
 
 def round_off(digits: int) -> float:
-    """The unit of round-off: the largest relative error of a rounding at a precision."""
+    """Return the unit of round-off: the largest relative error of a rounding at a precision."""
     return 2.0**-53 if digits <= 16 else 10.0 ** (1 - digits) / 2
 
 
 def figure_of(panels: Sequence[Panel], sheet: Sheet, style: Style = ()) -> Figure:
-    """The panels as a matplotlib figure, with a canvas for pictures, to be changed or saved."""
+    """Return the panels as a matplotlib figure with a canvas, to be changed or saved."""
     import matplotlib
 
     with matplotlib.rc_context(_RC | dict(style)):
@@ -104,8 +105,8 @@ def render(
 ) -> Drawing:
     """Draw the panels on one sheet. Markers and styles of the page go into `definitions`.
 
-    style: entries of matplotlib's rcParams that replace ours; of figure.figsize the width alone
-    counts, as that of a paper's column.
+    style: entries of matplotlib's rcParams that replace ours; only the width of figure.figsize is
+    used, as that of a paper's column.
     """
     import matplotlib
 
@@ -117,7 +118,7 @@ def render(
         about = {"Date": None, "Creator": "discmech"}
         figure.savefig(svg, format="svg", metadata=about)
         figure.savefig(pdf, format="pdf", metadata={"CreationDate": None, "Creator": "discmech"})
-        quick = {"compress_level": 4}  # for 1 % of the size
+        quick = {"compress_level": 4}  # costs 1 % of the size
         figure.savefig(png, dpi=200, metadata={"Software": "discmech"}, pil_kwargs=quick)
     width, height = 72 * fitted.width, 72 * fitted.height
     cells = [
@@ -130,9 +131,9 @@ def render(
 
 
 def _sized(panels: Sequence[Panel], sheet: Sheet, style: Style) -> tuple[Sheet, int]:
-    """The sheet, and how many panels stand side by side: of a width that the style asks for.
+    """Return the sheet and the number of columns, fitted to the width that the style requests.
 
-    Words keep their size, so axes give way, down to `LEAST`; a figure of longer words is wider.
+    Words keep their size, so axes shrink, down to `LEAST`; a figure with longer words is wider.
     """
     columns = max(1, min(sheet.columns, len(panels)))
     asked = dict(style).get("figure.figsize")
@@ -145,10 +146,10 @@ def _sized(panels: Sequence[Panel], sheet: Sheet, style: Style) -> tuple[Sheet, 
 
 
 def _laid_out(panels: Sequence[Panel], sheet: Sheet, columns: int) -> tuple[Figure, Sheet]:
-    """The panels drawn on a sheet whose margins hold every word, and that sheet.
+    """Return the panels drawn on a sheet whose margins fit every word, and that sheet.
 
-    The size of the axes is the one that was asked for, so what was drawn stays as it is when the
-    margins grow: words are measured once, after everything is drawn.
+    The size of the axes is fixed, so the drawing does not change when the margins grow: words are
+    measured once, after everything is drawn.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -188,7 +189,7 @@ def _place(figure: Figure, sheet: Sheet, columns: int, lines: int) -> None:
 
 
 def _margins(axes: Axes, renderer: Any) -> tuple[float, float, float, float]:
-    """Inches that an axes needs at its left, right, upper and lower side for all that it shows."""
+    """Return the space in inches that an axes needs at its left, right, upper and lower side."""
     figure: Any = axes.figure
     cell = axes.get_position(original=True).transformed(figure.transFigure)
     shown = axes.get_tightbbox(renderer)
@@ -200,9 +201,10 @@ def _margins(axes: Axes, renderer: Any) -> tuple[float, float, float, float]:
 
 
 def _scales(axes: Axes) -> str:
-    """Of x and y: [first place, last place, number there, number there, logarithmic], as JSON.
+    """Return, for x and y, [first place, last place, number there, number there, logarithmic] as
+    JSON.
 
-    Places are in points of the sheet, downwards from its upper edge as SVG has them.
+    Places are in points of the sheet, downwards from its upper edge as in SVG.
     """
     box, point = axes.bbox, 72 / axes.figure.dpi
     top = axes.figure.bbox.height
@@ -218,7 +220,7 @@ def _scales(axes: Axes) -> str:
 
 
 def _dress(axes: Axes, panel: Panel, sheet: Sheet) -> None:
-    """Headings, spines and background of a panel."""
+    """Draw headings, spines and background of a panel."""
     axes.set_facecolor("none")
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
@@ -234,13 +236,14 @@ def _dress(axes: Axes, panel: Panel, sheet: Sheet) -> None:
     axes.annotate(panel.subtitle, xytext=(shift, 7), **small, **place)
     axes.set_xlabel(panel.xlabel, fontsize=8, color=MUTED, labelpad=1.5)
     tall = 72 * (sheet.height - sheet.top - sheet.bottom)
-    axes.xaxis.set_label_coords(0.5, -15.5 / tall)  # fixed: matplotlib need not measure the ticks
+    # fixed, so that matplotlib need not measure the ticks
+    axes.xaxis.set_label_coords(0.5, -15.5 / tall)
     axes.yaxis.set_label_coords(0, 0.5)
     axes.tick_params(labelsize=7.5, pad=2)
 
 
 def log_limits(values: Iterable[float], pad: float = 0.07, least: float = 1.0) -> Any:
-    """Limits around positive values on a log axis, at least `least` decades apart."""
+    """Return limits around positive values on a log axis, at least `least` decades apart."""
     logs = [math.log10(value) for value in values if value > 0] or [-1.0, 0.0]
     low, high = min(logs), max(logs)
     if high - low < least:
@@ -251,7 +254,7 @@ def log_limits(values: Iterable[float], pad: float = 0.07, least: float = 1.0) -
 
 
 def log_axis(axes: Axes, which: str, limits: tuple[float, float], most: int = 5) -> None:
-    """A log axis with few, round ticks: decades where there are two, else 1–2–5."""
+    """Make a log axis with few, round ticks: decades if there are two, else 1–2–5."""
     low, high = limits
     getattr(axes, f"set_{which}scale")("log")
     getattr(axes, f"set_{which}lim")(low, high)
@@ -273,7 +276,7 @@ def log_axis(axes: Axes, which: str, limits: tuple[float, float], most: int = 5)
 
 
 def note(axes: Axes, words: str) -> None:
-    """A remark in the middle of a panel that has nothing to draw."""
+    """Write a remark in the middle of a panel that has nothing to draw."""
     import textwrap
 
     axes.set_xticks([])

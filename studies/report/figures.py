@@ -1,4 +1,4 @@
-"""The figures of a report: which there are, their captions, the commands that reproduce them."""
+"""The figures of a report, their captions, and the commands that reproduce them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .wording import Case, Result, rule_name
 
 @dataclass(frozen=True)
 class Plate:
-    """A figure with what stands beside it."""
+    """A figure with its title, caption and command."""
 
     name: str
     study: str
@@ -29,7 +29,7 @@ class Plate:
 
 @dataclass(frozen=True)
 class Look:
-    """How the user wants figures: labels of rules (name, label), entries of rcParams."""
+    """The user's wishes for figures: labels of rules (name, label), entries of rcParams."""
 
     labels: tuple[tuple[str, str], ...] = ()
     style: tuple[tuple[str, Any], ...] = ()
@@ -37,19 +37,20 @@ class Look:
     def of_cases(
         self, cases: Sequence[Case], known: dict[str, Mark]
     ) -> tuple[list[Case], dict[str, Mark]]:
-        """The cases with the labels for their rules' names, and the marks under these labels."""
+        """Return the cases with labels in place of rules' names, and the marks under these
+        labels."""
         labels = dict(self.labels)
         shown = [{**c, "rule": labels.get(str(c.get("rule")), c.get("rule"))} for c in cases]
         pairs = zip(shown, cases, strict=True)
         return shown, known | {rule_name(new): known[rule_name(old)] for new, old in pairs}
 
 
-#: [(study, its cases, …: what a drawing depends on; how it is made)] → each, made now or earlier
+#: [(data on which a drawing depends, function that makes it)] → the drawings, new or stored
 Remembered = Callable[[Sequence[tuple[Any, Callable[[], Any]]]], Sequence[Any]]
 
 
 def anew(drawings: Sequence[tuple[Any, Callable[[], Any]]]) -> list[Any]:
-    """Make them, whatever was made before."""
+    """Make the drawings without a store."""
     return [make() for _, make in drawings]
 
 
@@ -60,11 +61,11 @@ def plates(
     remembered: Remembered = anew,
     look: Look | None = None,
 ) -> list[Plate]:
-    """Every figure that these results (one a study) allow.
+    """Return every figure that these results (one per study) allow.
 
-    `definitions` collects the styles and markers that the inline panels refer to; the page has to
-    hold them once. remembered: gives what was drawn of the same numbers before. look: labels and
-    style that the user asked for.
+    `definitions` collects the styles and markers to which the inline panels refer; the page must
+    contain them once. remembered: returns stored drawings of the same numbers. look: labels and
+    style that the user wants.
     """
     look = look or Look()
     rules = dict.fromkeys(rule_name(case) for result in results for case in result["cases"])
@@ -93,7 +94,7 @@ def plates(
 
 
 def sketches(result: Result, titles: Titles, look: Look | None = None) -> list[Sketch]:
-    """The figures of a study's result that have something to show, before they are drawn."""
+    """Return the figures of a study's result that have something to show, before they are drawn."""
     known = marks(dict.fromkeys(rule_name(case) for case in result["cases"]))
     cases, known = (look or Look()).of_cases(result["cases"], known)
     return [s for s in view_of(result["study"]).sketches(cases, known, titles) if s.panels]
@@ -102,7 +103,7 @@ def sketches(result: Result, titles: Titles, look: Look | None = None) -> list[S
 def _drawn(
     study: str, cases: Sequence[Case], known: dict[str, Mark], titles: Titles, look: Look
 ) -> dict[str, Any]:
-    """The figures of a study and what they add to the page's definitions, as JSON has it."""
+    """Return the figures of a study and their definitions for the page, as JSON data."""
     definitions: dict[str, str] = {}
     figures = []
     cases, known = look.of_cases(cases, known)
@@ -119,7 +120,7 @@ def _drawn(
 
 
 def command(result: Result, cases: Sequence[Case], digits: int | None) -> str:
-    """The command that makes these numbers again."""
+    """Return the command that makes these numbers again."""
     same = [case for case in cases if digits is None or int(case.get("digits") or 16) == digits]
     own = next((case["study_command"] for case in same if case.get("study_command")), None)
     base = str(own or result.get("command") or f"discmech {result['study']}")

@@ -1,4 +1,4 @@
-"""Formulas as a reader wants them: ascending powers of the step, common factors outside."""
+"""Formulas in readable form: ascending powers of the step, common factors outside."""
 
 from __future__ import annotations
 
@@ -9,23 +9,24 @@ from functools import cache
 from html import escape, unescape
 from typing import Any
 
-LARGEST = 3000  # operations; what is larger is only freed of common factors
-#: terms that it has when written out times operations that it has now: about what writing it out
-#: takes, in microseconds; wong by midpoint, the most of the built-in scenes, has 1.5e5
+LARGEST = 3000  # larger expressions, in operations, are only freed of common factors
+#: largest product of the number of terms when written out and of present operations, which
+#: estimates the microseconds of writing it out; wong by midpoint, the largest of the built-in
+#: scenes, has 1.5e5
 DEAREST = 200_000
-LINE = 105  # letters in a line of an equation
+LINE = 105  # length of a line of an equation in letters
 _TAG = re.compile("<[^>]*>|\u2062")
 
 
 def ascending(
     expression: Any, h: Any, base: Collection[Any], named: dict[Any, Any] | None = None
 ) -> list[Any]:
-    """Terms that add up to the expression exactly, in ascending powers of h, each factored.
+    """Return terms that add up to the expression exactly, by ascending powers of h, each factored.
 
-    What depends on the symbols in `base` (potentials) stands apart from what does not. Terms whose
-    denominators contain h are gathered over one denominator and come last. With `named`, a
-    denominator is a letter, and this dictionary is told which (letter → denominator). Sums under
-    roots that do not depend on h stay as they are: written out they would only be longer.
+    Terms that depend on the symbols in `base` (potentials) are separate from the others. Terms
+    whose denominators contain h are gathered over one denominator and come last. With `named`, a
+    denominator becomes a letter, and this dictionary gets (letter → denominator). Sums under roots
+    that do not depend on h stay unchanged: written out they would only be longer.
     """
     from sympy import Add, Function, Symbol, cancel, count_ops, factor_terms, fraction, together
 
@@ -58,7 +59,7 @@ def ascending(
 
 
 def _terms_of(e: Any) -> int:
-    """How many terms an expression has when products and powers of sums are written out."""
+    """Return the number of terms after products and powers of sums are written out."""
     if e.is_Add:
         return sum(map(_terms_of, e.args))
     inside = max(map(_terms_of, e.args), default=1)
@@ -73,7 +74,7 @@ def _terms_of(e: Any) -> int:
 
 
 def _under_roots(expression: Any, h: Any) -> dict[Any, Any]:
-    """The sums under roots that are free of h, each by a letter that can stand for it."""
+    """Return the sums under roots that are free of h, each with a letter that can stand for it."""
     from sympy import Pow, Symbol
 
     found = {p.base for p in expression.atoms(Pow) if p.base.is_Add and not p.exp.is_Integer}
@@ -82,7 +83,7 @@ def _under_roots(expression: Any, h: Any) -> dict[Any, Any]:
 
 
 def _powers(expression: Any, h: Any, base: Collection[Any]) -> list[Any]:
-    """c₀ + c₁h + …, as the terms of c₀, of c₁h and so on."""
+    """Return c₀ + c₁h + …, as the terms of c₀, of c₁h and so on."""
     from sympy import Add, collect, fraction
 
     powers = collect(_expanded(expression), h, evaluate=False) if expression != 0 else {}
@@ -99,7 +100,7 @@ def _powers(expression: Any, h: Any, base: Collection[Any]) -> list[Any]:
 
 @cache  # rules of a scene, and both ends of a step, have most terms in common
 def _factored(part: Any) -> Any:
-    """A sum of one denominator as a product, as sympy's `factor` has it, but by flint."""
+    """Return a sum with one denominator as a product, like sympy's `factor`, but by flint."""
     from flint import fmpz_mpoly_ctx
     from sympy import Add, Mul, Poly, Rational, count_ops, factor, factor_terms, fraction
 
@@ -117,7 +118,7 @@ def _factored(part: Any) -> Any:
     content, factors = whole.factor()
     again = [Poly.from_dict(f.to_dict(), *above.gens).as_expr() ** k for f, k in factors]
     size, product = Rational(int(content), number), Mul(*again)
-    outside = product.is_Add and size != 1  # else it would be multiplied into the sum
+    outside = product.is_Add and size != 1  # otherwise it would be multiplied into the sum
     return Mul(size, product, evaluate=not outside) / factor(below)
 
 
@@ -129,17 +130,17 @@ def _expanded(expression: Any) -> Any:
 
 
 def display(formula: str) -> str:
-    """A formula as an element of a page or of a file."""
+    """Return a formula as a block element of a page or of a file."""
     return f'<math display="block">{formula}</math>'
 
 
 def together(formulas: Sequence[str]) -> str:
-    """Formulas as one, each on a line of its own, that stands for itself."""
+    """Return several formulas as one block, each on its own line."""
     return display(_table(formulas))
 
 
 def spaced(formula: str) -> str:
-    """The same with products that the page's style spaces."""
+    """Return the formula with products that the page's style spaces."""
     return formula.replace("<mo>\u2062</mo>", "<mo class=x>\u2062</mo>")
 
 
@@ -149,12 +150,12 @@ def _table(rows: Iterable[str]) -> str:
 
 
 def _width(pieces: Iterable[str]) -> int:
-    """About how many letters wide; a fraction is counted with both its parts."""
+    """Return the approximate width in letters; a fraction counts both its parts."""
     return sum(len(_TAG.sub("", piece)) for piece in pieces)
 
 
 def _lines(pieces: Sequence[str]) -> list[str]:
-    """Pieces put together to lines, those after the first indented."""
+    """Return the pieces joined into lines, indented after the first."""
     rows, room = [""], LINE
     for piece in pieces:
         wide = _width([piece])
@@ -167,7 +168,7 @@ def _lines(pieces: Sequence[str]) -> list[str]:
 
 
 class Typesetter:
-    """Presentation MathML of sums whose terms stand in the order that they are given in."""
+    """Presentation MathML of sums whose terms keep their given order."""
 
     def __init__(self, letters: Mapping[Any, str]) -> None:
         from sympy import Symbol
@@ -175,7 +176,7 @@ class Typesetter:
         self.letters = {s: Symbol(name, **s.assumptions0) for s, name in letters.items()}
 
     def equation(self, left: Sequence[Any], right: Sequence[Any]) -> str:
-        """Sum = sum, in lines of about `LINE` characters, broken before a term."""
+        """Return "sum = sum" in lines of about `LINE` characters, broken before a term."""
         before, after = self.signed(left), self.signed(right)
         if _width([*before, *after]) <= LINE:
             return f"<mrow>{''.join(before)}<mo>=</mo>{''.join(after)}</mrow>"
@@ -184,11 +185,11 @@ class Typesetter:
         return _table(_lines([*before, *after]) if short else [*_lines(before), *_lines(after)])
 
     def sum(self, terms: Sequence[Any]) -> str:
-        """The terms in this order, with their signs between them."""
+        """Return the terms in this order, with their signs between them."""
         return f"<mrow>{''.join(self.signed(terms))}</mrow>"
 
     def signed(self, terms: Sequence[Any]) -> list[str]:
-        """Each term with the sign before it; the first without a plus. Nothing is zero."""
+        """Return each term with the sign before it, the first without a plus; no term is zero."""
         from sympy.printing.precedence import PRECEDENCE
 
         found = list[str]()
@@ -203,13 +204,13 @@ class Typesetter:
 
 @cache
 def _typeset(size: Any, least: int) -> str:
-    """In brackets where it binds less than that."""
+    """Return the expression, in brackets if it binds less tightly than `least`."""
     return _written(_printer().parenthesize(size, least, strict=True))
 
 
 @cache
 def _printer() -> Any:
-    """sympy's, with functions by their own names, Stumpff's as c_k(z)."""
+    """Return sympy's printer with functions by their own names and Stumpff's as c_k(z)."""
     from sympy import Symbol
     from sympy.printing.mathml import MathMLPresentationPrinter
 
@@ -229,7 +230,7 @@ def _printer() -> Any:
 
 
 def _written(node: Any) -> str:
-    """A node of sympy's as text, rows of one entry as that."""
+    """Return a MathML node as text, without rows of one entry."""
     if node.nodeType == node.TEXT_NODE:
         return escape(unescape(node.data), quote=False)
     inner = "".join(map(_written, node.childNodes))

@@ -1,13 +1,13 @@
-"""The words of the bench that a reader may not know, each in a sentence.
+"""Words of the bench that a reader may not know, each with a sentence.
 
-The report explains those that it has, `discmech list --words` and docs/glossary.md all of them.
+The report explains the words that it contains, `discmech list --words` and docs/glossary.md all.
 """
 
 from __future__ import annotations
 
 import re
 
-#: word, a pattern that shows that a text has it, meaning
+#: word, a pattern that finds it in a text, meaning
 WORDS = (
     ("verdict", "pass|fail", "pass: what was demanded holds; fail: it does not; inconclusive: the "
      "numbers cannot tell, and the reason says what would"),
@@ -23,8 +23,8 @@ WORDS = (
     ("x, u, μ", "μ|momenta|momentum", "base point, velocity of a step, momentum ∂l/∂u; on an "
      "ordinary configuration space x is q and μ is p"),
     ("h", r"\bh\b|step", "the step size"),
-    ("groupoid", "[Gg]roupoid", "what the steps are arrows of: pairs (q₀, q₁) of an ordinary "
-     "configuration space, elements of a Lie group, or both"),
+    ("groupoid", "[Gg]roupoid", "the structure whose arrows are the steps: pairs (q₀, q₁) of "
+     "an ordinary configuration space, elements of a Lie group, or both"),
     ("dual", r"\bdual\b", "the space of (x, μ), where the motion is given by a Hamiltonian; on an "
      "ordinary configuration space it is the phase space of (q, p)"),
     ("Legendre map", "[Ll]egendre", "the map from velocities to momenta, μ = ∂l/∂u; a discrete "
@@ -37,16 +37,16 @@ WORDS = (
     ("floor", "[Ff]loor|round-off", "the level below which round-off outweighs the error of the "
      "method; points there are left out"),
     ("Ω", "Ω", "the symplectic form of a discrete Lagrangian, on pairs of neighbouring steps"),
-    ("pullback", "[Pp]ullback", "the form Ω as the next step sees it, carried back by the "
-     "derivative of a step; a symplectic method leaves it as it was"),
+    ("pullback", "[Pp]ullback", "the form Ω of the next step, carried back by the derivative "
+     "of a step; a symplectic method leaves it unchanged"),
     ("form defect", "[Ff]orm defect|Ω|[Ss]ymplectic", "by how much a step changes the symplectic "
      "form, relative to the form; 0 but for round-off if the method is symplectic"),
     ("Poisson defect", "Poisson", "the same on the dual: by how much a step changes the brackets "
      "of x and μ"),
     ("self-adjoint", "self-adjoint", "a step back undoes a step, as for the midpoint rule"),
-    ("momentum drift", "[Dd]rift", "how far a conserved quantity goes to one side over the run"),
-    ("band", "[Bb]and|oscillat", "the limits between which the energy error goes to and fro; they "
-     "are narrow for a sound method, whatever the time"),
+    ("momentum drift", "[Dd]rift", "how far a conserved quantity moves in one direction in a run"),
+    ("band", "[Bb]and|oscillat", "the limits between which the energy error oscillates; they "
+     "stay narrow for a sound method, however long the run"),
     ("Casimir", "Casimir", "a function of the momenta that every motion keeps, such as |μ|²"),
     ("hω", "hω", "step size times the fastest frequency of small oscillations"),
     ("modified energy", "modified energy", "the energy of the nearby system that the method solves "
@@ -56,10 +56,10 @@ WORDS = (
 
 
 def met(text: str) -> list[tuple[str, str]]:
-    """(word, meaning) of the words that a page's text has."""
+    """Return (word, meaning) of the words in a page's text."""
     return [(word, meaning) for word, shown, meaning in WORDS if re.search(shown, text)]
 
 
 def rows() -> str:
-    """The rows of docs/glossary.md."""
+    """Return the rows of docs/glossary.md."""
     return "\n".join(f"| {word} | {meaning} |" for word, _, meaning in WORDS)

@@ -1,4 +1,4 @@
-"""Cases by precision and by scene, as figures have them."""
+"""Cases by precision and by scene, for figures."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .wording import Case
 
 
 def precisions(cases: Sequence[Case]) -> dict[int, list[Case]]:
-    """The cases of each number of digits, fewest digits first."""
+    """Return the cases for each number of digits, fewest digits first."""
     found: dict[int, list[Case]] = {}
     for case in cases:
         found.setdefault(int(case.get("digits") or 16), []).append(case)
@@ -18,7 +18,7 @@ def precisions(cases: Sequence[Case]) -> dict[int, list[Case]]:
 
 
 def by_scene(cases: Sequence[Case]) -> dict[str, list[Case]]:
-    """The cases of each scene, in the order in which they come."""
+    """Return the cases of each scene, in their order."""
     found: dict[str, list[Case]] = {}
     for case in cases:
         found.setdefault(str(case.get("scene")), []).append(case)
@@ -29,9 +29,9 @@ def figures_by_precision(
     name: str, title: str, caption: str, cases: Sequence[Case], sheet: Sheet,
     panels: Callable[[str, Sequence[Case], int], Iterable[Panel]],
 ) -> list[Sketch]:  # fmt: skip
-    """A figure a precision, with the panels of each scene: of its name, its cases and their digits.
+    """Return one figure per precision, with panels for each scene: its name, cases and digits.
 
-    The caption stands at the first; the others refer to it.
+    The caption is at the first figure; the others refer to it.
     """
     found: list[Sketch] = []
     for digits, same in precisions(cases).items():

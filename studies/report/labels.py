@@ -1,4 +1,4 @@
-"""Words beside the ends of lines, instead of a legend in a box."""
+"""Words beside the ends of lines, in place of a legend in a box."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def end_labels(
     gap: float = 8.6,
     indent: float = 9,
 ) -> None:
-    """Words (x, y, text, colour) right of the axes, beside the line ends, pushed apart."""
+    """Write words (x, y, text, colour) right of the axes beside the line ends, without overlap."""
     if not labels:
         return
     height = axes.bbox.height * 72 / axes.figure.dpi
@@ -50,9 +50,11 @@ def end_labels(
 def spread(
     wished: Sequence[float], heights: Sequence[float], low: float, high: float
 ) -> list[float]:
-    """Middles nearest to the wished ones (ascending) for words of these heights, none touching.
+    """Return middles nearest to the wished ones (ascending) for words of these heights, none
+    touching.
 
-    Less what must lie below each, the middles only have to ascend: isotonic regression.
+    After the heights below each are subtracted, the middles only have to ascend: isotonic
+    regression.
     """
     if not wished:
         return []

@@ -1,4 +1,4 @@
-"""A result as a notebook shows it: the table, why cases did not pass, the figures."""
+"""A result in a notebook: the table, the reasons of cases that did not pass, the figures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST_FIGURES = 4
 
 
 def html_of(result: Result) -> str:
-    """The table with the failures first, their reasons and commands, and the first figures."""
+    """Return the table with failures first, their reasons and commands, and the first figures."""
     study = str(result.get("study"))
     cases = sorted(result.get("cases") or [], key=lambda case: VERDICTS.index(verdict(case)))
     shown = filled(columns(study), cases)

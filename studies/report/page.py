@@ -23,14 +23,15 @@ if TYPE_CHECKING:
 
     from .figures import Look, Plate, Remembered
 
-LONGEST_FORMULA = 60_000  # characters of MathML; longer ones are linked, not shown
-FORMULAE = 700_000  # and of all of them together,
-SHORT_FORMULA = 1_000  # but what is no longer than this is always shown
+LONGEST_FORMULA = 60_000  # characters of MathML; longer formulas are linked, not shown
+FORMULAE = 700_000  # limit of all formulas together
+SHORT_FORMULA = 1_000  # shorter formulas are always shown
 
 
 @dataclass(frozen=True)
 class About:
-    """What a page is: its title; its methods (`command.methods`); whether it is on everything."""
+    """A page's title, its methods (`command.methods`), and whether it has all studies and
+    scenes."""
 
     title: str = "discmech"
     methods: Sequence[Mapping[str, Any]] = ()
@@ -50,9 +51,9 @@ def write_report(
 ) -> Path:
     """Write index.html, figures/, tables/ (and equations/ for the longest) into a folder.
 
-    An older report in the folder stays whole until this one is, and for good if this one fails.
-    remembered: gives figures that were drawn of the same numbers before (`figures.plates`).
-    past: what the last runs found of a case, the newest last. look: labels and style of figures.
+    An older report in the folder stays complete until this one is finished, and also if this one
+    fails. remembered: returns stored figures of the same numbers (`figures.plates`). past: the
+    findings of the last runs for a case, newest last. look: labels and style of figures.
     """
     from .figures import anew, plates
 
@@ -85,9 +86,9 @@ def lone_page(
     tables: Sequence[Mapping[str, Any]] = (),
     about: About | None = None,
 ) -> str:
-    """The page of some results by itself: figures within it, no files beside it.
+    """Return the page of some results by itself: figures inside, no files beside it.
 
-    tables: what stands above the studies, each {"title", "about", "heads", "lines"}, a line a list
+    tables: those above the studies, each {"title", "about", "heads", "lines"}, a line being a list
     of cells.
     """
     from .figures import plates
@@ -140,7 +141,7 @@ def _page(
 
 
 def _words(thing: Any) -> Iterator[str]:
-    """The words that a reader sees of what a template is given."""
+    """Yield the words in a template's data that a reader sees."""
     if isinstance(thing, str):
         yield thing
     elif hasattr(thing, "caption"):  # a figure
@@ -151,7 +152,7 @@ def _words(thing: Any) -> Iterator[str]:
 
 
 def environment() -> Environment:
-    """Jinja's environment with the templates, which lie in a wheel where a checkout has them."""
+    """Return Jinja's environment with the templates, which a wheel has at the same place."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     folder = Path(__file__).resolve().parents[2] / "reports" / "templates"
@@ -165,7 +166,7 @@ def environment() -> Environment:
 
 
 def _lines(study: str, cases: Sequence[Case], past: Sparklines) -> dict[str, Any]:
-    """A table for the templates: headings, and a line a case."""
+    """Return a table for the templates: headings, and a line per case."""
     shown = filled(columns(study), cases)
     lines = [
         {
@@ -186,7 +187,7 @@ def _lines(study: str, cases: Sequence[Case], past: Sparklines) -> dict[str, Any
 def _view(
     study: Result, drawn: Sequence[Plate], files: Sequence[str], past: Sparklines
 ) -> dict[str, Any]:
-    """What the page says about one study."""
+    """Return the data of one study for the page."""
     name, cases = str(study["study"]), study["cases"]
     known = known_study(name)
     sound = [case for case in cases if not is_control(case)]
@@ -214,7 +215,7 @@ def _view(
 def _schemes(
     equations: Sequence[Mapping[str, Any]], titles: Mapping[str, str], folder: Path
 ) -> list[dict[str, Any]]:
-    """The schemes of each scene, with what all of them share (its Lagrangian, say) by itself."""
+    """Return the schemes of each scene; common parts, such as its Lagrangian, come separately."""
     room = _Room(folder, FORMULAE)
     by_scene: dict[str, list[Mapping[str, Any]]] = {}
     for entry in equations:
@@ -244,7 +245,7 @@ def _schemes(
 
 @dataclass
 class _Room:
-    """What there is left for formulas on the page; those too long for it are files in a folder."""
+    """The room left for formulas on the page; longer ones become files in a folder."""
 
     folder: Path
     left: int
@@ -252,7 +253,7 @@ class _Room:
     def formulae(
         self, entry: Mapping[str, Any], wanted: Iterable[tuple[str, str]], names: Iterable[str]
     ) -> list[dict[str, Any]]:
-        """Of each head that the entry has: what is shown of it, and the file with the rest."""
+        """Return for each head of the entry its shown formulas and the file with the rest."""
         found, before = [], list(names)
         for head, key in wanted:
             given = entry.get(key) or []

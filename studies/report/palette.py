@@ -1,4 +1,4 @@
-"""Colours and markers: Okabe–Ito, a rule drawn the same in every figure, whatever else is drawn."""
+"""Colours and markers (Okabe–Ito): a rule looks the same in every figure."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from ..core.study import BY_TOLERANCE
 
 INK, MUTED, GRID, PAPER = "#1a1a1a", "#606060", "#d4d4d4", "#ffffff"
-# Okabe–Ito, without the yellow that white paper swallows; beside each a darker one for words.
+# Okabe–Ito without yellow, which is invisible on white; each has a darker colour for words
 BLUE, VERMILLION, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 SKY, ORANGE = "#56b4e9", "#e69f00"
 WORDS = {BLUE: "#005c8f", VERMILLION: "#a84a00", GREEN: "#00694d", PURPLE: "#98467a"}
@@ -22,14 +22,14 @@ THEME |= {VERMILLION: "vermillion", GREEN: "green", PURPLE: "purple", ORANGE: "o
 THEME |= {dark: f"{THEME[colour]}-words" for colour, dark in WORDS.items() if dark != colour}
 THEME |= {"#000000": "ink"}
 _FIXED = {"rectangle": (VERMILLION, "s"), "midpoint": (BLUE, "o"), "trapezoidal": (GREEN, "^")}
-# rules that stand in one figure of the report
+# rules that appear together in one figure of the report
 _FIXED |= {"imex": (PURPLE, "D"), "gauss-2": (ORANGE, "v"), "gauss-3": (SKY, "P")}
 _FIXED |= {"gauss-4": (INK, "X"), "gauss-8": (PURPLE, "<"), "lobatto-3": (SKY, ">")}
 _FIXED |= {"triple-jump:midpoint": (BLUE, "P"), "triple-jump:trapezoidal": (GREEN, "P")}
 _FIXED |= {"suzuki:midpoint": (BLUE, "X"), "suzuki:trapezoidal": (GREEN, "X")}
 _FIXED |= {"kahan-li-8:midpoint": (INK, "p"), "kahan-li-8:trapezoidal": (ORANGE, "p")}
 _FIXED |= {"average-vector-field": (PURPLE, "v"), "stoermer-verlet": (GREEN, "v")}
-# other people's integrators: grey and dashed, so that colours are the rules' own
+# other people's integrators are grey and dashed, so that colours belong to the rules
 _PEERS = {
     "DOP853": (MUTED, "d"),
     "Radau": (MUTED, "v"),
@@ -41,8 +41,8 @@ _PEERS = {
     "WHFast": (MUTED, "8"),
     "IAS15": (INK, "d"),
 }
-#: what any other rule is drawn with: its name decides, so that it keeps its mark beside others;
-#: in none of the colours of midpoint, trapezoidal and gauss-2, beside which most are drawn
+#: looks of other rules, chosen by name so that a rule keeps its mark; without the colours of
+#: midpoint, trapezoidal and gauss-2, which are usually drawn beside them
 _COLOURS = (INK, VERMILLION, PURPLE, SKY)
 _MARKERS = ("D", "v", "P", "X", "<", ">", "h", "p")
 _OTHERS = tuple(product(_COLOURS, _MARKERS))
@@ -50,7 +50,7 @@ _OTHERS = tuple(product(_COLOURS, _MARKERS))
 
 @dataclass(frozen=True)
 class Mark:
-    """How one rule is drawn, the same in every figure of a report."""
+    """The look of one rule, the same in every figure of a report."""
 
     colour: str
     marker: str
@@ -63,7 +63,7 @@ class Mark:
 
 
 def marks(rules: Iterable[str]) -> dict[str, Mark]:
-    """Colour and marker of each rule, from its name alone.
+    """Return colour and marker of each rule, from its name alone.
 
     "NAME, exp" is NAME with dashes, "NAME, tolerance" dotted. Two rules of one figure may get one
     colour; a label stands at the end of each line.
@@ -82,6 +82,6 @@ def marks(rules: Iterable[str]) -> dict[str, Mark]:
 
 
 def _by_name(rule: str) -> tuple[str, str]:
-    """A colour and a marker that depend on the letters of the name only."""
+    """Return a colour and a marker that depend only on the letters of the name."""
     number = int.from_bytes(blake2b(rule.encode(), digest_size=4).digest(), "big")
     return _OTHERS[number % len(_OTHERS)]

@@ -1,4 +1,4 @@
-"""The picture of convergence: error against step size, one panel a scene, all rules in it."""
+"""The picture of convergence: error against step size, one panel per scene with all its rules."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ def panel(
     what: str = "error in (x, μ)",
     along: str = "step h",
 ) -> Panel:
-    """One scene at one precision; what: that which is drawn; along: against what, as `step`."""
+    """Return the panel of one scene at one precision; what: the drawn quantity; along: the x
+    axis."""
 
     def draw(axes: Axes) -> None:
         curves = {rule_name(case): _points(case) for case in cases}
@@ -74,7 +75,7 @@ def _points(case: Case) -> Curve:
 
 
 def _curve(axes: Axes, case: Case, mark: Mark, share: Share) -> None:
-    """The line, and each point in the mark that says whether the fit used it."""
+    """Draw the line, and each point with a mark that shows whether the fit used it."""
     points = _points(case)
     if points:
         axes.plot(*zip(*points, strict=True), color=mark.colour, **share.line(mark, 0.9))
@@ -100,7 +101,7 @@ def _curve(axes: Axes, case: Case, mark: Mark, share: Share) -> None:
 
 
 def slope_marks(axes: Axes, fellows: dict[float, list[Curve]], curves: Sequence[Curve]) -> None:
-    """A triangle for each slope, clear of everything, near to the curves that should have it."""
+    """Draw a triangle for each slope, clear of all curves, near those with that slope."""
     import numpy as np
     from scipy.spatial import KDTree
 
@@ -135,7 +136,7 @@ def slope_marks(axes: Axes, fellows: dict[float, list[Curve]], curves: Sequence[
 
 
 def _along(axes: Axes, curves: Sequence[Curve]) -> Curve:
-    """Many points along the curves, as fractions of the axes; one far away at least."""
+    """Return many points along the curves, as fractions of the axes, and one far away."""
     to_axes = axes.transData + axes.transAxes.inverted()
     found = [(2.0, 2.0)]
     for curve in curves:
@@ -145,7 +146,7 @@ def _along(axes: Axes, curves: Sequence[Curve]) -> Curve:
 
 
 def _outline(width: float, height: float) -> Curve:
-    """Points of a triangle and of its two numbers, from its left corner."""
+    """Return points of a triangle and of its two numbers, from its left corner."""
     points = [(width * k / 4, -0.07 * (k % 2)) for k in range(5)]
     points += [(width * k / 4, height * k / 4) for k in range(5)]
     return [*points, (width + 0.07, height / 2), (width, height / 2)]

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 MOMENTUM_SHEET = Sheet(width=3.3, right=1.16)
 ENERGY_SHEET = Sheet(width=3.3, left=0.6, right=0.95, height=2.6)
 BINS = 100
-HALF = 0.36  # half the height of a strip, where the next one is 1 below
+HALF = 0.36  # half the height of a strip; strips are 1 apart
 
 
 def momenta(cases: Sequence[Case]) -> list[str]:
-    """Names of the momentum maps of a scene, in the order in which they are reported."""
+    """Return the names of the momentum maps of a scene, in the order of the report."""
     found: dict[str, None] = {}
     for case in cases:
         found |= dict.fromkeys(mapping(case, "measured").get("drift") or {})
@@ -35,10 +35,10 @@ def momenta(cases: Sequence[Case]) -> list[str]:
 def drift(
     title: str, name: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int
 ) -> Panel:
-    """The largest drift so far of one momentum map of one scene, with the walk of round-off.
+    """Return the panel of the largest drift so far of one momentum map, with the walk of round-off.
 
-    What was lost up to a step only grows; the drift of single rows jumps between 0 and one
-    round-off wherever a run is as exact as its numbers.
+    The largest drift so far only grows; that of single rows jumps between 0 and one round-off if a
+    run is as exact as its numbers.
     """
 
     def draw(axes: Axes) -> None:
@@ -53,12 +53,13 @@ def drift(
         walks = [number(e.get("random_walk")) for e in expected]
         factor = max((walk for walk in walks if walk), default=unit * math.sqrt(last))
         limits = [x for e in expected if (x := number(e.get("limit")))]
-        limits = sorted({float(f"{x:.2g}") for x in limits})  # what is one line to the eye is one
+        # limits that look like one line count as one
+        limits = sorted({float(f"{x:.2g}") for x in limits})
         floor = min([unit / 4, *(value for _, value in points if value > 0)])
         log_axis(axes, "x", log_limits((step for step, _ in points), 0.03))
         values = [max(value, floor) for _, value in points]
         log_axis(axes, "y", log_limits([floor, factor, *limits, *values], 0.05))
-        floor = axes.get_ylim()[0]  # where zeros are drawn
+        floor = axes.get_ylim()[0]  # zeros are drawn there
         for limit in limits:
             axes.axhline(limit, color=INK, lw=0.7, ls=(0, (3, 2)))
         first = axes.get_xlim()[0]
@@ -66,7 +67,8 @@ def drift(
         axes.plot([first, last], ends, color=MUTED, lw=0.9, ls=(0, (1, 1.6)))
         labels = [(last, factor, "ε√N", MUTED)]
         word = "limit" if len(limits) == 1 else "limits, one a rule"
-        labels += [(last, limit, word, MUTED) for limit in limits[-1:]]  # the highest names all
+        # the highest one's label stands for all
+        labels += [(last, limit, word, MUTED) for limit in limits[-1:]]
         drawn = [
             list(zip(steps, accumulate([max(v, floor) for v in values], max), strict=True))
             for steps, values in (
@@ -90,7 +92,7 @@ def drift(
 
 
 def drifted(case: Case, name: str) -> str:
-    """The rule, the worst drift of this quantity, and whether it is this one that fails."""
+    """Return the rule, the worst drift of this quantity, and "fail" if this quantity fails."""
     worst = number((mapping(case, "measured").get("drift") or {}).get(name))
     limit = number(mapping(case, "expected").get("limit"))
     if worst is None:
@@ -100,7 +102,7 @@ def drifted(case: Case, name: str) -> str:
 
 
 def _drifts(case: Case, name: str) -> list[tuple[float, float]]:
-    """Steps and drift; of many rows the worst in each of equal logarithmic bins."""
+    """Return steps and drift; for many rows the worst in each of equal logarithmic bins."""
     worst: dict[int, tuple[float, float]] = {}
     found = []
     for row in rows(case):
@@ -118,10 +120,10 @@ def _drifts(case: Case, name: str) -> list[tuple[float, float]]:
 
 
 def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int) -> Panel:
-    """Energy error of one scene: one strip a rule, on one scale but for whole powers of ten.
+    """Return the panel of one scene's energy error: a strip per rule, on one scale.
 
-    So bands compare: the widest fills its strip, and what is narrower is magnified by the power of
-    ten that its label says.
+    So bands can be compared: the widest fills its strip, and a narrower one is magnified by the
+    power of ten in its label.
     """
 
     def draw(axes: Axes) -> None:
@@ -175,7 +177,7 @@ def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: in
 
 
 def _band(case: Case, larger: int) -> str:
-    """The rule, its band, the power of ten by which it is magnified, the verdict if no pass."""
+    """Return the rule, its band, its magnification, and the verdict unless it is a pass."""
     band = number(mapping(case, "measured").get("band"))
     words = rule_name(case) + (f"\nband {_two(band)}" if band is not None else "")
     words += f", drawn ×{10 if larger == 1 else in_tens(10.0**larger)}" if larger else ""
@@ -187,12 +189,12 @@ def _signed(value: float) -> str:
 
 
 def _two(value: float) -> str:
-    """Two significant digits."""
+    """Return a number with two significant digits."""
     return f"{value:.2g}" if 0.01 <= value < 99 else scientific(value)
 
 
 def _envelope(case: Case) -> list[tuple[float, float, float]]:
-    """Time, smallest and largest error of each stretch; of few rows each is a stretch."""
+    """Return time, smallest and largest error of each stretch; with few rows each is a stretch."""
     found: list[tuple[float, float]] = []
     for row in rows(case):
         time, error = number(row.get("time")), number(row.get("error"))

@@ -1,4 +1,4 @@
-"""Write beside, then rename: a folder of results is the old one or the new one, never half."""
+"""Write to a new folder, then rename: a folder of results is the old or the new one, never half."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-#: what is being written, beside the folder or (where others' things are in it) within it; what is
-#: ready and only has to be moved: each with the number of the process that it belongs to
+#: prefixes of a folder being written (beside the target, or inside it if that has other files), and
+#: of one that is ready and only has to be moved; the process number follows
 _DRAFT, _READY = ".discmech-draft-", ".discmech-ready-"
-_ORDER = "order.json"  # of what is ready, the names in the order in which they move
+_ORDER = "order.json"  # the names of ready entries in the order in which they move
 
 
 @contextmanager
 def published(folder: Path, last: str) -> Iterator[Path]:
-    """A fresh folder to write into; when the block ends well, it takes the place of `folder`.
+    """Yield a new folder to write into; if the block succeeds, it replaces `folder`.
 
-    A folder that holds nothing but what was published there is exchanged for the new one in one
-    step of the system. Other things that stand in `folder` stay: the entries are moved one by one
-    then, `last` last, because it refers to the others; where that is cut off, the next to publish
-    there completes it first. When anything fails before, the old entries are as they were.
+    A folder that contains only such published entries is exchanged for the new one in a single
+    system call. Other entries of `folder` stay: then the new ones are moved one by one, `last`
+    last, because it refers to the others; if that is interrupted, the next call completes it first.
+    If anything fails before, the old entries are unchanged.
     """
     folder = Path(folder).resolve()
     folder.mkdir(parents=True, exist_ok=True)
@@ -43,14 +43,14 @@ def published(folder: Path, last: str) -> Iterator[Path]:
 
 
 def _may_be_exchanged(folder: Path) -> bool:
-    """Whether it is a folder that one may rename: not where we are, nor a disk of its own."""
+    """Return True if the folder may be renamed: it is neither the current one nor a mount point."""
     here = Path.cwd()
     within = folder == here or folder in here.parents
     return not (within or os.path.ismount(folder)) and os.access(folder.parent, os.W_OK)
 
 
 def _exchanged(one: Path, other: Path) -> bool:
-    """Whether two folders now have each other's names; not all systems can do that in one step."""
+    """Exchange the names of two folders; return False if the system cannot do that in one step."""
     if sys.platform != "linux":
         return False
     here, exchange = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
@@ -62,11 +62,11 @@ def _exchanged(one: Path, other: Path) -> bool:
 
 
 def _move(new: Path, folder: Path, last: str) -> None:
-    """Move the entries into the folder, from where a later run finds and completes them."""
+    """Move the entries into the folder in a way that a later run can complete."""
     names = sorted((entry.name for entry in new.iterdir()), key=lambda name: name == last)
     ready = folder / new.name.replace(_DRAFT, _READY)
     (new / _ORDER).write_text(json.dumps(names), encoding="utf-8")
-    os.rename(new, ready)  # from here on it is completed, whatever happens
+    os.rename(new, ready)  # from here on it will be completed
     _complete(ready, folder)
 
 
@@ -85,7 +85,7 @@ def _complete(ready: Path, folder: Path) -> None:
 
 
 def _sweep(folder: Path) -> None:
-    """Complete what is ready, and remove what processes left that were killed."""
+    """Complete what is ready, and remove drafts of killed processes."""
     for ready in filter(_is_left, folder.glob(f"{_READY}*")):
         _complete(ready, folder)
     for place in (folder, folder.parent):
@@ -98,7 +98,7 @@ def _draft(folder: Path) -> Path:
 
 
 def _is_left(path: Path) -> bool:
-    """Whether the process that wrote it is no more."""
+    """Return True if the process that wrote it has ended."""
     number = path.name.split("-")[2]
     if not number.isdecimal() or int(number) == os.getpid():
         return False
@@ -106,6 +106,6 @@ def _is_left(path: Path) -> bool:
         os.kill(int(number), 0)
     except (ProcessLookupError, OverflowError):
         return True
-    except OSError:  # it runs, and is not ours; on Windows it tells no more
+    except OSError:  # it runs and is not ours; Windows always says this
         return False
     return False

@@ -19,7 +19,7 @@ COLOURS = 160
 
 
 def picture(report: Path) -> bytes:
-    """Convergence of all rules on six scenes as PNG, black on white in few colours."""
+    """Return the convergence of all rules on six scenes as PNG, black on white in few colours."""
     from PIL import Image
 
     from discmech.integrators import scenes
@@ -40,7 +40,7 @@ def picture(report: Path) -> bytes:
 
 
 def main(arguments: list[str]) -> int:
-    """Write the picture; 2 where there is no report to draw it from."""
+    """Write the picture; return 2 if there is no report to draw it from."""
     usual = ("reports/build", "docs/convergence.png")
     report, file = map(Path, (*arguments[:2], *usual[len(arguments) :]))
     try:

@@ -1,4 +1,4 @@
-"""matplotlib's figure, which a notebook shows although pyplot knows nothing of it."""
+"""A matplotlib figure that a notebook shows although pyplot does not know it."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any
 
 from matplotlib import figure
 
-DOTS = 144  # an inch
+DOTS = 144  # dots per inch
 
 
 class Figure(figure.Figure):
-    """A figure of matplotlib that shows itself in a notebook, whatever backend is chosen there."""
+    """A matplotlib figure that shows itself in a notebook with any backend."""
 
     def _repr_png_(self) -> bytes:
-        """The picture as PNG."""
+        """Return the picture as PNG."""
         picture: Any = BytesIO()
         self.savefig(picture, format="png", dpi=DOTS)
         return bytes(picture.getvalue())

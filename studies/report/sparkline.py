@@ -13,27 +13,28 @@ from .wording import Case, numbers_in, verdict
 if TYPE_CHECKING:
     from ..core.history import Found
 
-WIDTH, HEIGHT = 60, 12  # around it, 2 for the marks
-#: bytes of all lines of a page, by whether a case passes: so many that do cannot take the room of
-#: one that does not. Of its 3 MB the whole report leaves some 170,000, a line takes some 270.
+WIDTH, HEIGHT = 60, 12  # in pixels, with a margin of 2 for the marks
+#: largest total bytes of the lines of a page, separately for cases that pass and that do not, so
+#: that the former cannot displace the latter. The whole report has some 170,000 of its 3 MB left; a
+#: line takes some 270.
 ROOM = {True: 100_000, False: 40_000}
 Past = Callable[[Case], "Sequence[Found]"]
 
 
 def unknown_past(case: Case) -> Sequence[Found]:
-    """Of a page by itself."""
+    """Return an empty past, for a page by itself."""
     return ()
 
 
 class Sparklines:
-    """The lines of a page, while there is room. drawn, left_out: how many."""
+    """The lines of a page, while there is room; drawn and left_out count them."""
 
     def __init__(self, past: Past) -> None:
         self.past, self.room = past, dict(ROOM)
         self.drawn = self.left_out = 0
 
     def of(self, case: Case) -> str:
-        """The line of a case, "" where nothing changed or no room is left."""
+        """Return the line of a case, or "" if nothing changed or no room is left."""
         line, passes = sparkline(self.past(case)), verdict(case) == "pass"
         size = len(line.encode())
         if size > self.room[passes]:
@@ -45,9 +46,9 @@ class Sparklines:
 
 
 def sparkline(past: Sequence[Found]) -> str:
-    """The figures of some runs as a line with its words; "" where they are one.
+    """Return the figures of some runs as a line with its words, or "" if all are equal.
 
-    Marks are at the end and where a verdict is not the one before, in the verdict's colour.
+    Marks are at the end and wherever the verdict changes, in the verdict's colour.
     """
     if len({(one.figure, one.verdict) for one in past}) < 2:
         return ""
@@ -70,7 +71,8 @@ def sparkline(past: Sequence[Found]) -> str:
 
 
 def words(past: Sequence[Found]) -> str:
-    """The last figure, in how many runs and since when; then the one before."""
+    """Return a sentence: the last figure with the number of runs and since when, then the one
+    before."""
     judged = len({one.verdict for one in past}) > 1
     groups = [list(g) for _, g in groupby(past, lambda one: (one.figure, one.verdict))]
 
@@ -86,9 +88,9 @@ def words(past: Sequence[Found]) -> str:
 
 
 def _heights(found: Sequence[tuple[str, str]]) -> list[float]:
-    """The first number that is not the same in all, its logarithm if it spans more than a decade.
+    """Return heights from the first number that changes, logarithmic beyond one decade.
 
-    Where all numbers are the same, or not all have as many, each that is another is one higher.
+    If no number changes, or runs have different counts of numbers, each new figure is one higher.
     """
     numbers = [numbers_in(figure) for figure, _ in found]
     if len(set(map(len, numbers))) == 1:

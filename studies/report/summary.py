@@ -1,4 +1,4 @@
-"""The results in short: one a study, the headline, what did not pass, where and when they ran."""
+"""The results in short: one per study, the headline, troubles, where and when they ran."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 
 def merged(results: Sequence[Result]) -> list[Result]:
-    """One result a study, in the usual order, its verdict the worst that was said within it.
+    """Return one result per study, in the usual order, with the worst verdict within it.
 
-    Each case remembers the command it came from.
+    Each case records the command that it came from.
     """
     found: dict[str, Result] = {}
     for result in results:
@@ -42,7 +42,7 @@ def merged(results: Sequence[Result]) -> list[Result]:
 
 
 def tally(cases: Sequence[Case]) -> dict[str, int]:
-    """How many cases have each verdict, and how many controls were caught."""
+    """Return the number of cases with each verdict, and of controls that were caught."""
     sound = [verdict(case) for case in cases if counts(case) and not is_control(case)]
     wrong = [verdict(case) for case in cases if is_control(case) and caught(case) != "equivalent"]
     found = {name: sound.count(name) for name in VERDICTS}
@@ -50,7 +50,7 @@ def tally(cases: Sequence[Case]) -> dict[str, int]:
 
 
 def headline(studies: Sequence[Result]) -> dict[str, str]:
-    """The verdict of the whole report and a sentence that says it."""
+    """Return the verdict of the whole report and a sentence for it."""
     count = tally([case for study in studies for case in study["cases"]])
     missed = count["controls"] - count["caught"]
     worst = min((verdict(study) for study in studies), key=VERDICTS.index, default="inconclusive")
@@ -77,7 +77,7 @@ def headline(studies: Sequence[Result]) -> dict[str, str]:
 
 
 def print_summary(screen: Console, results: Sequence[Result]) -> None:
-    """For a terminal: the verdict of each study in a line, then what did not pass."""
+    """Print the verdict of each study in a line, then the cases that did not pass."""
     studies, lines = merged(results), []
     for study in studies:
         word, count = verdict(study), tally(study["cases"])
@@ -94,7 +94,8 @@ def print_summary(screen: Console, results: Sequence[Result]) -> None:
 
 
 def _some(number: int, whole: int, noun: str, one: str, more: str) -> str:
-    """The only case passes; all 12 controls were caught; 1 of 12 cases fails; none of …"""
+    """Return a phrase such as: the only case passes; all 12 controls were caught; 1 of 12 cases
+    fails."""
     if number == whole:
         return f"the only {noun} {one}" if whole == 1 else f"all {whole} {noun}s {more}"
     verb = one if number == 1 else more
@@ -102,7 +103,7 @@ def _some(number: int, whole: int, noun: str, one: str, more: str) -> str:
 
 
 def trouble(studies: Sequence[Result]) -> list[dict[str, Any]]:
-    """Every failed, missed or inconclusive case of ours in all studies, the failures first."""
+    """Return every failed, missed or inconclusive case of ours in all studies, failures first."""
     found = [
         (str(study["study"]), case)
         for study in studies
@@ -129,7 +130,7 @@ def trouble(studies: Sequence[Result]) -> list[dict[str, Any]]:
 
 
 def machine(results: Sequence[Result]) -> list[tuple[str, str]]:
-    """What the runs have in common; where they differ, every value."""
+    """Return the common properties of the runs; if they differ, every value."""
     found: dict[str, list[str]] = {}
     for result in results:
         for key, value in (result.get("record") or {}).items():
@@ -142,7 +143,7 @@ def machine(results: Sequence[Result]) -> list[tuple[str, str]]:
 
 
 def when(case: Case) -> str:
-    """The date and the commit that a case was measured at."""
+    """Return the date and the commit at which a case was measured."""
     made = mapping(case, "measured_at")
     date, commit = str(made.get("date") or ""), str(made.get("commit") or "")[:10]
     changed = "" if made.get("clean") else " with changes"
@@ -150,7 +151,7 @@ def when(case: Case) -> str:
 
 
 def _dates(cases: Sequence[Case]) -> str:
-    """From the first to the last, with the commits."""
+    """Return the first and last date, with the commits."""
     dates = sorted({str(mapping(case, "measured_at").get("date") or "") for case in cases} - {""})
     commits = dict.fromkeys(when(case).partition(" at ")[2] for case in cases)
     at = ", ".join(filter(None, commits))
@@ -158,7 +159,7 @@ def _dates(cases: Sequence[Case]) -> str:
 
 
 def runs(results: Sequence[Result]) -> list[dict[str, str]]:
-    """When each study ran, how long it took, and with which settings."""
+    """Return when each study ran, how long it took, and its settings."""
     found = []
     for result in results:
         record = result.get("record") or {}

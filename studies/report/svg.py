@@ -1,4 +1,4 @@
-"""From matplotlib's SVG to SVG for the page: panels apart, colours of the theme, shared styles."""
+"""Convert matplotlib's SVG for the page: separate panels, theme colours, shared styles."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _COLOUR = re.compile(r"#[0-9a-fA-F]{6}\b")
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
 _COMMAND = re.compile(r"([MLCQz])([^MLCQz]*)")
 _STEP = re.compile(r" (?=-)")
-_QUOTED = re.compile("[\\s\"'=<>`&]")  # what HTML wants in quotes
-SMALL = 1000  # letters of a path that is a mark and no region
+_QUOTED = re.compile("[\\s\"'=<>`&]")  # characters that HTML must quote
+SMALL = 1000  # longest path, in letters, that counts as a mark and not as a region
 _REFERENCE = re.compile(r"#([^)]+)")
-_NAME = re.compile("\ue000[0-9a-f]{10}")  # begins with a letter that no text has
+_NAME = re.compile("\ue000[0-9a-f]{10}")  # begins with a letter that no text contains
 
 
 def inline_panels(
@@ -28,13 +28,13 @@ def inline_panels(
     scales: Sequence[str],
     definitions: dict[str, str],
 ) -> list[str]:
-    """The n-th axes of the drawing as an SVG of its own, cropped to the n-th cell (in points).
+    """Return the n-th axes of the drawing as an SVG, cropped to the n-th cell (in points).
 
-    scales: how places on its axes become numbers, as JSON. The drawing has its words as text.
-    Marks, styles and clipping paths are moved to `definitions` (name → element), named by their
-    content, so that a page holds each of them once and no two panels quarrel about a name. Marks
-    are `use` elements outside of axes, from whose places numbers can be read; lines are true to
-    0.05 points, a tenth of a pixel.
+    scales: conversions from places on its axes to numbers, as JSON. Words in the drawing stay text.
+    Marks, styles and clipping paths are moved to `definitions` (name → element) and named by their
+    content, so that a page contains each once and no two panels conflict. Marks are `use` elements
+    outside of axes, from whose places numbers can be read; lines are accurate to 0.05 points, a
+    tenth of a pixel.
     """
     root = ET.fromstring(svg)
     groups = {element.get("id"): element for element in root.iter()}
@@ -50,14 +50,14 @@ def inline_panels(
 
 
 def short_names(page: str) -> str:
-    """The page with names of styles, marks and clipping paths as short as it allows."""
+    """Return the page with the shortest possible names of styles, marks and clipping paths."""
     often = Counter(_NAME.findall(page)).most_common()
     names = {name: f"k{k}" for k, (name, _) in enumerate(often)}
     return _NAME.sub(lambda match: names[match[0]], page)
 
 
 def _written(element: ET.Element, definitions: dict[str, str], defined: bool = False) -> list[str]:
-    """What an element draws, without superfluous groups; what it defines is moved away."""
+    """Return the drawing of an element without superfluous groups; move its definitions away."""
     tag, found = element.tag.rpartition("}")[2], {}
     if tag == "defs":
         for shape in element:
@@ -83,7 +83,7 @@ def _written(element: ET.Element, definitions: dict[str, str], defined: bool = F
     if tag == "g":
         if not found:
             return inner
-        if found.get("class") == "axis":  # nothing of it covers anything else of it
+        if found.get("class") == "axis":  # no part of it covers another part
             inner.sort()
         heads = {part.partition(" href=")[0] for part in inner}
         if len(heads) == 1 and (head := heads.pop()).startswith("<use class="):
@@ -100,7 +100,7 @@ def _written(element: ET.Element, definitions: dict[str, str], defined: bool = F
 
 
 def _joined(parts: Sequence[str]) -> str:
-    """Neighbouring paths of one style are one."""
+    """Join neighbouring paths of one style."""
     found: list[str] = []
     for part in parts:
         head, d, route = part.partition(' d="')
@@ -121,7 +121,7 @@ def _themed(match: re.Match[str]) -> str:
 
 
 def _route(d: str, unit: int) -> str:
-    """A path in steps, of so many to a point."""
+    """Return a path in relative steps, with `unit` steps to a point."""
     found, before, start = "", (0, 0), (0, 0)
     for letter, rest in _COMMAND.findall(d):
         if letter == "z":
@@ -138,5 +138,5 @@ def _route(d: str, unit: int) -> str:
 
 
 def _short(value: float) -> str:
-    """A number of at most two decimals, as short as it can be written."""
+    """Return a number with at most two decimals, as short as possible."""
     return re.sub(r"^(-?)0\.", r"\1.", f"{round(value, 2):g}") if value else "0"

@@ -47,7 +47,7 @@ _SEAM = re.compile(r"(?<!\\)\$\$")  # one formula ends where the next begins
 
 
 def columns(study: str) -> list[Column]:
-    """Heading and text of each column of a study's table; any study has one."""
+    """Return heading and text function of each column of a study's table."""
     view = view_of(study)
     own = view.columns or [("Got", lambda case: got(study, case))]
     last: Column = (
@@ -67,26 +67,26 @@ def columns(study: str) -> list[Column]:
 
 
 def filled(shown: list[Column], cases: Sequence[Case]) -> list[Column]:
-    """The columns that say something of some case, and the verdict."""
+    """Return the columns that have an entry for some case, and the verdict."""
     return [column for column in shown[:-1] if any(column[1](case) != NONE for case in cases)] + [
         shown[-1]
     ]
 
 
 def wanted(study: str, case: Case) -> str:
-    """What was expected of the case."""
+    """Return the expectation of the case."""
     expected = mapping(case, "expected")
     return view_of(study).wanted(expected) if expected else NONE
 
 
 def got(study: str, case: Case) -> str:
-    """What was measured, in one line."""
+    """Return the measurement in one line."""
     measured = mapping(case, "measured")
     return view_of(study).got(measured) if measured else NONE
 
 
 def short(study: str, case: Case) -> str:
-    """The one figure that a verdict hangs on: of those demanded, where it says which these are."""
+    """Return the deciding figure of a verdict, from the demanded ones if the case names these."""
     view, measured = view_of(study), mapping(case, "measured")
     demanded = mapping(case, "expected").get("demanded", measured)
     measured = {name: value for name, value in measured.items() if name in demanded}
@@ -94,7 +94,7 @@ def short(study: str, case: Case) -> str:
 
 
 def plain(value: Any) -> Any:
-    """The same data as strict JSON has it: no NaN, no infinities, keys as words."""
+    """Return the data for strict JSON: no NaN, no infinities, keys as words."""
     if value is None or isinstance(value, bool | int | str):
         return value
     if type(value) is float:
@@ -111,7 +111,7 @@ def plain(value: Any) -> Any:
 
 
 def flat(value: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested dicts as one: measured.order, measured.interval.low, measured.drift.NAME."""
+    """Return nested dicts as one: measured.order, measured.interval.low, measured.drift.NAME."""
     found: dict[str, Any] = {}
     for key, entry in value.items():
         name = f"{prefix}{key}"
@@ -131,7 +131,7 @@ _AFTER = (
 
 
 def cases_csv(result: Result) -> str:
-    """One line a case, all digits."""
+    """Return a line per case, with all digits."""
     lines = [
         flat({key: case[key] for key in (*_KEYS, *_AFTER) if key in case})
         for case in result.get("cases") or []
@@ -140,7 +140,7 @@ def cases_csv(result: Result) -> str:
 
 
 def rows_csv(result: Result) -> str:
-    """One line a row of each case: what the figures are drawn from."""
+    """Return a line per row of each case: the data of the figures."""
     lines = [
         {**{key: case.get(key) for key in _KEYS}, **flat(row)}
         for case in result.get("cases") or []
@@ -213,7 +213,8 @@ def _cell(study: str, case: Case) -> str:
 def write_tables(
     result: Result, folder: Path, labels: Mapping[str, str] | None = None
 ) -> list[str]:
-    """STUDY.csv, STUDY-rows.csv, STUDY.json, STUDY.tex, STUDY-paper.tex; returns their names."""
+    """Write STUDY.csv, STUDY-rows.csv, STUDY.json, STUDY.tex, STUDY-paper.tex; return their
+    names."""
     study = file_name(str(result.get("study")))
     written = {
         f"{study}.csv": cases_csv(result),
@@ -229,7 +230,7 @@ def write_tables(
 
 
 def file_name(name: str) -> str:
-    """A name that is safe as a file's and in an address."""
+    """Return a name that is safe for a file and in an address."""
     kept = "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "-" for c in name)
     return kept.strip("-") or "study"
 
@@ -241,7 +242,7 @@ def rich_table(
     style: str = "",
     numbers: Collection[str] = (),
 ) -> Table:
-    """A table for a terminal, of cells in rich's markup; the columns of numbers stand right."""
+    """Return a table for a terminal, with cells in rich's markup; numbers are aligned right."""
     from rich.table import Table
 
     found = Table(title=title, title_style=style)
@@ -254,7 +255,8 @@ def rich_table(
 
 
 def terminal_table(result: Result) -> Table:
-    """The verdicts of a study for a terminal: failures last, where the eye is when it ends."""
+    """Return the verdicts of a study for a terminal, failures last, where the reader looks
+    first."""
     from rich.markup import escape
 
     study = str(result.get("study"))
@@ -271,7 +273,7 @@ def terminal_table(result: Result) -> Table:
 
 
 def print_result(screen: Console, result: Result) -> None:
-    """The table, then a paragraph for each case that did not pass: a column has no room for it.
+    """Print the table, then a paragraph per case that did not pass, too long for a column.
 
     A view may have its own way (`View.printed`).
     """
@@ -283,7 +285,8 @@ def print_result(screen: Console, result: Result) -> None:
 
 
 def print_trouble(screen: Console, result: Result, commands: bool = False) -> None:
-    """A paragraph for each case that did not pass, the failures last; its command, if asked for."""
+    """Print a paragraph per case that did not pass, failures last, with its command if
+    requested."""
     cases = [case for case in result.get("cases") or [] if verdict(case) != "pass"]
     cases.sort(key=lambda case: -VERDICTS.index(verdict(case)))
     for case, reason in zip(cases, whys(cases), strict=True):

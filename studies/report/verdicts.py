@@ -1,4 +1,4 @@
-"""The verdicts of `discmech verify`: a line a case as they come, a table, and what did not pass."""
+"""The verdicts of `discmech verify`: a line per case during the run, a table, and troubles."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 MARKS = {"pass": "✓", "fail": "✗", "inconclusive": "?"}
 Cell = list[tuple[str, str, int]]
-#: what `compare` holds side by side: heading and how a value is written
+#: quantities that `compare` shows side by side: heading and format
 COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
     "order": ("Order", "{:.4f}".format),
     "error": ("Error", scientific),
@@ -41,10 +41,11 @@ COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
 
 
 def line(study: str, case: Case, told: Collection[str] = ()) -> str:
-    """✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ± 0.05).
+    """Return a line such as: ✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ±
+    0.05).
 
-    Of what did not pass, why, unless it was told before. The cause and how to see it again are told
-    once, at the end (`troubles`).
+    For a case that did not pass it has the reason, unless that was printed before. The cause and
+    the command come once, at the end (`troubles`).
     """
     written = view_of(study).line
     figure = written(case) if written and case.get("measured") else got(study, case)
@@ -58,7 +59,7 @@ def line(study: str, case: Case, told: Collection[str] = ()) -> str:
 
 
 def table(result: Result) -> Table:
-    """A row a scene and rule, a column a study, a line in it for each precision."""
+    """Return a table: a row per scene and rule, a column per study, a line in it per precision."""
     from rich.markup import escape
 
     def shown(cell: Cell) -> str:
@@ -75,7 +76,7 @@ def table(result: Result) -> Table:
 
 
 def overview(result: Result) -> dict[str, Any]:
-    """The same as plain cells for the page."""
+    """Return the table as plain cells for the page."""
     heads, rows = _grid(result)
     lines = [
         [*names, *(", ".join(f"{MARKS[v]} {words} ({digits})" for v, words, digits in cell) or NONE
@@ -88,7 +89,7 @@ def overview(result: Result) -> dict[str, Any]:
 
 
 def _grid(result: Result) -> tuple[list[str], list[tuple[list[str], list[Cell]]]]:
-    """Headings, and per scene and rule their names and a cell a study."""
+    """Return headings, and for each scene and rule their names and a cell per study."""
     cases = result["cases"]
     names = list(dict.fromkeys(str(case["study"]) for case in cases))
     lines: dict[tuple[str, str], list[Case]] = {}
@@ -102,7 +103,7 @@ def _grid(result: Result) -> tuple[list[str], list[tuple[list[str], list[Cell]]]
 
 
 def _cell(cases: Sequence[Case]) -> Cell:
-    """Verdict, figure and digits of each precision; many cases of one precision are counted."""
+    """Return verdict, figure and digits for each precision; several cases are counted."""
     shown = []
     for digits in sorted({int(case.get("digits") or 16) for case in cases}):
         same = [case for case in cases if int(case.get("digits") or 16) == digits]
@@ -116,7 +117,7 @@ def _cell(cases: Sequence[Case]) -> Cell:
 
 
 def adjoints(result: Result) -> list[str]:
-    """Of each rule, where it is self-adjoint and where it is not."""
+    """Return for each rule where it is self-adjoint and where it is not."""
     found: dict[str, dict[bool, list[str]]] = {}
     known = [s for s in result.get("schemes") or [] if s["self_adjoint"] is not None]
     for scheme in known:
@@ -132,13 +133,13 @@ def adjoints(result: Result) -> list[str]:
 
 
 def comparison(result: Result) -> dict[str, Any]:
-    """A line a scene, precision and method; in brackets how many times the best one's."""
+    """Return a line per scene, precision and method; ratios to the best in brackets."""
 
     def shown(line: Mapping[str, Any], name: str) -> str:
         value = number(line.get(name))
         if name in line.get("not_finite", ()):
             return "not finite"
-        # one cell of a map decides its largest step, and not its share
+        # one cell of a map decides its largest step, but not its share
         if value is None or (name == "stable" and "bounded" in line):
             return NONE
         words = COMPARED[name][1](value)
@@ -171,7 +172,7 @@ def comparison(result: Result) -> dict[str, Any]:
 
 
 def side_by_side(result: Result) -> Table:
-    """The comparison for a terminal."""
+    """Return the comparison for a terminal."""
     from rich.markup import escape
 
     found = comparison(result)
@@ -180,7 +181,8 @@ def side_by_side(result: Result) -> Table:
 
 
 def by_study(result: Result, command: Callable[[str], str]) -> list[Result]:
-    """The cases of each study as its result, for the page and its figures; with its command."""
+    """Return the cases of each study as its result with its command, for the page and its
+    figures."""
     found: dict[str, list[Case]] = {}
     for case in result["cases"]:
         found.setdefault(str(case["study"]), []).append(case)
@@ -192,9 +194,10 @@ def by_study(result: Result, command: Callable[[str], str]) -> list[Result]:
 
 
 def troubles(result: Result) -> list[str]:
-    """One paragraph for each case that did not pass, failures first: what, why, how to see it.
+    """Return a paragraph per case that did not pass, failures first: case, reason, command.
 
-    Cases of one scene and rule that have one reason, as a rule that cannot be used, share one.
+    Cases of one scene and rule with the same reason, for example a rule that cannot be used, share
+    one paragraph.
     """
     cases = [case for case in result["cases"] if verdict(case) != "pass"]
     alike: dict[tuple[Any, ...], list[Case]] = {}
@@ -214,7 +217,7 @@ def troubles(result: Result) -> list[str]:
 
 
 def summary(result: Result) -> str:
-    """All 34 cases pass."""
+    """Return a sentence such as: All 34 cases pass."""
     from .summary import headline
 
     return headline([result])["text"]

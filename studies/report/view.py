@@ -1,4 +1,5 @@
-"""How a study's numbers are shown: in a table, in a line, in figures, beside other methods."""
+"""The presentation of a study's numbers: in a table, in a line, in figures, beside other
+methods."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ Titles = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Sketch:
-    """A figure before it is drawn; `digits` where all of it has one precision."""
+    """A figure before it is drawn; `digits`: its precision, if it has only one."""
 
     name: str
     title: str
@@ -31,24 +32,24 @@ class Sketch:
 
 
 def measured_column(key: str, head: str = "") -> Column:
-    """A number of `measured`, with the key as its heading."""
+    """Return a column for a number of `measured`, with the key as its heading."""
     return head or key.capitalize(), lambda case: scientific(mapping(case, "measured").get(key))
 
 
 def no_figures(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
-    """Of a study that draws nothing."""
+    """Return [], for a study that draws nothing."""
     return []
 
 
 @dataclass(frozen=True)
 class View:
-    """The parts that a study may have of its own; whatever it leaves out is shown plainly.
+    """A study's own way to show its numbers; omitted parts have a plain default.
 
-    columns: what the table has between a case's name and what was wanted; all of its columns but
-    the verdict if `whole`. got, wanted: one line of what was measured and what was expected. short:
-    the one figure that a verdict hangs on (default: got). line: what a line of `verify` says of a
-    case (default: got). sketches: its figures. compared: what
-    `compare` holds side by side. printed: how a terminal shows the result, in place of its table.
+    columns: those between a case's name and its expectation; if `whole`, all columns except the
+    verdict. got, wanted: the measurement and the expectation in one line. short: the deciding
+    figure (default: got). line: the text of a case in `verify` (default: got). sketches: its
+    figures. compared: the quantities that `compare` shows side by side. printed: prints the result
+    on a terminal in place of its table.
     """
 
     columns: Sequence[Column] | None = None

@@ -1,4 +1,4 @@
-"""Numbers, verdicts and cases in words: what tables, figures and the page have in common."""
+"""Numbers, verdicts and cases in words, for tables, figures and the page."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from typing import Any
 Case = dict[str, Any]
 Result = dict[str, Any]
 
-VERDICTS = ("fail", "inconclusive", "pass")  # the order in which they are shown
+VERDICTS = ("fail", "inconclusive", "pass")  # in the order in which they are shown
 NONE = "—"
-RESOLVED = 0.1  # energy error, of the energy's terms, beyond which a run shows another motion
-#: the retraction of groupoids that are given none, which names leave out
+# with a larger energy error, relative to the energy's terms, a run shows another motion
+RESOLVED = 0.1
+#: the default retraction, which names omit
 USUAL_RETRACTION = "cayley"
-#: the momentum before and after a step under constraints
+#: the momentum before and after a step with constraints
 CONSTRAINED = (
     "μ + h/2 A(x)ᵀλ = F⁻(x, u)/h",
     "F⁺(x, u)/h = μ′ − h/2 A(y)ᵀν, with A(y) ξ(y, μ′) = 0",
@@ -29,7 +30,7 @@ _NUMBER = re.compile(r"(?<![\w.])-?[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?")
 
 
 def number(value: Any) -> float | None:
-    """A finite float, or None for whatever is not one (None, NaN, infinities, words)."""
+    """Return a finite float, or None for anything else (None, NaN, infinities, words)."""
     if value is None or isinstance(value, bool):
         return None
     try:
@@ -40,7 +41,7 @@ def number(value: Any) -> float | None:
 
 
 def in_tens(value: float, places: int = 0) -> str:
-    """3.1×10⁻¹⁶; without the mantissa where it is exactly one."""
+    """Return a number such as 3.1×10⁻¹⁶; without the mantissa if it is exactly one."""
     mantissa, exponent = f"{value:.{places}e}".split("e")
     tens = "10" + str(int(exponent)).translate(_SUPERSCRIPTS)
     if value > 0 and abs(value / 10.0 ** int(exponent) - 1) < 1e-9:
@@ -49,12 +50,12 @@ def in_tens(value: float, places: int = 0) -> str:
 
 
 def subscript(index: int) -> str:
-    """₁₂ of 12."""
+    """Return a subscript, such as ₁₂ for 12."""
     return str(index).translate(_SUBSCRIPTS)
 
 
 def scientific(value: Any, places: int = 1) -> str:
-    """3.1×10⁻¹⁶; plain digits where they are as short; a dash for what is not a number."""
+    """Return 3.1×10⁻¹⁶, or plain digits if they are as short, or a dash if it is no number."""
     found = number(value)
     if found is None:
         return NONE
@@ -66,13 +67,13 @@ def scientific(value: Any, places: int = 1) -> str:
 
 
 def numbers_in(words: str) -> list[float]:
-    """The numbers of a text that `scientific` or Python wrote."""
+    """Return the numbers in a text that `scientific` or Python wrote."""
     plain = _TENS.sub(lambda m: f"{'' if m[1] else 1}e{m[2].translate(_FLAT)}", words)
     return [float(text) for text in _NUMBER.findall(plain.replace("−", "-"))]
 
 
 def duration(seconds: float) -> str:
-    """12 µs, 3.4 ms, 1.2 s."""
+    """Return a time such as 12 µs, 3.4 ms, 1.2 s."""
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
         if seconds >= size or unit == "µs":
             return f"{seconds / size:.3g} {unit}"
@@ -80,9 +81,9 @@ def duration(seconds: float) -> str:
 
 
 def plus_minus(value: Any, interval: Any) -> str:
-    """2.000 ± 0.003: as many decimals as the interval allows, three to six; never ± 0.
+    """Return 2.000 ± 0.003, with three to six decimals as the interval allows; never ± 0.
 
-    What is smaller than 0.001 has a common power of ten: (−0.1 ± 2.3)×10⁻⁹.
+    Numbers smaller than 0.001 get a common power of ten: (−0.1 ± 2.3)×10⁻⁹.
     """
     found = number(value)
     if found is None:
@@ -100,7 +101,7 @@ def plus_minus(value: Any, interval: Any) -> str:
 
 
 def _small(value: float, half: float) -> str:
-    """A small number with the half width of its interval, both times one power of ten."""
+    """Return a small number with the half width of its interval, both times one power of ten."""
     if half == 0:
         return scientific(value)
     exponent = math.floor(math.log10(max(abs(value), half)))
@@ -120,20 +121,20 @@ def _ends(interval: Any) -> tuple[float | None, float | None]:
 
 
 def verdict(thing: Mapping[str, Any]) -> str:
-    """The verdict of a case or a study; an unknown word counts as inconclusive."""
+    """Return the verdict of a case or a study; an unknown word counts as inconclusive."""
     said = thing.get("verdict")
     return said if said in VERDICTS else "inconclusive"
 
 
 def is_control(case: Mapping[str, Any]) -> bool:
-    """Whether the case is a control: something wrong on purpose, which has to be caught."""
+    """Return True for a control: a deliberate fault that has to be caught."""
     return bool(case.get("control"))
 
 
 def caught(case: Mapping[str, Any]) -> str:
-    """A control's verdict in its own words: its test passes when the fault was caught.
+    """Return a control's verdict: its test passes if the fault was caught.
 
-    One that is proved to be no fault has nothing to be caught.
+    A control that is proven to be no fault is "equivalent".
     """
     if mapping(case, "measured").get("equivalent"):
         return "equivalent"
@@ -141,7 +142,7 @@ def caught(case: Mapping[str, Any]) -> str:
 
 
 def why(case: Mapping[str, Any]) -> str:
-    """What is said of a case that does not pass, and the smallest case found that fails as well."""
+    """Return the reason of a case that does not pass, and the smallest case that fails as well."""
     small = case.get("smallest")
     if not small:
         return str(case.get("reason") or "")
@@ -151,9 +152,9 @@ def why(case: Mapping[str, Any]) -> str:
 
 
 def whys(cases: Sequence[Case]) -> list[str]:
-    """`why` of each, where a cause or a whole reason that was told before is only referred to.
+    """Return `why` for each case; a cause or reason given before is only referred to.
 
-    Causes that differ in their figures alone are one.
+    Causes that differ only in their figures count as one.
     """
     found, told = list[str](), dict[str, str]()
     for case in cases:
@@ -169,29 +170,29 @@ def whys(cases: Sequence[Case]) -> list[str]:
 
 
 def mapping(case: Mapping[str, Any], key: str) -> dict[str, Any]:
-    """A dict inside a case (`measured`, `expected`), empty where it is absent."""
+    """Return a dict inside a case (`measured`, `expected`), empty if it is missing."""
     value = case.get(key)
     return dict(value) if isinstance(value, Mapping) else {}
 
 
 def rows(case: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The rows of a case, none where the run failed."""
+    """Return the rows of a case, [] if the run failed."""
     return [dict(row) for row in case.get("rows") or [] if isinstance(row, Mapping)]
 
 
 def rule_name(case: Mapping[str, Any]) -> str:
-    """The rule, with the retraction where it is not the usual one."""
+    """Return the rule, with the retraction if it is not the usual one."""
     rule = str(case.get("rule") or NONE)
     return f"{rule}, {case['retraction'][:3]}" if in_unusual_chart(case) else rule
 
 
 def in_unusual_chart(case: Mapping[str, Any]) -> bool:
-    """Whether the case runs in another retraction's chart than groupoids have by themselves."""
+    """Return True if the case runs in another chart than the default one of groupoids."""
     return case.get("retraction") not in (None, USUAL_RETRACTION)
 
 
 def case_name(case: Mapping[str, Any]) -> str:
-    """heavy-top, midpoint, cayley, 16 digits."""
+    """Return a name such as: heavy-top, midpoint, cayley, 16 digits."""
     parts = [case.get("scene"), case.get("rule"), case.get("retraction")]
     named = ", ".join(str(part) for part in parts if part)
     digits = case.get("digits")
@@ -199,7 +200,7 @@ def case_name(case: Mapping[str, Any]) -> str:
 
 
 def limit(expected: dict[str, Any]) -> str:
-    """A bound, from above or from below."""
+    """Return a bound, from above or from below."""
     if number(expected.get("at_least")) is not None:
         return f"≥ {scientific(expected['at_least'])}"
     if number(expected.get("limit")) is not None:
@@ -208,12 +209,12 @@ def limit(expected: dict[str, Any]) -> str:
 
 
 def largest(values: Mapping[str, Any]) -> str:
-    """The largest of some numbers."""
+    """Return the largest of some numbers."""
     return scientific(max((v for v in map(number, values.values()) if v is not None), default=None))
 
 
 def pairs(values: Mapping[str, Any]) -> str:
-    """Any dict in one line."""
+    """Return any dict in one line."""
     return ", ".join(f"{key} {_any(value)}" for key, value in values.items()) or NONE
 
 
