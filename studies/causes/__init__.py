@@ -1,1 +1,1 @@
-"""Causes: why a case did not pass."""
+"""The causes of cases that did not pass."""

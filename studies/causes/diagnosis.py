@@ -1,8 +1,8 @@
-"""Why a verdict failed: the cause with its evidence, not only a number.
+"""The cause of a failed order, with its evidence.
 
 An order that is too low has its cause in the discrete Lagrangian, in a gauge term, in the chart, or
-none of these: then in the runs that measured it, or in what they were held against. Each cause is
-told by a number that the others leave as it is.
+otherwise in the runs that measured it, or in their reference. Each cause shows in a number that the
+others do not change.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from .exact_path import Truncation, truncation
 from .points import MEANT, mean_of_points, sum_of_weights
 from .round_off import ROWS, gap, residuals, size, unit
 
-NEAR = 0.25  # an order this close to another is that one
-FLAT = "pendulum"  # on a pair groupoid, where the derivative of coordinates is the velocity
-#: what checks a reference: it shares no formula with it, and its own error is seen
+NEAR = 0.25  # an order this close to another one counts as equal
+FLAT = "pendulum"  # a scene on a pair groupoid, where the derivative of coordinates is the velocity
+#: a method that checks a reference: it shares no formula with it, and its own error is measured
 WITNESS = "kahan-li-8:trapezoidal"
-#: of a `Truncation`, beside the cause
+#: the parts of a `Truncation` that are shown beside the cause
 SHOWN = ("steps", "lagrangian", "legendre", "residual", "order_of_legendre", "order_of_points")
 Told = tuple[str, str]  # cause, sentence
 
@@ -35,14 +35,14 @@ Told = tuple[str, str]  # cause, sentence
 def of_order(
     case: Case, measurement: dict[str, Any], duration: Fraction, at_50_digits: Callable[[], Any]
 ) -> dict[str, Any] | None:
-    """{"cause", "sentence", "evidence"} of an order below the expected one; None if none is found.
+    """Return {"cause", "sentence", "evidence"} of an order below the expected one, or None.
 
-    The runs lasted `duration`; `at_50_digits` measures the order anew. Raises what references and
-    runs raise.
+    The runs lasted `duration`; `at_50_digits` measures the order anew. Raises the errors of
+    references and runs.
     """
     scheme = case.scheme.base
     wanted = scheme.order
-    if wanted is None or scheme.one_step:  # no L_d(x, u) to ask
+    if wanted is None or scheme.one_step:  # there is no L_d(x, u) to test
         return None
     local = measurement.get("local") or {}
     low = local.get("order") is not None and local["order"] < wanted - NEAR
@@ -65,7 +65,8 @@ def of_order(
 
 
 def _of_floats(scheme: Scheme, floats: dict[str, Any]) -> Told:
-    """Floats whose last bits explain the order, with the fraction that one was meant for."""
+    """Return floats whose last bits explain the order, with the fraction that was probably
+    meant."""
     ends = f"counts with its binary value, so errors end at {floats['size']:.1g} of a step"
     for value in floats["values"]:
         given = Fraction(value)
@@ -87,7 +88,8 @@ def _of_floats(scheme: Scheme, floats: dict[str, Any]) -> Told:
 
 
 def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str, Any]) -> Told:
-    """Scene, gauge, retraction or discrete Lagrangian: L_d is not of the declared order."""
+    """Return the cause for an L_d below its declared order: scene, gauge, retraction or L_d
+    itself."""
     off = f"‖F±/h − μ‖ on exact arrows is {found.legendre[-1]:.1e}"
     if found.order < found.order_of_legendre:
         off = f"‖F⁺ − F⁻‖/h where exact arrows meet is {found.residual[-1]:.1e}, relative to ‖μ‖,"
@@ -167,7 +169,7 @@ def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str,
 
 
 def _of_weights(scheme: Scheme) -> str:
-    """What a factor may come from: the weights, unless they sum to 1, or the velocities."""
+    """Return a sentence on the source of a factor: the weights, or the velocities."""
     whole = sum_of_weights(scheme)
     velocity = "what L is given for a velocity has to be one (the derivative of the curve)."
     if whole == "1":
@@ -178,7 +180,7 @@ def _of_weights(scheme: Scheme) -> str:
 
 
 def _of_velocity(rule: Any) -> str:
-    """What is wrong with a rule's velocities: it takes coordinates for them, or gives others."""
+    """Return a sentence on a rule's wrong velocities: coordinates in their place, or others."""
     asked = getattr(getattr(rule.formula, "__code__", None), "co_names", ())
     if "velocity" in asked:
         return ("what it gives G.velocity(x, w, dw, h) has to be a curve w from 0 to u and its "
@@ -191,9 +193,10 @@ def _of_runs(
     case: Case, measurement: dict[str, Any], duration: Fraction, at_50_digits: Callable[[], Any],
     found: Truncation, evidence: Any, low: bool = False,
 ) -> Told | None:  # fmt: skip
-    """Start, Newton, reference or round-off: L_d is as declared, so the runs are looked at.
+    """Return the cause in the runs (start, Newton, reference or round-off), or None.
 
-    low: single steps of 50 digits are of a lower order, so round-off is no cause.
+    L_d has its declared order, so the runs are tested. low: single steps with 50 digits have a
+    lower order, so round-off is no cause.
     """
     rows = [row for row in measurement["rows"] if row["error"] is not None]
     best = min(rows, key=lambda row: row["error"])
@@ -238,7 +241,7 @@ def _of_runs(
 
 
 def _start_gap(case: Case, flow: Flow) -> float:
-    """‖μ₀ of the run − μ₀ of the reference‖ over the largest ‖μ‖ of a few steps."""
+    """Return ‖μ₀ of the run − μ₀ of the reference‖ over the largest ‖μ‖ of a few steps."""
     run, exact = flow.trajectory(ROWS), reference.solution(case.scene, 0, case.digits + 15)
     with mpmath.workdps(case.digits + 15):
         off, _ = gap(run.mu[0], exact.mu)
@@ -246,7 +249,8 @@ def _start_gap(case: Case, flow: Flow) -> float:
 
 
 def _witness(case: Case, duration: Fraction) -> tuple[float, float]:
-    """(relative gap of the reference to the witness, the witness's own change by halving)."""
+    """Return (relative gap of the reference to the witness, the witness's own change by
+    halving)."""
     scheme = scheme_of(case.scene, discretisations.get(WITNESS))
     steps = max(8, round(duration / Fraction(case.scene.step)))
     ends = []
@@ -261,7 +265,8 @@ def _witness(case: Case, duration: Fraction) -> tuple[float, float]:
 
 
 def _fraction(before: float, factor: float) -> str:
-    """2/3 for 0.6668 after 0.6672: that which halving the step leads to, if it has a small q."""
+    """Return the limit under halving, such as 2/3 for 0.6668 after 0.6672, if its denominator is
+    small."""
     near = Fraction(factor).limit_denominator(12)
     return str(near) if abs(factor - near) <= 2 * abs(factor - before) else f"{factor:.4g}"
 
@@ -271,5 +276,5 @@ def _figure(order: float) -> str:
 
 
 def named(cause: str, sentence: str, evidence: dict[str, Any]) -> dict[str, Any]:
-    """What a case's `diagnosis` is."""
+    """Return the `diagnosis` of a case."""
     return {"cause": cause, "sentence": sentence, "evidence": evidence}

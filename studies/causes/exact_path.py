@@ -1,8 +1,8 @@
-"""Short pieces of the exact motion as arrows of the groupoid, and how a rule fails on them.
+"""Short pieces of the exact motion as arrows of the groupoid, and a rule's error on them.
 
 Variational error analysis (Marsden, West, Acta Numerica 2001, theorem 2.3.1): the discrete
-Lagrangian is of order r, L_d = L_d^E + O(h^{r+1}), if and only if its Legendre transforms and its
-map on (x, μ) are. L_d^E(x, u; h) is the action ∫ l dt of the exact motion over the arrow (x, u).
+Lagrangian has order r, L_d = L_d^E + O(h^{r+1}), if and only if its Legendre transforms and its map
+on (x, μ) have. L_d^E(x, u; h) is the action ∫ l dt of the exact motion over the arrow (x, u).
 """
 
 from __future__ import annotations
@@ -26,16 +26,18 @@ from discmech.integrators.numbers import arithmetic, mpmath, numeric_function
 from discmech.integrators.rules.quadrature import rule as quadrature
 
 DIGITS, NODES = 50, 12
-ROUND_OFF = 10.0 ** (6 - DIGITS)  # of a relative size: a few thousand operations leave less
+ROUND_OFF = 10.0 ** (6 - DIGITS)  # relative round-off: a few thousand operations cause less
 HALVINGS = 4
-COARSEST = Fraction(1, 4)  # of the scene's step
+COARSEST = Fraction(1, 4)  # in units of the scene's step
 AFTER = 8  # steps from the start, where a motion may be at rest or otherwise special
 
 
 @dataclass(frozen=True)
 class Arrow:
-    """The exact motion from t to t + h: x (with its time, where time counts), μ at both ends, the
-    arrow's u, the action ∫ l dt."""
+    """The exact motion from t to t + h as an arrow.
+
+    x (with its time, if time matters), the arrow's u, μ at both ends, and the action ∫ l dt.
+    """
 
     x: list[Any]
     u: list[Any]
@@ -45,10 +47,10 @@ class Arrow:
 
 
 def arrows(scheme: Scheme, step: Fraction, count: int) -> list[Arrow]:
-    """`count` arrows of size `step` in succession, in the arithmetic of `DIGITS` digits.
+    """Return `count` successive arrows of size `step`, in the arithmetic of `DIGITS` digits.
 
     u = w(1) of dw/dθ = L(x, w) ξ(t + θh), w(0) = 0: collocation at Gauss nodes, of order 24 at the
-    end, its equations solved by iteration (each gains a power of h).
+    end, with its equations solved by iteration (each one gains a power of h).
     """
     numbers = arithmetic(DIGITS)
     nodes, weights, inner = _collocation()
@@ -78,13 +80,13 @@ def arrows(scheme: Scheme, step: Fraction, count: int) -> list[Arrow]:
 
 @dataclass(frozen=True)
 class Truncation:
-    """How far a rule's L_d is from the exact one, at several step sizes.
+    """The distance of a rule's L_d from the exact one, at several step sizes.
 
     steps: their sizes. lagrangian: |L_d − L_d^E|. legendre: the larger of ‖F⁻/h − μ‖, ‖F⁺/h − μ′‖
-    on exact arrows. residual: ‖F⁺(x, u) − F⁻(y, v)‖/h on two in succession. Relative to the action
-    of the kinetic size h‖μ‖‖u‖, and to ‖μ‖. The orders are those that each would give the method.
-    factors: the c for which F±/h are nearest to cμ; legendre_over_factor: as legendre, of F± over
-    h less cμ.
+    on exact arrows. residual: ‖F⁺(x, u) − F⁻(y, v)‖/h on two successive arrows. They are relative
+    to the action of the kinetic size h‖μ‖‖u‖, and to ‖μ‖. The orders are those that each would give
+    the method. factors: the c for which F±/h are nearest to cμ; legendre_over_factor: like
+    legendre, for F±/h minus cμ.
     """
 
     steps: list[float]
@@ -96,40 +98,40 @@ class Truncation:
 
     @property
     def order(self) -> float:
-        """r of the method, whose errors are O(h^r): the smaller of the two below.
+        """The order r of the method, with errors O(h^r): the smaller of the two below.
 
-        h^{r+1} E(x, u) too much in L_d shows in the Legendre transforms by ∂E/∂u, and where E does
-        not depend on u, as a potential, in the equations alone.
+        An excess h^{r+1} E(x, u) in L_d shows in the Legendre transforms as ∂E/∂u; if E does not
+        depend on u, like a potential, it shows only in the equations.
         """
         return min(self.order_of_legendre, self.order_of_points)
 
     @property
     def order_of_legendre(self) -> float:
-        """r of the Legendre transforms, ‖F±/h − μ‖ = O(h^r)."""
+        """The order r of the Legendre transforms, ‖F±/h − μ‖ = O(h^r)."""
         return slope(self.steps, self.legendre)
 
     @property
     def order_over_factor(self) -> float:
-        """r of the Legendre transforms of L_d over the c that these steps lead to."""
+        """The order r of the Legendre transforms of L_d divided by the limit of c."""
         changes = [abs(a - b) for a, b in pairwise(self.factors)]
         return min(slope(self.steps, self.legendre_over_factor), slope(self.steps[:-1], changes))
 
     @property
     def order_of_lagrangian(self) -> float:
-        """r of |L_d − L_d^E| = O(h^{r+1})."""
+        """The order r of |L_d − L_d^E| = O(h^{r+1})."""
         return slope(self.steps, self.lagrangian)
 
     @property
     def order_of_points(self) -> float:
-        """r of the residual O(h^{r+1}) of the discrete Euler–Lagrange equations.
+        """The order r of the residual O(h^{r+1}) of the discrete Euler–Lagrange equations.
 
-        It does not see a gauge term f(b(x, u)) − f(x), which moves the momenta alone.
+        It does not see a gauge term f(b(x, u)) − f(x), which changes only the momenta.
         """
         return slope(self.steps, self.residual) - 1
 
 
 def slope(steps: Sequence[float], sizes: Sequence[float]) -> float:
-    """log of the ratio of the last two sizes over that of their steps; infinite for round-off."""
+    """Return log of the ratio of the last two sizes over that of their steps; inf for round-off."""
     if min(sizes[-2:]) <= ROUND_OFF:
         return math.inf
     return math.log(sizes[-2] / sizes[-1]) / math.log(steps[-2] / steps[-1])
@@ -137,7 +139,7 @@ def slope(steps: Sequence[float], sizes: Sequence[float]) -> float:
 
 @lru_cache(maxsize=64)
 def truncation(scheme: Scheme, first: Fraction | None = None) -> Truncation:
-    """Measured at `HALVINGS` steps, from a quarter of the scene's unless one is given."""
+    """Measure at `HALVINGS` steps, by default from a quarter of the scene's step."""
     first = Fraction(scheme.scene.step) * COARSEST if first is None else first
     steps = [first / 2**k for k in range(HALVINGS)]
     found = defaultdict[str, list[float]](list)
@@ -174,7 +176,7 @@ def _times(scheme: Scheme, h: Fraction, places: Sequence[Any]) -> list[Fraction]
 
 
 def _states(scheme: Scheme, h: Fraction, places: Sequence[Any]) -> list[tuple[Any, Any, Any]]:
-    """(x with its time, ξ, μ) of the exact motion there, in the arithmetic of `DIGITS` digits."""
+    """Return (x with its time, ξ, μ) of the exact motion there, with `DIGITS` digits."""
     times = _times(scheme, h, places)
     with arithmetic(DIGITS).working():
         return [
@@ -186,7 +188,7 @@ def _states(scheme: Scheme, h: Fraction, places: Sequence[Any]) -> list[tuple[An
 
 
 def _sweep(scheme: Scheme, steps: Sequence[Fraction]) -> None:
-    """The references at all times in one go; they are kept."""
+    """Compute the references at all times in one sweep; they are remembered."""
     nodes = _collocation()[0]
     places = [0, *nodes, 1, *(1 + c for c in nodes), 2]
     reference.solutions(scheme.scene, {t for h in steps for t in _times(scheme, h, places)}, DIGITS)
@@ -194,7 +196,7 @@ def _sweep(scheme: Scheme, steps: Sequence[Fraction]) -> None:
 
 @lru_cache(maxsize=1)
 def _collocation() -> tuple[list[Fraction], np.ndarray, np.ndarray]:
-    """Gauss nodes (rounded to fractions), weights, and a_ij = ∫₀^{c_i} ℓ_j of their polynomials."""
+    """Return Gauss nodes (as fractions), weights, and a_ij = ∫₀^{c_i} ℓ_j of their polynomials."""
     with mpmath.workdps(DIGITS + 30):
         pairs = quadrature("gauss", NODES, DIGITS + 30)
         exact = [Fraction(int(c * 10**60), 10**60) for c, _ in pairs]
@@ -209,14 +211,14 @@ def _collocation() -> tuple[list[Fraction], np.ndarray, np.ndarray]:
 
 
 def _numbers(values: Sequence[Any]) -> list[Any]:
-    """mpf numbers in the arithmetic of `DIGITS`; it must be at work."""
+    """Convert mpf numbers to the arithmetic of `DIGITS`, which must be active."""
     number = arithmetic(DIGITS).number
     return [number(v) for v in values]
 
 
 @lru_cache(maxsize=64)
 def _functions(scheme: Scheme) -> tuple[Any, Any]:
-    """L(x, w), row by row, and l(x, ξ) of (x, u, q), in the arithmetic of `DIGITS`."""
+    """Return L(x, w), row by row, and l(x, ξ) as functions of (x, u, q), with `DIGITS` digits."""
     s = scheme.s
     texts = (
         text_of(scheme.equations, {"x": s.x, "u": s.u}, [part]) for part in (scheme.L, s.lagrangian)
@@ -226,7 +228,7 @@ def _functions(scheme: Scheme) -> tuple[Any, Any]:
 
 
 def _discrete_lagrangian(scheme: Scheme, arrow: Arrow, flow: Flow) -> Any:
-    """L_d at an arrow."""
+    """Return L_d at an arrow."""
     s = scheme.s
     text = text_of(scheme.equations, {"x": s.x, "u": s.u, "s": s.stages},
                    [scheme.at_points.discrete_lagrangian])  # fmt: skip

@@ -1,8 +1,8 @@
-"""Why a one-step map is not what it claims: the beginning of its error in the step, entry by entry.
+"""The cause of a one-step map's error: the first terms of its error in h, entry by entry.
 
-At places of the evidence the error of a step, D(h) = Φ_h(z) − φ_h(z), is e₁h + e₂h² + …: e₁ is what
-the limit of (Φ_h(z) − z)/h has beside the vector field, and where there is none, e₂ is a part of
-the second derivative of the motion. Signs, factors, forces and halves of steps stand in these.
+At places of the evidence the error of a step is D(h) = Φ_h(z) − φ_h(z) = e₁h + e₂h² + …: e₁ is the
+difference between the limit of (Φ_h(z) − z)/h and the vector field; if it is 0, e₂ is a part of the
+second derivative of the motion. Signs, factors, forces and halves of steps show in these.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from discmech.reference import surroundings
 from ..core.case import Case
 from ..evidence import NEAR, Place, evidence_of
 
-#: steps of a place, in parts of the time in which the motion is that of a short polynomial
+#: steps at a place, relative to the time for which the motion is a short polynomial
 PARTS = [Fraction(1, 2**k) for k in range(4, 10)]
-SEEN = 1e-6  # of the rate of the motion: by so much an extrapolated entry is off, at most
-SAME = 1e-4  # relative difference of factors at all places that are one factor
-NOISE = SEEN / 10  # of what an extrapolated entry is usually off
+SEEN = 1e-6  # largest error of an extrapolated entry, relative to the rate of the motion
+SAME = 1e-4  # largest relative difference of factors at all places that count as one factor
+NOISE = SEEN / 10  # usual error of an extrapolated entry
 SINGLE = 2.0**-24
-MOST_DECIMALS = 13  # with fewer, that all numbers of a step are round is no chance
-#: a low power of h whose coefficient is less than this part of what a Taylor series without that
-#: term leaves is there by rounded coefficients: wrong ones leave a twentieth of it, or more
+MOST_DECIMALS = 13  # with fewer decimals it is no chance that all numbers of a step are round
+#: a coefficient of a low power of h below this share of the Taylor remainder comes from rounded
+#: coefficients: wrong ones leave a twentieth of it, or more
 FEW = 1e-2
-#: at so many steps between h and h/2 a jump is looked for, from a place's length on so many times
+#: number of steps between h and h/2 for the search for a jump, and of octaves from a place's length
 GRID, OCTAVES = 192, 6
-#: factors that have a reason
+#: factors that have a known reason
 FACTORS = {
     -1.0: "its sign is flipped", 0.0: "it is missing", 2.0: "it is doubled", 0.5: "it is halved",
     2 / 3: "a factor 2/3 is on it", 1.5: "a factor 3/2 is on it",
@@ -47,10 +47,11 @@ Told = tuple[str, str]
 
 @dataclass(frozen=True)
 class Beginning:
-    """At one place: the vector field f and its parts, z̈, z⃛, ∂f/∂t, and e₁, e₂, e₃ of the step's
-    error, e₂ and e₃ where those before them are 0.
+    """The first terms of the error at one place.
 
-    later: e₁ of three steps together. parts: by name, terms of f in all entries.
+    The vector field f and its parts, z̈, z⃛, ∂f/∂t, and e₁, e₂, e₃ of the step's error; e₂ and e₃
+    hold if those before them are 0. later: e₁ of three steps together. parts: by name, terms of f
+    in all entries.
     """
 
     z: Vector
@@ -69,17 +70,17 @@ class Beginning:
 
 
 def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict[str, Any] | None:
-    """{"cause", "sentence", "evidence"} of a step that is no step of the scene's motion, or, where
-    the order is asked, of less order than is claimed; None where nothing of it is known.
+    """Return {"cause", "sentence", "evidence"} of a wrong step, or None if nothing is found.
 
-    finest: the order that runs show at their finest steps, where it is known.
+    A step is wrong if it is no step of the scene's motion, or, if `order` is True, of lower order
+    than claimed. finest: the order that runs show at their finest steps, if it is known.
     """
     single = getattr(case.rule, "numbers", "") == "float32"
-    if single:  # which hides the beginning of an error: the same function shows it in doubles
+    if single:  # it hides the error's first terms: the same function shows them in doubles
         made = replace(case, rule=replace(case.rule, numbers="double"))  # type: ignore[call-arg]
-        given = of_step(made, order)  # whose runs' errors may be round-off
+        given = of_step(made, order)  # errors of its runs may be round-off
         return None if given and given["cause"] in _OF_NUMBERS else given
-    if case.rule.unit(16) > 2.0**-50:  # so do the few digits of a file
+    if case.rule.unit(16) > 2.0**-50:  # the few digits of a file hide them as well
         return None
     try:
         found = list(_beginnings(case, order))
@@ -97,14 +98,14 @@ def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict
     return {"cause": told[0], "sentence": told[1], "evidence": evidence}
 
 
-# -- the error's beginning -------------------------------------------------------------------------
+# -- the first terms of the error ------------------------------------------------------------------
 
 
 def _beginnings(case: Case, order: bool) -> Iterator[Beginning]:
     scheme: Any = case.scheme
     system = SceneInNumbers(scheme.s, scheme.scene, arithmetic(16))
     evidence = evidence_of(scheme)
-    decided = evidence.order.place if order else None  # a fault may be nowhere else
+    decided = evidence.order.place if order else None  # a fault may show nowhere else
     more = [] if decided is None or decided in evidence.places else [decided]
     for place in [*evidence.places, *more]:
         yield _beginning(scheme, system, place)
@@ -151,7 +152,7 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
 
 
 def _errors(scheme: Any, place: Place, steps: list[Fraction], count: int) -> np.ndarray:
-    """Φ_h^k(z) − φ_kh(z) for each step, in doubles; (steps, n+m)."""
+    """Return Φ_h^k(z) − φ_kh(z) for each step, in doubles; (steps, n+m)."""
     ends = surroundings(scheme.scene).after(
         place.x, place.u, place.t, [count * h for h in steps], 30
     )
@@ -166,7 +167,7 @@ def _errors(scheme: Any, place: Place, steps: list[Fraction], count: int) -> np.
 
 
 def _at_zero(sizes: Vector, values: np.ndarray) -> Vector:
-    """The limit at h = 0 of values at ever smaller steps, by polynomials in h (Neville)."""
+    """Return the limit at h = 0 of values at ever smaller steps, by polynomials in h (Neville)."""
     table = list(values)
     for k in range(1, len(sizes)):
         table = [b + (b - a) / (sizes[i] / sizes[i + k] - 1)
@@ -175,7 +176,7 @@ def _at_zero(sizes: Vector, values: np.ndarray) -> Vector:
 
 
 def _in_other_coordinates(system: Any, z: Vector, time: float, d: float) -> dict[str, Vector]:
-    """The field of a box that takes p for the velocity, or a velocity for p, in its own numbers."""
+    """Return the fields of a box that confuses p with the velocity, in its own numbers."""
     n = system.n
     q, p = z[:n], z[n:]
     found = {}
@@ -188,11 +189,11 @@ def _in_other_coordinates(system: Any, z: Vector, time: float, d: float) -> dict
     return found
 
 
-# -- what is told of it ----------------------------------------------------------------------------
+# -- the conclusions -------------------------------------------------------------------------------
 
 
 def _explains(found: list[Beginning], field: Any) -> bool:
-    """Whether another field is the limit at every place, and the scene's own by far is not."""
+    """Return True if another field is the limit at every place, and the scene's own is far off."""
 
     def left(b: Beginning) -> float:
         return float(np.abs((b.f + b.first_error - field(b)) / b.span).max())
@@ -206,7 +207,7 @@ def _vanishes(found: list[Beginning], entries: Any) -> bool:
 
 
 def _factor(found: list[Beginning], got: Any, of: Any) -> float | None:
-    """The one c with got = c·of at all places and in all entries; None if there is none."""
+    """Return the one c with got = c·of at all places and in all entries, or None."""
     a = np.concatenate([got(b) / b.span for b in found])
     e = np.concatenate([of(b) / b.span for b in found])
     if not e @ e > 1e-12:
@@ -217,7 +218,8 @@ def _factor(found: list[Beginning], got: Any, of: Any) -> float | None:
 
 
 def _late(found: list[Beginning], n: int) -> Told | None:
-    """Part of the state is shown as it is at another time: an error that steps do not add to."""
+    """Return the cause if part of the state belongs to another time, an error that does not
+    grow."""
     grown = (np.abs(b.later - b.first_error).max() for b in found)
     if _vanishes(found, lambda b: b.first_error) or not all(
         more <= 0.05 * np.abs(b.first_error).max() for more, b in zip(grown, found, strict=True)
@@ -251,7 +253,7 @@ def _share(c: float) -> str:
 
 
 def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
-    """The limit of (Φ_h(z) − z)/h is not the vector field: what of it is wrong."""
+    """Return the cause if the limit of (Φ_h(z) − z)/h is not the vector field."""
     if _vanishes(found, lambda b: b.first_error):
         return None
     for word, sentence in _NAMED.items():
@@ -281,7 +283,7 @@ def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
     return _of_entries(case, found, n)
 
 
-#: causes that say of which kind the numbers are
+#: causes that concern the kind of numbers
 _OF_NUMBERS = ("single precision", "noise", "rounded")
 _NAMED = {
     "velocities for momenta": 'it takes and gives velocities where (q, p) is said: say state="qv".',
@@ -293,7 +295,7 @@ _NAMED = {
 
 
 def _all_by(c: float) -> Told:
-    """All moves by a factor."""
+    """Return the cause if everything moves by a factor."""
     if abs(c - 1) < 1e-2:
         return "few digits", (
             f"every step is {abs(c - 1):.2g} of it too {'long' if c > 1 else 'short'}: "
@@ -319,7 +321,7 @@ def _said_of(name: str, c: float) -> Told:
 
 
 def _of_entries(case: Case, found: list[Beginning], n: int) -> Told | None:
-    """The first entry that is off, by a factor that is the same everywhere, or only by how much."""
+    """Return the cause for single entries: a factor that is the same everywhere, or the size."""
     size = len(found[0].z)
     off = [max(abs(b.first_error[i]) / b.span[i] for b in found) for i in range(size)]
     single = max(off) < 1e-5
@@ -354,7 +356,7 @@ def _of_entries(case: Case, found: list[Beginning], n: int) -> Told | None:
 
 
 def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
-    """Numbers of a program that are no doubles, or not smooth."""
+    """Return the cause if a program's numbers are no doubles, or are not smooth."""
     if case.rule.is_formula or case.rule.unit(16) > 2.0**-50:
         return None
     scheme: Any = case.scheme
@@ -383,7 +385,7 @@ def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
             return "single precision", said
         return "noise", f"a step is rough by {level:.1e} of the state, as nothing smooth is."
     jump, between = float((noise.jump / scale).max()), "states"
-    for octave in range(OCTAVES):  # how often is iterated depends on the step as well
+    for octave in range(OCTAVES):  # the number of iterations also depends on the step
         if jump > 1e-11:
             break
         whole, between = place.length / 2**octave, "step sizes"
@@ -404,7 +406,8 @@ def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
 def _of_second(
     case: Case, found: list[Beginning], n: int, finest: float | None = None
 ) -> Told | None:
-    """e₂ as a part of z̈/2: what the step takes from its start, or half a step early or late."""
+    """Return the cause from e₂ as a part of z̈/2: values at the step's start, or half a step
+    off."""
     wanted = case.order
     if wanted is None or wanted < 2:
         return None
@@ -463,7 +466,7 @@ def _of_second(
         return "factor", _of_square(what, own)
     order = evidence_of(case.scheme).order.order
     if order is not None and order < 1 - NEAR:
-        return None  # the limit is another field, by less than is seen here
+        return None  # the limit is another field, by less than can be seen here
     return "order conditions", (
         "the limit is the vector field, but the error of a step begins with h²: the conditions of "
         "order 2 are not met; look at the signs and shares of its terms, and the order of substeps."
@@ -471,7 +474,7 @@ def _of_second(
 
 
 def _is_low(case: Case, finest: float | None) -> bool:
-    """Whether single steps, or else the finest runs, are of a lower order than is claimed."""
+    """Return True if single steps, or else the finest runs, have a lower order than claimed."""
     order, wanted = evidence_of(case.scheme).order.order, case.order or 1
     if order is not None:
         return order < wanted - NEAR
@@ -479,13 +482,16 @@ def _is_low(case: Case, finest: float | None) -> bool:
 
 
 def _of_square(what: str, share: float) -> str:
-    """Of an error that is this share of z̈ h²."""
+    """Return a phrase for an error that is this share of z̈ h²."""
     return f"the term with h² of {what} comes {1 + 2 * share:.4g} times in the step."
 
 
 def _rounded_share(case: Case, found: list[Beginning], finest: float | None) -> float | None:
-    """By how little of what is usual the error begins with h², or with h³; None where it does not,
-    or by what is usual. Where single steps show no order, finest, the runs' own, is taken."""
+    """Return the relative size of an error that begins with h² or h³ by rounding, or None.
+
+    None also means that it does not begin so, or with the usual size. If single steps show no
+    order, finest, the runs' own order, is used.
+    """
     order = evidence_of(case.scheme).order.order
     if order is None:
         order = finest
@@ -498,14 +504,14 @@ def _rounded_share(case: Case, found: list[Beginning], finest: float | None) -> 
 
 
 def _at(values: Vector, part: slice) -> Vector:
-    """Entries of a part of the state, beside zeros."""
+    """Return the entries of a part of the state, with zeros elsewhere."""
     kept = np.zeros_like(values)
     kept[part] = values[part]
     return kept
 
 
 def _small(found: list[Beginning]) -> bool:
-    """Whether there is no e₂ beside the second derivative of the motion."""
+    """Return True if e₂ is negligible beside the second derivative of the motion."""
     return all(
         bool((np.abs(b.second_error) <= 1e-3 * max(np.abs(b.second).max(), 1e-300)).all())
         for b in found

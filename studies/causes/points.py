@@ -1,7 +1,7 @@
-"""Where in the step a rule asks for L: only in the middle, in the mean, is it of order 2.
+"""The mean of the points at which a rule evaluates L: order 2 needs it in the middle of the step.
 
 With L_d = h Σ b_i L(b(x, u; θ_i h), u), Σ b_i = 1, and θ̄ = Σ b_i θ_i, the midpoint's velocity is u
-but for O(h²), so L_d = L_d^E + h² (θ̄ − 1/2) ∂l/∂x·ρ(x)u + O(h³).
+up to O(h²), so L_d = L_d^E + h² (θ̄ − 1/2) ∂l/∂x·ρ(x)u + O(h³).
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ from discmech.integrators import Scheme
 from discmech.integrators.equations import answers_of
 from discmech.integrators.numbers import sympy
 
-MEANT = 1000  # the largest denominator that somebody writes as a float: 0.333 for 1/3
+MEANT = 1000  # largest denominator of a fraction that somebody may write as a float: 0.333 for 1/3
 
 
 def mean_of_points(scheme: Scheme) -> str:
-    """θ̄ of a rule of that form as 1/3 or 0.5774; empty of any other, and where there is no x."""
+    """Return θ̄ of such a rule as 1/3 or 0.5774, or "" for another rule and without x."""
     s, equations = scheme.s, scheme.equations
-    of = getattr(equations, "discrete", equations).of  # under constraints, of the equations without
+    # with constraints, of the equations without them
+    of = getattr(equations, "discrete", equations).of
     if not of.weighted or not len(s.x):
         return ""
     whole = mean = sympy.Integer(0)
@@ -34,7 +35,7 @@ def mean_of_points(scheme: Scheme) -> str:
 
 
 def sum_of_weights(scheme: Scheme) -> str:
-    """Σ b_i of a rule h Σ b_i L(…) as 1 or 9/10; empty of any other."""
+    """Return Σ b_i of a rule h Σ b_i L(…) as 1 or 9/10, or "" for any other."""
     equations = scheme.equations
     of = getattr(equations, "discrete", equations).of
     if not of.weighted:
@@ -44,17 +45,18 @@ def sum_of_weights(scheme: Scheme) -> str:
 
 
 def _meant(number: Any) -> str:
-    """The fraction of a small denominator that it is but for a float's round-off; else decimals."""
+    """Return the fraction with a small denominator that equals it up to round-off, or decimals."""
     given = Fraction(str(number.evalf(30)))
     near = given.limit_denominator(MEANT)
     if abs(given - near) <= 2.0**-52:
         return str(near)
-    beside = abs(given - given.limit_denominator(12)) < 1e-4  # of a fraction that it is not
+    # near a simple fraction, but not equal to it
+    beside = abs(given - given.limit_denominator(12)) < 1e-4
     return f"{float(given):.12g}" if beside else f"{float(given):.4g}"
 
 
 def _fraction(s: Any, seen: Any, point: Sequence[Any]) -> Any:
-    """θ of a point b(x, u; θh), on pairs of x + θhu too; None of any other point."""
+    """Return θ of a point b(x, u; θh), on pairs also of x + θhu; None for any other point."""
     if tuple(point) == tuple(s.x):
         return 0
     rest = answers_of(point, seen.Target)

@@ -1,13 +1,13 @@
-"""What round-off did to a run: to where it ends, and to what it keeps. Two questions, two answers.
+"""The effect of round-off on a run: on its end, and on conserved quantities, with separate tests.
 
-Where a run ends depends on how the motion amplifies each rounding, which only the same run with
-more digits tells (`measure_round_off`, for errors on a ladder of steps). It excuses whatever double
-precision does, a solver that ends too early included.
+The effect on a run's end depends on how the motion amplifies each rounding, which only the same run
+with more digits shows (`measure_round_off`, for errors on a ladder of steps). This excuses every
+effect of double precision, including a solver that ends too early.
 
-What is kept, a momentum or an energy, is kept to a walk of roundings by a sound method, and a loose
-solver has to fail by it: with more digits that solver would be as good as sound, so the same run
-cannot excuse a drift. There the maps F± alone are asked, at given points, without a solver
-(`lost_one_way`): what they lose, alike at each step, no solver can bring back.
+A sound method conserves a momentum or an energy up to a walk of roundings, and a loose solver has
+to fail: with more digits that solver would be sound, so the same run cannot excuse a drift. Instead
+the maps F± alone are evaluated at given points, without a solver (`lost_one_way`): their loss, if
+it is alike at each step, cannot be repaired by any solver.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from discmech.integrators.numbers import arithmetic, mpmath
 
 from ..core.case import Case
 
-ROWS = 16  # steps of a run that are looked at
-#: how much shorter a step is at which F± are asked once more
+ROWS = 16  # number of tested steps of a run
+#: factor of the shorter step at which F± are evaluated again
 SHORTER = 64
-#: what double precision is compared with to see its round-off
+#: digits of the comparison that shows the round-off of double precision
 MORE_DIGITS = 34
-#: steps of the longest run that is made so; the coarsest is made however long it is
+#: steps of the longest run that is repeated so; the coarsest is always repeated
 MOST_STEPS = 20_000
 
 
 def gap(got: Any, wanted: Any) -> tuple[Any, Any]:
-    """(‖got − wanted‖₂, ‖wanted‖₂) in mpmath."""
+    """Return (‖got − wanted‖₂, ‖wanted‖₂) in mpmath."""
     exact = [mpmath.mpf(w) for w in wanted]
     off = [mpmath.mpf(g) - w for g, w in zip(got, exact, strict=True)]
     nothing = mpmath.mpf(0)
@@ -43,20 +43,21 @@ def gap(got: Any, wanted: Any) -> tuple[Any, Any]:
 
 
 def unit(digits: int) -> float:
-    """Round-off of a precision."""
+    """Return the unit of round-off of a precision."""
     return 2.0**-53 if digits == 16 else 10.0**-digits
 
 
 def size(rows: np.ndarray) -> float:
-    """The largest entry, 1 if all vanish."""
+    """Return the largest absolute entry, or 1 if all vanish."""
     return max(float(abs(e)) for e in rows.ravel()) or 1.0
 
 
 def residuals(flow: Flow) -> tuple[float, float]:
-    """How well the steps of a short run are solved, and how well they can be evaluated.
+    """Return how well the steps of a short run are solved, and how well they can be evaluated.
 
-    Both relative to ‖μ‖: the largest ‖F⁻(x, u)/h − μ‖ in the flow's own numbers, and what more
-    digits say of F⁻ and F⁺ at the same points; of a composition those of its first substep.
+    Both are relative to ‖μ‖: the largest ‖F⁻(x, u)/h − μ‖ in the flow's own numbers, and its
+    distance from F⁻ and F⁺ with more digits at the same points; for a composition those of its
+    first substep.
     """
     run, first = flow.trajectory(ROWS), flow.parts[0]
     more = replace(first, numbers=arithmetic(flow.digits + 34))
@@ -77,13 +78,13 @@ def residuals(flow: Flow) -> tuple[float, float]:
 def measure_round_off(
     case: Case, rows: list[dict[str, Any]], duration: Fraction, exact: Any
 ) -> None:
-    """Add `round_off` to rows: how far double precision moved a run's end, relative as errors are.
+    """Add `round_off` to rows: how far double precision moved a run's end, relative like errors.
 
-    The same run with `MORE_DIGITS` tells, whatever the rule is: one that takes differences of
-    nearly equal numbers, such as (s − x)/h of a stage that is a position, has errors that grow as
-    steps get shorter, and so has a motion that amplifies them; neither is another method for that.
-    Runs of N > `MOST_STEPS` have the largest that was seen times (N/N₀)², N₀ the most steps of a
-    measured run: N steps, with round-off over h in each. Rows whose runs stop are left without.
+    The same run with `MORE_DIGITS` shows it for every rule: a rule that takes differences of nearly
+    equal numbers, such as (s − x)/h of a stage that is a position, has errors that grow as steps
+    get shorter, and so does a motion that amplifies them. Runs with N > `MOST_STEPS` get the
+    largest measured value times (N/N₀)², where N₀ is the largest measured number of steps: N steps,
+    with round-off over h in each. Rows whose runs stop get none.
     """
     known: list[tuple[int, float]] = []
     for row in rows:
@@ -109,13 +110,13 @@ def measure_round_off(
 
 
 def lost_one_way(case: Case, steps: int) -> float:
-    """What N steps add up to, relative to ‖μ‖, if F⁻ and F⁺ are off all one way; 0 of plain rules.
+    """Return the sum of a systematic error of F⁻ and F⁺ over N steps, relative to ‖μ‖.
 
-    A rule that takes differences of nearly equal numbers, such as (s − x)/h of a stage that is a
-    position, is off by round-off over h, alike from step to step: no walk bounds what that adds up
-    to. At a step `SHORTER` times as short it is off by as many times as much, and a plain rule by
-    as much as before; what lies between is told by the mean of both, in logarithms. (Measured on
-    all scenes: 14 times and more, and 3 at most.)
+    It is 0 for plain rules. A rule that takes differences of nearly equal numbers, such as (s −
+    x)/h of a stage that is a position, is off by round-off over h, alike from step to step, so the
+    sum is not bounded by a walk. At a step `SHORTER` times as short it is off by that factor more,
+    and a plain rule by as much as before; the threshold is the mean of both, in logarithms.
+    (Measured on all scenes: 14 times and more, and 3 at most.)
     """
     if not case.rule.is_formula:
         return 0.0
@@ -129,7 +130,7 @@ def lost_one_way(case: Case, steps: int) -> float:
 
 
 def why_unknown(name: str, drift: float, lost: float) -> str:
-    """The reason of an inconclusive verdict where `lost` may explain a drift."""
+    """Return the reason of an inconclusive verdict if `lost` may explain a drift."""
     return (
         f"{name} drifts by {drift:.2g}, and this rule's F± are so far from what more digits say "
         f"that round-off may add up to {lost:.1g}: look for differences of nearly equal numbers."

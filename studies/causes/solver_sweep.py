@@ -1,7 +1,7 @@
-"""Why Ω is not kept: the solver's residual, what a step carries on, or the structure itself.
+"""The cause of a change of Ω: the solver's residual, the step's update, or the structure itself.
 
-The equations of a step are solved to round-off here, and then left off by ever less: the defect of
-a sound map sinks with what is left, that of a wrong one stays.
+The equations of a step are solved to round-off here, and then less accurately on purpose: the
+defect of a sound map falls with the residual, that of a wrong one stays.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from .diagnosis import named
 from .round_off import size
 
 TOLERANCES = tuple(10.0**-k for k in range(2, 15, 3))
-BEFORE = 3  # steps before the worst one that are looked at too
+BEFORE = 3  # number of steps before the worst one that are tested too
 
 
 def of_symplecticity(
     case: Case, kind: str, step: Fraction, index: int, limit: float
 ) -> dict[str, Any] | None:
-    """What breaks Ω in the step of that index: solver, update or structure; None if nothing does.
+    """Return the cause of a change of Ω in the step of that index, or None.
 
-    kind: "pullback", "poisson" or "residual", the defect that is above its limit. It and the steps
-    before it are solved to round-off here, and then left off by each of `TOLERANCES`. Raises what
-    runs raise.
+    It is the solver, the update or the structure. kind: "pullback", "poisson" or "residual", the
+    defect above its limit. The step and those before it are solved to round-off here, and then left
+    off by each of `TOLERANCES`. Raises the errors of runs.
     """
-    if case.scheme.one_step:  # its step is given as such: there is nothing to tell apart
+    if case.scheme.one_step:  # its step is given directly: there is nothing to distinguish
         return None if kind == "residual" else named("structure", _OF_MAP, {})
     flow = case.scheme.flow(step, case.digits)
     run = flow.trajectory(index + 1)
@@ -41,7 +41,7 @@ def of_symplecticity(
     with flow.numbers.working():
         if kind == "residual":
             return _of_steps(flow, run, places, limit)
-        if case.scheme.substeps:  # of these only the maps themselves are asked, no solver
+        if case.scheme.substeps:  # for these only the maps themselves are tested, without a solver
             return named("structure", _STRUCTURE.format(kind=kind, said=""), {})
         return _of_maps(flow, run, places, kind, limit)
 
@@ -55,7 +55,7 @@ _STRUCTURE = (
 def _of_maps(
     flow: Flow, run: Trajectory, places: range, kind: str, limit: float
 ) -> dict[str, Any] | None:
-    """Pullback or Poisson form: the defect at solutions that are left off by ever less."""
+    """Return the cause from the pullback or Poisson defect at ever more accurate solutions."""
     solved, swept = 0.0, dict.fromkeys(TOLERANCES, 0.0)
     with flow.context.exactly.numbers.working():
         for k in places:
@@ -72,9 +72,10 @@ def _of_maps(
 
 
 def _of_steps(flow: Flow, run: Trajectory, places: range, limit: float) -> dict[str, Any] | None:
-    """The steps that a run took, against those of its own velocities and of better ones.
+    """Return the cause from the steps of a run, compared with those of its own and better
+    velocities.
 
-    A composition's rows hold the velocity of the first substep, which speaks for the others.
+    A composition's rows hold the velocity of the first substep, which represents the others.
     """
     if flow.scheme.element is not None:
         return None
@@ -122,7 +123,7 @@ def _said(swept: Mapping[float, float]) -> str:
 
 
 def _step(flow: Flow, x: Any, mu: Any, guess: Any, off: float) -> tuple[Any, Any]:
-    """(x′, μ′) by the Legendre maps, each substep left off by that much of μ."""
+    """Return (x′, μ′) by the Legendre maps; each substep is left off by the given share of μ."""
     numbers = flow.numbers
     for part in flow.parts:
         guess = arrow_from(part, x, mu, guess)
@@ -137,8 +138,11 @@ def _step(flow: Flow, x: Any, mu: Any, guess: Any, off: float) -> tuple[Any, Any
 def _at(
     context: StepContext, kind: str, x: Any, u: Any, mu: Any
 ) -> tuple[Callable[[np.ndarray], float], np.ndarray, np.ndarray]:
-    """At one point: (defect as a function of the velocity that was solved for, that velocity to
-    round-off, its change for a residual of 1)."""
+    """Return the test of one point.
+
+    The result is (defect as a function of the velocity that is solved for, that velocity to
+    round-off, its change for a residual of 1).
+    """
     geometry, numbers = context.geometry, context.numbers
     (x, u), (_, mu) = context.vectors(x, u), context.vectors(x, mu)
     root = numbers.eps**0.5

@@ -1,1 +1,1 @@
-"""What a user's rule is asked: verify, compare, assertions for pytest."""
+"""Functions for the user's own rules: verify, compare, assertions for pytest."""

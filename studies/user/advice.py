@@ -1,7 +1,7 @@
-"""Which method to take, a line a scene and accuracy, from the numbers of `compare`'s cases.
+"""The recommended method for each scene and goal, from the numbers of `compare`'s cases.
 
-Every method has a figure of which less is better, between two ends. Those whose ends meet the best
-one's cannot be told apart from it, and are all named. `report.advising` says it in sentences.
+Every method has a figure (smaller is better) with an interval. Methods whose interval overlaps the
+best one's are tied with it, and all are named. `report.advising` puts it into sentences.
 """
 
 from __future__ import annotations
@@ -12,21 +12,21 @@ from dataclasses import dataclass
 from typing import Any
 
 Case = Mapping[str, Any]
-#: two runs of one race give ratios within 9.2 % of each other (docs/notes/races.md), so
-#: nothing within a tenth tells two methods apart, however narrow the quartiles of a run are; half
-#: of it (of its logarithm) goes to each of the two
+#: two runs of one race give ratios within 9.2 % of each other (docs/notes/races.md), so a
+#: difference below a tenth does not distinguish two methods, however narrow the quartiles of a run
+#: are; each of the two gets half of it (of its logarithm)
 AGREE = math.sqrt(1.1)
-MANY = 10**6  # periods of the long run that is spoken of
-BITS = 1e-9  # of a step that bisection found
-LOST = 1.0  # an error as large as what it is relative to: the motion is another
+MANY = 10**6  # periods of the extrapolated long run
+BITS = 1e-9  # relative accuracy of a step that bisection found
+LOST = 1.0  # an error as large as the quantity itself: the motion is another one
 
 
 @dataclass(frozen=True)
 class Standing:
-    """A method's figure between its ends; `rules`: those that are this one method.
+    """A method's figure with its interval; `rules`: all names of this one method.
 
-    value: None where it is only known to be more than `low`; with low = inf the method does not
-    come to what is asked. best: its smallest error; followed: seconds of its longest run.
+    value: None if it is only known to be more than `low`; with low = inf the method does not reach
+    the goal. best: its smallest error; followed: seconds of its longest run.
     """
 
     rules: tuple[str, ...]
@@ -38,10 +38,10 @@ class Standing:
 
 
 def ranked(standings: Sequence[Standing]) -> list[tuple[str, Standing]]:
-    """The standings with what can be told of each, whatever order they come in.
+    """Return the standings with a word for each, in any order of input.
 
-    best; tied: cannot be told from the best; behind: is worse for certain; open: was not followed
-    far enough to say; out: does not come to what is asked.
+    best; tied: cannot be distinguished from the best; behind: certainly worse; open: its runs were
+    too short to tell; out: does not reach the goal.
     """
     every = sorted(standings, key=lambda s: (math.inf if s.value is None else s.value, s.rules))
     reach = every[0].high if every and every[0].value is not None else math.inf
@@ -59,13 +59,13 @@ def ranked(standings: Sequence[Standing]) -> list[tuple[str, Standing]]:
 
 
 def advice(cases: Sequence[Case], comparison: Sequence[Case]) -> list[dict[str, Any]]:
-    """Lines {"scene", "retraction", "for", "take", "told_apart", "evidence"}.
+    """Return lines {"scene", "retraction", "for", "take", "told_apart", "evidence"}.
 
     for: "1e-04", "1e-08", "1e-12" (the least time to that error), "1e6 periods" (the least energy
     error at equal time, with "seconds" for so many "periods"), "large steps" (the least share of
     the stability map that is not bounded) or "stable steps" (the largest stable step of the
-    oscillator, as its inverse). take: the rules, none where none comes so far;
-    told_apart: whether they are one method. evidence: a line a method {"rules", "standing" (see
+    oscillator, as its inverse). take: the recommended rules, [] if none reaches the goal;
+    told_apart: True if they are one method. evidence: a line per method {"rules", "standing" (see
     `ranked`), "value", "low", "high", "ratio", "ratios": [low, high] (to the best one's), "best"
     (its smallest error), "followed" (seconds of its longest run)}.
     """
@@ -77,7 +77,7 @@ def advice(cases: Sequence[Case], comparison: Sequence[Case]) -> list[dict[str, 
     found: list[tuple[Any, dict[str, Any]]] = []
     for (*place, periods), own in races.items():
         if len({case["rule"] for case in own}) < 2:
-            continue  # a method that ran alone is ranked with none
+            continue  # a single method has no rank
         if periods is not None:
             found.append((place, _over_long_times(own)))
         else:
@@ -98,7 +98,7 @@ def advice(cases: Sequence[Case], comparison: Sequence[Case]) -> list[dict[str, 
 
 
 def _for_accuracy(cases: Sequence[Case], accuracy: str) -> dict[str, Any]:
-    """The least time to an error."""
+    """Return the line for the least time to an error."""
 
     def standing(rules: tuple[str, ...], case: Case) -> Standing:
         measured = case["measured"]
@@ -114,9 +114,9 @@ def _for_accuracy(cases: Sequence[Case], accuracy: str) -> dict[str, Any]:
 
 
 def _over_long_times(cases: Sequence[Case]) -> dict[str, Any]:
-    """The least energy error at equal time, carried on to `MANY` periods.
+    """Return the line for the least energy error at equal time, extrapolated to `MANY` periods.
 
-    Its ends: the error stands where it is, or grows on as it did from half the run to all of it.
+    Its interval: the error stays as it is, or continues to grow as from half the run to the end.
     """
     periods = int(cases[0]["periods"])
 
@@ -134,9 +134,9 @@ def _over_long_times(cases: Sequence[Case]) -> dict[str, Any]:
 
 
 def _at_large_steps(lines: Sequence[Case], alike: Mapping[str, str]) -> dict[str, Any]:
-    """The least share of the map of steps and stiffness where something goes wrong.
+    """Return the line for the least share of the map of steps and stiffness that is not bounded.
 
-    On the oscillator the step at which it does is known to the last bits; its inverse counts.
+    For the oscillator the largest stable step is known to the last bits; its inverse is used.
     """
     mapped = "bounded" in lines[0]
 
@@ -151,7 +151,7 @@ def _at_large_steps(lines: Sequence[Case], alike: Mapping[str, str]) -> dict[str
 
 
 def _leaders(cases: Sequence[Case]) -> dict[str, str]:
-    """Of each rule of a race the one that it is the same method as."""
+    """Return for each rule of a race the rule that is the same method."""
     return {case["rule"]: case["measured"].get("same_as") or case["rule"] for case in cases}
 
 
@@ -160,7 +160,7 @@ def _standings(
     leaders: Mapping[str, str],
     standing: Callable[[tuple[str, ...], Case], Standing],
 ) -> list[Standing]:
-    """One of each method: rules with one leader are the same."""
+    """Return one standing per method: rules with one leader are the same method."""
     alike: dict[str, list[Case]] = {}
     for line in lines:
         alike.setdefault(leaders.get(line["rule"], line["rule"]), []).append(line)
@@ -170,7 +170,7 @@ def _standings(
 
 
 def _line(goal: str, standings: Sequence[Standing]) -> dict[str, Any]:
-    """The line of the advice, without its place."""
+    """Return the line of the advice, without its scene."""
     found = ranked(standings)
     best = found[0][1] if found and found[0][0] == "best" else None
     least = best.value if best is not None else None

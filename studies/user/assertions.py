@@ -1,8 +1,8 @@
-"""Assertions on a rule for tests; a failure says the table, the cause and where the picture is.
+"""Assertions on a rule for tests; a failure shows the table, the cause and the picture's file.
 
 Each takes a rule and a scene, objects or words such as midpoint and my_rule.py:two_thirds, and
-raises `Missed` if the study does not pass. The pytest plugin hands them out as fixtures, which put
-their pictures into the test's own folder.
+raises `Missed` if the study does not pass. The pytest plugin provides them as fixtures, which save
+their pictures in the test's own folder.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Where = Scene | str
 
 
 class Missed(AssertionError):
-    """What a method was asserted to have, and has not; `result` is the case, `picture` its file."""
+    """A method lacks an asserted property; `result` is the case, `picture` its file."""
 
     def __init__(self, message: str, result: dict[str, Any], picture: Path | None) -> None:
         self.result, self.picture = result, picture
@@ -41,52 +41,56 @@ class Missed(AssertionError):
 
 
 class NotApplicable(BadInput):
-    """The study says nothing of the rule on this scene, or the rule has no meaning there.
+    """The study does not cover the rule on this scene, or the rule has no meaning there.
 
-    No fault of the rule's: the fixtures of the pytest plugin skip the test with this sentence.
+    This is no fault of the rule: the fixtures of the pytest plugin skip the test with this
+    sentence.
     """
 
 
 def assert_order(
     rule: Rule, scene: Where, order: int | None = None, *, digits: int = 50, **more: Any
 ) -> dict[str, Any]:
-    """The measured order in (x, μ) is `order` (or the one that the rule has on the scene).
+    """Assert that the measured order in (x, μ) is `order`, by default the rule's order on the
+    scene.
 
-    From both sides, within 0.05 in double precision and 0.01 with more digits. Returns the result.
+    The tolerance on both sides is 0.05 in double precision and 0.01 with more digits. Returns the
+    result.
     """
     __tracebackhide__ = True
     return _assert(get("order"), rule, scene, digits, order=order, **more)
 
 
 def assert_converges(rule: Rule, scene: Where, *, digits: int = 50, **more: Any) -> dict[str, Any]:
-    """Errors against the certified reference sink with the step, at order 1 or more."""
+    """Assert that errors against the certified reference fall with the step, at order 1 or more."""
     __tracebackhide__ = True
     return _assert(get("order"), rule, scene, digits, at_least=1, **more)
 
 
 def assert_symplectic(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
-    """Ω and the Poisson bracket are kept to round-off, also at the largest stable step.
+    """Assert that Ω and the Poisson bracket are preserved to round-off, up to the largest stable
+    step.
 
-    Under a force none is: Ω has to change by −dθ_f then, the differential of the force's one-form.
+    A force changes both: then Ω has to change by −dθ_f, the differential of the force's one-form.
     """
     __tracebackhide__ = True
     return _assert(get("symplecticity"), rule, scene, digits, **more)
 
 
 def assert_momentum(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
-    """Every momentum map and Casimir that the scene declares is kept over a long run."""
+    """Assert that a long run conserves every momentum map and Casimir that the scene declares."""
     __tracebackhide__ = True
     return _assert(get("momentum"), rule, scene, digits, **more)
 
 
 def assert_energy(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
-    """The energy stays in a band around its start, without a slope (under a force: its balance)."""
+    """Assert that the energy stays in a band without a slope (with a force: the energy balance)."""
     __tracebackhide__ = True
     return _assert(get("energy"), rule, scene, digits, **more)
 
 
 def assert_reversible(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
-    """The method is self-adjoint: a step back leads to the start, to round-off."""
+    """Assert that the method is self-adjoint: a step back leads to the start, to round-off."""
     __tracebackhide__ = True
     return _assert(every_study()["reversibility"], rule, scene, digits, **more)
 
@@ -105,17 +109,16 @@ def _assert(
     beside: Path | None = None,
     **unknown: Any,
 ) -> dict[str, Any]:
-    """Run one case and raise `Missed` unless it passes, or has the order asked for.
+    """Run one case and raise `Missed` unless it passes, or has the requested order.
 
-    beside: the folder of the test, in which files are looked for first, and to which the paths of
-    messages are relative. Raises `BadInput` for unknown names, for a rule that the scene cannot
-    use, and for a momentum of a scene that declares none; `NotApplicable` where there is nothing
-    to assert.
+    beside: the folder of the test, where files are searched first, and to which paths in messages
+    are relative. Raises `BadInput` for unknown names, for a rule that the scene cannot use, and for
+    a momentum of a scene that declares none; `NotApplicable` if there is nothing to assert.
     """
     __tracebackhide__ = True
     check_names(f"the assertion of {study.name}", unknown,
                 ("digits", "steps", "retraction", "order"))  # fmt: skip
-    arithmetic(digits)  # where there is none, this says so
+    arithmetic(digits)  # this raises for invalid digits
     if steps is not None:
         steps = whole_number("steps", steps, 1)
     if order is not None and (type(order) is not int or order < 1):
@@ -132,9 +135,9 @@ def _assert(
             "Scene(symmetries=[Conserved(...)]), or pytest.skip() the test for this scene."
         )
     if not asked.runs_at(digits):
-        digits = 16  # a program has its machine's
+        digits = 16  # a program computes in machine numbers
     if order is not None or at_least is not None:
-        asked = replace(asked, order=order)  # so that it is what the cause is looked for
+        asked = replace(asked, order=order)  # so that the search for a cause uses this order
     case = Case(study.name, where, asked, digits, steps)
     _check_applies(study, case)
     result = run_case(study, case)
@@ -143,7 +146,8 @@ def _assert(
     if "not_demanded" in result["expected"] and "demanded" not in result["expected"]:
         raise NotApplicable(f"{study.name} of {where.name}: {result['expected']['not_demanded']}")
     if at_least is not None and not _at_least(result, at_least):
-        result = run_case(study, replace(case, rule=replace(asked, order=at_least)))  # the cause
+        # this finds the cause
+        result = run_case(study, replace(case, rule=replace(asked, order=at_least)))
     if order is not None or at_least is not None:
         _judge_order(result, order, at_least)
     if result["verdict"] == "pass":
@@ -164,7 +168,8 @@ def _assert(
 
 
 def _boxed(rule: Any) -> Any:
-    """A plain function (q, p, h, system) or (q, p, h), or a class of such steps, as a black box."""
+    """Return a plain function (q, p, h, system) or (q, p, h), or a class of steps, as a black
+    box."""
     if isinstance(rule, str | Discretisation) or not callable(rule):
         return rule
     if inspect.isclass(rule):
@@ -177,7 +182,7 @@ def _boxed(rule: Any) -> Any:
 
 
 def _in_folder(thing: Any, folder: Path | None) -> Any:
-    """A word that names a file, with the path from that folder if the file is there."""
+    """Return a word that names a file with the path from that folder, if the file is there."""
     if folder is None or not isinstance(thing, str):
         return thing
     *method, word = re.split(r":(?=[^:]*\.py\b)", thing, maxsplit=1)  # of METHOD:FILE.py:NAME
@@ -186,12 +191,12 @@ def _in_folder(thing: Any, folder: Path | None) -> Any:
 
 
 def _relative(text: str, folder: Path | None) -> str:
-    """A message with paths relative to that folder."""
+    """Return a message with paths relative to that folder."""
     return text if folder is None else text.replace(f"{folder}/", "")
 
 
 def _next_step(result: dict[str, Any], asks_order: bool) -> str:
-    """What to do about a test that did not pass, in pytest's words."""
+    """Return what to do about a test that did not pass, in pytest's words."""
     if result["verdict"] == "inconclusive":
         return "next: ask with other digits= or steps=, or pytest.skip() it with this reason"
     found = round(result["measured"].get("order") or 0) if asks_order else 0
@@ -254,7 +259,7 @@ def _judge_order(result: dict[str, Any], order: int | None, at_least: int | None
 
 
 def _table(study: str, result: dict[str, Any]) -> str:
-    """The verdict table as text."""
+    """Return the verdict table as text."""
     from rich.console import Console
 
     from ..report.tables import terminal_table
@@ -269,7 +274,7 @@ def _table(study: str, result: dict[str, Any]) -> str:
 
 
 def _picture(study: str, result: dict[str, Any], folder: Path | None) -> Path | None:
-    """The study's figure of this case as a PNG file; None if it has none."""
+    """Return the study's figure of this case as a PNG file, or None if it has none."""
     from ..report.figures import plates
 
     if not result["rows"]:

@@ -1,4 +1,4 @@
-"""`check`: one study of scenes and rules, as objects or by name."""
+"""`check`: one study for scenes and rules, given as objects or by name."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 class Result(dict[str, Any]):
-    """A study's result, as JSON has it, that a notebook shows as its table with its figures."""
+    """A study's result, as JSON data; a notebook shows it as its table with its figures."""
 
     def _repr_html_(self) -> str:
-        """The verdict table, why cases did not pass, and the figures, for a notebook."""
+        """Return the verdict table, the reasons of cases that did not pass, and the figures."""
         from ..report.notebook import html_of
 
         return html_of(self)
@@ -38,11 +38,11 @@ def check(
     digits: Sequence[int] = (),
     steps: int | None = None,
 ) -> Result:
-    """Run one study; all are objects or names, and scenes and rules all of them if none is given.
+    """Run one study; all arguments are objects or names; by default it takes all scenes and rules.
 
-    Returns the result as the command line writes it: {"study", "verdict", "cases": [...]};
-    in a notebook it shows its table, reasons and figures (`plot` gives these one by one). Raises
-    `BadInput` for unknown names and for scenes that the study does not apply to.
+    Returns the result as the command line writes it: {"study", "verdict", "cases": [...]}; a
+    notebook shows its table, reasons and figures (`plot` gives these one by one). Raises `BadInput`
+    for unknown names and for scenes to which the study does not apply.
     """
     chosen = Choice(
         scenes=tuple(map(lookup.scene_given, listed("scenes", scenes))),
@@ -54,7 +54,7 @@ def check(
 
 
 def _study(thing: Study | str) -> Study:
-    """The study itself; raises `BadInput` for what is none and names none."""
+    """Return the study itself; raises `BadInput` for anything that neither is nor names one."""
     if isinstance(thing, str):
         return study_called(thing) if ".py" in thing else studies.get(thing)
     if trouble := refusal(thing):

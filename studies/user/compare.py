@@ -1,6 +1,6 @@
-"""`discmech compare`: methods side by side on the same scenes, with what each costs and loses.
+"""`discmech compare`: methods side by side on the same scenes, with their costs and losses.
 
-Figures that can be compared are held against the best method's of the same scene and precision.
+Comparable figures are divided by those of the best method on the same scene and precision.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..core.study import view_of
 from .advice import LOST, advice
 from .verify import Request, studies, verify
 
-PERIODS = 1000  # of the long race beside the one over a scene's duration
+PERIODS = 1000  # periods of the long race, in addition to the race over a scene's duration
 
 
 def compare(
@@ -30,9 +30,9 @@ def compare(
     jobs: int | Cluster | None = None,
     store: Store | None = None,
 ) -> dict[str, Any]:
-    """Like `verify`, with work and precision.
+    """Run the studies of `verify` and the work-precision study.
 
-    "comparison" holds a line a scene and method, "advice" which one to take (see `advice`).
+    "comparison" has a line per scene and method, "advice" the recommended method (see `advice`).
     Raises `BadInput` for fewer than two methods.
     """
     rules = request.rules()
@@ -50,14 +50,15 @@ def compare(
 
 
 def comparison(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Lines {"scene", "rule", "retraction", "digits", NAME: value, ..., "ratios": {NAME: times}}.
+    """Return lines {"scene", "rule", "retraction", "digits", NAME: value, ..., "ratios": {NAME:
+    times}}.
 
     error: at the smallest `step` that all methods of the scene ran. seconds: to the smallest
     `accuracy` that all of them reach. order, defect, drift, band, stable (largest step times
-    fastest frequency, where maps are drawn), bounded and bounded_spread (share of such a map) as
-    their studies have them. Ratios are to the smallest of the scene and precision. not_finite:
-    names of what has no value because the run failed or its numbers are not finite; a value that
-    is as large as what it is relative to has no ratio.
+    fastest frequency, where maps are drawn), bounded and bounded_spread (share of such a map): as
+    in their studies. Ratios are to the smallest value of the scene and precision. not_finite: names
+    without a value because the run failed or its numbers are not finite; a value as large as the
+    quantity itself has no ratio.
     """
     lines: dict[tuple[Any, ...], dict[str, Any]] = {}
     for case in cases:
@@ -89,14 +90,14 @@ def comparison(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _is_finite(value: Any) -> bool:
-    """Of a number; of a table, whether it has one."""
+    """Return True for a finite number, or for a table with one."""
     if isinstance(value, dict):
         return any(map(math.isfinite, value.values()))
     return value is not None and math.isfinite(value)
 
 
 def _sound(line: dict[str, Any], name: str) -> bool:
-    """Whether a value may stand in a ratio: where all is lost, how many times says nothing."""
+    """Return True if a value may stand in a ratio: if everything is lost, a ratio means nothing."""
     value = line.get(name) or 0.0
     return value > 0 and (name == "seconds" or value < LOST)
 
@@ -104,7 +105,7 @@ def _sound(line: dict[str, Any], name: str) -> bool:
 def _common(
     line: dict[str, Any], fellows: Sequence[dict[str, Any]], held: str, key: str, value: str
 ) -> None:
-    """The value at the smallest key that is held by all of the methods."""
+    """Set the value at the smallest key that all of the methods have."""
     tables = [f[held] for f in fellows if f.get(held)]
     shared = set.intersection(*map(set, tables)) if tables else set()
     if line.get(held) and shared:

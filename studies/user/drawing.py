@@ -1,4 +1,4 @@
-"""`plot`: a result or a run as a matplotlib figure of the user's own."""
+"""`plot`: a result or a run as a matplotlib figure that the user can change."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ def plot(
     labels: Mapping[str, str] | None = None,
     style: Path | str | None = None,
 ) -> Figure:
-    """The figure of a study's result, or of a run, as a matplotlib figure that can be changed.
+    """Return the figure of a study's result, or of a run, as a matplotlib figure.
 
-    thing: what `check` returns, a trajectory of `flow.trajectory`, or a list of trajectories that
-    are drawn together (a phase portrait). kind, of trajectories: "phase" (the default), entry i of
+    thing: the result of `check`, a trajectory of `flow.trajectory`, or a list of trajectories that
+    are drawn together (a phase portrait). kind, for trajectories: "phase" (the default), entry i of
     x against that of μ, or on a group pairs of momenta; "energy", the relative error of the energy
-    against time; "base", the path of x (of one coordinate and of more than three, each
-    against time). digits: which figure of a result, where it has one for
-    each precision (default: the first). labels: {rule: text}. style: a .mplstyle file.
+    against time; "base", the path of x (with one coordinate or more than three, each against time).
+    digits: selects the figure of a result that has one for each precision (default: the first).
+    labels: {rule: text}. style: a .mplstyle file.
 
-    Raises `BadInput` for anything else, and where there is nothing to draw.
+    Raises `BadInput` for anything else, and if there is nothing to draw.
     """
     from ..report.canvas import figure_of
     from ..report.figures import sketches
@@ -82,16 +82,17 @@ class _Run:
         self.scheme, self.t, self.x, self.mu, self.run = run.scheme, run.t, run.x, run.mu, run
         labels = dict(look.labels)
         self.label, self.colour = labels.get(name, name), marks([name])[name].colour
-        self.asked = name in labels  # for its name
+        self.asked = name in labels  # True if the user gave its name
 
 
 def _curves(axes: Axes, runs: Sequence[_Run], columns: Sequence[tuple[Any, Any]]) -> None:
-    """A curve a run; of several rules, or with a label, in the colours of these, and named."""
+    """Draw a curve per run; several rules, or labelled ones, have their colours and names."""
     from ..report.palette import THEME, WORDS
 
     found = {run.label: run.colour for run in runs}
     several, taken = len(found) > 1 or any(run.asked for run in runs), set[str]()
-    for label, colour in found.items():  # a line has no mark to tell it from another of its colour
+    # a line has no mark to distinguish it from another of its colour
+    for label, colour in found.items():
         free = (other for other in (colour, *THEME) if other in WORDS and other not in taken)
         found[label] = next(free, colour)
         taken.add(found[label])
@@ -104,10 +105,10 @@ def _curves(axes: Axes, runs: Sequence[_Run], columns: Sequence[tuple[Any, Any]]
 
 
 def look_of(labels: Mapping[str, str], style: Path | str | None = None) -> Look:
-    """How figures look: labels of rules and a style file of matplotlib.
+    """Return the look of figures: labels of rules and a matplotlib style file.
 
-    Raises `BadInput` if the file cannot be read; names and values that matplotlib does not know it
-    logs itself.
+    Raises `BadInput` if the file cannot be read; matplotlib itself logs names and values that it
+    does not know.
     """
     from ..report.figures import Look
 
@@ -168,7 +169,7 @@ def _base(runs: Sequence[Any]) -> list[Panel]:
     n = runs[0].x.shape[1] if runs[0].x.ndim == 2 else 0
     if not n:
         raise BadInput("there is no base here: on a group x is empty, and momenta are its phase.")
-    if n == 1 or n > 3:  # of four and more coordinates, no pair is the path
+    if n == 1 or n > 3:  # with four or more coordinates no pair is the path
         return [_against(runs, "t", None, "x", k) for k in range(n)]
     return [_against(runs, "x", i, "x", j) for i in range(n) for j in range(i + 1, n)]
 

@@ -1,4 +1,4 @@
-"""`film`: bodies that move, as an animation of matplotlib that a notebook plays."""
+"""`film`: moving bodies as a matplotlib animation that a notebook plays."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ EXAMPLE = "lambda x: [[0, 0], [sin(x[0]), -cos(x[0])]]"
 def film(
     run: Any, bodies: Callable[..., Any] | None = None, *, seconds: float = 6.0
 ) -> FuncAnimation:
-    """The motion of a run as a film: a `FuncAnimation` that a notebook plays, and `.save` writes.
+    """Return the motion of a run as a film: a `FuncAnimation` that a notebook plays, with `.save`.
 
     run: a trajectory of `flow.trajectory`. bodies: a function of x, an array of n numbers, that
-    gives the points of one row, k×2 or k×3, which a line joins, or a list of such rows: of a double
-    pendulum its joints. Left out, x itself is a point (n = 2, 3), of a body in a field (an action,
-    n = 3) a line from the origin, and an attitude (`with_attitude`) three axes at the body's place.
-    seconds: how long the film is; it has at most 120 frames.
+    returns the points of one row, k×2 or k×3, joined by a line, or a list of such rows: for a
+    double pendulum its joints. By default x itself is a point (n = 2, 3), a body in a field (an
+    action, n = 3) is a line from the origin, and an attitude (`with_attitude`) is three axes at the
+    body's place. seconds: the length of the film; it has at most 120 frames.
 
-    Raises `BadInput` for anything else than a trajectory, without bodies where x is no place, and
-    for bodies that give no such points.
+    Raises `BadInput` for anything else than a trajectory, if bodies is missing and x is no place,
+    and for bodies that do not return such points.
     """
     from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
 
     class Film(FuncAnimation):
-        """With what a notebook shows of it."""
+        """The animation, with its display in a notebook."""
 
         def _repr_html_(self) -> str:
             return str(self.to_jshtml(default_mode="loop"))
@@ -79,7 +79,7 @@ def film(
 
 
 def _usual(run: Any) -> Callable[..., Any]:
-    """How a run is drawn where nobody says it."""
+    """Return the default function for the bodies of a run."""
     groupoid, n = run.scheme.scene.groupoid, run.x.shape[1]
     size = groupoid.algebra.size if getattr(groupoid, "rows", 1) > 1 else 0
     if size in (3, 4) and n == size**2:
@@ -101,14 +101,14 @@ def _usual(run: Any) -> Callable[..., Any]:
 
 
 def _polylines(bodies: Callable[..., Any], x: Any) -> list[Any]:
-    """The rows of points that a function gives, as arrays k×2 or k×3."""
+    """Return the rows of points that a function gives, as arrays k×2 or k×3."""
     try:
         given = bodies(x)
-    except Exception as error:  # of a user's function, which may raise anything
+    except Exception as error:  # a user's function may raise anything
         raise BadInput(f"bodies(x) raises {type(error).__name__}: {error}.") from error
     try:
         rows = [np.asarray(given, dtype=float)]
-    except (TypeError, ValueError):  # rows of other lengths
+    except (TypeError, ValueError):  # rows of different lengths
         rows = [np.asarray(row, dtype=float) for row in given]
     rows = [part for row in rows for part in (row if row.ndim == 3 else [row])]
     if not rows or any(row.ndim != 2 or row.shape[1] not in (2, 3) for row in rows):

@@ -1,7 +1,7 @@
-"""`discmech verify FILE.py`: every study that judges a rule, on scenes of every kind of groupoid.
+"""`discmech verify FILE.py`: every study that judges a rule, on scenes of all kinds of groupoids.
 
-A rule's own file says what is to be verified; a scene that it defines joins in. Verdicts are told
-as they come.
+The rule's file names the rules to verify; scenes that it defines are added. Verdicts are printed as
+they come.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ from ..core.study import Study, every_study
 #: one of each kind: pair, group of rigid motions, action, connection, group of rotations, product;
 #: the quickest first, so that verdicts come soon, then those that take longest
 SCENES = ("kepler", "kirchhoff", "heavy-top", "wong", "rigid-body", "rotor-body")
-#: one of each kind that pair groupoids have, for rules that exist on these only: separable, with a
-#: mass that depends on x, magnetic, with explicit time, stiff, of several bodies
+#: one of each kind that pair groupoids have, for rules that exist only on these: separable, with a
+#: mass that depends on x, magnetic, with explicit time, stiff, with several bodies
 ON_PAIRS = ("kepler", "double-pendulum", "charged-particle", "kapitza-pendulum", "spring-pendulum",
             "outer-solar-system")  # fmt: skip
-#: of programs that say nothing of groupoids: as many p as q, and H is a sum of two parts
+#: for programs that do not name groupoids: as many p as q, and H is a sum of two parts
 PLAIN = ("kepler", "pendulum", "henon-heiles", "spring-pendulum")
-#: what a file with scenes and no rule is run with
+#: the rules for a file with scenes but no rule
 RULES = ("midpoint", "trapezoidal")
 
 
 def studies() -> tuple[str, ...]:
-    """The studies that judge a rule; those that take times are asked for by name."""
+    """Return the studies that judge a rule; studies of run times must be named."""
     return tuple(name for name in NAMES if not get(name).alone)
 
 
 @dataclass(frozen=True)
 class Request:
-    """What is verified: files, and what may be chosen; empty means the usual."""
+    """A request to verify: files, and choices; an empty choice means the default."""
 
     files: tuple[str, ...]
     scenes: tuple[str, ...] = ()
@@ -54,21 +54,21 @@ class Request:
     digits: tuple[int, ...] = ()
     steps: int | None = None
     every_scene: bool = False
-    peers: tuple[str, ...] = ("none",)  # of work-precision
-    also_periods: int | None = None  # of a second race of work-precision
-    together: bool = False  # only scenes that all rules apply to, where none is named
+    peers: tuple[str, ...] = ("none",)  # the peers of work-precision
+    also_periods: int | None = None  # periods of a second race of work-precision
+    together: bool = False  # True for only scenes that all rules apply to, if none is named
 
     def rules(self) -> tuple[Discretisation, ...]:
-        """The rules of the files, or of the words; for scenes alone two well-known ones."""
+        """Return the rules of the files or words; for scenes alone two well-known ones."""
         held = [word for word in self.files if lookup.named(word)[0]]
         return lookup.rules(held or RULES)
 
     def own_scenes(self) -> tuple[Scene, ...]:
-        """The scenes that the files define, or those of them that are named."""
+        """Return the scenes that the files define, or those of them that are named."""
         return lookup.scenes_of([word for word in self.files if lookup.named(word)[1]])
 
     def choice(self) -> Choice:
-        """In objects; raises `BadInput` for unknown names, with the line for wrong files."""
+        """Return the choice in objects; raises `BadInput` for unknown names and wrong files."""
         rules, own = self.rules(), self.own_scenes()
         if self.scenes:
             chosen = lookup.scenes_of(self.scenes)
@@ -105,8 +105,11 @@ class Request:
 
 
 def scenes_recorded(rules: Sequence[Discretisation], own: Sequence[Scene] = ()) -> list[Scene]:
-    """The scenes that recorded runs are of: the one that they name, else those, the bench's and
-    one's own, that begin as they do."""
+    """Return the scenes of recorded runs.
+
+    They are the named ones, or else those, built in or the user's own, that begin at the same
+    state.
+    """
     found: list[Scene] = []
     for rule in rules:
         if rule.is_recorded:
@@ -119,10 +122,10 @@ def scenes_recorded(rules: Sequence[Discretisation], own: Sequence[Scene] = ()) 
 
 
 def usual_scenes(rules: Sequence[Discretisation], together: bool = False) -> tuple[Scene, ...]:
-    """The scenes on which rules are tried where none is named.
+    """Return the scenes on which rules are tried if none is named.
 
-    `SCENES`, as far as a rule applies; with a rule that applies to fewer than half of them,
-    `ON_PAIRS` too. together: those to which all rules apply, for methods that are compared.
+    They are `SCENES`, as far as a rule applies; with a rule that applies to fewer than half of
+    them, `ON_PAIRS` too. together: True for only those to which all rules apply, for a comparison.
     """
     wanted = all if together else any
     if all(not rule.is_formula and not rule.groupoids for rule in rules):
@@ -148,12 +151,12 @@ def verify(
     jobs: int | Cluster | None = None,
     store: Store | None = None,
 ) -> dict[str, Any]:
-    """Run the studies; one result {"study": "verify", "verdict", "cases"}: cases name theirs.
+    """Run the studies; return one result {"study": "verify", "verdict", "cases"}; cases name
+    theirs.
 
-    "schemes" says of each scene and rule whether the method is self-adjoint, which is derived and
-    not judged: no rule declares it.
-
-    Raises `BadInput` for wrong files and names, and for rules that no chosen scene can use.
+    "schemes" gives for each scene and rule whether the method is self-adjoint, which is derived and
+    not judged, since no rule declares it. Raises `BadInput` for wrong files and names, and for
+    rules that no chosen scene can use.
     """
     choice = request.choice()
     not_judged = _claims_of_nothing(choice)
@@ -176,9 +179,9 @@ def verify(
 
 
 def _claims_of_nothing(choice: Choice) -> list[str]:
-    """Names of keeps= that no chosen scene has, a sentence of each rule.
+    """Return a sentence for each name of keeps= that no chosen scene has.
 
-    Raises `BadInput` for one that is written almost like a name that there is.
+    Raises `BadInput` for a name that is almost a known one.
     """
     said, kept = [], {q.name for scene, _ in choice.pairs() for q in scene.symmetries}
     for rule in choice.rules:
@@ -201,9 +204,9 @@ def _claims_of_nothing(choice: Choice) -> list[str]:
 def _left_out(
     request: Request, choice: Choice, asked: Sequence[Study], cases: Sequence[dict[str, Any]]
 ) -> list[str]:
-    """Of each study the scenes that it says nothing of, and why; and the studies not asked.
+    """Return notes on scenes that a study leaves out, and on studies that were not requested.
 
-    A scene that one study alone judges is named with that study, and by no other's needs.
+    A scene that only one study judges is mentioned with that study alone.
     """
     found, scenes = [], {scene.name: scene for scene, _ in choice.pairs()}
     for study in asked:
@@ -217,7 +220,7 @@ def _left_out(
     notes = apart(choice)
     if found:
         notes.append("Left out, since the study does not apply:\n  " + "\n  ".join(found))
-    if not request.studies:  # of lattices `apart` has spoken
+    if not request.studies:  # `apart` has already reported a chosen lattice study
         alone = ", ".join(
             s.name for s in map(get, NAMES) if s.name not in studies() and s.asks_for == "equations"
         )
@@ -226,8 +229,10 @@ def _left_out(
 
 
 def about_scheme(scheme: Scheme) -> dict[str, Any] | None:
-    """{"scene", "rule", "retraction", "self_adjoint"}, the last None where stages are not found;
-    None of a scene with contact."""
+    """Return {"scene", "rule", "retraction", "self_adjoint"}, or None for a scene with contact.
+
+    self_adjoint is None if stages are not found.
+    """
     from discmech.integrators.geometry import StagesNotFound
 
     if scheme.scene.contact is not None:  # an impact has no past
@@ -245,7 +250,7 @@ def about_scheme(scheme: Scheme) -> dict[str, Any] | None:
 
 
 def joined(name: str, results: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """The results of several studies as one, each case with its study."""
+    """Return the results of several studies as one, each case with its study."""
     counts = [(r["remembered"], len(r["cases"])) for r in results]
     single = {note for count in counts for note in about_remembered(*count)}
     notes = dict.fromkeys(note for r in results for note in r["notes"] if note not in single)
