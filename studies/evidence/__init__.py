@@ -1,8 +1,8 @@
-"""What single steps say of a rule on a scene, from places that no method can know beforehand.
+"""Evidence from single steps of a rule on a scene, from places that no method can know beforehand.
 
-A run may hide what a step does: at its final time, on its symmetry planes, at t = 0, at steps
-h·2⁻ᵏ. So every study combines its long run with this evidence: a pass needs both, and a fail says
-which of them it was. It is made once for all studies, at 50 digits.
+A run may hide the faults of a step: at its final time, on its symmetry planes, at t = 0, at steps
+h·2⁻ᵏ. So every study combines its long run with this evidence: a pass needs both, and a fail names
+the one that failed. The evidence is computed once for all studies, at 50 digits.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ __all__ = [
 
 
 class Evidence:
-    """The evidence of one scheme; each part is made when it is asked for first.
+    """The evidence of one scheme; each part is computed when it is first asked for.
 
-    seed: from which places, times and steps are drawn; it follows from the content of scene and
-    rule. Raises `ReferenceFailure` for a scene without continuous equations.
+    seed: the seed from which places, times and steps are drawn; it follows from the content of
+    scene
+    and rule. Raises `ReferenceFailure` for a scene without continuous equations.
     """
 
     def __init__(self, scheme: Scheme) -> None:
@@ -37,12 +38,12 @@ class Evidence:
 
     @cached_property
     def places(self) -> list[Place]:
-        """States on the motion and beside it, each with a time and a step."""
+        """Return states on the motion and beside it, each with a time and a step."""
         return places_of(self.scheme, self.seed)
 
     @cached_property
     def order(self) -> LocalOrder:
-        """The lowest order that a small step shows; where there is none, it says why."""
+        """Return the lowest order that a small step shows; without one, it holds the reason."""
         try:
             along = places_along(self.scheme, self.seed)
             return of_scheme(self.scheme, self.places, self.seed, along)
@@ -51,25 +52,25 @@ class Evidence:
 
     @cached_property
     def effective(self) -> EffectiveOrder:
-        """Whether the rule has the effective order that it declares."""
+        """Return the judgement whether the rule has the effective order that it declares."""
         return effective_order_of(self.scheme, self.places)
 
     def floats(self, wanted: float) -> Floats:
-        """What the rule's floats have to do with an order below the wanted one."""
+        """Return whether the rule's floats explain an order below the wanted one, and how."""
         return floats_of(self.scheme, self.order, wanted)
 
     @cached_property
     def linear(self) -> bool:
-        """Whether the continuous equations are linear, so that few order conditions count."""
+        """True if the continuous equations are linear, so that few order conditions count."""
         return is_linear(self.scheme.s)
 
     @cached_property
     def form(self) -> FormEvidence:
-        """The largest defect of the form over the places, of ordinary steps."""
+        """Return the defects of the form over the places, of ordinary steps."""
         return form_of(self.scheme, self.places, self.seed)
 
 
 @lru_cache(maxsize=256)
 def evidence_of(scheme: Scheme) -> Evidence:
-    """The evidence of a scheme, one object for all studies."""
+    """Return the evidence of a scheme, one object for all studies."""
     return Evidence(scheme)

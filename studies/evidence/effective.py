@@ -1,13 +1,15 @@
 """The effective order of a rule: the order that it has once it is processed by a change of state.
 
-Φ_h is of effective order q where near-identity symplectic maps χ_h exist with χ⁻¹ Φ χ of order q
+Φ_h is of effective order q if near-identity symplectic maps χ_h exist with χ⁻¹ Φ χ of order q
 (Butcher 1969; Blanes, Casas, Ros 1999): over a long run its errors are then those of order q, but
-for what oscillates. It is judged on scenes H = T(p) + V(x), as such methods are made for these.
+for oscillating terms. It is judged on scenes H = T(p) + V(x), for which such methods are made.
 
-Two answers are certain. *It has it*: χ is found. Of errors h^{j+1} g_j, j = p, …, q − 1, each has
-to be [f, Y] with Y a combination of the nested brackets of the fields of T and V with j of these; χ
-is the flow of Σ h^j Y_j, and the next error is that of one processed step, at states that no method
-can know. *It has not*: were Φ conjugate to a method of order q, the mean of H̃ − H along a motion, H̃
+Two answers are certain. *It has it*: χ is found. Each term h^{j+1} g_j of the error, j = p, …, q −
+1,
+has to be [f, Y] with Y a combination of the nested brackets of j of the fields of T and V; χ is the
+flow of Σ h^j Y_j, and the next error is that of one processed step, at states that no method can
+know. *It has it not*: were Φ conjugate to a method of order q, the mean of H̃ − H along a motion,
+H̃
 the modified energy, would be the same for all motions to O(h^q), q ≤ 2p. It differs by h^j, j < q.
 """
 
@@ -31,31 +33,32 @@ from discmech.reference import ReferenceFailure, surroundings
 from ..core.modified_energy import mean_differences
 from .places import Place
 
-#: a step as a part of the motion: the next power of it is what is left in an error of one power
+#: a step is 10^-SMALL of the motion's time; one power more of it remains in each term of an error
 SMALL = 20
-#: of an error, what may be left of it, and of the motion's own rate: the next power of the step
-#: with a constant of 10⁶, a margin that no float coefficient (10⁻¹⁶) takes away
+#: the share of an error, and of the motion's own rate, that counts as none: the next power of the
+#: step with a constant of 10⁶, a margin that no float coefficient (10⁻¹⁶) reaches
 LEFT, NOTHING = 1e-14, 1e-16
-APART = 25  # digits of a difference of fields; its error is the square
-GUARD = 60  # digits beyond those in which the error of a step stands
+APART = 25  # digits of the difference quotient of a field; its error is the square
+GUARD = 60  # digits beyond those that resolve the error of a step
 MOST = 6  # the highest effective order that is judged: brackets of more fields are very many
-#: log₂ of the ratio of differences of means at a step and its half, beside their power of the step
+#: largest distance of log₂ of the ratio of differences of means at h and h/2 from the power of h
 NEAR = 0.25
-BESIDE = 0.25  # of the way to places beside a motion, where other motions begin
-FEW = 16  # components of states: with so many at two places beside the motion, these are enough
+BESIDE = 0.25  # share of the way to places beside a motion at which other motions start
+FEW = 16  # with so many components of states at two places beside the motion, these are enough
 DOUBLE = arithmetic(16)
-CLEAR = 8  # errors of a difference of means, above which it is one
+CLEAR = 8  # a difference of means counts if it exceeds its error so many times
 
 Field = Callable[[Any], Any]
 
 
 @dataclass(frozen=True)
 class EffectiveOrder:
-    """What is known of an effective order.
+    """A judgement on an effective order.
 
-    verdict: "pass", "fail" or "inconclusive", "" on scenes that no effective order is judged on;
-    reason: one sentence of it. reached: the order that a processing was found for. cause: of what
-    is left, where that is known.
+    verdict: "pass", "fail" or "inconclusive", "" on scenes where no effective order is judged;
+    reason: one sentence for it. reached: the order for which a processing was found. cause: the
+    cause
+    of the remaining error, if known.
     """
 
     verdict: str
@@ -65,9 +68,10 @@ class EffectiveOrder:
 
 
 def effective_order_of(scheme: Scheme, places: Sequence[Place]) -> EffectiveOrder:
-    """Whether a rule has the effective order that it declares, from steps from the places.
+    """Return the judgement whether a rule has the effective order that it declares.
 
-    The rule's order on the scene counts where it is at least the effective one.
+    It is made from steps at the places. The rule's order on the scene suffices where it is at least
+    the effective one.
     """
     first, wanted = scheme.order or 1, scheme.rule.effective
     assert wanted is not None
@@ -80,7 +84,7 @@ def effective_order_of(scheme: Scheme, places: Sequence[Place]) -> EffectiveOrde
             f"the effective order {wanted} is judged where L = v·Mv/2 − V(x) with a constant mass "
             "M, and neither forces nor time nor constraints: not on this scene.",
         )
-    if wanted > (most := min(MOST, 4 * first)):  # up to which `_changed` is exact enough
+    if wanted > (most := min(MOST, 4 * first)):  # `_changed` is exact enough up to here
         return EffectiveOrder(
             "inconclusive",
             f"of a rule of order {first} effective orders up to {most} are judged, and {wanted} is "
@@ -101,7 +105,7 @@ class _Split:
 
     @classmethod
     def of(cls, s: SceneSymbols) -> _Split | None:
-        """None of a scene that is no H = T(p) + V(x) with a quadratic T."""
+        """Return the split, or None for a scene that is no H = T(p) + V(x) with a quadratic T."""
         if s.groupoid.kind != "pair" or s.clocked:
             return None
         letters = {*s.x, *s.u}
@@ -116,7 +120,7 @@ class _Split:
         return cls(s)
 
     def force(self, z: Any, parameters: Sequence[Any]) -> Any:
-        """−∂V (n, r) at rows of states, in doubles."""
+        """Return −∂V (n, r) at rows of states, in doubles."""
         letters = {"x": self.s.x, "p": self.s.parameter_list}
         slope = list(jacobian([self.s.lagrangian], self.s.x))
         p = [DOUBLE.number(e) for e in parameters]
@@ -124,13 +128,13 @@ class _Split:
         return np.stack([np.broadcast_to(e, len(z)) for e in found]).astype(float)
 
     def mass(self, parameters: Sequence[Any]) -> Any:
-        """M (n, n) in doubles."""
+        """Return M (n, n) in doubles."""
         p = [DOUBLE.number(e) for e in parameters]
         maps = numeric({"p": self.s.parameter_list}, [mass_matrix(self.s)], DOUBLE)
         return np.asarray(maps(p), dtype=float)
 
     def fields(self, numbers: Any, parameters: Sequence[Any]) -> tuple[Field, Field]:
-        """(field of T, field of V) in an arithmetic that has to be at work."""
+        """Return (field of T, field of V) in an arithmetic that has to be active."""
         s, n = self.s, self.n
         maps = numeric(
             {"x": s.x, "u": s.u, "p": s.parameter_list},
@@ -150,7 +154,7 @@ class _Split:
 
 
 class _Processing:
-    """The errors of a processed step at some places, and the processing that takes them off."""
+    """The errors of a processed step at some places, and the processing that removes them."""
 
     def __init__(
         self, scheme: Scheme, places: Sequence[Place], split: _Split, first: int, wanted: int
@@ -191,7 +195,8 @@ class _Processing:
         )
 
     def _level(self, j: int) -> Any:
-        """The error of order h^{j+1} that no Y takes off; None where one does, which is kept."""
+        """Return the error of order h^{j+1} that no Y removes, or None after keeping the Y that
+        does."""
         target = self._stacked(self._errors(j), j + 1)
         size = _norm(target)
         if size <= NOTHING:
@@ -208,10 +213,11 @@ class _Processing:
         return None
 
     def _errors(self, j: int) -> list[Any]:
-        """(χ⁻¹ Φ χ(z) − φ(z)) / h^{j+1} at each place, as h goes to 0.
+        """Return (χ⁻¹ Φ χ(z) − φ(z)) / h^{j+1} at each place, as h goes to 0.
 
-        To O(h^{q − j}), by Richardson's extrapolation: what is left of it stays in Y, and is not
-        to be seen in later errors.
+        It is exact to O(h^{q − j}), by Richardson's extrapolation: the remainder enters Y, and does
+        not
+        show in later errors.
         """
         rows = [self._errors_at(flow, j) for flow in self.flows[: self.wanted - j]]
         for k in range(1, len(rows)):
@@ -237,9 +243,9 @@ class _Processing:
         return np.array([self.numbers.number(e) for e in (*x, *mu)], dtype=object)
 
     def _changed(self, z: Any, h: Any, sign: int) -> Any:
-        """χ(z), or χ⁻¹(z): the flow of Σ h^j c Y for a time ±1, by Runge and Kutta's rule.
+        """Return χ(z), or χ⁻¹(z): the flow of Σ h^j c Y for a time ±1, by the Runge–Kutta rule.
 
-        It is off by the fifth power of h^p, and by no more than an order of 5p − 1 sees.
+        Its error is of the fifth power of h^p, too small for judging orders below 5p.
         """
         if not self.terms:
             return z
@@ -257,7 +263,8 @@ class _Processing:
         return self.of_t(z) + self.of_v(z)
 
     def _bracket(self, one: Field, other: Field, of_one: int, of_other: int) -> Field:
-        """[F, G] = DG F − DF G of two fields, by differences; of how many fields each is made."""
+        """Return [F, G] = DG F − DF G by differences; of_one, of_other: how many fields each is
+        made of."""
 
         def along(field: Field, z: Any, v: Any, count: int) -> Any:
             d = self.tau**count / 10**APART
@@ -269,7 +276,7 @@ class _Processing:
         return found
 
     def _nested(self, word: str) -> Field:
-        """[A, [B, … [Y, Z]]] of a word of the letters T and V."""
+        """Return [A, [B, … [Y, Z]]] of a word of the letters T and V."""
         letters = {"T": self.of_t, "V": self.of_v}
         field = letters[word[-1]]
         for k, letter in enumerate(reversed(word[:-1]), 1):
@@ -277,15 +284,15 @@ class _Processing:
         return field
 
     def _stacked(self, values: Sequence[Any], count: int) -> Any:
-        """Values of a field of so many T and V at all places, in units of the motion."""
+        """Return at all places, in units of the motion, a field made of `count` fields T and V."""
         return np.concatenate([v / self.unit for v in values]) * self.tau**count
 
     def _not_found(self, j: int, target: Any) -> EffectiveOrder:
-        """What follows where the errors h^{j+1} are no [f, Y] of brackets Y."""
+        """Return the judgement if the errors h^{j+1} are no [f, Y] of brackets Y."""
         cause, share = self._cause(target) if j == 2 else ("", None)
         here = f"of what one step leaves at h^{j + 1} no processing by brackets of T and V takes"
         at, *others = (np.array([*p.x, *p.mu], dtype=float) for p in self.every)
-        nearer = [at + (e - at) * BESIDE for e in others]  # bounded where that motion is
+        nearer = [at + (e - at) * BESIDE for e in others]  # bounded if that motion is
         starts = [at, *nearer, *others]
         denied = f"the effective order is {j} and not {self.wanted}: {here} all away, and"
         if share is not None:
@@ -316,9 +323,9 @@ class _Processing:
         )  # fmt: skip
 
     def _cause(self, target: Any) -> tuple[str, Any]:
-        """What is left of errors h³, where it has a name; and as a quantity of states in doubles.
+        """Return the cause of errors h³, "" if unknown, and their quantity of states in doubles.
 
-        It is β F·M⁻¹F + γ F·F beside a bracket with H, F = −∂V: of T and V there is nothing else.
+        It is β F·M⁻¹F + γ F·F beside a bracket with H, F = −∂V: T and V make no other term.
         """
         n, of_v = self.n, self.of_v
 
@@ -331,13 +338,13 @@ class _Processing:
         fields = [self._nested("TTV"), self._nested("VTV"), massless]
         columns = [self._stacked([y(z) for z in self.states], 3) for y in fields]
         size = _norm(target)
-        for used in (2, 3):  # where M is 1 the third is the second
+        for used in (2, 3):  # where M is 1 the third column equals the second
             found, left = _fitted(columns[:used], target)
             if _norm(left) <= LEFT * size + NOTHING:
                 break
         else:
             return "", None
-        # [f, {T, V}] is the sum of the two brackets, and the third is a force gradient's own
+        # [f, {T, V}] is the sum of the two brackets, and the third belongs to a force gradient
         shares = [float(found[1] - found[0]), float(found[2]) if used == 3 else 0.0]
 
         mass = self.split.mass(self.scheme.scene.parameter_values)
@@ -365,7 +372,7 @@ class _Processing:
 
 
 def _words(count: int) -> list[str]:
-    """Words of T and V whose right-nested brackets span those of so many fields."""
+    """Return words of T and V whose right-nested brackets span those of `count` fields."""
     if count == 1:
         return ["V"]
     return ["".join(word) + "TV" for word in itertools.product("TV", repeat=count - 2)]
@@ -376,7 +383,7 @@ def _norm(vector: Any) -> float:
 
 
 def _fitted(columns: Sequence[Any], target: Any) -> tuple[list[Any], Any]:
-    """Least squares: the coefficients, 0 of a column that others span, and what is left."""
+    """Return the coefficients of least squares, 0 for a dependent column, and the remainder."""
     basis: list[tuple[Any, dict[int, Any]]] = []
     for k, column in enumerate(columns):
         rest, made = column, {k: 1}

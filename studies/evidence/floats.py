@@ -1,9 +1,9 @@
-"""Whether the floats of a rule explain an order that is too low: it cannot know them better.
+"""Judge whether the floats of a rule explain an order that is too low.
 
-1/6 as a float is off by 9e-18. With 50 digits such a method is inconsistent, which is the float's
-fault and not the method's: in double precision nothing of it is ever seen. Each float is moved, and
-a step measured again: so it is known what its last bits do to every component. What the last bits
-of all of them together could do explains an error; a larger one has another cause.
+1/6 as a float is off by 9e-18. With 50 digits a method with it is inconsistent, by the fault of the
+float and not of the method: double precision never shows it. Each float is changed, and a step
+measured again, which shows how its last bits change every component. An error that the last bits of
+all floats together can reach is explained by them; a larger one has another cause.
 """
 
 from __future__ import annotations
@@ -29,22 +29,25 @@ from .order import (
 )
 from .places import Place
 
-BITS = 30  # a fraction with a longer power of 2 below it is a float that somebody wrote or computed
-MOST = 24  # of the floats that are tried
-MOVED = Fraction(1, 2**20)  # of a float: far above its last bit, and small
-#: units of its last bit by which a float that was computed, such as a node of numpy's, may be off
+# a fraction with a longer power of 2 as its denominator is a float that was written or computed
+BITS = 30
+MOST = 24  # the largest number of floats that are changed
+MOVED = Fraction(1, 2**20)  # the relative change of a float: far above its last bit, and small
+#: units of its last bit by which a computed float, such as a node of numpy's, may be off
 UNITS = 4
-#: powers of 10, of an ordinary step, of the longer steps that are looked at
+#: powers of 10 that multiply an ordinary step, for the longer steps that are tried
 LONGER = (-5, -4, -3, -2)
 
 
 @dataclass(frozen=True)
 class Floats:
-    """The floats of a rule, and what they do to a step.
+    """The floats of a rule, and their effect on a step.
 
-    values: as they stand in the rule. explain: whether their last bits explain the order that was
-    too low. size: where errors end, relative to the motion in a step: the largest of a component,
-    at least half a unit of the last bit.
+    values: the floats of the rule. explain: True if their last bits explain the order that was too
+    low.
+    size: the error relative to the motion in a step, of the worst component, at least half a unit
+    of
+    the last bit.
     """
 
     values: tuple[float, ...]
@@ -53,7 +56,10 @@ class Floats:
 
 
 def floats_of(scheme: Scheme, local: LocalOrder, wanted: float) -> Floats:
-    """What the floats of a rule have to do with an order below the wanted one (`LocalOrder`)."""
+    """Return the floats of a rule and whether they explain an order below the wanted one.
+
+    local: the order that single steps show.
+    """
     place = local.place
     assert place is not None
     found = _Seen(scheme.rule)
@@ -90,9 +96,9 @@ def _explained(
     scheme: Scheme, place: Place, step: Fraction, digits: int, own: Sequence[Any],
     bounds: Sequence[Any], low: set[str],
 ) -> tuple[bool, float]:  # fmt: skip
-    """Whether the errors of the components are within their bounds; the largest beside the motion.
+    """Return (True if the components' errors are within their bounds, the largest relative error).
 
-    low: the components whose order is too low.
+    low: the components whose order is too low; only their bounds count.
     """
     (exact,) = surroundings(scheme.scene).after(place.x, place.u, place.t, [step], digits + GUARD)
     size, explain = 0.0, True
@@ -110,7 +116,7 @@ def _explained(
 def _above(
     scheme: Scheme, place: Place, step: Fraction, bounds: Sequence[Any], wanted: float
 ) -> bool:
-    """Whether no lower order shows at longer steps, where errors are clear of what floats do."""
+    """True if no lower order shows at longer steps, where errors exceed those of the floats."""
     digits = digits_for(scheme.order or 2)
     with mpmath.workdps(digits + GUARD):
         parts = [bound * step.denominator / step.numerator for bound in bounds]
@@ -129,13 +135,14 @@ def _end(scheme: Scheme, place: Place, step: Fraction, digits: int) -> list[Any]
 
 
 class _Seen:
-    """A rule that notes the floats it makes, or has one of them moved."""
+    """A rule that records the floats it makes, or has one of them changed."""
 
     def __init__(self, rule: Discretisation) -> None:
         self.given, self.values = rule, set[sympy.Rational]()
 
     def rule(self, moved: Any = None) -> Discretisation:
-        """The rule with one float moved by `MOVED` of it; with none it notes them all."""
+        """Return the rule with one float changed by `MOVED` of it; without one it records them
+        all."""
 
         def changed(expression: Any) -> Any:
             if isinstance(expression, tuple | list):
@@ -165,7 +172,7 @@ class _Seen:
 
 
 class _Asked:
-    """What a map asks, with its floats changed."""
+    """The view that a map receives, with the floats in its calls changed."""
 
     def __init__(self, view: Any, changed: Callable[[Any], Any]) -> None:
         self._view, self._changed = view, changed
@@ -178,7 +185,7 @@ class _Asked:
 
 
 def _is_float(number: Any) -> bool:
-    """Whether a number is one of 53 bits, and no short fraction."""
+    """True if a number is one of 53 bits, and no short fraction."""
     exact = sympy.Rational(number)
     q = int(exact.q)
     return q & (q - 1) == 0 and q.bit_length() > BITS

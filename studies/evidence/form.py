@@ -1,6 +1,6 @@
-"""Whether single steps keep the form: ordinary steps from the places, evaluated far below doubles.
+"""Judge whether single steps keep the form: ordinary steps from the places, far below doubles.
 
-A run of one trajectory sees the form on that trajectory only, and on the planes of its symmetry.
+A run of one trajectory sees the form only on that trajectory, and on its symmetry planes.
 """
 
 from __future__ import annotations
@@ -21,18 +21,19 @@ from discmech.integrators.flows import (
 
 from .places import Place, steps_from
 
-DIGITS = 30  # of the states; defects are evaluated to twice as many
-#: a defect that is more than round-off of twice the digits: its zeros are known to √ε² (`defects`)
+DIGITS = 30  # digits of the states; defects are evaluated to twice as many
+#: a defect that exceeds round-off of twice the digits: its zeros are known to √ε² (`defects`)
 LIMIT = 10.0 ** (5 - DIGITS)
-TRIES = 4  # ever shorter steps from a place where a step is not found
+TRIES = 4  # how many ever shorter steps are tried from a place where no step is found
 
 
 @dataclass(frozen=True)
 class FormDefect:
-    """How far one step is from keeping what it has to keep, relative to its absolute terms.
+    """The defect of one step in the form that it has to keep, relative to its absolute terms.
 
-    kind: "poisson" (on the dual; under constraints, what they leave of it) or "change" (what a
-    force does to the form, beside what its one-form says). step: that of this defect.
+    kind: "poisson" (on the dual; under constraints, on the part that they leave free) or "change"
+    (a
+    force's change of the form, beside that of its one-form). step: the step with this defect.
     """
 
     kind: str
@@ -43,10 +44,9 @@ class FormDefect:
 
 @dataclass(frozen=True)
 class FormEvidence:
-    """The defects at all places; limit: what round-off may leave of one.
+    """The defects at all places; limit: the most that round-off may leave in one.
 
-    kept: why no form need be kept, a sentence; empty where one is. unknown: why there is no
-    evidence, a sentence; empty where there is some.
+    unknown: one sentence why there is no evidence; empty if there is some.
     """
 
     defects: tuple[FormDefect, ...]
@@ -55,18 +55,18 @@ class FormEvidence:
 
     @property
     def worst(self) -> FormDefect | None:
-        """The largest defect; what is not a number is larger than any."""
+        """Return the largest defect; one that is not a number counts as the largest."""
         return max(self.defects, key=lambda d: (d.defect != d.defect, d.defect), default=None)
 
     @property
     def broken(self) -> FormDefect | None:
-        """The largest defect, where it is more than round-off."""
+        """Return the largest defect if it exceeds round-off, otherwise None."""
         worst = self.worst
         return worst if worst is not None and not worst.defect <= self.limit else None
 
 
 def form_of(scheme: Scheme, places: Sequence[Place], seed: int) -> FormEvidence:
-    """The defects at the places; of a nonholonomic scene none, for no form is kept there."""
+    """Return the defects at the places; none for a nonholonomic scene, where no form is kept."""
     if scheme.scene.nonholonomic is not None:
         return FormEvidence((), unknown="nonholonomic: no form need be kept.")
     if not scheme.rule.is_formula:
@@ -77,7 +77,7 @@ def form_of(scheme: Scheme, places: Sequence[Place], seed: int) -> FormEvidence:
             try:
                 found.append(_defect(scheme.flow(step, DIGITS), place))
                 break
-            except StepFailure as failure:  # at so long a step: a shorter one may be found
+            except StepFailure as failure:  # this step is too long: a shorter one may be found
                 why = " ".join(str(failure).split())
             except CannotMeasure as refusal:
                 return FormEvidence((), unknown=" ".join(str(refusal).split()))

@@ -1,7 +1,7 @@
-"""The order of one very small step, from exact states: what no final time and no run can hide.
+"""The order of one very small step, from exact states: an order that no final time or run can hide.
 
 A method of order p is off by O(h^{p+1}) after one step. With 50 digits, and ten more for each order
-above 8, that is seen at steps so small that every lower power would stand out, however small its
+above 8, this shows at steps so small that every lower power would stand out, however small its
 factor; and in each component by itself.
 """
 
@@ -30,42 +30,46 @@ if TYPE_CHECKING:
     from discmech.reference.answer.local_motion import ExactState
 
 GUARD = 15
-#: the part of the digits, less 14, by which the error of a step is below the motion at the expected
-#: order; where nothing is seen of it, the next: a constant may be as small as Kahan and Li's
+#: the share of the digits, less 14, by which the error of a step is below the motion at the
+#: expected
+#: order; if no error shows, the next: a constant may be as small as Kahan and Li's
 SMALL = (Fraction(1), Fraction(2, 3), Fraction(1, 3))
-#: steps of a program from a place: of the time in which the motion is that of a short polynomial,
-#: each a part of the one before; the least of them, and how many
+#: steps of a program from a place: the first as a share of the time in which the motion is that of
+#: a
+#: short polynomial, the ratio of the next to it, and their number
 FIRST_OF_PROGRAM, PART_OF_PROGRAM, COUNT_OF_PROGRAM = Fraction(1, 2), 0.6, 28
-#: its slopes have settled where two in succession differ by this; the next term of the error, which
-#: sinks as they do, is then taken off
-COUNT_REMEMBERING = 14  # numbers of steps over one time, of a program with memory
+#: slopes of the error have settled where two successive ones differ by less than SETTLED; the next
+#: term of the error, which sinks as they do, is then subtracted
+COUNT_REMEMBERING = 14
 SETTLED = 0.12
-GROWN = 30  # times an error over h^{p+1} grows as steps sink, where the order is not p
-CLEAR_OF_PROGRAM = 100  # round-offs, for a slope to a part in ten
+GROWN = 30  # the order is not p if an error over h^{p+1} grows so many times as steps sink
+CLEAR_OF_PROGRAM = 100  # an error of so many round-offs gives a slope to a part in ten
 #: an ordinary step as a part of the time in which the motion is that of a short polynomial
 PART = Fraction(1, 8)
-#: the second of two steps leaves 10^-FALLEN of the first one's error at the expected order, by a
-#: factor drawn from RATIO: over so long a way a factor sin²(log h) is no other order
+#: the second of two steps leaves 10^-FALLEN of the first one's error at the expected order, times a
+#: factor drawn from RATIO: over so large a ratio a factor sin²(log h) is no other order
 FALLEN, RATIO = 8, (0.7, 1.0)
-FIRST = 0.85, 1.0  # of the longest step, so that errors of order 16 differ by less than `UNLIKE`
-NEAR = 0.1  # of a local order that is the expected one
-#: of an order from a whole number; farther off, the longer of two steps shows the next power too.
-#: A share δ of it there shifts the order by log(1 + δ)/log(ratio). Over the half of the way (in
-#: powers of the step) that has the shorter steps, δ is smaller by the root of the ratio.
+# share of the longest step, so that errors of order 16 differ by less than `UNLIKE`
+FIRST = 0.85, 1.0
+NEAR = 0.1  # largest distance of a local order from the expected one
+#: distance of an order from a whole number; beyond it, the longer of two steps shows the next power
+#: too. A share δ of it there shifts the order by log(1 + δ)/log(ratio). From the middle of the two
+#: steps (in powers of the step) to the shorter one, δ is smaller by the root of the ratio.
 WHOLE = 1e-3
-#: where two powers of the step are still mixed, the lower one stands out at shorter steps: by this
-#: again and again, so many times, 2⁻³⁰ in all, where an error of 10⁻¹⁷ h² is above round-off still
+#: where two powers of the step are still mixed, the lower one stands out at shorter steps: they are
+#: shortened by this so many times, 2⁻³⁰ in all, where an error of 10⁻¹⁷ h² still exceeds round-off
 SHORTER, FURTHER = 64, 5
-UNLIKE = 100  # times the error at other places, of one that is looked into
-CLEAR = 1000  # round-offs above which an error is the method's, to a part in a thousand
+UNLIKE = 100  # an error is measured again if it is so many times that at other places
+CLEAR = 1000  # above so many round-offs an error is the method's, to a part in a thousand
 
 
 @dataclass(frozen=True)
 class ComponentOrder:
-    """What a step says of one component at one place: its local order, and C of C h^{order+1}.
+    """The local order of one component at one place, and C of its error C h^{order+1}.
 
-    name: such as x[0] or mu[2]. order: None where nothing but round-off is seen. error: that of the
-    longer step, mpf.
+    name: such as x[0] or mu[2]. order: None if only round-off shows. error: that of the longer
+    step,
+    mpf.
     """
 
     name: str
@@ -79,10 +83,13 @@ class ComponentOrder:
 class LocalOrder:
     """The lowest order that one step shows at the places, with its component and place.
 
-    order: None where nothing but round-off is seen: the method is exact there. step: the larger of
-    the two steps compared. components: all of them, at all places. unknown: why there is no
-    evidence, a sentence; empty where there is some. refused: whether that is because the rule
-    made no small step anywhere, where its scene has exact motion.
+    order: None if only round-off shows: the method is exact there. step: the larger of the two
+    steps
+    compared. components: all components, at all places. unknown: one sentence why there is no
+    evidence;
+    empty if there is some. refused: True if the reason is that the rule made no small step
+    anywhere,
+    where its scene has exact motion.
     """
 
     order: float | None
@@ -95,16 +102,17 @@ class LocalOrder:
 
     @property
     def exact(self) -> bool:
-        """Whether every step, at every place, is the exact motion to round-off."""
+        """True if every step, at every place, is the exact motion to round-off."""
         return not self.unknown and self.order is None
 
 
 def digits_for(order: int) -> int:
-    """Digits in which an error of that order is seen at steps that are small.
+    """Return the digits in which an error of that order shows at small steps.
 
     The error of Gauss's rule of s stages, (s!)⁴ h^{2s+1} / ((2s+1) (2s)!³), is 10⁻²³ h¹⁷ at order
-    16, with h in units of the motion: 10⁻⁴⁵ before h is small. With 130 digits it is seen at 10⁻⁴
-    of the motion, as that of order 8 with 50.
+    16, with h in units of the motion: 10⁻⁴⁵ before h is small. With 130 digits it shows at 10⁻⁴ of
+    the
+    motion, as that of order 8 does with 50.
     """
     return 50 + 10 * max(0, order - 8)
 
@@ -112,10 +120,12 @@ def digits_for(order: int) -> int:
 def local_order(
     scheme: Scheme, places: Sequence[Place], seed: int, along: Sequence[Place] = ()
 ) -> LocalOrder:
-    """From two steps at each place, h^{p+1} ≈ 10^{-(D - 14) SMALL} of the motion for D digits.
+    """Return the lowest order of two steps from each place.
 
-    Their ratio is drawn from the seed. along: places at which one step is made, and looked into
-    where its error is another than at the places. Raises what runs and references raise.
+    Of D digits, h^{p+1} ≈ 10^{-(D - 14) SMALL} of the motion; the ratio of the steps is drawn from
+    the
+    seed. along: places from which one step is made, and measured again where its error differs from
+    those at the places. Raises the errors of runs and references.
     """
     drawn = random.Random(seed)
     expected = scheme.order or 2
@@ -131,13 +141,15 @@ def local_order(
         longest = length * Fraction(10.0 ** (-float((digits - 14) * part) / (expected + 1)))
         left = []
         for place in pending:
-            # steps of its own: a factor that is small at one of two steps is no order, but once
+            # each place has its own steps: a small factor at one of two steps is no order at
+            # another
             first = longest * random_fraction(drawn, *FIRST)
             shorter = Fraction(10.0 ** (-FALLEN / (expected + 1))) * random_fraction(drawn, *RATIO)
             flows = [scheme.flow(h, digits) for h in (first, first * shorter)]
             try:
                 here = at_place(scheme, place, flows, digits)
-            except StepFailure as failure:  # at rest under constraints u is round-off of x over h
+            # at rest under constraints u is the round-off of x over h
+            except StepFailure as failure:
                 missed, here = failure, []
             if not here or (all(c.order is None for c in here) and part != SMALL[-1]):
                 left.append(place)
@@ -163,7 +175,7 @@ def local_order(
 def _unlike(
     scheme: Scheme, place: Place, flow: Flow, found: Sequence[ComponentOrder], digits: int
 ) -> bool:
-    """Whether a step from a place has an error far above those found in that component."""
+    """True if a step from a place has an error far above those found in that component."""
     (end,) = surroundings(scheme.scene).after(
         place.x, place.u, place.t, [flow.step], digits + GUARD
     )
@@ -180,17 +192,18 @@ def _unlike(
 
 
 def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder:
-    """The same of a program in machine numbers: from its errors at ever smaller steps.
+    """Return the local order of a program in machine numbers, from its errors at ever smaller
+    steps.
 
     Steps of a few digits are not small, so the slope between two of them is no order yet: it is one
-    where slopes have settled (`SETTLED`) before round-off is met. What has not says nothing.
+    where slopes settle (`SETTLED`) before round-off. Other components are left out.
     """
     found: list[ComponentOrder] = []
     drawn, expected = random.Random(seed), scheme.order or 1
     shown = 0.0
-    # what remembers begins in a way of its own, and is of its order over a time, not in a step
+    # a rule with memory starts in its own way, and has its order over a time, not in a step
     remembers = getattr(scheme.rule, "remembers", False) or getattr(scheme.rule, "runs", False)
-    power = 0 if remembers else 1  # of the step that an error has beyond the order
+    power = 0 if remembers else 1  # the power of the step that an error has beyond the order
     for place in places:
         steps = [place.length * FIRST_OF_PROGRAM * random_fraction(drawn, 0.7, 1)]
         counts = [1] * COUNT_OF_PROGRAM
@@ -222,7 +235,8 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
                 constant = clear[-1][1] / clear[-1][0] ** (order + power)
                 shown = shown or clear[-1][0]
             elif len(rests) > 6 and min(rests[-3:]) > GROWN * max(rests[:3]):
-                # not of this order, of whatever it is: single precision inside, or noise
+                # it is not of the expected order, for whatever cause: single precision inside, or
+                # noise
                 whole = clear[len(clear) // 2 :]
                 order = (
                     math.log(whole[0][1] / whole[-1][1]) / math.log(whole[0][0] / whole[-1][0])
@@ -241,9 +255,9 @@ def step_errors(
     scheme: Scheme, place: Place, flow: Flow, exact: ExactState, count: int = 1,
     rates: Sequence[float] = (),
 ) -> list[tuple[str, Any, Any]]:  # fmt: skip
-    """(component, |error| of `count` steps from a place, what round-off may do), in mpmath.
+    """Return (component, |error| of `count` steps from a place, bound of round-off), in mpmath.
 
-    rates: what `_round_off_rates` says of a program; none of a formula.
+    rates: those of `_round_off_rates` for a program; none for a formula.
     """
     with mpmath.workdps(flow.digits + GUARD):
         run = flow.trajectory(count, every=count, **place.start)
@@ -262,7 +276,7 @@ def step_errors(
 
 
 def names_of(exact: ExactState) -> list[str]:
-    """The components of a state, such as x[0] and mu[2]."""
+    """Return the components of a state, such as x[0] and mu[2]."""
     names = [f"x[{i}]" for i in range(len(exact.x))]
     return names + [f"mu[{i}]" for i in range(len(exact.mu))]
 
@@ -275,11 +289,13 @@ def at_place(
     unclear: Sequence[Any] = (),
     halved: bool = False,
 ) -> list[ComponentOrder]:
-    """The local order of each component at one place, of the flows of two steps.
+    """Return the local order of each component at one place, from the flows of two steps.
 
-    unclear: what else than the method may do to each component, as a part of the step. An order
-    below the expected one that is no whole number is measured again, from a step between the two
-    to the shorter one and on to shorter ones (`WHOLE`, `SHORTER`), unless `halved`.
+    unclear: other possible errors of each component, as a part of the step. An order that is below
+    the
+    expected one and no whole number is measured again, from a step between the two to the shorter
+    one
+    and on to shorter ones (`WHOLE`, `SHORTER`), unless `halved`.
     """
     steps = [flow.step for flow in flows]
     ends = surroundings(scheme.scene).after(place.x, place.u, place.t, steps, digits + GUARD)
@@ -308,7 +324,8 @@ def at_place(
         last = steps[1] / SHORTER**k
         again = [scheme.flow(step, digits) for step in (first, last)]
         nearer = at_place(scheme, place, again, digits, unclear, halved=True)
-        # only what is too low here too is replaced: a shorter way finds no order that was not there
+        # only orders that are too low here too are replaced: shorter steps find no order that was
+        # not there
         found = [replace(b, error=a.error)
                  if _is_mixed(scheme.order or 2, a) and _is_low(scheme.order or 2, b) else a
                  for a, b in zip(found, nearer, strict=True)]  # fmt: skip
@@ -323,19 +340,20 @@ def _is_low(expected: int, component: ComponentOrder) -> bool:
 
 
 def _is_mixed(expected: int, component: ComponentOrder) -> bool:
-    """Whether a low order is that of two powers of the step, and not of one alone."""
+    """True if a low order comes from two mixed powers of the step, and not from one alone."""
     order = component.order or 0.0
     return _is_low(expected, component) and abs(order - round(order)) > WHOLE
 
 
 def _round_off(flow: Flow, place: Place) -> list[Any]:
-    """What round-off may do to each component in a step from there (`step_round_off`)."""
+    """Return the round-off bound of each component in a step from a place (`step_round_off`)."""
     s = flow.scheme.s
-    if not flow.scheme.rule.is_formula:  # of one operation, beside the rounded start
+    if not flow.scheme.rule.is_formula:  # a program rounds one operation, beside its start
         unit = flow.scheme.rule.unit(flow.digits)
         sizes = [[abs(e) for e in part] for part in (place.x, place.mu)]
         if getattr(flow.scheme.rule, "read", None) is not None:
-            # coordinates of its own, such as quaternions: a rounding there moves all entries alike
+            # coordinates of its own, such as quaternions: a rounding there changes all entries
+            # alike
             sizes = [[max(part)] * len(part) if part else part for part in sizes]
         return [2 * unit * e for part in sizes for e in part]
     with flow.numbers.working():
@@ -347,10 +365,10 @@ def _round_off(flow: Flow, place: Place) -> list[Any]:
 
 
 def _round_off_rates(flow: Any, place: Place) -> list[float]:
-    """Σ |zᵢ ∂fⱼ/∂zᵢ| of each component j: how fast the round-off of a state grows in a program.
+    """Return Σ |zᵢ ∂fⱼ/∂zᵢ| of each component j: how fast a program's round-off of a state grows.
 
-    A component that is 0 has none of its own, but what it becomes is rounded, and so is the state
-    that its rate is computed from.
+    A component that is 0 has no round-off of its own, but its next value is rounded, and so is the
+    state from which its rate is computed.
     """
     z = np.array([float(e) for e in (*place.x, *place.mu)])
     if flow.scheme.scene.constrained or flow.scheme.scene.in_numbers:
@@ -367,14 +385,14 @@ def _round_off_rates(flow: Any, place: Place) -> list[float]:
 
 
 def unknown(why: str, refused: bool = False) -> LocalOrder:
-    """No evidence, for that reason."""
+    """Return an order without evidence, for that reason."""
     return LocalOrder(None, "", 0.0, unknown=why, refused=refused)
 
 
 def of_scheme(
     scheme: Scheme, places: Sequence[Place], seed: int, along: Sequence[Place]
 ) -> LocalOrder:
-    """`local_order`, or why there is none."""
+    """Return `local_order`, or the reason why there is none."""
     try:
         return local_order(scheme, places, seed, along)
     except (BadInput, StepFailure, reference.ReferenceFailure) as failure:

@@ -1,4 +1,4 @@
-"""Where one step of a rule is looked at: states that no method can know beforehand.
+"""Places from which one step of a rule is judged: states that no method can know beforehand.
 
 A run sees one trajectory, its symmetry planes, and steps h·2⁻ᵏ from t = 0. These places lie on the
 motion and beside it, in every coordinate, at times drawn over the whole motion, with steps that are
@@ -34,18 +34,20 @@ from discmech.reference import surroundings
 if TYPE_CHECKING:
     from discmech.reference.answer.local_motion import Surroundings
 
-DIGITS = 170  # of a place: more than any study looks at it with
+DIGITS = 170  # digits of a place: more than any study uses
 ON, BESIDE = 1, 3  # how many places lie on the motion, and how many beside it
 SHARES = 0.1, 0.35  # of a coordinate's size by which a place lies beside the motion
-NEAR_TO = 0.005, 0.02  # the same of the places all along it
-LEAST_ALONG, MOST_ALONG = 4, 24  # how many of these there are
-NEARER = 8, 12  # how much nearer to the motion the next try is, and how many there are
-HASTE = 64  # a place where all goes so much faster than anywhere on the motion is not around it
-#: of the time in which the motion is a polynomial (`Surroundings.length`): an ordinary step
+NEAR_TO = 0.005, 0.02  # the same share for the places all along the motion
+LEAST_ALONG, MOST_ALONG = 4, 24  # the least and the largest number of those
+NEARER = 8, 12  # how many times nearer to the motion the next try is, and the number of tries
+HASTE = 64  # a place with a motion so many times faster than the scene's anywhere is not used
+#: an ordinary step, as a share of the time in which the motion is a polynomial
+#: (`Surroundings.length`)
 SMALLER, LARGER = 0.15, 0.3
-ARROWS = 4  # from one state of the motion to the next: each leaves the square of what was left
+ARROWS = 4  # iterations from one state of the motion to the next: each squares the remaining error
 
-STILL = 1e-9  # a coordinate that moves by less of what the others do has no size of its own
+# a coordinate that moves by a smaller share of the others' motion has no size of its own
+STILL = 1e-9
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,8 @@ class Place:
     """A state, a time and a step: x (n), u (m, the velocity ξ) and μ (m), mpf; t and step exact.
 
     length: the time in which the exact motion from there is that of a short polynomial. beside:
-    whether it lies beside the motion.
+    True
+    if it lies beside the motion.
     """
 
     x: tuple[Any, ...]
@@ -66,9 +69,9 @@ class Place:
 
     @property
     def start(self) -> dict[str, Any]:
-        """As `Flow.trajectory` takes it."""
+        """Return the place as arguments of `Flow.trajectory`."""
         found: dict[str, Any] = {"x0": self.x, "mu0": self.mu, "u0": self.u}
-        if self.u == self.mu:  # of a Hamiltonian, whose references know μ alone
+        if self.u == self.mu:  # of a Hamiltonian, whose references know only μ
             del found["u0"]
         return {**found, "t0": self.t} if self.t else found
 
@@ -78,7 +81,7 @@ class Place:
 
 
 def seed_of(scheme: Scheme) -> int:
-    """The seed of a scene and a rule, made of what they say."""
+    """Return the seed of a scene and a rule, from their contents."""
     rule = scheme.rule.base if isinstance(scheme.rule, Composition) else scheme.rule
     words = [surroundings(scheme.scene).key, scheme.rule.name, rule.name, str(rule.order)]
     code = getattr(rule.formula, "__code__", None)
@@ -89,10 +92,11 @@ def seed_of(scheme: Scheme) -> int:
 
 
 def places_of(scheme: Scheme, seed: int) -> list[Place]:
-    """`ON` places on the motion and `BESIDE` beside it.
+    """Return `ON` places on the motion and `BESIDE` beside it.
 
     Raises `ReferenceFailure` for a scene that has no continuous equations, and where no place
-    around the motion can be found.
+    around
+    the motion can be found.
     """
     drawn, motion = random.Random(seed), _motion(scheme.scene)
     shares = [0.0 if k < ON else drawn.uniform(*SHARES) for k in range(ON + BESIDE)]
@@ -107,9 +111,9 @@ def places_of(scheme: Scheme, seed: int) -> list[Place]:
 
 
 def places_along(scheme: Scheme, seed: int) -> list[Place]:
-    """Places all along the motion and near to it, fewer of a scheme whose steps are dear.
+    """Return places all along the motion and near to it, fewer for a scheme with costly steps.
 
-    What a rule does wrong in a part of the motion alone is seen by those that lie there.
+    They show a fault of a rule in one part of the motion alone.
     """
     unknowns = (len(scheme.s.x) + len(scheme.s.u)) * (1 + len(scheme.s.stages))
     count = max(LEAST_ALONG, MOST_ALONG // max(1, unknowns // 2))
@@ -121,7 +125,7 @@ def places_along(scheme: Scheme, seed: int) -> list[Place]:
 def _drawn(
     scheme: Scheme, drawn: random.Random, at: Sequence[int], shares: Sequence[float]
 ) -> Iterator[Place]:
-    """Places beside those states of the motion, by those shares of its size or nearer."""
+    """Yield places beside those states of the motion, by those shares of its size or nearer."""
     around, motion = surroundings(scheme.scene), _motion(scheme.scene)
     states = _on_orbit(scheme.s, scheme.scene)
     fastest = min((r for r in motion.lengths if r is not None), default=None)
@@ -135,7 +139,7 @@ def _drawn(
 
 
 def random_fraction(drawn: random.Random, low: float, high: float) -> Fraction:
-    """A fraction between the two whose ratio to another one is no power of 2."""
+    """Return a fraction between the two whose ratio to another one is no power of 2."""
     return Fraction(drawn.randrange(int(low * 2**30), int(high * 2**30)) | 1, 2**30)
 
 
@@ -144,7 +148,7 @@ State = tuple[Fraction, list[Any], list[Any]]
 
 @dataclass(frozen=True)
 class Motion:
-    """States (t, x, v) along a scene's motion, their `lengths`, and each coordinate's size."""
+    """States (t, x, v) along a scene's motion, their `lengths`, and the size of each coordinate."""
 
     states: list[State]
     lengths: list[Fraction | None]
@@ -154,11 +158,11 @@ class Motion:
 
 @remembered(maxsize=64)
 def _motion(scene: Any) -> Motion:
-    """As far as a rough integration follows it within the scene's duration."""
+    """Return the motion as far as a rough integration follows it within the scene's duration."""
     around = surroundings(scene)
     states = around.along(Fraction(scene.duration))
     lengths: list[Fraction | None] = [b[0] - a[0] for a, b in pairwise(states)]
-    if len(states) <= 2:  # at rest, or over at once
+    if len(states) <= 2:  # at rest, or ended at once
         lengths = [around.length(*states[0][1:], Fraction(0))] * len(states)
     columns = [list(zip(*part, strict=True)) for part in
                ([x for _, x, _ in states], [v for _, _, v in states])]  # fmt: skip
@@ -169,10 +173,12 @@ def _motion(scene: Any) -> Motion:
 
 @lru_cache(maxsize=64)
 def _on_orbit(s: SceneSymbols, scene: Any) -> list[State]:
-    """The motion's states, with points that arrows from the start lead to as near as can be.
+    """Return the motion's states, on the orbit of the start.
 
-    A rough integration leaves the orbit of the start, such as SO(3), by its own error, and what is
-    kept on the orbit alone would seem to be lost. On pairs every point is on the orbit.
+    Each is the nearest point that arrows from the start reach. A rough integration leaves the
+    orbit,
+    such as SO(3), by its own error, and a quantity kept only on the orbit would seem to be lost. On
+    pairs every point is on the orbit.
     """
     states = _motion(scene).states
     if s.groupoid.kind == "pair" or not len(states[0][1]):
@@ -193,7 +199,8 @@ def _on_orbit(s: SceneSymbols, scene: Any) -> list[State]:
 
 
 def _sizes_of(columns: Sequence[Sequence[Any]], rates: list[Any], time: Fraction) -> list[Any]:
-    """By how much each coordinate moves; one at rest, as the others do, or could in a step."""
+    """Return how far each coordinate moves; for one at rest, the others' size, or that of a
+    step."""
     moved = [max(c) - min(c) for c in columns]
     most = max(moved, default=0)
     if not most:
@@ -207,9 +214,9 @@ def _place(
     scheme: Scheme, drawn: random.Random, state: tuple[Fraction, list[Any], list[Any]],
     share: float, motion: Motion, around: Surroundings,
 ) -> Place | None:  # fmt: skip
-    """A place that lies beside a state by that share of the sizes; None where there is none."""
+    """Return a place beside a state by that share of the sizes, or None if there is none."""
     t, x, v = state
-    if scheme.s.clocked:  # a time of its own, between those of two states
+    if scheme.s.clocked:  # its time lies between those of two states
         between = [e for e in motion.lengths if e is not None] or [Fraction(scheme.scene.duration)]
         t += random_fraction(drawn, 0, 1) * min(between)
     signs = [drawn.choice((-1, 1)) * drawn.uniform(0.5, 1) * share for _ in [*x, *v]]
@@ -229,9 +236,9 @@ def _place(
 def _on_manifold(
     s: SceneSymbols, scene: Any, x: list[Any], v: list[Any], signs: list[float], sizes: list[Any]
 ) -> tuple[list[Any], list[Any]]:
-    """x moved along the groupoid by those shares of the sizes, and (x, v) put on the constraints.
+    """Return x moved along the groupoid by those shares of the sizes, and v, on the constraints.
 
-    x moves to the target of an arrow, so it stays in its orbit: on its sphere, say.
+    x moves to the target of an arrow, so it stays in its orbit, such as its sphere.
     """
     numbers = arithmetic(DIGITS)
     with numbers.working():
@@ -266,9 +273,9 @@ def _on_manifold(
 
 @lru_cache(maxsize=64)
 def _values(s: SceneSymbols, quantities: tuple[Any, ...]) -> Any:
-    """What quantities with a value are off it, of (x, ξ, p), and its slope in ξ; None without.
+    """Return quantities less their values, of (x, ξ, p), and their slope in ξ; None without any.
 
-    Those of x alone are kept where x moves along the groupoid.
+    Quantities of x alone are kept where x moves along the groupoid.
     """
     numbers = arithmetic(DIGITS)
     # references of a Hamiltonian have μ in the place of the velocity
@@ -287,7 +294,8 @@ def _values(s: SceneSymbols, quantities: tuple[Any, ...]) -> Any:
 
 @lru_cache(maxsize=64)
 def _functions(s: SceneSymbols) -> tuple[Any, Any, Any]:
-    """b(x, w; 1), ρ̂(x), and (φ(x), A(x)) or None, of x, w and the parameters."""
+    """Return b(x, w; 1), ρ̂(x), and (φ(x), A(x)) or None, as functions of x, w and the
+    parameters."""
     numbers = arithmetic(DIGITS)
     given = {"x": s.position, "p": s.parameter_list}
     groupoid = getattr(s.groupoid, "inner", s.groupoid) if s.clocked else s.groupoid
@@ -307,7 +315,7 @@ def _functions(s: SceneSymbols) -> tuple[Any, Any, Any]:
 
 
 def steps_from(place: Place, drawn: random.Random) -> Iterator[Fraction]:
-    """Ordinary steps from a place, ever shorter, no two of them in a ratio of 2ᵏ."""
+    """Yield ordinary steps from a place, ever shorter, no two of them in a ratio of 2ᵏ."""
     step = place.step
     while True:
         yield step
@@ -315,7 +323,7 @@ def steps_from(place: Place, drawn: random.Random) -> Iterator[Fraction]:
 
 
 def is_linear(s: SceneSymbols) -> bool:
-    """Whether a scene's equations are linear: a quadratic Lagrangian on pairs, linear forces."""
+    """True if a scene's equations are linear: a quadratic Lagrangian on pairs, linear forces."""
     if s.groupoid.kind != "pair" or s.restricted or s.clocked:
         return False
     H = s.hamiltonian

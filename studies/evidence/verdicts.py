@@ -1,7 +1,7 @@
-"""What single steps make of a verdict that others reached: a pass needs both.
+"""Combine the verdict of runs with the order of single steps: a pass needs both.
 
-For studies whose own numbers cannot tell a rule of a lower order, or one that follows another
-motion: such as runs that are held against runs of the same rule.
+It serves studies whose own numbers cannot reveal a rule of a lower order, or one that follows
+another motion, such as studies that compare runs of the same rule.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from ..core.case import Case, Verdict
 from ..systems import system_of
 from . import NEAR, LocalOrder, evidence_of
 
-#: the key of a measurement at which `consistency_of` stands
+#: the key of the consistency in a measurement
 CONSISTENCY = "consistency"
 
 
 def consistency_of(case: Case, least: int | None = 1) -> dict[str, Any] | None:
-    """The order of the single steps of a case, kept for `demand_consistency`; None if not asked.
+    """Return the order of a case's single steps, for `demand_consistency`; None if not asked.
 
     Controls are judged by being caught, and a recorded run makes no single steps. Of a program only
     components whose orders have settled count.
@@ -39,11 +39,11 @@ def consistency_of(case: Case, least: int | None = 1) -> dict[str, Any] | None:
 
 
 def demand_consistency(measurement: dict[str, Any], told: Verdict) -> Verdict:
-    """The verdict of the runs, or a fail where a single step is not consistent.
+    """Return the verdict of the runs, or a fail if a single step is not consistent.
 
-    For studies that a rule of any order passes. Where the scene has no exact motion to hold single
-    steps against, the verdict of the runs stands; where the rule makes none, nothing passes, for
-    what it follows as the step goes to 0 is not known.
+    It is for studies that a rule of any order passes. If the scene has no exact motion to compare
+    single steps with, the verdict of the runs stands; if the rule makes no single step, it does not
+    pass, for the motion that it approximates as the step goes to 0 is unknown.
     """
     local = measurement.get(CONSISTENCY)
     if local is None or (local["order"] is None and not local.get("refused")):
@@ -54,11 +54,12 @@ def demand_consistency(measurement: dict[str, Any], told: Verdict) -> Verdict:
 
 
 def of_evidence(scheme: Scheme, least: int | None = None, settled: bool = False) -> dict[str, Any]:
-    """The order of the single steps of a scheme, as it is kept in a measurement.
+    """Return the order of the single steps of a scheme, as a measurement keeps it.
 
-    least: the order below which it is too low; the declared one if None. settled: whether only
-    components count whose errors sink as one power of the step. floats: whether the last bits of a
-    rule's floats explain an order that is too low, which doubles do not see.
+    least: the order below which it is too low; the declared one if None. settled: True to count
+    only
+    components whose errors sink as one power of the step. floats: whether the last bits of a rule's
+    floats explain an order that is too low, which doubles do not show.
     """
     evidence = evidence_of(scheme)
     found = _settled(evidence.order) if settled else evidence.order
@@ -77,7 +78,7 @@ def of_evidence(scheme: Scheme, least: int | None = None, settled: bool = False)
 
 
 def _settled(found: LocalOrder) -> LocalOrder:
-    """The lowest of the component orders that have a constant: the others are noise."""
+    """Return the lowest of the component orders that have a constant: the others are noise."""
     known = [c for c in found.components if c.order is not None and c.constant is not None]
     lowest = min(known, key=lambda c: c.order or 0.0, default=None)
     if lowest is None:
@@ -86,9 +87,9 @@ def _settled(found: LocalOrder) -> LocalOrder:
 
 
 def judge(local: dict[str, Any] | None, told: Verdict, wanted: int | None, what: str) -> Verdict:
-    """The verdict of the runs with what single steps say of them: a pass needs both.
+    """Return the verdict of the runs combined with the single steps: a pass needs both.
 
-    what: of which system the steps were, for the reason.
+    what: the name of the system that made the steps, for the reason.
     """
     if local is None or local.get("exact") or local.get("floats"):
         return told
