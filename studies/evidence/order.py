@@ -141,8 +141,7 @@ def local_order(
         longest = length * Fraction(10.0 ** (-float((digits - 14) * part) / (expected + 1)))
         left = []
         for place in pending:
-            # each place has its own steps: a small factor at one of two steps is no order at
-            # another
+            # steps differ by place: a small factor at one of two misleads at one place only
             first = longest * random_fraction(drawn, *FIRST)
             shorter = Fraction(10.0 ** (-FALLEN / (expected + 1))) * random_fraction(drawn, *RATIO)
             flows = [scheme.flow(h, digits) for h in (first, first * shorter)]

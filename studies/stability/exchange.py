@@ -18,7 +18,7 @@ from ..core.case import scheme_of
 from .stiff import FAMILIES
 
 OMEGA = Fraction(50)  # Hairer, Lubich, Wanner, I.5.1
-TURNS = 2  # up to T = 2ω the first spring hands most of its energy on
+TURNS = 2  # until T = 2ω the first spring passes on most of its energy
 SAMPLES = 500
 MEAN = 25  # samples: over 5 units of time at ω = 50, 40 periods of a spring
 STEPS_OF_Z = tuple(map(Fraction, ("0.1", "0.3", "1", "2.5", "5")))  # hω of the comparison
@@ -26,25 +26,29 @@ COARSE = Fraction(5)  # hω at which stiffer springs are compared
 STIFFER = tuple(map(Fraction, (50, 100, 200, 500)))
 THOROUGH = (*STIFFER, Fraction(1000), Fraction(10_000))
 RESOLVED = Fraction("0.1")  # hω at which a rule must be right
-RIGHT = 0.1  # of all the springs' energy: an exchange nearer than that is the right one
+RIGHT = 0.1  # share of all the springs' energy: an exchange with a smaller error is right
 LONG_Z, LONG_TIME = Fraction(10), 10**5
 LONG_OMEGAS = tuple(Fraction(w) for w in (50, 100, 200, 500, 1000))
 
 
 def percent(share: float) -> str:
-    """A share in words: two figures of a small one, whole per cents of a large one."""
+    """Return a share in words: two figures of a small one, whole per cents of a large one."""
     found = 100 * share
     return f"{found:.2g} %" if found < 10 else f"{found:.0f} %"
 
 
 def spring_energies(run: Any, omega: float) -> np.ndarray:
-    """½(μ² + ω²x²) of each stiff spring, (r, HALF)."""
+    """Return ½(μ² + ω²x²) of each stiff spring, (r, HALF)."""
     return np.asarray((run.mu[:, HALF:] ** 2 + omega**2 * run.x[:, HALF:] ** 2) / 2)
 
 
 def slow_energies(scheme: Scheme, omega: Fraction, z: Fraction) -> tuple[np.ndarray, Fraction]:
-    """(their running means over MEAN samples up to T = 2ω, in which the slow exchange is seen; the
-    step, hω ≤ z, by which samples lie on steps)."""
+    """Return (running means of the springs' energies, the step).
+
+    Means are over MEAN samples up to T = 2ω, long enough for the slow exchange; with the step, hω ≤
+    z,
+    samples lie on steps.
+    """
     duration = TURNS * omega
     inside = int(-(-duration * omega // (SAMPLES * z)))  # steps from one sample to the next
     step = duration / (SAMPLES * inside)
@@ -55,13 +59,13 @@ def slow_energies(scheme: Scheme, omega: Fraction, z: Fraction) -> tuple[np.ndar
 
 
 def reference_rule() -> Discretisation:
-    """The method of the reference."""
+    """Return the method of the reference."""
     return discretisations.get("kahan-li-8:trapezoidal")
 
 
 @lru_cache(maxsize=8)
 def reference(omega: Fraction = OMEGA) -> np.ndarray:
-    """The springs' slow energies, by a composition of order 8 at hω = 1/4.
+    """Return the springs' slow energies, by a composition of order 8 at hω = 1/4.
 
     At ω = 50 they are certain to 10⁻⁷, their difference from hω = 1/2; stiffer springs take longer,
     and the soft ones are chaotic meanwhile.
@@ -73,8 +77,11 @@ def reference(omega: Fraction = OMEGA) -> np.ndarray:
 def exchange_errors(
     derived: Scheme, omega: Fraction = OMEGA, several: Sequence[Fraction] = STEPS_OF_Z
 ) -> dict[float, float | None]:
-    """{hω: the largest error of a spring's slow energy up to T = 2ω}, relative to all their energy
-    at the start; None of a run that stops."""
+    """Return {hω: the largest error of a spring's slow energy up to T = 2ω}, None for a run that
+    stops.
+
+    Errors are relative to the springs' whole energy at the start.
+    """
     wanted, found = reference(omega), dict[float, float | None]()
     scheme = FAMILIES["fpu"].scheme(derived, omega)
     for z in several:
@@ -88,15 +95,17 @@ def exchange_errors(
 
 
 def exchange_when_stiffer(derived: Scheme, thorough: bool) -> dict[float, float | None]:
-    """{ω: error at hω = COARSE}, to T = 2ω."""
+    """Return {ω: error at hω = COARSE}, to T = 2ω."""
     errors = {float(omega): exchange_errors(derived, omega, [COARSE])
               for omega in (THOROUGH if thorough else STIFFER)}  # fmt: skip
     return {omega: next(iter(found.values())) for omega, found in errors.items()}
 
 
 def adiabatic(derived: Scheme) -> dict[float, float | None]:
-    """{ω: the largest relative change of the springs' energy over LONG_TIME at hω = LONG_Z}; None
-    of a run that stops."""
+    """Return {ω: the largest relative change of the springs' energy over LONG_TIME at hω = LONG_Z}.
+
+    The value of a run that stops is None.
+    """
     found = dict[float, float | None]()
     for omega in LONG_OMEGAS:
         scheme, step = FAMILIES["fpu"].scheme(derived, omega), LONG_Z / omega

@@ -17,9 +17,11 @@ from discmech.integrators.rules import Discretisation
 from ..core.case import scheme_of
 from .trace import DIGITS, StableSet, stable_set
 
-FARTHEST = 1000.0  # as far as z = hω is looked at
+FARTHEST = 1000.0  # the largest z = hω that is tried
 GRID = np.concatenate([np.arange(0.02, 8.0, 0.02), np.geomspace(8.0, FARTHEST, 120)])
-#: of det M, over its own terms, in double precision: some thousand roundings of entries and stages
+#: round-off of det M, over its own terms, in double precision: some thousand roundings of entries
+#: and
+#: stages
 ROUND_OFF = 2.0**-40
 LAST_BITS = {"xtol": 1e-15, "rtol": 2.0**-50}
 Step = Callable[[float], np.ndarray]
@@ -42,7 +44,7 @@ class Spectrum:
 
     @classmethod
     def of(cls, z: float, matrix: np.ndarray) -> Spectrum:
-        """From a 2×2 matrix in (x, μ)."""
+        """Return the spectrum of a 2×2 matrix in (x, μ)."""
         values, vectors = np.linalg.eig(matrix)
         k = int(np.argmax(values.imag))
         v, krein = vectors[:, k], 0
@@ -54,10 +56,11 @@ class Spectrum:
 
 
 class Oscillator:
-    """A rule on the oscillator with ω = 1: its step matrix at any z, and runs that really go.
+    """A rule on the oscillator with ω = 1: its step matrix at any z, and real runs.
 
     The columns of the matrix are two runs of one step, exact as the step is linear. A rule that
-    splits has the whole spring as its fast part, but for the share `slow`.
+    splits
+    has the whole spring as its fast part, except for the share `slow`.
     """
 
     def __init__(self, rule: Discretisation, slow: Fraction = Fraction(0)) -> None:
@@ -70,14 +73,14 @@ class Oscillator:
         self.areas: list[float] = []
 
     def matrix(self, z: float) -> np.ndarray:
-        """M(z) in (x, μ), 2×2; each made once, for all that is asked goes along one grid."""
+        """Return M(z) in (x, μ), 2×2; each is kept, for all questions are on one grid."""
         if z not in self._matrices:
             columns = [self._end(z, 1, x0, mu0) for x0, mu0 in ((1.0, 0.0), (0.0, 1.0))]
             self._matrices[z] = np.array(columns).T
         return self._matrices[z]
 
     def trace(self, z: Fraction) -> Any:
-        """tr M(z) to `DIGITS`; what det M − 1 is of its terms goes to `areas`."""
+        """Return tr M(z) to `DIGITS`; `areas` gets |det M − 1| over its terms."""
         flow = self.scheme.flow(z, DIGITS)
         first, second = (flow.trajectory(1, x0=[x0], mu0=[1 - x0]) for x0 in (1, 0))
         with mpmath.workdps(DIGITS):
@@ -86,18 +89,19 @@ class Oscillator:
         return first.x[-1, 0] + second.mu[-1, 0]
 
     def proved(self) -> StableSet | None:
-        """Where the step is stable, at every z up to FARTHEST; None if only a grid can tell."""
+        """Return the stable z up to FARTHEST, every one; None if only a grid can tell."""
         try:
             return stable_set(self.trace, FARTHEST)
         except StepFailure:
             return None
 
     def off_circle(self, end: float, proved: bool) -> float | None:
-        """The first z below `end` at which det M is not 1, so that the step is not symplectic;
-        None if there is none.
+        """Return the first z below `end` where det M is not 1, so the step is not symplectic, or
+        None.
 
         proved: the trace is a rational function; then det M = 1 at all points that showed it, to
-        half of their digits, is the identity. Else 1 is met to what round-off of M leaves.
+        half of
+        their digits, is the identity. Otherwise det M has to be 1 to the round-off of M.
         """
         if proved and max(self.areas, default=0.0) <= 10.0 ** (-DIGITS // 2):
             return None
@@ -109,8 +113,10 @@ class Oscillator:
         return bool(abs(a * d - b * c - 1) > ROUND_OFF * (abs(a * d) + abs(b * c) + 1))
 
     def grows(self, z: float, steps: int = 10**5) -> bool:
-        """Whether that many steps make more than 10³ of a start of size 1, x and μ in units in
-        which the ellipse on which a stable step moves is about a circle."""
+        """True if that many steps enlarge a start of size 1 more than 10³ times.
+
+        x and μ are in units in which the ellipse of a stable step's motion is about a circle.
+        """
         (_, b), (c, _) = self.matrix(z)
         w = float(np.sqrt(abs(b / c))) if b and c else 1.0
         try:
@@ -125,15 +131,16 @@ class Oscillator:
 
 
 def spectra(step: Step) -> list[Spectrum]:
-    """Along the grid."""
+    """Return the spectra along the grid."""
     return [Spectrum.of(float(z), step(float(z))) for z in GRID]
 
 
 def unstable_intervals(step: Step) -> list[tuple[float, float]]:
-    """Open intervals of z up to FARTHEST where |tr M| > 2, each end found by Brent's method.
+    """Return open intervals of z up to FARTHEST where |tr M| > 2, each end found by Brent's method.
 
-    A map with det M = 1 is stable where |tr M| < 2. Between grid points the largest |tr M| is
-    looked for as well, so that narrow intervals are found; the last end may be FARTHEST.
+    A map with det M = 1 is stable where |tr M| < 2. The largest |tr M| between grid points is
+    sought
+    as well, to find narrow intervals; the last end may be FARTHEST.
     """
 
     def excess(z: float) -> float:
@@ -151,7 +158,7 @@ def unstable_intervals(step: Step) -> list[tuple[float, float]]:
 
 
 def _peaks(excess: Callable[[float], float]) -> Iterator[float]:
-    """Where |tr M| is largest beside grid points at which it is large."""
+    """Yield the z where |tr M| is largest beside grid points at which it is large."""
     values = [excess(float(z)) for z in GRID]
     for i in range(1, len(GRID) - 1):
         if -0.02 < values[i] < 0 and values[i] >= max(values[i - 1], values[i + 1]):
@@ -159,13 +166,13 @@ def _peaks(excess: Callable[[float], float]) -> Iterator[float]:
                 lambda z: -excess(z), bounds=(GRID[i - 1], GRID[i + 1]), method="bounded",
                 options={"xatol": 1e-9},
             )  # fmt: skip
-            # at a double root |tr M| = 2 is only touched, and round-off decides the sign
+            # at a double root |tr M| only touches 2, and round-off decides the sign
             if -found.fun > 1e-12:
                 yield float(found.x)
 
 
 def resonances(step: Step) -> dict[str, float | None]:
-    """The first z at which the phase of a step is 2π/3 and 2π/4 (tr M = −1 and 0); None if never.
+    """Return the first z at which a step's phase is 2π/3 and 2π/4 (tr M = −1 and 0); None if never.
 
     There nonlinear terms of the second and third degree add up from step to step.
     """

@@ -36,28 +36,30 @@ NEEDS = (
     + "."
 )
 CONTROL_STEPS = 2000
-#: of a rule that splits: the share of the oscillator's force that is slow, by a frequency that is a
-#: thirtieth of the fast one
+#: for a rule that splits: the share of the oscillator's force that is slow, with a frequency that
+#: is
+#: a thirtieth of the fast one
 SLOW = Fraction(1, 1000)
-_FAST_PART = math.sqrt(1 - SLOW)  # the fast frequency, of the whole one
-OWN_STEPS = 10_000  # of each cell's run on a scene of one's own
-PROGRAM_STEPS = 500  # of each cell's run of a program, a call of Python's each
+_FAST_PART = math.sqrt(1 - SLOW)  # the fast frequency over the whole one
+OWN_STEPS = 10_000  # steps of each cell's run on a user's own scene
+PROGRAM_STEPS = 500  # steps of each cell's run of a program; each is a call in Python
 #: hω up to which a rule must be bounded on every stiff scene, two radians of the fastest motion in
 #: four steps: 10^(−3/10), which is a cell of both grids
 RESOLVED = 10.0**-0.3
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every rule on the oscillator and on each stiff family, and methods that must be caught."""
+    """Return every rule on the oscillator and each stiff family, and methods that must be
+    caught."""
     if choice.digits and 16 not in choice.digits:
         return []
     rules = choice.rules or tuple(discretisations.BUILT_IN.values())
     found = []
     for scene in choice.scenes or scenes.all_scenes():
-        by_name = choice.asked("by_name", True)  # not among all that `verify` asks
+        by_name = choice.asked("by_name", True)  # True unless `verify` asks for all studies
         asked = by_name and scene in choice.scenes and scene.name not in scenes.names()
         for rule in rules if not choice.controls else ():
-            # the oscillator of a rule that splits is all fast
+            # the oscillator of a rule that splits is only fast
             own = scene.name in FAMILIES or (asked and judged_here(scene))
             if scene.name == LINEAR or (own and rule.applies(scene)):
                 found.append(Case(NAME, scene, rule, 16, choice.steps, None, choice.thorough))
@@ -69,15 +71,15 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def rules_beside(case: Case) -> list[Discretisation]:
-    """What the exchange of energy is held against."""
+    """Return the rules that the exchange of energy is compared with."""
     family = FAMILIES.get(case.scene.name)
     return [exchange.reference_rule()] if family is not None and family.adiabatic else []
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """The linear part on the oscillator, a map on a stiff family; see below for the rows.
+    """Return the linear part on the oscillator, or a map on a stiff family; see below for the rows.
 
-    On a scene of one's own both (`measure_own`).
+    On a user's own scene it returns both (`measure_own`).
     """
     if case.scene.name == LINEAR:
         return measure_linear(case, progress)
@@ -85,11 +87,11 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def measure_own(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows of `nonlinear_stability.stability_map`, of runs from the scene's own start.
+    """Return rows of `nonlinear_stability.stability_map`, of runs from the scene's own start.
 
-    measured: classes and limits as of `measure_map`; equilibrium (x and μ), given (whether it is
+    measured: classes and limits as in `measure_map`; equilibrium (x and μ), given (true if it is
     the scene's start), frequency ω of its fastest oscillation, fastest (the largest rate along the
-    scene's own motion), and what `Linearised.measured` says of a step there.
+    scene's own motion), and the entries of `Linearised.measured` for a step there.
     """
     at = equilibrium(case.scene)
     family, label = family_of(case.scene, at), f"{case.scene.name} {case.label}"
@@ -110,13 +112,14 @@ def measure_own(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def measure_linear(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {z, radius, phase, krein, determinant}, z = hω.
+    """Return rows {z, radius, phase, krein, determinant}, z = hω.
 
-    measured: stable_to (where the first unstable interval begins, None if there is none up to
-    z = 1000), intervals (unstable ones), proved (whether they are those of every z, by the trace as
-    a rational function, and not of a grid), touched (where |tr M| = 2 without a change),
-    gaps (`gaps_of`), resonances, off_circle (a z below stable_to at which the
-    step is not symplectic), runs (whether 10⁵ steps on both sides of the ends say the same).
+    measured: stable_to (the start of the first unstable interval, None if there is none up to
+    z = 1000), intervals (unstable ones), proved (true if they hold for every z, by the trace as a
+    rational function, and not only on a grid), touched (where |tr M| = 2 without a change), gaps
+    (`gaps_of`), resonances, off_circle (a z below stable_to at which the step is not symplectic),
+    runs
+    (true if 10⁵ steps on both sides of the ends agree).
     """
     problem = Oscillator(controls.RUNGE_KUTTA[case.control] if case.control else case.rule)
     progress(f"{case.label}: linear stability", 0.0)
@@ -145,13 +148,14 @@ def measure_linear(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows of `nonlinear_stability.stability_map`.
+    """Return rows of `nonlinear_stability.stability_map`.
 
-    measured: classes (how many cells of each), limits {stiffness: the largest hω up to which all
-    that was tried is bounded}; between {hω: class} of cells that are not bounded in the gaps
-    that a slow force opens (`gaps_of`);
-    on fpu also exchange {hω: error at ω = 50}, stiffer {ω: error at hω = 5} and, for
-    a rule that splits, adiabatic {ω: change over T = 10⁵ at hω = 10}.
+    measured: classes (the number of cells of each), limits {stiffness: the largest hω up to which
+    all
+    runs are bounded}; between {hω: class} of cells that are not bounded in the gaps that a slow
+    force
+    opens (`gaps_of`); on fpu also exchange {hω: error at ω = 50}, stiffer {ω: error at hω = 5} and,
+    for a rule that splits, adiabatic {ω: change over T = 10⁵ at hω = 10}.
     """
     family = FAMILIES[case.scene.name]
     label = f"{case.scene.name} {case.label}"
@@ -159,7 +163,7 @@ def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
     def show(fraction: float) -> None:
         progress(f"{label}: stability map", fraction)
 
-    if case.control:  # a part of the map will do
+    if case.control:  # a part of the map is enough
         scheme = scheme_of(case.scene, controls.RUNGE_KUTTA[case.control])
         part = replace(family, stiffness=family.stiffness[:2])
         rows = stability_map(part, scheme, steps=CONTROL_STEPS, progress=show)
@@ -184,7 +188,7 @@ def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
         progress(f"{label}: exchange of energy", 0.9)
         measured["exchange"] = {f"{z:.3g}": e for z, e in exchange_errors(case.scheme).items()}
         found = {"stiffer": exchange_when_stiffer(case.scheme, case.thorough)}
-        if case.rule.splits or case.thorough:  # the others are far slower, or cannot
+        if case.rule.splits or case.thorough:  # other rules are far slower, or unable
             found["adiabatic"] = adiabatic(case.scheme)
         measured |= {k: {f"{w:g}": e for w, e in each.items()} for k, each in found.items()}
     return {
@@ -197,10 +201,12 @@ def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def gaps_of(rule: Discretisation) -> list[tuple[float, float]]:
-    """Intervals of instability that a slow force opens in a rule that splits, below its own first.
+    """Return intervals of instability that a slow force opens in a rule that splits, below its own
+    first.
 
     Where a step of the fast motion is a half or a whole turn any slow force opens one, narrower
-    than a grid sees: proved for the share `SLOW` of the oscillator's force.
+    than a
+    grid shows: proved for the share `SLOW` of the oscillator's force.
     """
     if not (rule.splits and rule.is_formula):
         return []
@@ -208,5 +214,5 @@ def gaps_of(rule: Discretisation) -> list[tuple[float, float]]:
     if alone is None or beside is None:
         return []
     first = alone.unstable[0][0] if alone.unstable else FARTHEST
-    # one that goes on to the end is no gap: there the slow force is not resolved itself
+    # an interval that reaches the end is no gap: there the slow force is not resolved itself
     return [(a, b) for a, b in beside.unstable if b < 0.99 * first]

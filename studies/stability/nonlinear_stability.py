@@ -1,4 +1,4 @@
-"""Nonlinear stability: what becomes of a run at each step size and each stiffness, in classes."""
+"""Nonlinear stability: the class of a run at each step size and each stiffness."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from .stiff import Family
 #: best first; `view.MAPS` has the criterion of each
 CLASSES = ("bounded", "resonant", "drifting", "escaped", "Newton failed", "blown up")
 STEPS, THOROUGH = 60_000, 1_000_000
-ROWS = 1000  # states kept of a run
-PER_DECADE = {False: 10, True: 40}  # steps hω tried, thorough or not
+ROWS = 1000  # states of a run that are kept
+PER_DECADE = {False: 10, True: 40}  # steps hω per decade, thorough or not
 LOWEST, HIGHEST = -1.0, 1.4  # decades of hω
 LONGER = 8
-FAR = 10  # times the size of the true motion's region
-DRIFT = 0.01  # of the energy's terms: a smaller shift is an exchange between fast and slow
+FAR = 10  # an escape is so many times the size of the true motion's region
+DRIFT = 0.01  # share of the energy's terms: a smaller shift is an exchange between fast and slow
 NOISE = 1e-10  # a band that is round-off does not resonate
 
 
 def trajectory(scheme: Scheme, step: Fraction, steps: int) -> Any:
-    """A run of the scheme's own flow with ROWS rows."""
+    """Return a run of the scheme's own flow with ROWS rows."""
     return scheme.flow(step).trajectory(steps, every=max(1, steps // ROWS))
 
 
@@ -38,10 +38,12 @@ def stability_map(
     family: Family, derived: Scheme, thorough: bool = False, steps: int | None = None,
     progress: Callable[[float], None] = lambda fraction: None, more: tuple[float, ...] = (),
 ) -> list[dict[str, Any]]:  # fmt: skip
-    """Rows {stiffness, z, step, steps, time, class, band, adiabatic, cause}: z = hω, coarse to fine
-    in stiffness, ascending in z. more: z between those of the grid, whose rows have `between`.
-    adiabatic: the largest relative change of the family's adiabatic
-    invariant, None where there is none.
+    """Return rows {stiffness, z, step, steps, time, class, band, adiabatic, cause}, z = hω.
+
+    Stiffnesses are in the family's order, z ascends in each. more: z between those of the grid,
+    whose
+    rows have `between`. adiabatic: the largest relative change of the family's adiabatic invariant,
+    None without one.
     """
     rows = []
     count = steps or (THOROUGH if thorough else STEPS)
@@ -64,8 +66,10 @@ def _column(
     count: int,
     covering: bool,
 ) -> list[dict[str, Any]]:
-    """The cells at those hω of one stiffness, on all cores; covering: more steps than count,
-    if the family asks for a time."""
+    """Return the cells at those hω of one stiffness, computed on all cores.
+
+    covering: True for more steps than count, if the family asks for a time.
+    """
     scheme = family.scheme(derived, stiffness)
     measures = _measures(family, scheme)
     far = FAR * family.region(stiffness) if family.region else math.inf
@@ -77,19 +81,19 @@ def _column(
         told = {"stiffness": float(stiffness), "z": z, "step": float(step)}
         return told | one_run(scheme, step, inside, measures, far)
 
-    if not derived.rule.is_formula:  # a program may not stand two threads
+    if not derived.rule.is_formula:  # a program may not be safe in two threads
         return [cell(z) for z in zs]
     return side_by_side(cell, zs, arithmetic(16))
 
 
 def grid(thorough: bool) -> np.ndarray:
-    """Values of hω, equal parts of decades, 1 and 10 among them."""
+    """Return values of hω, equal parts of decades, 1 and 10 among them."""
     per = PER_DECADE[thorough]
     return np.asarray(10.0 ** (np.arange(round(LOWEST * per), round(HIGHEST * per) + 1) / per))
 
 
 def _measures(family: Family, scheme: Scheme) -> dict[str, Any]:
-    """Functions of a run: the energy, and the adiabatic invariant if there is one."""
+    """Return functions of a run: the energy, and the adiabatic invariant if there is one."""
     s = scheme.s
     found = {"energy": energy_with_terms(scheme, 16)}
     for quantity in scheme.scene.symmetries:
@@ -103,11 +107,11 @@ def one_run(
     scheme: Scheme, step: Fraction, steps: int, measures: dict[str, Any], far: float = math.inf,
     again: bool = True,
 ) -> dict[str, Any]:  # fmt: skip
-    """What becomes of one run; `resonant` is decided later, beside its neighbours. far: ‖x‖ that
-    is too far.
+    """Return the class and numbers of one run; `resonant` is decided later, from its neighbours.
 
-    A shift of the energy may be a slow motion seen in part: it is looked at `again`, in a longer
-    run.
+    far: ‖x‖ that counts as an escape. A shift of the energy may be a part of a slow motion: then
+    the
+    run is made `again`, longer.
     """
     cause = ""
     try:
@@ -139,11 +143,12 @@ def one_run(
 
 
 def resonant(column: list[dict[str, Any]], apart: int = 1) -> None:
-    """Mark what is bounded with a far wider band than a tenth of a decade of hω to both sides.
+    """Mark a bounded run as resonant if its band is far wider than those a tenth of a decade of hω
+    away.
 
     apart: cells in a tenth of a decade. Without a resonance bands grow with hω: none is wider than
     that of the longer step, by far less than four times. So at the shortest steps the longer one
-    alone decides; where a neighbour has no band, or there is no longer one, nothing does.
+    alone decides; where a neighbour has no band, or there is no longer one, the class stays.
     """
     for i, (here, longer) in enumerate(zip(column, column[apart:], strict=False)):
         if here["class"] != "bounded" or longer["band"] is None:
@@ -154,7 +159,7 @@ def resonant(column: list[dict[str, Any]], apart: int = 1) -> None:
 
 
 def limits(rows: list[dict[str, Any]]) -> dict[str, float]:
-    """Per stiffness the largest z tried below which all that was tried is bounded; 0 if none is."""
+    """Return per stiffness the largest z up to which all runs are bounded; 0 without any."""
     columns = itertools.groupby(rows, key=lambda row: row["stiffness"])
     return {
         f"{stiffness:g}": max(

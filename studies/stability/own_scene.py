@@ -1,8 +1,8 @@
-"""A scene of one's own: a step linearised at an equilibrium, and runs from its own start.
+"""A user's own scene: a step linearised at an equilibrium, and runs from its own start.
 
-The equilibrium of (ẋ, μ̇) = f is the scene's start where that is one, so it can be given; else it is
-looked for from there. Of several those are taken at which small motions oscillate (A = Df has
-imaginary eigenvalues); ω is the fastest of their frequencies. There a step is a matrix M(h), whose
+The equilibrium of (ẋ, μ̇) = f is the scene's start if that is one, so it can be given; otherwise it
+is sought from there. It has to be one at which small motions oscillate (A = Df has imaginary
+eigenvalues); ω is the fastest of their frequencies. There a step is a matrix M(h), whose
 eigenvalues lie on the unit circle where it is stable.
 """
 
@@ -25,26 +25,29 @@ from discmech.integrators.numbers import arithmetic, exact, numeric
 from ..core.modified_energy import Dual, dual_of
 from .stiff import Family
 
-FARTHEST, PART = 6.0, 0.05  # how far hω is looked at, and the parts of the grid
-WIDTH = 2.0**-18  # of a central difference, of a coordinate's size: off by its square, 10⁻¹¹
-NOTHING = 1e-13  # of a state: some hundred round-offs of a step
-STILL = 1e-9  # of the rates at the start, at which a state is at rest
-REAL = 1e-4  # of ω: the real part that differences leave at a double eigenvalue, √(10⁻¹¹) and more
-GROWS = 1e-4  # beyond 1, of an eigenvalue: the same root at double eigenvalues stays below
-#: beyond 1, of an eigenvalue: 10³ of a start are made of it in far fewer steps than `STEPS`
+FARTHEST, PART = 6.0, 0.05  # the largest hω, and the spacing of the grid
+# half-width of a central difference over a coordinate's size; its error is the square, 10⁻¹¹
+WIDTH = 2.0**-18
+NOTHING = 1e-13  # share of a state that counts as zero: some hundred round-offs of a step
+STILL = 1e-9  # share of the rates at the start, at which a state is at rest
+# share of ω: real part that differences leave at a double eigenvalue, √(10⁻¹¹) and more
+REAL = 1e-4
+GROWS = 1e-4  # excess of an eigenvalue over 1: the same root at double eigenvalues stays below it
+#: excess of an eigenvalue over 1 that enlarges a start 10³ times in far fewer steps than `STEPS`
 CLEAR = 1e-3
-AREA = 1e-7  # of det M beside 1: some differences of 10⁻¹¹ in each of its columns
-TRIES = 12  # starts from which an equilibrium is looked for
-SMALL, STEPS = 1e-6, 20_000  # of a start beside the equilibrium, and steps of its run
-BEYOND = 1.002, 1.01, 1.02, 1.05  # times an end, of runs that have to grow
-MOST = 40  # of Newton's corrections, and halvings of each
+AREA = 1e-7  # tolerance of det M = 1: some differences of 10⁻¹¹ in each of its columns
+TRIES = 12  # starts from which an equilibrium is sought
+# size of a start beside the equilibrium, and the number of steps of its run
+SMALL, STEPS = 1e-6, 20_000
+BEYOND = 1.002, 1.01, 1.02, 1.05  # factors of an end, for runs that have to grow
+MOST = 40  # the largest number of Newton's corrections, and of halvings of each
 
 
 @dataclass(frozen=True)
 class Equilibrium:
     """A state of rest z = (x, μ) at which small motions oscillate, the fastest with `frequency`.
 
-    given: whether it is the scene's own start.
+    given: True if it is the scene's own start.
     """
 
     z: np.ndarray
@@ -53,7 +56,8 @@ class Equilibrium:
 
 
 class Near:
-    """States near one, by coordinates (w, δμ): x moves along the groupoid, so it stays in orbit."""
+    """States near a given one, by coordinates (w, δμ): x moves along the groupoid, within its
+    orbit."""
 
     def __init__(self, scene: Scene, dual: Dual) -> None:
         s, numbers = SceneSymbols(scene), arithmetic(16)
@@ -65,7 +69,7 @@ class Near:
         self._p = [numbers.number(p) for p in scene.parameter_values]
 
     def state(self, z: np.ndarray, c: np.ndarray) -> np.ndarray:
-        """The state at the coordinates c beside z."""
+        """Return the state at the coordinates c beside z."""
         x, mu = z[: self.dual.n], z[self.dual.n :]
         if self._target is not None:
             x = np.asarray(self._target(x, c[: self.moves], self._p), dtype=float)
@@ -74,7 +78,7 @@ class Near:
     def slope(
         self, of: Callable[[np.ndarray], np.ndarray], z: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(∂ of/∂c, ∂z/∂c) at c = 0, by central differences."""
+        """Return (∂ of/∂c, ∂z/∂c) at c = 0, by central differences."""
         size = self.moves + self.m
         width = WIDTH * max(1.0, float(np.abs(z).max()))
         ends, moved = [], []
@@ -85,17 +89,19 @@ class Near:
         return np.array(ends).T, np.array(moved).T
 
     def tangent(self, of: Callable[[np.ndarray], np.ndarray], z: np.ndarray) -> np.ndarray:
-        """The derivative of a map, or a field, at z on the directions in which states can move."""
+        """Return the derivative of a map or field at z on the directions in which states can
+        move."""
         ends, moved = self.slope(of, z)
         left, sizes, _ = np.linalg.svd(moved, full_matrices=False)
         basis = left[:, sizes > 1e-6 * sizes[0]]
         return np.asarray(basis.T @ ends @ np.linalg.pinv(moved, rcond=1e-6) @ basis)
 
     def rest(self, of: Callable[[np.ndarray], np.ndarray], z: np.ndarray) -> np.ndarray:
-        """Where Newton's corrections, of least size and halved until they help, make a field 0.
+        """Return the state near z where a field vanishes, by Newton's corrections of least size.
 
-        They are along the symplectic leaf: of a body that spins the next axis is looked for, and
-        not the body at rest.
+        They are halved until they help, and lie along the symplectic leaf: for a spinning body the
+        next
+        axis is found, and not the body at rest.
         """
         left = of(z)
         for _ in range(MOST):
@@ -120,14 +126,15 @@ class Near:
 
 
 def judged_here(scene: Scene) -> bool:
-    """Whether a scene has states (x, μ) that are free, and a field f that is the same always."""
+    """True if a scene has free states (x, μ), and a field f that does not depend on time."""
     return bool(not scene.in_numbers and scene.contact is None and dual_of(scene) is not None)
 
 
 def equilibrium(scene: Scene) -> Equilibrium:
-    """The one nearest to the start, of those found from there and from random states beside it.
+    """Return the equilibrium nearest to the start, found from there or from random states beside
+    it.
 
-    Raises `CannotMeasure` where none is found, with what is to be given.
+    Raises `CannotMeasure` if none is found, and asks for one.
     """
     dual = dual_of(scene)
     assert dual is not None
@@ -218,15 +225,15 @@ class Linearised:
         return np.hstack([np.asarray(run.x, dtype=float), np.asarray(run.mu, dtype=float)])
 
     def matrix(self, z: float) -> np.ndarray:
-        """M in the coordinates of `Near`; raises `StepFailure` where there is no step."""
+        """Return M in the coordinates of `Near`; raises `StepFailure` where there is no step."""
         return self.near.tangent(lambda at: self._run(z, at, 1, 1)[-1], self.fixed(z))
 
     def fixed(self, z: float) -> np.ndarray:
-        """The state near the equilibrium to which a step comes back: on a group it moves with h."""
+        """Return the fixed point of a step near the equilibrium: on a group it moves with h."""
         return self.near.rest(lambda at: self._run(z, at, 1, 1)[-1] - at, self.at.z)
 
     def eigenvalues(self, z: float) -> np.ndarray:
-        """Of M; infinite where there is no step."""
+        """Return the eigenvalues of M; infinite where there is no step."""
         try:
             found = np.asarray(np.linalg.eigvals(self.matrix(z)))
         except (StepFailure, DiscmechError, np.linalg.LinAlgError):
@@ -234,19 +241,24 @@ class Linearised:
         return found if np.isfinite(found).all() else np.array([math.inf])
 
     def radius(self, z: float) -> float:
-        """The largest modulus of an eigenvalue; inf where there is no step."""
+        """Return the largest modulus of an eigenvalue; inf where there is no step."""
         return float(np.abs(self.eigenvalues(z)).max())
 
     def measured(self) -> dict[str, Any]:
-        """stable_to (None: at every hω of the grid), off_circle (a z below it at which det M is not
-        1) and runs (whether runs on both sides say the same)."""
+        """Return {stable_to, off_circle, runs}.
+
+        stable_to: None if stable at every hω of the grid. off_circle: a z below it at which det M
+        is not
+        1. runs: True if runs on both sides agree.
+        """
         last, end, off = 0.0, None, None
         for z in np.arange(PART, FARTHEST, PART):
             values = self.eigenvalues(float(z))
             if np.abs(values).max() > 1 + GROWS:
                 end = self._between(last, float(z))
                 break
-            if off is None and abs(np.prod(values) - 1) > AREA:  # the determinant
+            # np.prod(values) is the determinant
+            if off is None and abs(np.prod(values) - 1) > AREA:
                 off = float(z)
             last = float(z)
         inside = 0.98 * (end or FARTHEST)
@@ -276,7 +288,7 @@ class Linearised:
 
 
 def family_of(scene: Scene, at: Equilibrium) -> Family:
-    """The scene's own motion, from its start, as a family of one member for the maps."""
+    """Return the scene's own motion, from its start, as a family of one member for the maps."""
     return Family(
         scene=scene.name, label="amplitude", stiffness=(Fraction(1),), values=lambda _: {},
         frequency=lambda _: at.frequency, title=f"{scene.title or scene.name}, from its start",

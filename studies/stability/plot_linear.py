@@ -1,4 +1,5 @@
-"""Pictures of stability: the linear step over hω, and what becomes of fpu's stiff springs."""
+"""Plots of stability: the linear step over hω, and the exchange of energy of fpu's stiff
+springs."""
 
 from __future__ import annotations
 
@@ -17,12 +18,12 @@ if TYPE_CHECKING:
 
 LINEAR_SHEET = Sheet(width=3.5, right=1.16)
 EXCHANGE_SHEET = Sheet(width=3.5, right=1.0)
-KEPT = 0.15  # of an adiabatic invariant: as much may it change
-FAR = 4.0  # of hω in the linear pictures
+KEPT = 0.15  # the largest change allowed to an adiabatic invariant
+FAR = 4.0  # the largest hω in the linear plots
 
 
 def radius(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
-    """Spectral radius of every rule."""
+    """Return the panel of every rule's spectral radius."""
 
     def value(row: dict[str, Any]) -> float | None:
         return number(row.get("radius"))
@@ -41,7 +42,7 @@ def radius(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
 
 
 def phase(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
-    """Phase of a step beside the exact one, hω."""
+    """Return the panel of a step's phase beside the exact one, hω."""
 
     def value(row: dict[str, Any]) -> float | None:
         angle = number(row.get("phase"))
@@ -65,7 +66,7 @@ def _spoken(what: str, cases: Sequence[Case]) -> str:
 
 
 def _linear(axes: Axes, cases: Sequence[Case], marks: Any, value: Any, words: Any) -> None:
-    """A curve a rule over 0 < hω ≤ FAR on linear axes, labelled at its end."""
+    """Draw one curve per rule over 0 < hω ≤ FAR on linear axes, labelled at its end."""
     axes.set_xlim(0, FAR)
     low, high = axes.get_ylim()
     curves = []
@@ -84,7 +85,7 @@ def _linear(axes: Axes, cases: Sequence[Case], marks: Any, value: Any, words: An
     end_labels(axes, labels)
 
 
-#: what was measured → title, subtitle, across, what is said aloud, heights beside those measured
+#: key of the measurement → title, subtitle, x label, text for a screen reader, further heights
 SPRINGS = {
     "exchange": (
         "Energy exchange, ω = 50", "largest error up to T = 100", "hω",
@@ -102,7 +103,7 @@ SPRINGS = {
 
 
 def springs(key: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
-    """One of `SPRINGS` on fpu, on logarithmic axes."""
+    """Return the panel of one of `SPRINGS` on fpu, on logarithmic axes."""
     title, subtitle, across, spoken, heights = SPRINGS[key]
 
     def draw(axes: Axes) -> None:
@@ -129,7 +130,7 @@ def springs(key: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
 
 
 def _failed(cases: Sequence[Case]) -> list[float]:
-    """Every ω at which a long run did not come to its end."""
+    """Return every ω at which a long run did not reach its end."""
     found = (mapping(mapping(case, "measured"), "adiabatic") for case in cases)
     return [float(omega) for each in found for omega, value in each.items() if value is None]
 

@@ -1,4 +1,4 @@
-"""Maps of stability over step and stiffness: what becomes of runs, in classes."""
+"""Maps of stability over step and stiffness: the class of each run."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SHEET = Sheet(width=2.3, height=1.8, left=0.52, right=0.16)
-MOST_COLUMNS = 4  # of maps; with more rules they simply follow each other
-#: class → (colour, opacity, marker and its size): told apart without colours as well
+MOST_COLUMNS = 4  # most columns of maps; with more rules the maps follow each other
+#: class → (colour, opacity, marker and its size): distinct without colours as well
 LOOKS: dict[str, tuple[str, float, tuple[Any, float] | None]] = {
     "bounded": (BLUE, 0.18, None),
     "resonant": (ORANGE, 0.75, None),
@@ -30,7 +30,7 @@ EMPTY = Panel("", "", "", "", lambda axes: axes.set_axis_off())
 
 
 def map_table(cases: Sequence[Case], titles: Mapping[str, str]) -> tuple[list[Panel], Sheet]:
-    """Maps of every case: a line a scene, a column a rule, controls last."""
+    """Return maps of every case: one line per scene, one column per rule, controls last."""
     ours = [case for case in cases if not case.get("control")]
     rules = list(dict.fromkeys(map(rule_name, ours)))
     places: Sequence[Case | None] = cases
@@ -41,19 +41,19 @@ def map_table(cases: Sequence[Case], titles: Mapping[str, str]) -> tuple[list[Pa
         places = [*places, *(case for case in cases if case.get("control"))]
     panels = [stability_map(_title(case, titles), case) if case else EMPTY for case in places]
     columns = min(len(rules) or 1, MOST_COLUMNS)
-    if len(panels) < MOST_COLUMNS and len(panels) == columns:  # the legend beside them
+    if len(panels) < MOST_COLUMNS and len(panels) == columns:  # the legend is beside them
         columns += 1
     return panels, replace(SHEET, columns=columns)
 
 
 def _title(case: Case, titles: Mapping[str, str]) -> str:
-    """The family's; the scene's has the number that varies here."""
+    """Return the family's title; the scene's own title has the number that varies here."""
     scene = str(case["scene"])
     return str(case.get("title") or titles.get(scene, scene))
 
 
 def stability_map(title: str, case: Case) -> Panel:
-    """What becomes of the runs of one rule, cell by cell."""
+    """Return the map of one rule: the class of the run in each cell."""
 
     def draw(axes: Axes) -> None:
         cells = [row for row in rows(case) if number(row.get("z")) and not row.get("between")]
@@ -91,7 +91,8 @@ def stability_map(title: str, case: Case) -> Panel:
 def _cell(
     axes: Axes, kind: str, ends: tuple[float, float], line: int, half: float, xs: list[float]
 ) -> None:
-    """A cell in the look of its class; strokes or dots at xs are marks: they keep their colours."""
+    """Draw a cell in the look of its class; strokes or dots at xs are marks in their own
+    colours."""
     from matplotlib.patches import Rectangle
 
     colour, alpha, marks = LOOKS[kind]
@@ -103,7 +104,7 @@ def _cell(
 
 
 def legend(cases: Sequence[Case]) -> Panel:
-    """What the colours of the maps mean."""
+    """Return the legend of the maps' colours."""
     met = {str(row.get("class")) for case in cases for row in rows(case)}
     kinds = [kind for kind in LOOKS if kind in met] or list(LOOKS)
 

@@ -1,4 +1,4 @@
-"""Families of ever stiffer problems: a scene, what makes it stiff, and its fastest frequency."""
+"""Families of ever stiffer problems: a scene, its stiffness, and its fastest frequency."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ from discmech.integrators import Scheme
 class Family:
     """Variants of a scene along one stiffness.
 
-    `values(s)` are what `Scheme.at` takes; `frequency(s)` is the fastest frequency ω there, so that
-    steps are compared as hω. `adiabatic` names a declared quantity that a fast motion keeps nearly.
+    `values(s)` are arguments of `Scheme.at`; `frequency(s)` is the fastest frequency ω there, so
+    that
+    steps are compared as hω. `adiabatic` names a declared quantity that a fast motion nearly keeps.
 
-    title: the family's, without the number that varies. region: ‖x‖ that the true motion does not
-    exceed, None where it knows no bound. held(s): hω up to which an error of the energy of (hω)²
-    of its terms leaves the motion bounded. least: time that a run covers, where `most` steps do.
+    title: the family's title, without the number that varies. region: ‖x‖ that the true motion does
+    not exceed, None if it has no known bound. held(s): hω up to which an error of the energy of
+    (hω)²
+    of its terms leaves the motion bounded. least: time that a run covers if `most` steps suffice.
     """
 
     scene: str
@@ -36,7 +38,7 @@ class Family:
     most: int = 10**7
 
     def scheme(self, derived: Scheme, stiffness: Fraction) -> Scheme:
-        """The scheme of that variant, from the one that was derived at the scene's own values."""
+        """Return the scheme of that variant, from the one derived at the scene's own values."""
         return derived.at(**self.values(stiffness))
 
 
@@ -53,25 +55,30 @@ def _spring(stiffness: Fraction) -> dict[str, Any]:
 
 
 def _kepler(eccentricity: Fraction) -> dict[str, Any]:
-    """From the pericentre; the speed there is rounded, so e is what it says to 1e-16."""
+    """Return values for a start at the pericentre; the speed there is rounded, so e is exact to
+    1e-16."""
     speed = Fraction(math.sqrt((1 + eccentricity) / (1 - eccentricity)))
     return {"x0": [1 - eccentricity, 0], "v0": [0, speed]}
 
 
 def _kepler_held(eccentricity: Fraction) -> float:
-    """From the pericentre: the energy −1/2 is the difference of terms of (3 + e)/(1 − e)/2."""
+    """Return the bound: the energy −1/2 at the pericentre is a difference of terms (3 + e)/(1 −
+    e)/2."""
     return math.sqrt((1 - eccentricity) / (3 + eccentricity))
 
 
 def _body(ratio: Fraction) -> dict[str, Any]:
-    """Moments 1, r and r + 1/2: a rod, with the spin as in the scene."""
+    """Return moments 1, r and r + 1/2: a rod, with the spin as in the scene."""
     return {"parameters": {"inertia": [1, ratio, ratio + Fraction(1, 2)]}}
 
 
 def _body_frequency(ratio: Fraction) -> float:
-    """√(ξ·Iξ/I₁) at the scene's spin ξ: the step's effective moment about the thin axis is
-    I₁ + h²(ξ·Iξ)/4 by the Cayley map, so the energy of the other axes sets the pace there, though
-    the motion itself is slow."""
+    """Return √(ξ·Iξ/I₁) at the scene's spin ξ.
+
+    The step's effective moment about the thin axis is I₁ + h²(ξ·Iξ)/4 by the Cayley map, so the
+    energy
+    of the other axes sets the pace there, though the motion itself is slow.
+    """
     moments = (1.0, float(ratio), float(ratio) + 0.5)
     return math.sqrt(sum(i * v**2 for i, v in zip(moments, (0.7, 0.6, 0.5), strict=True)))
 

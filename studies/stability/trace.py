@@ -1,6 +1,6 @@
 """The trace of a rule's exact step on the oscillator as a rational function of w = (hω)².
 
-A rule that is made of finitely many arithmetic operations has one, and with it every point of an
+A rule that is made of finitely many arithmetic operations has such a trace. Then every point of an
 interval of stability is known, not only those of a grid: its ends are roots of polynomials.
 """
 
@@ -14,15 +14,17 @@ from typing import Any
 
 from discmech.integrators.numbers import LazyModule, mpmath
 
-#: of the traces: a continued fraction loses about two a point, and polynomials of degree 40 are
-#: evaluated from z = 1/20 to 1000
+#: digits of the traces: a continued fraction loses about two per point, and polynomials of degree
+#: 40
+#: are evaluated from z = 1/20 to 1000
 DIGITS = 300
-MOST = 96  # points after which a trace is taken for no rational function
-CHECKS = 3  # further points at which the function found has to agree
+MOST = 96  # points after which a trace counts as no rational function
+CHECKS = 3  # further points at which the function has to agree
 AGREE = 1e-40
-TOUCH = 1e-20  # two roots nearer than that, in parts of themselves, are one that is only touched
+TOUCH = 1e-20  # two roots with a smaller relative distance are one double root
 
-INSIDE = 0.381966  # where the sign between two roots is asked: no fraction that a rule may have
+# the sign between two roots is taken at this share, which no rule's fractions meet
+INSIDE = 0.381966
 
 flint: Any = LazyModule("flint")
 Trace = Callable[[Fraction], Any]
@@ -30,7 +32,7 @@ Trace = Callable[[Fraction], Any]
 
 @dataclass(frozen=True)
 class StableSet:
-    """Where |tr M| > 2, open intervals of z = hω, and where |tr M| = 2 is touched, to `farthest`.
+    """Open intervals of z = hω where |tr M| > 2, and the z where it only touches 2, to `farthest`.
 
     At a touched point the step is a half or a whole turn, with M = ∓1 or a shear: forces that the
     oscillator does not have may open an interval there.
@@ -41,8 +43,11 @@ class StableSet:
 
 
 def stable_set(trace: Trace, farthest: float) -> StableSet | None:
-    """For every z ≤ farthest, from tr M(z) at exact z to `DIGITS`; None if no rational function of
-    z² is found, which `CHECKS` further points have to confirm to 40 digits."""
+    """Return the set for every z ≤ farthest, from tr M(z) at exact z to `DIGITS`.
+
+    None if no rational function of z² is found; `CHECKS` further points have to confirm it to 40
+    digits.
+    """
     found = rational(trace)
     if found is None:
         return None
@@ -72,9 +77,9 @@ def stable_set(trace: Trace, farthest: float) -> StableSet | None:
 
 
 def rational(trace: Trace) -> tuple[list[Any], list[Any]] | None:
-    """(P, Q), coefficients from the constant on, with tr M(z) = P(z²)/Q(z²); None if none is found.
+    """Return (P, Q), coefficients from the constant on, with tr M(z) = P(z²)/Q(z²), or None.
 
-    By Thiele's continued fraction in w = z², from points in no order of size.
+    They are found by Thiele's continued fraction in w = z², from points in no order of size.
     """
     with mpmath.workdps(DIGITS):
         points: list[Any] = []
@@ -98,7 +103,7 @@ def rational(trace: Trace) -> tuple[list[Any], list[Any]] | None:
             agreed, inverse = 0, wanted
             for a, at in zip(rows, points, strict=True):
                 if inverse == a:
-                    break  # this point says nothing new at this depth
+                    break  # this point adds nothing at this depth
                 inverse = (w - at) / (inverse - a)
             else:
                 points.append(w)
@@ -117,7 +122,7 @@ def _polynomials(points: list[Any], rows: list[Any]) -> tuple[list[Any], list[An
 
 
 def _sum(one: list[Any], other: list[Any], factor: Any) -> list[Any]:
-    """The polynomial one + factor·other."""
+    """Return the polynomial one + factor·other."""
     length = max(len(one), len(other))
     filled = [[*p, *[mpmath.mpf(0)] * (length - len(p))] for p in (one, other)]
     return [a + factor * b for a, b in zip(*filled, strict=True)]
@@ -128,10 +133,10 @@ def _at(polynomial: list[Any], w: Any) -> Any:
 
 
 def _positive_roots(polynomial: list[Any]) -> list[Any]:
-    """The positive real roots, each as often as it is one; round-off may part a double one."""
+    """Return the positive real roots with multiplicity; round-off may split a double one."""
     with mpmath.workdps(DIGITS):
         size = max(map(abs, polynomial)) or mpmath.mpf(1)
-        # what is left of a coefficient that vanishes makes a root at once at 0 or far away
+        # the remainder of a coefficient that vanishes only makes a root at 0 or far away
         whole = flint.fmpz_poly([int(mpmath.nint(e / size * 10**DIGITS)) for e in polynomial])
         if whole.degree() < 1:
             return []
@@ -149,7 +154,7 @@ def _number(ball: Any) -> Any:
 
 
 def _apart(roots: list[Any], farthest: float) -> tuple[list[Any], list[Any]]:
-    """(roots at which the sign changes, those that are touched), below farthest²."""
+    """Return (roots at which the sign changes, double roots), below farthest²."""
     crossed: list[Any] = []
     touched: list[Any] = []
     for w in roots:

@@ -1,4 +1,4 @@
-"""How intervals and maps of stability are shown."""
+"""The page of stability: how intervals and maps are shown."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from ..report.view import Sketch, Titles, View
 from ..report.wording import NONE, Case, mapping, number
 from . import plot_linear, plot_maps
 
-FARTHEST = 1000.0  # hω up to which the linear part looks
-TOLD = 3  # gaps that are said
+FARTHEST = 1000.0  # largest hω of the linear part
+TOLD = 3  # how many gaps are printed
 LINEAR = (
     "The exact step of each rule on the harmonic oscillator. Left: its spectral radius; a "
     "symplectic step is stable while it is one, to the number beside the rule (a root of its "
@@ -60,7 +60,7 @@ def _got(measured: dict[str, Any]) -> str:
         return f"stable {to}{on_grid}{but if gaps else ''}"
     said = [", ".join(f"{count} {name}" for name, count in measured["classes"].items())]
     if "equilibrium" in measured:
-        largest = max(1.0, *map(abs, measured["equilibrium"]))  # what is less is round-off
+        largest = max(1.0, *map(abs, measured["equilibrium"]))  # a smaller entry is round-off
         at = ", ".join(
             f"{e if abs(e) > 1e-12 * largest else 0:.4g}" for e in measured["equilibrium"]
         )
@@ -84,7 +84,7 @@ def _got(measured: dict[str, Any]) -> str:
 
 
 def _share(value: Any) -> str:
-    """As `exchange.percent`, of what may have failed."""
+    """Return a share as `exchange.percent` does, or "failed"."""
     found = number(value)
     if found is None:
         return "failed"
@@ -96,7 +96,7 @@ def _short(measured: dict[str, Any]) -> str:
         return "not on the unit circle"
     if "stable_to" in measured and measured["stable_to"] is None:
         return "at every hω"
-    if classes := mapping(measured, "classes"):  # no one cell decides
+    if classes := mapping(measured, "classes"):  # no single cell decides
         share = classes.get("bounded", 0) / (sum(classes.values()) or 1)
         return f"the motion stays bounded in {share:.0%} of the cells"
     end = number(measured.get("stable_to"))
@@ -104,10 +104,10 @@ def _short(measured: dict[str, Any]) -> str:
 
 
 def _compared(case: Case) -> dict[str, Any]:
-    """Of the oscillator the end that bisection found; of a map the share of it that is bounded.
+    """Return the oscillator's end by bisection, or the bounded share of a map, for comparisons.
 
-    An edge of that share lies anywhere between two cells in step: half a cell each is uncertain.
-    A method that leaves the unit circle has no interval.
+    An edge of that share lies anywhere between two cells in step: half a cell each is uncertain. A
+    method that leaves the unit circle has no interval.
     """
     if case["measured"].get("off_circle") is not None:
         return {}
