@@ -1,4 +1,4 @@
-"""How far the rows of a run are from the scene's constraints."""
+"""The defect of a run's rows in the scene's constraints."""
 
 from __future__ import annotations
 
@@ -28,12 +28,15 @@ from discmech.integrators.numbers import (
 
 
 def constraint_defect(flow: Flow, run: Any, k: int) -> float:
-    """The largest of what has to vanish in the step from row k and where it ends, in round-offs.
+    """Return the largest defect in the constraints, in round-offs, of the step from row k and its
+    end.
 
-    Σ ω_i A(x_i) u of a nonholonomic rule, φ(y) and A(y) ξ(y, μ′) where ξ has a closed form, each
-    over what round-off may leave of it (`running_error`): of (y, μ′) what the step's own operations
-    make (`round_off_from`), of velocities ε of the sum of all, where Newton's method stops.
-    So it is at most some ε. All to twice the digits of the flow.
+    Terms are Σ ω_i A(x_i) u of a nonholonomic rule, φ(y) and A(y) ξ(y, μ′) where ξ has a closed
+    form,
+    each over its round-off bound (`running_error`): of (y, μ′) that of the step's own operations
+    (`round_off_from`), of velocities ε of the sum of all, where Newton's method stops. So it is at
+    most
+    some ε. All is computed to twice the digits of the flow.
     """
     at = flow.context.exactly
     numbers = at.numbers
@@ -53,23 +56,24 @@ def constraint_defect(flow: Flow, run: Any, k: int) -> float:
 
 
 def _as_solved(velocity: Vector) -> Vector:
-    """The velocity with the errors of a solution whose corrections end at ε of its sum."""
+    """Return the velocity with the errors of a solution whose corrections end at ε of its sum."""
     values = values_of(velocity)
     return rounded(values, errors_of(velocity) + abs(values).sum())
 
 
 @lru_cache(maxsize=64)
 def _functions(scheme: Scheme, digits: int) -> tuple[Any, Any, Any]:
-    """What vanishes in a step, of (x, u; q); ξ of (x, μ; q) or None; what vanishes at (x, ξ; q)."""
+    """Return the constraints in a step (x, u; q), ξ (x, μ; q) or None, and those at a state (x, ξ;
+    q)."""
     s, numbers = scheme.s, arithmetic(digits)
     x, q = {"x": s.x}, {"q": s.q}
 
     def function(letters: dict[str, Any], formulas: Any) -> Callable[..., Any]:
         return with_running_errors(numeric_text(x | letters | q, [list(formulas)]), numbers)
 
-    # of several substeps it would be a sum of each one's
+    # of several substeps it would be a sum over them
     in_step = [] if scheme.substeps else vanishing_in_a_step(scheme.equations.of)
-    velocity = closed_velocity(s)  # where there is none, ξ = 0 hides what needs it
+    velocity = closed_velocity(s)  # without a closed form, ξ = 0 hides the constraints that need it
     return (
         function({"u": s.u}, in_step),
         None if velocity is None else function({"mu": s.mu}, velocity),

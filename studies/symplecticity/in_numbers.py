@@ -1,8 +1,8 @@
 """The form under a map of numbers: differences and closed curves, with three answers.
 
-A defect beyond all errors is certain, and fails. Where none is, the resolution says how small a
-defect would have been seen; a pass needs one far below what a method of this order, that is not
-symplectic, would leave. All else is inconclusive.
+A defect beyond all errors is certain, and fails. Without one, the resolution is the smallest defect
+that would have shown; a pass needs a resolution far below the defect of a method of this order that
+is not symplectic. All other cases are inconclusive.
 """
 
 from __future__ import annotations
@@ -35,29 +35,34 @@ from ..core.case import Case, Progress, Verdict
 from ..core.claims import not_claimed
 from .places import Look, looks, more_looks
 
-#: of what is left by a method of that order: a defect below this is none
+#: share of the defect of a method of that order: a smaller defect is none
 RESOLVED = 1e-9
-LIMIT = 1e-13  # of a defect in double precision, as of a formula's
-LOOPS = 6  # closed curves a place
-REACHES = (0.08, 0.02, 0.005)  # their size in parts of the motion, the next where one is too large
-#: one closed curve sees one number of the form, by chance a small one; that all six see less than a
-#: tenth of it happens once in a million
+LIMIT = 1e-13  # limit of a defect in double precision, the same as for a formula
+LOOPS = 6  # closed curves per place
+# their sizes in parts of the motion; the next is for a place where one is too large
+REACHES = (0.08, 0.02, 0.005)
+#: one closed curve measures one number of the form, by chance a small one; that all six measure
+#: less
+#: than a tenth of it happens once in a million
 UNSEEN = 10
-ENOUGH = 3  # places at which the resolution has to be reached
-CLEARLY = 10  # times finer than a pass needs, what is looked for at further places
-UNKNOWN_ORDER = 4  # of a method that claims none: what few would leave less than
-SMOOTH = 64 * 2.0**-53  # noise beside the values, above which it is said to be one
-AGAIN = 1024  # units of round-off by which a step that is made again may differ
-RUN = 32  # steps of a run whose steps are made again, each alone, after other states
+ENOUGH = 3  # places that have to reach the resolution
+CLEARLY = 10  # further places are tried to get a resolution so many times finer than a pass needs
+UNKNOWN_ORDER = 4  # the order for a method that claims none: few methods leave less
+SMOOTH = 64 * 2.0**-53  # a larger noise, relative to the values, is reported
+AGAIN = 1024  # units of round-off by which a repeated step may differ
+RUN = 32  # steps of a run whose steps are repeated, each alone, after other states
 
 
 def measure(case: Case, progress: Progress) -> dict[str, Any]:
-    """Rows {step, index, time, poisson, certain, resolution, left, loop, volume, again, noise}.
+    """Return rows {step, index, time, poisson, certain, resolution, left, loop, volume, again,
+    noise}.
 
-    measured: the worst of poisson (the defect as it is seen) and certain (what of it no error
-    explains); resolution, the best that `ENOUGH` places reach; residual, how far a step that is
-    made again is from itself. left: what a method of the order, that is not symplectic, would leave
-    at that place.
+    measured: the worst of poisson (the defect as measured) and certain (the part of it that no
+    error
+    explains); resolution, the best that `ENOUGH` places reach; residual, the difference of a
+    repeated
+    step. left: the defect that a method of the order, but not symplectic, would leave at that
+    place.
     """
     scheme: Any = case.scheme
     progress(f"{case.scene.name} {case.label}: places", 0.0)
@@ -74,7 +79,7 @@ def measure(case: Case, progress: Progress) -> dict[str, Any]:
 
 
 def undecided(case: Case, rows: list[dict[str, Any]]) -> bool:
-    """Whether no defect is certain, and too few places clearly resolve what would be left there."""
+    """True if no defect is certain, and too few places clearly resolve the defect left there."""
     seen = [r for r in rows if r["certain"] is not None]
     if not seen or max(r["certain"] for r in seen) > rounded(case):
         return False
@@ -113,7 +118,7 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, 
         defects = [form_defect(of, *tensors)]
         row["volume"] = vars(volume_defect(of))
     row["entry"] = _entry(defects[0].entry, n)
-    # where differences show a defect, no closed curve is asked; those on leaves cost more
+    # if differences show a defect, no closed curve is needed; those on leaves cost more
     if not (case.scene.constrained or (_leaves(case) and defects[0].certain > rounded(case))):
         random = np.random.default_rng(seed + k)
         loops = [_loop(case, flow, g, look, scale, noise, random) for _ in range(LOOPS)]
@@ -127,14 +132,14 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, 
 
 
 def _leaves(case: Case) -> bool:
-    """Whether closed curves lie on symplectic leaves, which are less than the whole of states."""
+    """True if closed curves lie on symplectic leaves, which are not the whole space of states."""
     return bool(case.scene.groupoid.kind != "pair")
 
 
 def _loop(
     case: Case, flow: Any, g: Any, look: Look, scale: Vector, noise: Any, random: Any
 ) -> Defect:
-    """The defect over a random closed curve, a smaller one where its image is not resolved."""
+    """Return the defect over a random closed curve, a smaller one if its image is not resolved."""
     n = flow.system.n
 
     def tensor(columns: Any) -> Any:
@@ -152,7 +157,7 @@ def _loop(
 
 
 def _derivative(flow: Any, g: Any, look: Look, scale: Vector, noise: Any) -> Derivative:
-    """The user's own derivative of a step, or that by differences."""
+    """Return the user's own derivative of a step, or one by differences."""
     own, n = flow.scheme.rule.jacobian, flow.system.n
     if own is None or look.count > 1:
         return derivative(shifted(g, look.z), len(look.z), scale, noise)
@@ -166,19 +171,20 @@ def _derivative(flow: Any, g: Any, look: Look, scale: Vector, noise: Any) -> Der
 
 
 def along(system: Any, z: Vector, scale: Vector, constrained: bool) -> tuple[Any, Vector]:
-    """Parameters of states around z, those that constraints leave: y ↦ state, and their size."""
+    """Return (y ↦ state, the size of y): parameters of the states around z that constraints leave
+    free."""
     if constrained:
         return constrained_parameters(system, z, scale)
     return (lambda y: z + y), scale
 
 
 def embedded(f: Any, z: Vector, embed: Any, constrained: bool) -> Any:
-    """f in those parameters."""
+    """Return f in those parameters."""
     return (lambda y: f(embed(y))) if constrained else shifted(f, z)
 
 
 def _restricted(n: int, g: Any, embed: Any, reach: Vector, noise: Any) -> Defect:
-    """dq ∧ dp on the states that holonomic constraints leave, in parameters of them."""
+    """Return the defect of dq ∧ dp on the states that holonomic constraints leave free."""
     form = np.block([[np.zeros((n, n)), np.eye(n)], [-np.eye(n), np.zeros((n, n))]])
     start = derivative(embed, 2 * n, reach, noise_of(embed, 0 * reach, reach, 2.0**-53))
     of = derivative(lambda y: g(embed(y)), 2 * n, reach, noise)
@@ -186,7 +192,7 @@ def _restricted(n: int, g: Any, embed: Any, reach: Vector, noise: Any) -> Defect
 
 
 def _again(g: Any, z: Vector, after: Vector, scale: Vector) -> float:
-    """How far a step made again, after others, is from what it was, relative to the motion."""
+    """Return the difference of a step repeated after others, relative to the motion."""
     worst = 0.0
     for part in (0.01, -0.02, 0.05):
         g(z + part * scale)
@@ -196,10 +202,11 @@ def _again(g: Any, z: Vector, after: Vector, scale: Vector) -> float:
 
 
 def _in_a_run(flow: Any, look: Look, scale: Vector) -> float:
-    """How far the steps of a run are from the same steps each made alone, after another state.
+    """Return the difference of a run's steps from the same steps made alone, after another state.
 
-    A step that knows where the one before has ended can be another one in a run. What remembers by
-    its class, or makes whole runs, may be; 0 of these, and where the run does not end.
+    A step that keeps the end of the one before can differ in a run. A method with memory, or one
+    that
+    makes whole runs, may differ: it gets 0, and so does a run that fails.
     """
     rule, n = flow.scheme.rule, flow.system.n
     if look.count == 1 or rule.remembers or rule.runs:
@@ -232,7 +239,7 @@ def _entry(at: tuple[int, ...], n: int) -> str:
 
 
 def _decisive(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """The row whose resolution `ENOUGH` places reach, measured by what would be left there."""
+    """Return the row whose resolution `ENOUGH` places reach, relative to the defect left there."""
     seen = [r for r in rows if r["certain"] is not None]
     reached = sorted(seen, key=lambda r: r["resolution"] / (r["left"] or 2.0**-1022))
     return reached[min(ENOUGH, len(reached)) - 1]
@@ -243,7 +250,7 @@ def _measured(rows: list[dict[str, Any]]) -> dict[str, Any]:
     if not seen:
         return {"pullback": None, "poisson": None, "certain": None}
     resolution, certain = _decisive(rows)["resolution"], max(r["certain"] for r in seen)
-    # where differences resolve far less than elsewhere, what they show is their own error
+    # where differences resolve far less than elsewhere, their defect is their own error
     told = [r["poisson"] for r in seen if r["resolution"] <= 1e3 * resolution]
     found = {"poisson": max(certain, *told), "certain": certain}
     more = {"resolution": resolution, "residual": max(r["again"] for r in seen)}
@@ -251,7 +258,7 @@ def _measured(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Fail what is certain, pass what is resolved, and say of the rest what is missing."""
+    """Fail a certain defect, pass a resolved absence, and name the missing evidence otherwise."""
     measured, rows = measurement["measured"], measurement["rows"]
     expected: dict[str, Any] = {"resolved": resolved(case)}
     reason = not_claimed(case.rule, "symplectic")
@@ -296,8 +303,10 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def _closed_force(case: Case) -> bool:
-    """Whether there is no force, or one that leaves the exact flow symplectic: dθ_f = 0, on a pair
-    groupoid a force F(x, t) with ∂F_i/∂x_j = ∂F_j/∂x_i."""
+    """True if there is no force, or one that leaves the exact flow symplectic (dθ_f = 0).
+
+    On a pair groupoid that is a force F(x, t) with ∂F_i/∂x_j = ∂F_j/∂x_i.
+    """
     scene, s = case.scene, case.scheme.s
     if scene.force is None or scene.in_numbers:
         return True
@@ -309,22 +318,24 @@ def _closed_force(case: Case) -> bool:
 
 
 def resolved(case: Case) -> float:
-    """`RESOLVED`, in units of the program's round-off; of single precision a hundredth."""
+    """Return `RESOLVED` in units of the program's round-off; for single precision at most a
+    hundredth."""
     return min(0.01, RESOLVED * case.rule.unit(16) / 2.0**-53)
 
 
 def rounded(case: Case) -> float:
-    """A defect that the round-off inside of a step may leave.
+    """Return the defect that the round-off inside of a step may leave.
 
-    The error of a step's own operations is a smooth function of the state where it comes from
-    rounded constants or an iteration's last correction, so that differences take it for the map's
-    (of rebound's SABA4 3e-14 is seen). Formulas are allowed as much (`LIMIT`).
+    The error of a step's own operations is a smooth function of the state if it comes from rounded
+    constants or an iteration's last correction, so that differences take it for the map's
+    (rebound's
+    SABA4 shows 3e-14). Formulas have the same limit (`LIMIT`).
     """
     return LIMIT * case.rule.unit(16) / 2.0**-53
 
 
 def _volume(case: Case, rows: list[dict[str, Any]]) -> str:
-    """Why volume, if it is claimed, is not kept, a sentence; empty where it is."""
+    """Return why volume, if it is claimed, is not kept, a sentence; "" if it is kept."""
     if not _claims_volume(case):
         return ""
     worst = max(
@@ -339,7 +350,8 @@ def _volume(case: Case, rows: list[dict[str, Any]]) -> str:
 
 
 def _volume_unknown(case: Case, rows: list[dict[str, Any]]) -> str:
-    """Why a claim of volume is not known to hold where no form is claimed; empty where it is."""
+    """Return why a claim of volume is undecided where no form is claimed, a sentence; "" if
+    decided."""
     if not _claims_volume(case):
         return ""
     told = [r for r in rows if r["volume"]

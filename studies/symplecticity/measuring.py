@@ -41,25 +41,25 @@ from .constraints import constraint_defect
 NAME = "symplecticity"
 NEEDS = "under a force a one-step map has no form to keep; all else can be tested."
 DIGITS = (16, 50)
-POINTS = {True: 24, False: 8}  # points a step size, in double precision or not
+POINTS = {True: 24, False: 8}  # points per step size, in double precision or not
 FAMILY_STEPS = 8
 #: scenes of the controls: one without a group, one without a base, two with both
 CONTROL_SCENES = ("pendulum", "rigid-body", "heavy-top", "rotor-body")
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every scene by every rule, and the controls on four scenes unless rules were chosen.
+    """Return every scene with every rule, and the controls on four scenes unless rules were chosen.
 
-    With controls chosen, only these. Raises `BadInput` where none of them can be run.
+    With controls chosen, only these. Raises `BadInput` if none of them can run.
     """
     found = [] if choice.controls else plain_cases(NAME, choice, DIGITS)
     on_lattices = [] if choice.controls else lattice_cases(NAME, choice)
-    # under a force no form is kept, and of a one-step map nothing else is asked here
+    # under a force no form is kept, and for a one-step map this study asks nothing else
     found = [c for c in found if c.scene.force is None or not isinstance(c.rule, OneStepMap)]
     places = [
         (scene, control) for scene in map(scenes.get, CONTROL_SCENES)
         for control in choice.controls or controls.NAMES
-        # the sign of a bracket is seen only beside an anchor
+        # the sign of a bracket matters only beside an anchor
         if control != controls.FLIPPED or scene.groupoid.kind in ("action", "product")
     ]  # fmt: skip
     chosen = [scene.name for scene in choice.scenes] or CONTROL_SCENES
@@ -83,23 +83,24 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def limit(digits: int) -> float:
-    """What round-off may leave of a form: 1e-13 in double precision, else 10^(5 − digits)."""
+    """Return the form's round-off bound: 1e-13 in double precision, otherwise 10^(5 − digits)."""
     return 1e-13 if digits == 16 else 10.0 ** (5 - digits)
 
 
-#: round-offs that a step may be off, of its own bound to first order (`step_round_off`). Two, for a
+#: round-offs that a step may be off, of its own bound to first order (`step_round_off`): two, for a
 #: kernel adds and multiplies in another order than the maps; and where Newton ends at ε of the sum
-#: of all unknowns, stages too, one may be off by as many round-offs as there are, some tens
+#: of
+#: all unknowns, stages too, one may be off by as many round-offs as there are unknowns, some tens
 ROUND_OFFS = 64
 
 
 FORMS = ("pullback", "poisson")
-#: under a force: the change of Ω and that of a volume, beside what the force's one-form says
+#: under a force: the change of Ω and that of a volume, less those by the force's one-form
 CHANGES = ("change", "volume")
 
 
 def limits(digits: int) -> dict[str, float]:
-    """The largest defect of each kind that is round-off."""
+    """Return the largest defect of each kind that is round-off."""
     own = ROUND_OFFS * float(arithmetic(digits).eps)
     of_steps = dict.fromkeys(("residual", "constraint", "hidden"), own)
     return {**dict.fromkeys((*FORMS, *CHANGES), limit(digits)), **of_steps}
@@ -115,16 +116,19 @@ def _kinds(case: Case) -> tuple[str, ...]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """What the maps and the run show (`_measure`), and whether single steps are consistent."""
+    """Return the defects of the maps and the run (`_measure`), and the consistency of single
+    steps."""
     return {**_measure(case, progress), CONSISTENCY: consistency_of(case)}
 
 
 def _measure(case: Case, progress: Progress) -> dict[str, Any]:
-    """Rows {step, index, time, pullback, poisson, residual}; measured: the worst of each.
+    """Return rows {step, index, time, pullback, poisson, residual}; measured: the worst of each.
 
     On constrained scenes also constraint (`constraint_defect`); under a force also change and
-    volume (`form_change_defects`) and contraction, by which volume shrinks in a unit of time:
-    measured is its mean at the scene's step.
+    volume
+    (`form_change_defects`) and contraction, the rate at which volume shrinks: measured is its mean
+    at
+    the scene's step.
     """
     if not case.rule.is_formula and not case.control:
         return in_numbers.measure(case, progress)
@@ -134,7 +138,7 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     progress(f"{label}: largest stable step", 0.0)
     try:
         tried = largest = largest_stable_step(case.scheme)
-    except CannotMeasure:  # no energy to tell stability by: the scene's own step must do
+    except CannotMeasure:  # no energy to judge stability by: the scene's own step has to do
         tried = largest = Fraction(case.scene.step)
     if case.control:
         rows = _control_rows(case, largest)
@@ -150,13 +154,15 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     if not case.control:
         progress(f"{label}: steps from drawn places", 1.0)
         found["local"] = _at_places(case)
-    if largest != tried:  # a step this long could not be followed; the last rows are of a part
+    # a step this long could not be followed; the last rows are those of a part
+    if largest != tried:
         found["left_out_step"] = float(tried)
     return found
 
 
 def _in_states(case: Case, progress: Progress) -> dict[str, Any] | None:
-    """`_measure` in some states of a long run, at the usual step; None where others are asked."""
+    """Return `_measure` in some states of a long run, at the usual step; None without such
+    states."""
     system = system_of(case)
     if (states := system.states(progress)) is None:
         return None
@@ -172,7 +178,7 @@ def _in_states(case: Case, progress: Progress) -> dict[str, Any] | None:
 
 
 def _at_places(case: Case) -> dict[str, Any]:
-    """The worst step of the evidence: {kind, defect, limit, step, place, seed}, or {unknown}."""
+    """Return the evidence's worst step: {kind, defect, limit, step, place, seed}, or {unknown}."""
     try:
         evidence = evidence_of(case.scheme)
         found = evidence.form
@@ -186,7 +192,7 @@ def _at_places(case: Case) -> dict[str, Any]:
 
 
 def _rows(case: Case, largest: Fraction) -> tuple[list[dict[str, Any]], Fraction]:
-    """The rows at the scene's step and at the largest one, and which that was."""
+    """Return the rows at the scene's step and at the largest one, and the latter step."""
     own = Fraction(case.scene.step)
     rows = _rows_at(case, own)
     while largest != own:
@@ -200,9 +206,9 @@ def _rows(case: Case, largest: Fraction) -> tuple[list[dict[str, Any]], Fraction
 
 
 def _several(case: Case) -> bool:
-    """Whether a long step may have several solutions in its substeps or stages.
+    """True if a long step may have several solutions in its substeps or stages.
 
-    A run does not keep which ones it took; u it keeps.
+    A run does not record the one that it took; it records only u.
     """
     return not case.scheme.has_arrows or len(case.scheme.s.stages) > 0
 
@@ -220,7 +226,7 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
         taken = run.base[k + 1], run.mu[k + 1]
         rows.append({
             "step": float(step), "index": i, "time": float(run.t[k]),
-            # None where a step is no arrow; the run's next one, for Newton may find another
+            # None if a step is no arrow; otherwise the run's next one, for Newton may find another
             "pullback": float(flow.pullback_defect(x, u, v0=run.u[k + 1]))
             if case.scheme.has_arrows else None,
             "poisson": system.form_defect(flow, x, mu, u),
@@ -232,7 +238,7 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
 
 
 def _change(case: Case, flow: Any, x: Any, mu: Any, u: Any) -> dict[str, float | None]:
-    """What a force does to Ω and to a volume of phase space; nothing where there is none."""
+    """Return the change of Ω and of phase-space volume by a force; nothing without one."""
     if "change" not in _kinds(case):
         return {}
     if case.scene.constrained:
@@ -245,7 +251,7 @@ def _change(case: Case, flow: Any, x: Any, mu: Any, u: Any) -> dict[str, float |
 
 
 def _control_rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
-    """At the largest stable step and, for the Runge–Kutta methods, at ever smaller ones."""
+    """Return rows at the largest stable step and, for Runge–Kutta methods, at ever smaller ones."""
     rows = []
     smaller = 24 if case.control in controls.RUNGE_KUTTA and case.digits == 16 else 1
     for k in range(smaller):
@@ -269,7 +275,7 @@ def _control_defects(case: Case, flow: Any) -> list[tuple[float | None, float | 
 
 
 def _worst(rows: list[dict[str, Any]], kind: str) -> dict[str, Any] | None:
-    """The row of the largest defect; what is not a number is worse than any."""
+    """Return the row of the largest defect; one that is not a number is worse than any."""
     seen = [row for row in rows if row[kind] is not None]
     return max(seen, key=lambda row: _badness(row[kind]), default=None)
 

@@ -1,4 +1,5 @@
-"""Where a map of numbers is looked at: the places of the evidence, by steps long enough to tell."""
+"""Places from which a map of numbers is judged: those of the evidence, by steps long enough to
+tell."""
 
 from __future__ import annotations
 
@@ -18,12 +19,13 @@ from discmech.integrators.numbers import Matrix, Vector
 from ..evidence import evidence_of
 from ..evidence.places import random_fraction
 
-ENDS = 12  # times of a constrained motion
-ROWS = 400  # steps of the motion that are followed, at most
-#: the last of the steps from a place, in radians of the fastest motion there
+ENDS = 12  # number of times along a constrained motion
+ROWS = 400  # the largest number of steps of the motion
+#: the longest step from a place, in radians of the fastest motion there
 FAST = 0.5, 1.0
-SHARES = 0.0, 0.1, 0.2, 0.3  # of the motion's size by which places in numbers lie beside it
-MORE = 3  # steps of a run that is looked at as one map: what one step does not know may be between
+SHARES = 0.0, 0.1, 0.2, 0.3  # shares of the motion's size by which places in numbers lie beside it
+# steps of a run that is judged as one map: a fault that one step hides may lie between them
+MORE = 3
 
 
 @dataclass(frozen=True)
@@ -38,10 +40,10 @@ class Look:
 
 
 def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
-    """Two looks at each place of the evidence, the size of each entry of z, and the seed.
+    """Return two looks at each place of the evidence, the size of each entry of z, and the seed.
 
-    Steps are those of the place and one radian of the fastest motion: long steps tell more, and
-    whether a run of them would be stable is no matter of the form.
+    Steps are those of the place and one radian of the fastest motion: long steps tell more, and the
+    stability of a run of them does not concern the form.
     """
     if scheme.scene.in_numbers:
         return _looks_in_numbers(scheme)
@@ -62,9 +64,10 @@ def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
 
 
 def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:
-    """Further places, one long step from each: beside rows of the motion, as `SHARES` has them.
+    """Yield further places, one long step from each: beside rows of the motion, by `SHARES`.
 
-    For where the first ones tell too little, as near to a pole, where all steps are short.
+    They are for scenes whose first places tell too little, as near a pole, where all steps are
+    short.
     """
     if scheme.scene.constrained:
         return
@@ -82,7 +85,7 @@ def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:
 
 
 def _looks_in_numbers(scheme: Any) -> tuple[list[Look], Vector, int]:
-    """The same of a scene whose equations nobody knows: rows of its motion, and states beside."""
+    """Return looks for a scene without known equations: rows of its motion, and states beside."""
     code = getattr(scheme.rule.formula, "__code__", None)
     words = [scheme.scene.name, scheme.rule.name, str(code and code.co_code.hex()),
              repr((scheme.scene.x0, scheme.scene.mu0, scheme.scene.step))]  # fmt: skip
@@ -103,11 +106,12 @@ def _looks_in_numbers(scheme: Any) -> tuple[list[Look], Vector, int]:
 
 
 def scale_of(scheme: Any) -> Vector:
-    """By how much each entry of (x, μ) moves, along a motion that no box has a part in."""
+    """Return how far each entry of (x, μ) moves, along a motion that the black box does not
+    make."""
     found = _motion(scheme)
     n = scheme.s.n
     reach, size = np.ptp(found, axis=0), np.abs(found).max(axis=0)
-    # an entry that hardly moves has the size of its value, or of what is like it
+    # an entry that hardly moves has the size of its value, or of its kind
     parts = (slice(0, n), slice(n, None))
     like = np.concatenate([np.full(len(size[p]), size[p].max(initial=0.0)) for p in parts])
     scale = np.where(reach > 1e-3 * size, reach, size)
@@ -116,8 +120,10 @@ def scale_of(scheme: Any) -> Vector:
 
 
 def _motion(scheme: Any) -> Matrix:
-    """Rows of the scene's motion, by a Runge–Kutta method on its field; under constraints those of
-    its reference."""
+    """Return rows of the scene's motion, by a Runge–Kutta method on its field.
+
+    Under constraints they are those of its reference.
+    """
     if scheme.scene.constrained:
         times = [scheme.scene.duration * k / ENDS for k in range(ENDS + 1)]
         found = [reference.solution(scheme.scene, t, digits=20, proof=False) for t in times]
@@ -144,7 +150,8 @@ def _motion(scheme: Any) -> Matrix:
 
 
 def rate(system: Any, z: Vector, scale: Vector, time: float) -> float:
-    """‖∂f/∂z‖₂ at z in units of the scale, by differences: one over the motion's shortest time."""
+    """Return ‖∂f/∂z‖₂ at z in units of the scale, by differences: one over the motion's shortest
+    time."""
     n = system.n
     columns = []
     for j, d in enumerate(scale):

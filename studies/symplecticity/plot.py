@@ -1,4 +1,4 @@
-"""Pictures of symplecticity: the defects of every scheme, and controls against the step."""
+"""Plots of symplecticity: the defects of every scheme, and controls against the step."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 
 KINDS = (("pullback", BLUE, "o", 0.14, BLUE), ("poisson", VERMILLION, "D", -0.14, PAPER))
 LEFT = 0.98
-RIGHTMOST = 0.8  # share of an axis behind which words on the right of a line find no room
+RIGHTMOST = 0.8  # share of an axis beyond which words on the right of a line have no room
 CONTROL_SHEET = Sheet(right=1.2, width=3.3, height=2.75)
 
 
 def sheet(cases: Sequence[Case]) -> Sheet:
-    """As tall as there are cases and scenes, two precisions side by side."""
+    """Return a sheet as tall as there are cases and scenes, with two precisions side by side."""
     lines = _places(cases)[-1] + 1 if cases else 0
     margins: dict[str, Any] = {"left": LEFT, "right": 0.22, "top": 0.44, "bottom": 0.42}
     return Sheet(width=4.1, height=0.95 + 0.158 * max(lines, 3), columns=2, **margins)
 
 
 def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: int) -> Panel:
-    """Median to worst of both defects for each scene and rule, with the limit."""
+    """Return a panel of both defects, median to worst, for each scene and rule, with the limit."""
 
     def draw(axes: Axes) -> None:
         limits = [x for case in cases if (x := number(mapping(case, "expected").get("limit")))]
@@ -70,7 +70,7 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
 
 
 def _places(cases: Sequence[Case]) -> list[float]:
-    """The line of each case, with one above it for the name of a new scene."""
+    """Return the line of each case, with one above it for the name of a new scene."""
     found: list[float] = []
     for index, case in enumerate(cases):
         new = index == 0 or case.get("scene") != cases[index - 1].get("scene")
@@ -81,7 +81,7 @@ def _places(cases: Sequence[Case]) -> list[float]:
 def _names(
     axes: Axes, cases: Sequence[Case], spots: Sequence[float], titles: dict[str, str]
 ) -> None:
-    """Rule names beside their lines, the scene's name above its first one."""
+    """Write rule names beside their lines, and the scene's name above its first one."""
     across = axes.get_yaxis_transform()
     lines: dict[str, Any] = {"color": GRID, "lw": 0.4, "zorder": 0, "transform": across}
     axes.hlines([-spot for spot in spots], 0, 1, **lines)
@@ -101,7 +101,7 @@ def _names(
 
 
 def _above(axes: Axes, x: float, words: str, side: str) -> None:
-    """Words over a line; those that would run over the right edge end there, a line higher."""
+    """Write words over a line; words that would pass the right edge end there, a line higher."""
     low, high = axes.get_xlim()
     if not low <= x <= high:
         return
@@ -114,20 +114,20 @@ def _above(axes: Axes, x: float, words: str, side: str) -> None:
 
 
 def _values(case: Case, kind: str) -> list[float]:
-    """All defects of a kind, the measured worst among them."""
+    """Return all defects of a kind, including the measured worst."""
     found = [number(row.get(kind)) for row in rows(case)]
     found.append(number(mapping(case, "measured").get(kind)))
     return [abs(value) for value in found if value is not None]
 
 
 def _ends(case: Case, kind: str) -> tuple[float, float]:
-    """The median and the worst defect of a kind; zeros where there is none."""
+    """Return the median and the worst defect of a kind; zeros without any."""
     found = sorted(_values(case, kind)) or [0.0]
     return found[len(found) // 2], found[-1]
 
 
 def against_step(case: Case) -> list[tuple[float, float]]:
-    """The worst defect of either kind at each step size."""
+    """Return the worst defect of either kind at each step size."""
     worst: dict[float, float] = {}
     for row in rows(case):
         step = number(row.get("step"))
@@ -141,7 +141,8 @@ def against_step(case: Case) -> list[tuple[float, float]]:
 def controls(
     title: str, cases: Sequence[Case], sound: Sequence[Case], marks: dict[str, Mark], digits: int
 ) -> Panel:
-    """Controls of one scene at one precision; the sound schemes of that scene in grey."""
+    """Return a panel of one scene's controls at one precision; the scene's sound schemes are
+    grey."""
 
     def draw(axes: Axes) -> None:
         curves = [against_step(case) for case in cases]

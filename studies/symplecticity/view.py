@@ -1,4 +1,4 @@
-"""How defects of the symplectic form are shown."""
+"""The page of symplecticity: how defects of the form are shown."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _got(measured: dict[str, Any]) -> str:
 
 
 def _short(measured: dict[str, Any]) -> str:
-    """The largest; one that is no defect of a form is named."""
+    """Return the largest defect; one that is no defect of a form is named."""
     found = {k: v for k, v in measured.items() if number(v) is not None}
     worst = max(found, key=lambda k: found[k], default="")
     name = f"{NAMES[worst]} " if worst in ("residual", "constraint") else ""
