@@ -75,14 +75,14 @@ class MatrixAlgebra:
 
     @cached_property
     def is_complex(self) -> bool:
-        """Whether a basis matrix has an entry that is not real."""
+        """True if a basis matrix has an entry that is not real."""
         return any(  # without sympy: building an action loads nothing
             isinstance(entry, complex) or getattr(entry, "is_real", True) is False
             for e in self.basis for row in e for entry in row
         )  # fmt: skip
 
     def contains(self, matrix: SymbolicMatrix) -> bool:
-        """Whether the matrix is a combination of the basis (exactly)."""
+        """True if the matrix is a combination of the basis, exactly."""
         rest = matrix - self.hat(self.coordinates(matrix))
         return all(entry == 0 or sympy.simplify(entry) == 0 for entry in rest)
 
@@ -93,7 +93,7 @@ class MatrixAlgebra:
 
     @cached_property
     def dual(self) -> SymbolicMatrix:
-        """The m×N² matrix that reads coordinates off a matrix (least squares, exact)."""
+        """The m×N² matrix that maps a matrix to its coordinates (least squares, exact)."""
         columns = sympy.Matrix([list(e) for e in self.matrices]).T
         gram = columns.H * columns
         if gram.det() == 0:
@@ -140,7 +140,7 @@ class MatrixAlgebra:
         ]
         over_q = sympy.polys.matrices.DomainMatrix.from_Matrix(sympy.Matrix.vstack(*rows))
         if not (over_q.domain.is_ZZ or over_q.domain.is_QQ):
-            return [one]  # with irrational constants the roots below are not found
+            return [one]  # irrational constants: the roots below would not be found
         kernel = over_q.convert_to(sympy.QQ).nullspace().to_Matrix()
         # multiples of a prime: no pattern that two ideals might share
         weights = sympy.Matrix([[(7919 * (i + 1)) % 101 for i in range(kernel.rows)]])
@@ -174,9 +174,9 @@ class MatrixAlgebra:
 
     @cached_property
     def closed_under_triple_products(self) -> bool:
-        """Whether ξηξ stays in the algebra, as Cayley needs: true of so, se, sp, sl(2), su(2).
+        """True if ξηξ stays in the algebra, as Cayley needs: true of so, se, sp, sl(2), su(2).
 
-        Tested by polarisation on e_a e_c e_b + e_b e_c e_a.
+        It is tested by polarisation on e_a e_c e_b + e_b e_c e_a.
         """
         es = self.matrices
         pairs = combinations_with_replacement(es, 2)
@@ -205,7 +205,7 @@ def _plus_minus(n: int) -> tuple[Nested, ...]:
     return _signature((1,) * n), _signature((-1,) * n)
 
 
-LARGEST = 12  # of matrices: so(n) has 2ⁿ⁻¹ translates of its chart
+LARGEST = 12  # the largest size of matrices: so(n) has 2ⁿ⁻¹ translates of its chart
 
 
 def _sized(name: str, n: Any, least: int) -> None:

@@ -1,4 +1,5 @@
-"""Exceptions of this project: one sentence that names the cause and the fix; what finds both."""
+"""Exceptions of this project, each one sentence with cause and fix, and functions that find
+both."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ _R = TypeVar("_R")
 _OURS = Path(__file__).resolve().parent
 
 
-#: what a function of the user's may raise and is told in our words; an interrupt is none of it
+#: exceptions of a user's function that are reported in our words; an interrupt is not one of them
 RAISED = (Exception, SystemExit, GeneratorExit)
 
 
@@ -32,13 +33,13 @@ class BadInput(DiscmechError, ValueError):
 
 
 class CouldNotRun(DiscmechError, RuntimeError):
-    """The machine does not let it: disk, memory, rights. The message says what to do."""
+    """The machine does not allow it: disk, memory, rights. The message says what to do."""
 
 
 def line_of(function: Any, error: BaseException | None = None) -> str:
-    """Where a user's function is, or an error arose in its file, as "my_rule.py, line 7".
+    """Return the place of a user's function, or of an error in its file, as "my_rule.py, line 7".
 
-    Empty for functions of this package.
+    It is empty for functions of this package.
     """
     code = getattr(function, "__code__", None)
     if code is None or Path(code.co_filename).is_relative_to(_OURS):
@@ -50,13 +51,13 @@ def line_of(function: Any, error: BaseException | None = None) -> str:
 
 
 def nearest(name: Any, known: Iterable[str]) -> str:
-    """The known name that is most like it, whatever its capitals; empty if none is."""
+    """Return the known name most like the given one, in any capitals; empty without one."""
     small = {word.lower(): word for word in known}
     return "".join(small[near] for near in get_close_matches(_word(name).lower(), small, 1))
 
 
 def _word(name: Any) -> str:
-    """What was given as a name, as it is written without quotation marks."""
+    """Return a given name as it is written without quotation marks."""
     return (
         (shown(name)[1:-1] if len(name) > LISTED else name)
         if isinstance(name, str)
@@ -65,7 +66,7 @@ def _word(name: Any) -> str:
 
 
 def misplaced(name: str, kind: str, wanted: str) -> BadInput:
-    """The error for a scene where a rule is asked for, or a rule in a scene's place."""
+    """Return the error for a scene in a rule's place, or a rule in a scene's place."""
     such = {"rule": "midpoint", "scene": "pendulum"}[wanted]
     return BadInput(
         f"{name} is a {kind}, where a {wanted} is asked for: swap the two, or name a {wanted} "
@@ -73,11 +74,12 @@ def misplaced(name: str, kind: str, wanted: str) -> BadInput:
     )
 
 
-LISTED = 240  # letters of three lines of a terminal: a longer list is no sentence
+LISTED = 240  # letters of three lines of a terminal: a longer list does not fit into a sentence
 
 
 def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:
-    """The error for an unknown name: with the nearest, or all if they fit into a sentence."""
+    """Return the error for an unknown name: with the nearest, or all if they fit into a
+    sentence."""
     names = list(known)
     listed = ", ".join(names)
     if near := nearest(name, names):
@@ -89,7 +91,7 @@ def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:
     return BadInput(f'there is no {kind} "{_word(name)}": {hint}')
 
 
-#: what Python, numpy or sympy say of a function that was asked with symbols, and what it means
+#: messages of Python, numpy or sympy about a function that was called with symbols, and the fix
 _REMEDIES = (
     (r"Can't calculate derivative wrt (.*)\.",
      "differentiate by letters of your own and replace them by the point afterwards, or take "
@@ -112,7 +114,7 @@ _REMEDIES = (
 
 
 def remedy(error: BaseException) -> str:
-    """What leads on from an error that a function of the user's raised for symbols."""
+    """Return the fix for an error that a user's function raised when called with symbols."""
     for pattern, words in _REMEDIES:
         if found := re.search(pattern, str(error)):
             return found.expand(words)
@@ -126,7 +128,7 @@ def check_function(function: Any, what: str, *wanted: str) -> None:
         raise BadInput(f"{what} is {shown(function)}; give a function of {words}.")
     try:
         signature = inspect.signature(function)
-    except (TypeError, ValueError):  # of a callable that tells nothing
+    except (TypeError, ValueError):  # a callable without a signature
         return
     for arguments in wanted:
         with suppress(TypeError):
@@ -140,13 +142,13 @@ def check_function(function: Any, what: str, *wanted: str) -> None:
 
 
 def shown(value: Any) -> str:
-    """What a message shows of a value: as Python writes it, cut where it is long.
+    """Return a value for a message: as Python writes it, cut if it is long.
 
     Python writes no whole number of more than 4300 digits.
     """
     try:
         text = repr(value)
-    except Exception:  # of a number of many digits, or of what a class of the user's says
+    except Exception:  # for a number of many digits, or an error in a user's class
         return f"of type {type(value).__name__} and too long to be written"
     return text if len(text) <= LISTED else f"{text[:LISTED]}…"
 
@@ -158,12 +160,12 @@ def check_progress(progress: Any) -> None:
 
 
 def brief_name(thing: Any) -> str:
-    """What a message calls a thing that is not what was asked for: its name, or what it is."""
+    """Return the name of a wrong argument for a message, or the argument as it is written."""
     return getattr(thing, "__name__", None) or getattr(thing, "name", None) or shown(thing)
 
 
 _STEPS = "steps=, how many: the time over the flow's step"
-#: what other programs call a field of a scene or an argument, and what to say here
+#: other programs' names for a field of a scene or an argument, and the name or hint here
 _ALSO_CALLED = {
     "constraints": (
         "holonomic= for φ(x) = 0, nonholonomic= for A(x) ξ = 0, contact= for φ(x) ≥ 0",
@@ -207,7 +209,7 @@ def names_checked(cls: type[_Class]) -> type[_Class]:
 def arguments_checked(function: Callable[_P, _R]) -> Callable[_P, _R]:
     """Decorator: an argument by a name that the function does not have is `BadInput`.
 
-    Looked at where the call fails only, so that it costs nothing elsewhere.
+    Names are checked only if the call fails, so that it costs nothing elsewhere.
     """
     names = [name for name in inspect.signature(function).parameters if name != "self"]
 
@@ -223,7 +225,7 @@ def arguments_checked(function: Callable[_P, _R]) -> Callable[_P, _R]:
 
 
 def check_names(what: str, named: Iterable[str], names: Sequence[str]) -> None:
-    """Raise `BadInput` for a name that is none of the names that arguments have."""
+    """Raise `BadInput` for a name that is not among the arguments' names."""
     if word := min(set(named) - set(names), default=""):
         known = [f"{near}=" for near in get_close_matches(word, names, 1, 0.75)]
         for said in _ALSO_CALLED.get(word, ()):
@@ -243,12 +245,14 @@ SMALLER = "take a smaller step"
 class StepFailure(DiscmechError, RuntimeError):
     """A trajectory stopped before its last step.
 
-    Attributes: scene, rule (names), step_index (int), time (float), state (dict with x, mu and,
-    for an implicit scheme, the u from which Newton started), cause (str), trajectory (`Trajectory`
-    up to the failure, or None), fix (str).
+    Attributes: scene, rule (names), step_index (int), time (float), state (dict with x, mu and, for
+    an
+    implicit scheme, the u from which Newton started), cause (str), trajectory (`Trajectory` up to
+    the
+    failure, or None), fix (str).
 
-    look: finds cause and fix when somebody asks for them; most runs that fail inside a study are
-    only counted, and to find the direction of a singular matrix costs more than the run.
+    look: finds cause and fix when they are first read; most runs that fail inside a study are only
+    counted, and finding the direction of a singular matrix costs more than the run.
     """
 
     def __init__(
@@ -270,12 +274,12 @@ class StepFailure(DiscmechError, RuntimeError):
 
     @property
     def cause(self) -> str:
-        """Why no step could be made, in words."""
+        """The reason why no step could be made, in words."""
         return self._seen()[0]
 
     @property
     def fix(self) -> str:
-        """What to try."""
+        """The advice on what to try."""
         return self._seen()[1]
 
     def _seen(self) -> tuple[str, str]:
@@ -297,7 +301,7 @@ class StepFailure(DiscmechError, RuntimeError):
         return self.fix
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """To pickle it between processes."""
+        """Return the parts to pickle it between processes."""
         at = (self.scene, self.rule, self.step_index, self.time, self.state)
         return type(self), (*at, self.cause, self.trajectory, self.fix)
 

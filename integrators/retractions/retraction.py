@@ -1,7 +1,6 @@
-"""What a retraction is: a chart of matrix groups around the identity, and where the chart ends.
+"""The definition of a retraction: a chart of matrix groups around the identity, and its edge.
 
 τ: g → G near 0 with τ(0) = e and dτ(0) = 1. In the chart (u; h) ↦ τ(hu)
-
     L = dτ⁻¹_{hu} ∘ Ad_{τ(hu)},    R = dτ⁻¹_{hu}      (right-trivialised; paper, section 3.6.2)
 """
 
@@ -18,7 +17,7 @@ from ..numbers.types import Column, Expression, FieldPair, Matrix, Numbers, Symb
 from .algebra_in_numbers import AlgebraInNumbers
 from .implicit_product import implicit_product
 
-#: how near ξ is to the chart's edge, as pairs (kind, value): see `Retraction.extents`
+#: distances of ξ from the chart's edge, as pairs (kind, value): see `Retraction.extents`
 Extents = list[tuple[str, Expression]]
 
 
@@ -26,9 +25,10 @@ Extents = list[tuple[str, Expression]]
 class Retraction(ABC):
     """A chart of matrix groups around the identity; a subclass gives the formulas.
 
-    ξ, η are sympy columns of coordinates, m×1. `has_translates`: whether the translates of the
-    chart by the algebra's cover hold the group, so that bisections continue it. `proven`: whether
-    the tests check every law, so that a scheme need not check the axioms again.
+    ξ, η are sympy columns of coordinates, m×1. `has_translates`: True if the translates of the
+    chart by
+    the algebra's cover hold the group, so that bisections continue it. `proven`: True if the tests
+    check every law, so that a scheme need not check the axioms again.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Retraction(ABC):
         """The coordinates (m×1) of τ(ξ)⁻¹."""
 
     def product(self, algebra: MatrixAlgebra, xi: Column, eta: Column) -> Column:
-        """The coordinates (m×1) of τ(ξ)τ(η); raises `BadInput` where the chart has none.
+        """Return the coordinates (m×1) of τ(ξ)τ(η); raises `BadInput` where the chart has none.
 
         Without a closed form it has values and derivatives, but no text for compiled kernels.
         """
@@ -73,14 +73,15 @@ class Retraction(ABC):
         return _inverse(self.invariant_fields(algebra, xi)[1])
 
     def lag(self, algebra: MatrixAlgebra, xi: Column, theta: Expression) -> SymbolicMatrix:
-        """L(θξ)⁻¹ (θR(ξ) − R(θξ)), m×m: what e→ does to τ(θξ), in left trivialisation."""
+        """Return L(θξ)⁻¹ (θR(ξ) − R(θξ)), m×m: the effect of e→ on τ(θξ), in left
+        trivialisation."""
         _, right = self.invariant_fields(algebra, xi)
         _, partial = self.invariant_fields(algebra, theta * xi)
         difference = (theta * right - partial).applyfunc(lambda e: e.expand())
         return self.inverse_left_field(algebra, theta * xi) * difference
 
     def lead(self, algebra: MatrixAlgebra, xi: Column, theta: Expression) -> SymbolicMatrix:
-        """L(θξ)⁻¹ (θ(L − R)(ξ) + R(θξ)), m×m: what e← does to τ(θξ) more than e→."""
+        """Return L(θξ)⁻¹ (θ(L − R)(ξ) + R(θξ)), m×m: the effect of e← on τ(θξ) less that of e→."""
         left, right = self.invariant_fields(algebra, xi)
         _, partial = self.invariant_fields(algebra, theta * xi)
         return self.inverse_left_field(algebra, theta * xi) * (theta * (left - right) + partial)
@@ -99,10 +100,11 @@ class Retraction(ABC):
 
     @abstractmethod
     def extents(self, algebra: MatrixAlgebra, xi: Column) -> Extents:
-        """How near ξ is to the chart's edge, symbolic, as pairs (kind, value).
+        """Return the distance of ξ from the chart's edge, symbolic, as pairs (kind, value).
 
-        "size": 1 at 0, its absolute value grows without bound towards the edge. "rest": 1 at 0,
-        0 at the edge, negative beyond; 1/rest² is its size.
+        "size": 1 at 0, its absolute value grows without bound towards the edge. "rest": 1 at 0, 0
+        at the
+        edge, negative beyond; 1/rest² is its size.
         """
 
     @abstractmethod
@@ -114,10 +116,11 @@ class Retraction(ABC):
         """(distance to the chart's edge, margin: 1 at 0 and 0 at the edge) in double precision."""
 
     def is_symmetric(self, algebra: MatrixAlgebra, xi: Vector) -> bool | None:
-        """Whether τ(ξ) lies in a symmetric neighbourhood of the chart (paper, Proposition 3.1).
+        """True if τ(ξ) lies in a symmetric neighbourhood of the chart (paper, Proposition 3.1).
 
-        Such a 𝒲 ∋ e is open, holds g⁻¹ with g, and has its products in the chart. None: nothing is
-        known of one. With g + g* > 0 and k + k* > 0 no eigenvalue of gk is negative or 0: from
+        Such a 𝒲 ∋ e is open, holds g⁻¹ with g, and has its products in the chart. None: no such
+        neighbourhood is known. With g + g* > 0 and k + k* > 0 no eigenvalue of gk is negative or 0:
+        from
         gkv = −rv follows ⟨v, kv⟩ = −r⟨v, g⁻¹v⟩, whose real parts differ in sign.
         """
         return None
@@ -138,7 +141,7 @@ class EquivariantRetraction(Retraction):
 
 
 def complex_form(algebra: MatrixAlgebra, real: SymbolicMatrix) -> SymbolicMatrix:
-    """The N×N matrix whose real 2N×2N form is given; where the algebra is real, that itself."""
+    """Return the N×N matrix with the given real 2N×2N form; for a real algebra the form itself."""
     n = algebra.size
     return real if algebra.real is algebra else real[:n, :n] + sympy.I * real[n:, :n]
 

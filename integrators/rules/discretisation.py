@@ -69,7 +69,7 @@ class Discretisation:
 
     @property
     def composes(self) -> bool:
-        """Whether its step is a function of the step size, which a composition chooses."""
+        """True if its step is a function of the step size, which a composition chooses."""
         return True
 
     @property

@@ -1,4 +1,4 @@
-"""A scene in a time of its own: K = σ (H − E₀), of which the motion at K = 0 is that of H.
+"""A scene in a time of its own, by K = σ (H − E₀), whose motion at K = 0 is that of H.
 
 By a Lagrangian, L̃(x, x′) = σ(x) (L(x, x′/σ) + E₀). The momentum is the same, and the energy of the
 start is a parameter: −E₀ is the momentum of the physical time, t′ = ∂K/∂p_t = σ.
@@ -24,7 +24,7 @@ ENERGY = "energy_of_start"  # the parameter E₀
 
 @dataclass(frozen=True)
 class InOwnTime:
-    """L̃ or K of a Lagrangian or a Hamiltonian and σ, a function as these are."""
+    """L̃ or K of a Lagrangian or a Hamiltonian and σ, a function with the same arguments."""
 
     function: Callable[..., Any]
     sigma: Callable[..., Any]
@@ -32,7 +32,7 @@ class InOwnTime:
 
     @property
     def __wrapped__(self) -> Callable[..., Any]:
-        """Whose arguments it has, and whose line messages name."""
+        """The function whose arguments it has, and whose line messages name."""
         return self.function
 
     @property
@@ -50,13 +50,16 @@ class InOwnTime:
 def in_own_time(
     scene: Scene, sigma: Callable[..., Any] | None = None, duration: Any = None
 ) -> Scene:
-    """The scene in the time τ with dt = sigma(x, mu, p) dτ, called SCENE-in-own-time.
+    """Return the scene in the time τ with dt = sigma(x, mu, p) dτ, called SCENE-in-own-time.
 
-    An ordinary scene: every rule and every study takes it, and its form is that of the extended
+    It is an ordinary scene: every rule and every study takes it, and its form is that of the
+    extended
     phase space at p_t = −E₀. Its symmetries are those that σ has too. sigma: of x alone for a scene
-    by its Lagrangian; default: the scene's own. duration: in τ; default: the scene's over σ at the
-    start. Raises `BadInput` for a σ that is not positive there, and for scenes with a force, a
-    time, constraints or contact.
+    by
+    its Lagrangian; default: the scene's own. duration: in τ; default: the scene's over σ at the
+    start.
+    Raises `BadInput` for a σ that is not positive there, and for scenes with a force, a time,
+    constraints or contact.
     """
     if (given := scene.sigma if sigma is None else sigma) is None:
         raise BadInput(f"{scene.name} names no sigma of its own: give in_own_time(scene, sigma).")
@@ -89,7 +92,7 @@ def in_own_time(
     field = "hamiltonian" if by_hamiltonian else "lagrangian"
     made: dict[str, Any] = {field: InOwnTime(function, given, by_hamiltonian)}
     share = Fraction(scene.step) / Fraction(scene.duration)
-    if duration is None:  # a short number near to it
+    if duration is None:  # a short number near to the exact one
         duration = Fraction(f"{float(to_sympy(scene.duration) / size):.3g}")
     duration = measure(duration, f"{scene.name}: duration")
     return replace(
@@ -102,7 +105,7 @@ def in_own_time(
 
 
 def _has(s: SceneSymbols, sigma: Expression, quantity: Any) -> bool:
-    """Whether the motion that a quantity generates leaves σ as it is: {σ, J} = 0."""
+    """True if the motion that a quantity generates keeps σ: {σ, J} = 0."""
     if quantity.kind not in ("momentum map", "Casimir") or quantity.of_step:
         return False
     value = quantity.at(s.position, s.mu, s.parameters, s.h)

@@ -1,14 +1,14 @@
-"""A rule whose steps vary: a time transformation dt = σ dτ as a wrapper of any rule.
+"""A rule whose steps vary: a time transformation dt = σ dτ that wraps any rule.
 
-With equal steps ε of the fictitious time τ a step has about the size ε·σ(x, μ) of physical time.
-Three ways lead there (Hairer, Lubich, Wanner, VIII.2 and VIII.3):
+With equal steps ε of the fictitious time τ a step takes a physical time of about ε·σ(x, μ). There
+are three ways (Hairer, Lubich, Wanner, VIII.2 and VIII.3):
 
     poincare    the rule on L̃ = σ(x) (L(x, x′/σ) + E₀), E₀ the energy of the start: the system of
                 the Hamiltonian K = σ(x) (H + p_t) on the extended phase space (x, t, μ, p_t). The
                 physical time is the coordinate of p_t = −E₀, and a step adds ∂L̃_d/∂E₀ to it.
     reversible  the step ε/ζ with the step density ζ_{n+1/2} = ζ_{n−1/2} + ε G(z_n),
                 G = −(d/dt σ)/σ, d/dt along the motion (Hairer, Söderlind)
-    naive       the step ε·σ(z_n) of the present state alone: a control, which has to be caught
+    naive       the step ε·σ(z_n) of the present state alone: a control that has to be caught
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from ..scene import Again
 from .varied_scheme import VariedScheme
 
 _HLW = "Hairer, Lubich, Wanner, Geometric Numerical Integration"
-#: by name, where it comes from
+#: name of the way → its source
 WAYS = {
     "poincare": f"Sundman (1912), Poincaré; Hairer, Appl. Numer. Math. 25 (1997), 219; {_HLW}, "
     "VIII.2.1",
@@ -44,18 +44,19 @@ class Varied(Discretisation):
 
     @property
     def composes(self) -> bool:
-        """No: its step is of the time τ, and has a state of its own."""
+        """False: its step is one of the time τ, and has a state of its own."""
         return False
 
     @property
     def digest(self) -> str:
-        """The way, and the rule with the coefficients that it composes."""
+        """The way, and the rule with the coefficients of its composition."""
         own = getattr(self.base, "method", None)
         numbers = "" if own is None else f" {own.in_turn} {own.coefficients(60)}"
         return f"{self.way} {self.base.name} {self.base.order}{numbers} {self.base.digest}"
 
     def unmeasured(self, study: str) -> str:
-        """Why another study than that of varying steps, which takes equal ones, cannot measure."""
+        """Return why a study of equal steps cannot measure it; "" for the study of varying
+        steps."""
         if study == "steps":
             return ""
         return (
@@ -65,11 +66,12 @@ class Varied(Discretisation):
         )
 
     def applies(self, scene: Any) -> bool:
-        """Whether the base can be used, in this way."""
+        """True if the base can be used in this way."""
         return self.base.applies(scene) and not self.refusal(scene)
 
     def refusal(self, scene: Any) -> str:
-        """Why the base does not exist on the scene, or not with steps that vary so."""
+        """Return why the base does not exist on the scene, or cannot vary its steps in this way; or
+        ""."""
         for has, what in (
             (scene.constrained, "constraints"),
             (scene.contact is not None, "contact"),
@@ -100,15 +102,16 @@ class Varied(Discretisation):
         return self.base.refusal(scene)
 
     def sigma_on(self, scene: Any) -> Any:
-        """The function σ: its own, or that of the scene."""
+        """Return the function σ: its own, or that of the scene."""
         return scene.sigma if self.sigma is None else self.sigma
 
     def discretise(self, scene: Any) -> VariedScheme:
-        """The scheme, as `Scheme(scene, rule)` gives it."""
+        """Return the scheme, for `Scheme(scene, rule)`."""
         return VariedScheme(scene, self)
 
     def __reduce__(self) -> Again:
-        """To pickle it: it is made again of what it wraps; σ goes by its place in a module."""
+        """Return how to pickle it: it is built again from its base; σ is found by its place in a
+        module."""
         return _made, (self.base, self.sigma, self.way, self.name, self.source)
 
 
@@ -121,15 +124,16 @@ def vary(
     name: str | None = None,
     source: str = "",
 ) -> Varied:
-    """A rule with steps that vary: dt = sigma(x, mu, p) dτ, p the scene's parameters.
+    """Return a rule with steps that vary: dt = sigma(x, mu, p) dτ, p the scene's parameters.
 
     rule: any rule of one step, one-step map or composition. sigma: a smooth positive function of x
     (n×1), the momentum mu (m×1, natural basis) and the parameters; of x alone for "poincare";
     default: that of the scene (`Scene(sigma=...)`), and commands call the rule way:rule. way:
     "poincare", "reversible" or "naive" (`WAYS`). The flow's step is ε, a step of τ; rows of its
-    runs have the physical time in t. name: default way:rule.
+    runs
+    have the physical time in t. name: default way:rule.
 
-    Raises `BadInput` for what is no rule, no function of three arguments, and an unknown way.
+    Raises `BadInput` for a rule or a function of another kind, and an unknown way.
     """
     if not isinstance(rule, Discretisation) or isinstance(rule, Varied):
         what = "has steps that vary already" if isinstance(rule, Varied) else "is no rule"

@@ -32,16 +32,16 @@ from ..scene import Scene, remembered
 class VariedTrajectory(Trajectory):
     """Rows of a run with steps that vary: `Trajectory`, with the physical time in t.
 
-    step is ε, of the time τ; each row's own step of physical time is the difference of t where
-    every=1. density (r,): the step density of each row, 1/σ; by "reversible" it is ζ, which is
-    1/σ but for O(ε²).
+    step is ε, of the time τ; if every=1, each row's own step of physical time is the difference of
+    t.
+    density (r,): the step density of each row, 1/σ; by "reversible" it is ζ, which is 1/σ to O(ε²).
     """
 
     density: Vector = field(kw_only=True)
 
 
 class _Geometry(OneStepGeometry):
-    """A map's geometry, asked with states that hold the time and the density, too."""
+    """The geometry of a map, for states that also hold the time and the density."""
 
     def velocities(self, x: Any, mu: Any, near: Any) -> Any:
         return super().velocities(x[:, : len(self.equations.x)], mu, near)
@@ -52,7 +52,7 @@ class _Geometry(OneStepGeometry):
 
 @dataclass(frozen=True, eq=False)
 class _Context(StepContext):
-    """The context of a step that varies: what fails says the physical time."""
+    """The context of a step that varies: its failures give the physical time."""
 
     varied: Any = None
 
@@ -65,7 +65,7 @@ class _Context(StepContext):
         self, cause: str, state: dict[str, Numbers], index: int = 0, trajectory: Any = None,
         fix: str = SMALLER, look: Any = None,
     ) -> StepFailure:  # fmt: skip
-        """As of every step, with the time of the state, and σ where it is not positive there."""
+        """Return a failure with the time of the state, and σ where it is not positive there."""
         n, x = len(self.equations.x), state["x"]
         where = {**state, "x": x[:n]}
         p = [self.numbers.number(e) for e in self.scene.parameter_values]
@@ -88,7 +88,8 @@ class VariedFlow(Flow):
     """The steps of a rule that vary, of the size `step` in the time τ.
 
     digits = 16 is compiled double precision; more gives mpmath numbers. A negative step runs back,
-    and undoes a step of a self-adjoint base in the way "reversible". Raises `BadInput` as `Flow`.
+    and
+    undoes a step of a self-adjoint base in the way "reversible". Raises `BadInput` as `Flow` does.
     """
 
     def __init__(self, varied: Any, step: Any, digits: int = 16) -> None:
@@ -106,13 +107,13 @@ class VariedFlow(Flow):
 
     @property
     def system(self) -> System:
-        """One step as the data that is compiled."""
+        """Return one step as the data that is compiled."""
         made: System = self.varied.system
         return made
 
     @cached_property
     def machine(self) -> KernelsAtStep:
-        """The compiled kernels at this step; the first substep alone changes the density."""
+        """Return the compiled kernels at this step; only the first substep changes the density."""
         name = f"{self.varied.scene.name} with {self.varied.rule.name}"
         kinds = [int(part.equations is not self.context.equations) for part in self.parts]
         qs = [list(part.q) for part in self.parts]
@@ -141,13 +142,18 @@ class VariedFlow(Flow):
         energy0: Any = None,
         progress: Any = None,
     ) -> VariedTrajectory:
-        """Run `steps` steps from the scene's start (or from x0, mu0), each every-th a row.
+        """Run `steps` steps from the scene's start (or from x0, mu0), with every `every`-th state a
+        row.
 
-        As `Flow.trajectory`, and t of the rows is the physical time. To go on with a run, or to run
-        it back, takes what else it has beside (x, μ): density0, the step density of a row, by
-        "reversible" (default: 1/σ at the start), or energy0, E₀, by "poincare" (default: the energy
-        of the start). Raises `StepFailure`, with the time and the rows so far, where a step cannot
-        be made or σ is not positive.
+        It works as `Flow.trajectory` does, and t of the rows is the physical time. To continue a
+        run, or to
+        run it back, give what it has beside (x, μ): density0, the step density of a row, by
+        "reversible"
+        (default: 1/σ at the start), or energy0, E₀, by "poincare" (default: the energy of the
+        start).
+        Raises `StepFailure`, with the time and the rows so far, if a step cannot be made or σ is
+        not
+        positive.
         """
         varied = self.varied
         for word, given, wanted in (
@@ -181,9 +187,9 @@ class VariedFlow(Flow):
                 raise
 
     def until(self, time: Any, every: int = 1, **start: Any) -> VariedTrajectory:
-        """Run to the first row whose physical time is `time` or more, with a step that is positive.
+        """Run to the first row whose physical time is `time` or more, with a positive step.
 
-        start: as of `trajectory`. The number of steps is found from runs that end before.
+        start: as for `trajectory`. The number of steps is found from runs that end before.
         """
         wanted, t0 = float(exact_rational(time, "time")), float(start.get("t0", 0))
         if not wanted > t0 or self.step < 0:
@@ -198,14 +204,14 @@ class VariedFlow(Flow):
             steps = int(run.steps * min(max(1.1, 1.02 * share), 16)) + every
 
     def _more(self, start: Start, density0: Any) -> Vector:
-        """The entries of the time and of the density behind x, where a run begins."""
+        """Return the entries of the time and of the density behind x at a run's start."""
         numbers, t0 = self.numbers, self.numbers.number(start.t0)
         sigma, grows = self._control(start.x[None], start.mu[None])
         if not sigma[0] > 0:
             at = np.concatenate([start.x, [t0, numbers.number(1)]])
             raise self.context.failure("", {"x": at, "mu": start.mu})
         zeta = 1 / sigma[0] if density0 is None else numbers.number(density0, "density0")
-        # what a step takes is half a step behind: ζ_{n−1/2}
+        # a step takes the density half a step behind: ζ_{n−1/2}
         more = [t0, zeta - self._half * grows[0]][: 1 if self.varied.by_poincare else 2]
         return np.array(more, dtype=numbers.dtype)
 
@@ -215,7 +221,7 @@ class VariedFlow(Flow):
         return self.numbers.number(self.step / 2)
 
     def _control(self, x: Any, mu: Any) -> Any:
-        """σ and G of rows (r, n) and (r, m)."""
+        """Return σ and G of rows (r, n) and (r, m)."""
         numbers, f = self.numbers, self.varied.control(self.numbers)
         p = [numbers.number(e) for e in self.context.scene.parameter_values]
         if isinstance(numbers, Double):
@@ -228,7 +234,7 @@ class VariedFlow(Flow):
         return tuple(np.broadcast_to(np.array(e, kind), len(x)) for e in (sigma, grows))
 
     def _rows(self, run: Trajectory, judged: bool = True) -> VariedTrajectory:
-        """The rows with the time and the density in places of their own."""
+        """Return the rows with the time and the density as their own fields."""
         numbers, n = self.numbers, len(self.inner.s.x)
         given = {f.name: getattr(run, f.name) for f in fields(Trajectory)}
         base, t = run.base[:, :n], run.base[:, n]
@@ -253,7 +259,7 @@ class VariedFlow(Flow):
         return self.varied.inner
 
     def _energy_of(self, start: Start) -> Any:
-        """H at a start, which is rounded already, to twice the digits."""
+        """Return H at a start, which is rounded already, to twice the digits."""
         numbers, scene = arithmetic(2 * self.digits), self.varied.scene
         f, inverse = _energy(scene, numbers)
         with numbers.working():
@@ -267,14 +273,14 @@ class VariedFlow(Flow):
 
 @remembered(maxsize=16)
 def _energy(scene: Scene, numbers: Arithmetic) -> tuple[Any, Any]:
-    """H(x, ξ, μ, parameters), and ξ(x, μ) as of rows."""
+    """Return H(x, ξ, μ, parameters), and ξ(x, μ) by rows."""
     s = SceneSymbols(scene)
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return numeric(letters, [energy(s)], numbers), legendre_inverse(s, numbers)
 
 
 def _part(run: VariedTrajectory, count: int, every: int) -> VariedTrajectory:
-    """The first rows of a run."""
+    """Return the first rows of a run."""
     words = ("t", "x", "u", "mu", "base", "iterations", "translates", "multipliers", "density")
     rows = {name: getattr(run, name)[:count] for name in words}
     return replace(run, **rows, steps=(count - 1) * every)

@@ -29,9 +29,10 @@ class VariedScheme:
     """A scene with a rule whose steps vary; its flow's step is ε, a step of the time τ.
 
     inner: the scheme of the base rule, for "poincare" on the scene in its own time, where the form
-    on (x, μ) is that of the extended phase space at p_t = −E₀. What is not here is asked of it.
-    Raises `BadInput` for a scene that is none, and for a σ of another shape, that is not smooth or
-    not positive at the start; `CannotMeasure` where the rule has no meaning.
+    on
+    (x, μ) is that of the extended phase space at p_t = −E₀. Other attributes are those of inner.
+    Raises `BadInput` for another object than a scene, and for a σ of another shape, or that is not
+    smooth or not positive at the start; `CannotMeasure` where the rule has no meaning.
     """
 
     #: a step is a map of (x, μ, t, ζ) and no arrow
@@ -53,12 +54,12 @@ class VariedScheme:
 
     @property
     def by_poincare(self) -> bool:
-        """Whether the system is that of K, on the extended phase space."""
+        """True if the system is that of K, on the extended phase space."""
         return self.rule.way == "poincare"
 
     @property
     def controlled(self) -> bool:
-        """Whether the step density is a part of the state, which a controller leads."""
+        """True if the step density is a part of the state, changed by a controller."""
         return self.rule.way == "reversible"
 
     def __getattr__(self, name: str) -> Any:
@@ -67,7 +68,7 @@ class VariedScheme:
         return getattr(self.inner, name)
 
     def __deepcopy__(self, memo: Any) -> VariedScheme:
-        return self  # nothing of it changes
+        return self  # it never changes
 
     def __reduce__(self) -> tuple[Any, ...]:
         return VariedScheme, (self.scene, self.rule)
@@ -76,17 +77,18 @@ class VariedScheme:
     def order(self) -> int | None:
         """The order in ε of (x, μ) at the physical times that are reached.
 
-        That of the base: its steps are smooth functions of τ. The naive step has it as well.
+        It is that of the base, whose steps are smooth functions of τ. The naive step has it as
+        well.
         """
         return self.inner.order
 
     @property
     def self_adjoint(self) -> bool:
-        """Whether a step of −ε undoes one of ε, as a map of (x, μ, t, ζ)."""
+        """True if a step of −ε undoes one of ε, as a map of (x, μ, t, ζ)."""
         return self.rule.way != "naive" and self.inner.self_adjoint
 
     def at(self, **values: Any) -> VariedScheme:
-        """This rule on the scene with other values; raises as `Scheme.at`."""
+        """Return this rule on the scene with other values; raises the errors of `Scheme.at`."""
         if not self.by_poincare:
             inner = self.inner.at(**values)
             return VariedScheme(inner.scene, self.rule, inner)
@@ -95,7 +97,7 @@ class VariedScheme:
         return VariedScheme(scene, self.rule, Scheme(own, self.rule.base, self.inner.equations))
 
     def with_energy(self, energy0: Any) -> VariedScheme:
-        """By "poincare", this scheme with E₀ = energy0, whatever the energy of the start is."""
+        """Return this "poincare" scheme with E₀ = energy0, for any energy of the start."""
         inner = self.inner.at(parameters={ENERGY: energy0})
         return VariedScheme(self.scene, self.rule, inner)
 
@@ -103,10 +105,11 @@ class VariedScheme:
     def flow(
         self, step: Any = None, digits: int = 16, on_edge: str = "refuse", *, tolerance: Any = None
     ) -> VariedFlow:
-        """The flow at one step ε of τ.
+        """Return the flow at one step ε of τ.
 
-        Raises `BadInput` for another on_edge than "refuse", and for a tolerance, for which nothing
-        chooses a step ε.
+        Raises `BadInput` for another on_edge than "refuse", and for a tolerance, since no step ε is
+        chosen
+        for one.
         """
         if step is None or tolerance is not None:
             raise BadInput(
@@ -119,7 +122,8 @@ class VariedScheme:
 
     @cached_property
     def system(self) -> System:
-        """One step as the data that is compiled; of a composition its adjoint's substeps too."""
+        """Return one step as the data that is compiled; for a composition also its adjoint's
+        substeps."""
         inner = self.inner
         kinds = [inner.equations]
         if any(part.adjoint for part in inner.substeps):
@@ -128,14 +132,14 @@ class VariedScheme:
 
     @lru_cache(maxsize=8)  # noqa: B019 - a scheme has few arithmetics
     def control(self, numbers: Arithmetic) -> Any:
-        """(σ, G) as a function of (x, μ, parameters), by rows in double precision."""
+        """Return (σ, G) as a function of (x, μ, parameters), by rows in double precision."""
         s = self.inner.s
         grows = logarithmic_rate(s, self.sigma) if self.controlled else sympy.S.Zero
         letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
         return numeric(letters, [self.sigma, grows], numbers, columns=isinstance(numbers, Double))
 
 
-@lru_cache(maxsize=64)  # schemes that differ in values alone have one
+@lru_cache(maxsize=64)  # schemes that differ only in values share one
 def _system(kinds: tuple[Any, ...], composed: bool, sigma: Expression, way: str) -> System:
     def of(equations: Any) -> System:
         system = step_system(equations, composed=composed)

@@ -1,9 +1,9 @@
 """One step of a rule, with the physical time and the step density as two more entries of x.
 
 The step h of a system is the first entry of q; here it stands for the share of ε that a step has.
-What the system holds of h is replaced by the letter of the effective step, h/(ζ + e D): ζ the
-density, D what a step adds to it, e a last entry of q, which is not 0 in the first substep alone.
-So the kernels, the driver and all that looks at a system stay as they are.
+Each h in the system is replaced by the letter of the effective step, h/(ζ + e D): ζ the density, D
+the growth of the density in a step, e a last entry of q, which is not 0 only in the first substep.
+So the kernels, the driver and all functions of a system stay the same.
 """
 
 from __future__ import annotations
@@ -19,20 +19,21 @@ from ..numbers import Definition, Function, jacobian, replaced, sympy
 from ..numbers.types import Column, Expression, Letter, Replacement
 
 #: names of this room's letters, which no parameter of a scene can have: the physical time, the
-#: density, the effective step, what the density grows by, the roots of σ and of the new density,
-#: and e, with which the first substep alone changes the density
+#: density, the effective step, the growth of the density, the roots of σ and of the new density,
+#: and
+#: e, by which only the first substep changes the density
 TIME, DENSITY, STEP, GROWTH, ROOT, AFTER, CONTROL = (f"sd{i}" for i in range(7))
 
 
 def letter(name: str) -> Letter:
-    """A real letter of that name."""
+    """Return a real letter of that name."""
     return sympy.Symbol(name, real=True)
 
 
 def with_columns(
     system: System, columns: Sequence[Letter], increments: Sequence[Expression]
 ) -> System:
-    """The system with more entries of x, which grow by increments in its letters."""
+    """Return the system with more entries of x, which grow by increments in its letters."""
     more = tuple(letter(f"{c}_y") for c in columns)
     return replace(
         system,
@@ -43,10 +44,10 @@ def with_columns(
 
 
 def controlled(system: System, s: SceneSymbols, sigma: Expression, way: str) -> System:
-    """A system of equal steps with a step that follows σ, in the way reversible or naive."""
+    """Return a system of equal steps with a step that follows σ, in the way reversible or naive."""
     h, zeta, step, root, control = system.q[0], *map(letter, (DENSITY, STEP, ROOT, CONTROL))
     growth, after = letter(GROWTH), letter(AFTER)
-    # a root is no number of what is negative: a run with such a σ or density ends there
+    # a negative value has no real root: a run with such a σ or density ends there
     grows = logarithmic_rate(s, sigma) * sigma / root**2 if way == "reversible" else (
         1 / root**2 - zeta
     )  # fmt: skip
@@ -56,7 +57,7 @@ def controlled(system: System, s: SceneSymbols, sigma: Expression, way: str) -> 
         Definition((after,), (sympy.sqrt(zeta + control * growth),)),
         Definition((step,), (h / after**2,)),
     )
-    # the sizes that a chart's edge is told by do not see μ: they take the density before the step
+    # sizes that show a chart's edge do not depend on μ: they take the density before the step
     watched = tuple((kind, e.xreplace({h: h / zeta})) for kind, e in system.extents)
     inner = _in_letters(system, {h: step})
     found = replace(
@@ -67,16 +68,16 @@ def controlled(system: System, s: SceneSymbols, sigma: Expression, way: str) -> 
 
 
 def logarithmic_rate(s: SceneSymbols, sigma: Expression) -> Expression:
-    """G = −(dσ/dt)/σ along the motion, in x and μ.
+    """Return G = −(dσ/dt)/σ along the motion, in x and μ.
 
-    Raises `CannotMeasure` where ξ(x, μ) has no short closed form.
+    Raises `CannotMeasure` if ξ(x, μ) has no short closed form.
     """
     slope = jacobian([sigma], [*s.x, *s.mu])
     return -(slope * vector_field(s))[0] / sigma
 
 
 def _in_letters(system: System, swap: Replacement) -> System:
-    """The system with letters replaced in all that a step computes."""
+    """Return the system with letters replaced in all values that a step computes."""
     known: Replacement = {}
 
     def of(matrix: Column) -> Any:
@@ -105,9 +106,9 @@ def _in_letters(system: System, swap: Replacement) -> System:
 
 
 def sigma_of(s: SceneSymbols, function: Any, bare: bool) -> Expression:
-    """σ in the letters of a scene; bare: of x alone.
+    """Return σ in the letters of a scene; bare: of x alone.
 
-    Raises `BadInput` for another shape, for what is not smooth, and for letters it does not have.
+    Raises `BadInput` for another shape, for a σ that is not smooth, and for unknown letters.
     """
     what = "sigma"
     found = s.call(function, what, s.position, s.mu, s.parameters)

@@ -230,10 +230,11 @@ def _at_least(result: dict[str, Any], order: int) -> bool:
 
 
 def _judge_order(result: dict[str, Any], order: int | None, at_least: int | None) -> None:
-    """What an order that was asked for adds to the study's verdict: a failure, and nothing else.
+    """Add to the study's verdict a failure if the order that was asked for is not reached.
 
-    But that the study's own failure is none where it only demands another order than was asked
-    for, as a chart may make of a rule's, and runs and single steps have the one asked for.
+    The study's own failure is dropped if it only demands another order, such as a chart may make of
+    a
+    rule's, and runs and single steps have the one asked for.
     """
     found, derived = result["measured"].get("order"), result["expected"].get("order")
     if found is None:

@@ -1,1 +1,1 @@
-"""What `discmech new` writes, each as a user would write it."""
+"""Starter files of `discmech new`, each in the form in which a user would write it."""
