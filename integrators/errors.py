@@ -246,10 +246,8 @@ class StepFailure(DiscmechError, RuntimeError):
     """A trajectory stopped before its last step.
 
     Attributes: scene, rule (names), step_index (int), time (float), state (dict with x, mu and, for
-    an
-    implicit scheme, the u from which Newton started), cause (str), trajectory (`Trajectory` up to
-    the
-    failure, or None), fix (str).
+    an implicit scheme, the u from which Newton started), cause (str), trajectory (`Trajectory` up
+    to the failure, or None), fix (str).
 
     look: finds cause and fix when they are first read; most runs that fail inside a study are only
     counted, and finding the direction of a singular matrix costs more than the run.

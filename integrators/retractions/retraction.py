@@ -26,9 +26,8 @@ class Retraction(ABC):
     """A chart of matrix groups around the identity; a subclass gives the formulas.
 
     ξ, η are sympy columns of coordinates, m×1. `has_translates`: True if the translates of the
-    chart by
-    the algebra's cover hold the group, so that bisections continue it. `proven`: True if the tests
-    check every law, so that a scheme need not check the axioms again.
+    chart by the algebra's cover hold the group, so that bisections continue it. `proven`: True if
+    the tests check every law, so that a scheme need not check the axioms again.
     """
 
     name: str
@@ -103,8 +102,7 @@ class Retraction(ABC):
         """Return the distance of ξ from the chart's edge, symbolic, as pairs (kind, value).
 
         "size": 1 at 0, its absolute value grows without bound towards the edge. "rest": 1 at 0, 0
-        at the
-        edge, negative beyond; 1/rest² is its size.
+        at the edge, negative beyond; 1/rest² is its size.
         """
 
     @abstractmethod
@@ -120,8 +118,7 @@ class Retraction(ABC):
 
         Such a 𝒲 ∋ e is open, holds g⁻¹ with g, and has its products in the chart. None: no such
         neighbourhood is known. With g + g* > 0 and k + k* > 0 no eigenvalue of gk is negative or 0:
-        from
-        gkv = −rv follows ⟨v, kv⟩ = −r⟨v, g⁻¹v⟩, whose real parts differ in sign.
+        from gkv = −rv follows ⟨v, kv⟩ = −r⟨v, g⁻¹v⟩, whose real parts differ in sign.
         """
         return None
 

@@ -53,13 +53,10 @@ def in_own_time(
     """Return the scene in the time τ with dt = sigma(x, mu, p) dτ, called SCENE-in-own-time.
 
     It is an ordinary scene: every rule and every study takes it, and its form is that of the
-    extended
-    phase space at p_t = −E₀. Its symmetries are those that σ has too. sigma: of x alone for a scene
-    by
-    its Lagrangian; default: the scene's own. duration: in τ; default: the scene's over σ at the
-    start.
-    Raises `BadInput` for a σ that is not positive there, and for scenes with a force, a time,
-    constraints or contact.
+    extended phase space at p_t = −E₀. Its symmetries are those that σ has too. sigma: of x alone
+    for a scene by its Lagrangian; default: the scene's own. duration: in τ; default: the scene's
+    over σ at the start. Raises `BadInput` for a σ that is not positive there, and for scenes with a
+    force, a time, constraints or contact.
     """
     if (given := scene.sigma if sigma is None else sigma) is None:
         raise BadInput(f"{scene.name} names no sigma of its own: give in_own_time(scene, sigma).")

@@ -130,8 +130,7 @@ def vary(
     (n×1), the momentum mu (m×1, natural basis) and the parameters; of x alone for "poincare";
     default: that of the scene (`Scene(sigma=...)`), and commands call the rule way:rule. way:
     "poincare", "reversible" or "naive" (`WAYS`). The flow's step is ε, a step of τ; rows of its
-    runs
-    have the physical time in t. name: default way:rule.
+    runs have the physical time in t. name: default way:rule.
 
     Raises `BadInput` for a rule or a function of another kind, and an unknown way.
     """

@@ -33,8 +33,8 @@ class VariedTrajectory(Trajectory):
     """Rows of a run with steps that vary: `Trajectory`, with the physical time in t.
 
     step is ε, of the time τ; if every=1, each row's own step of physical time is the difference of
-    t.
-    density (r,): the step density of each row, 1/σ; by "reversible" it is ζ, which is 1/σ to O(ε²).
+    t. density (r,): the step density of each row, 1/σ; by "reversible" it is ζ, which is 1/σ to
+    O(ε²).
     """
 
     density: Vector = field(kw_only=True)
@@ -88,8 +88,8 @@ class VariedFlow(Flow):
     """The steps of a rule that vary, of the size `step` in the time τ.
 
     digits = 16 is compiled double precision; more gives mpmath numbers. A negative step runs back,
-    and
-    undoes a step of a self-adjoint base in the way "reversible". Raises `BadInput` as `Flow` does.
+    and undoes a step of a self-adjoint base in the way "reversible". Raises `BadInput` as `Flow`
+    does.
     """
 
     def __init__(self, varied: Any, step: Any, digits: int = 16) -> None:
@@ -146,14 +146,10 @@ class VariedFlow(Flow):
         row.
 
         It works as `Flow.trajectory` does, and t of the rows is the physical time. To continue a
-        run, or to
-        run it back, give what it has beside (x, μ): density0, the step density of a row, by
-        "reversible"
-        (default: 1/σ at the start), or energy0, E₀, by "poincare" (default: the energy of the
-        start).
-        Raises `StepFailure`, with the time and the rows so far, if a step cannot be made or σ is
-        not
-        positive.
+        run, or to run it back, give what it has beside (x, μ): density0, the step density of a row,
+        by "reversible" (default: 1/σ at the start), or energy0, E₀, by "poincare" (default: the
+        energy of the start). Raises `StepFailure`, with the time and the rows so far, if a step
+        cannot be made or σ is not positive.
         """
         varied = self.varied
         for word, given, wanted in (

@@ -29,8 +29,7 @@ class VariedScheme:
     """A scene with a rule whose steps vary; its flow's step is ε, a step of the time τ.
 
     inner: the scheme of the base rule, for "poincare" on the scene in its own time, where the form
-    on
-    (x, μ) is that of the extended phase space at p_t = −E₀. Other attributes are those of inner.
+    on (x, μ) is that of the extended phase space at p_t = −E₀. Other attributes are those of inner.
     Raises `BadInput` for another object than a scene, and for a σ of another shape, or that is not
     smooth or not positive at the start; `CannotMeasure` where the rule has no meaning.
     """
@@ -108,8 +107,7 @@ class VariedScheme:
         """Return the flow at one step ε of τ.
 
         Raises `BadInput` for another on_edge than "refuse", and for a tolerance, since no step ε is
-        chosen
-        for one.
+        chosen for one.
         """
         if step is None or tolerance is not None:
             raise BadInput(

@@ -20,8 +20,7 @@ from ..numbers.types import Column, Expression, Letter, Replacement
 
 #: names of this room's letters, which no parameter of a scene can have: the physical time, the
 #: density, the effective step, the growth of the density, the roots of σ and of the new density,
-#: and
-#: e, by which only the first substep changes the density
+#: and e, by which only the first substep changes the density
 TIME, DENSITY, STEP, GROWTH, ROOT, AFTER, CONTROL = (f"sd{i}" for i in range(7))
 
 

@@ -28,8 +28,7 @@ class Evidence:
     """The evidence of one scheme; each part is computed when it is first asked for.
 
     seed: the seed from which places, times and steps are drawn; it follows from the content of
-    scene
-    and rule. Raises `ReferenceFailure` for a scene without continuous equations.
+    scene and rule. Raises `ReferenceFailure` for a scene without continuous equations.
     """
 
     def __init__(self, scheme: Scheme) -> None:

@@ -5,12 +5,11 @@
 for oscillating terms. It is judged on scenes H = T(p) + V(x), for which such methods are made.
 
 Two answers are certain. *It has it*: χ is found. Each term h^{j+1} g_j of the error, j = p, …, q −
-1,
-has to be [f, Y] with Y a combination of the nested brackets of j of the fields of T and V; χ is the
-flow of Σ h^j Y_j, and the next error is that of one processed step, at states that no method can
-know. *It has it not*: were Φ conjugate to a method of order q, the mean of H̃ − H along a motion,
-H̃
-the modified energy, would be the same for all motions to O(h^q), q ≤ 2p. It differs by h^j, j < q.
+1, has to be [f, Y] with Y a combination of the nested brackets of j of the fields of T and V; χ is
+the flow of Σ h^j Y_j, and the next error is that of one processed step, at states that no method
+can know. *It has it not*: were Φ conjugate to a method of order q, the mean of H̃ − H along a
+motion, H̃ the modified energy, would be the same for all motions to O(h^q), q ≤ 2p. It differs by
+h^j, j < q.
 """
 
 from __future__ import annotations
@@ -57,8 +56,7 @@ class EffectiveOrder:
 
     verdict: "pass", "fail" or "inconclusive", "" on scenes where no effective order is judged;
     reason: one sentence for it. reached: the order for which a processing was found. cause: the
-    cause
-    of the remaining error, if known.
+    cause of the remaining error, if known.
     """
 
     verdict: str
@@ -216,8 +214,7 @@ class _Processing:
         """Return (χ⁻¹ Φ χ(z) − φ(z)) / h^{j+1} at each place, as h goes to 0.
 
         It is exact to O(h^{q − j}), by Richardson's extrapolation: the remainder enters Y, and does
-        not
-        show in later errors.
+        not show in later errors.
         """
         rows = [self._errors_at(flow, j) for flow in self.flows[: self.wanted - j]]
         for k in range(1, len(rows)):

@@ -44,10 +44,8 @@ class Floats:
     """The floats of a rule, and their effect on a step.
 
     values: the floats of the rule. explain: True if their last bits explain the order that was too
-    low.
-    size: the error relative to the motion in a step, of the worst component, at least half a unit
-    of
-    the last bit.
+    low. size: the error relative to the motion in a step, of the worst component, at least half a
+    unit of the last bit.
     """
 
     values: tuple[float, ...]

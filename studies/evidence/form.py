@@ -32,8 +32,7 @@ class FormDefect:
     """The defect of one step in the form that it has to keep, relative to its absolute terms.
 
     kind: "poisson" (on the dual; under constraints, on the part that they leave free) or "change"
-    (a
-    force's change of the form, beside that of its one-form). step: the step with this defect.
+    (a force's change of the form, beside that of its one-form). step: the step with this defect.
     """
 
     kind: str

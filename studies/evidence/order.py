@@ -31,12 +31,10 @@ if TYPE_CHECKING:
 
 GUARD = 15
 #: the share of the digits, less 14, by which the error of a step is below the motion at the
-#: expected
-#: order; if no error shows, the next: a constant may be as small as Kahan and Li's
+#: expected order; if no error shows, the next: a constant may be as small as Kahan and Li's
 SMALL = (Fraction(1), Fraction(2, 3), Fraction(1, 3))
 #: steps of a program from a place: the first as a share of the time in which the motion is that of
-#: a
-#: short polynomial, the ratio of the next to it, and their number
+#: a short polynomial, the ratio of the next to it, and their number
 FIRST_OF_PROGRAM, PART_OF_PROGRAM, COUNT_OF_PROGRAM = Fraction(1, 2), 0.6, 28
 #: slopes of the error have settled where two successive ones differ by less than SETTLED; the next
 #: term of the error, which sinks as they do, is then subtracted
@@ -68,8 +66,7 @@ class ComponentOrder:
     """The local order of one component at one place, and C of its error C h^{order+1}.
 
     name: such as x[0] or mu[2]. order: None if only round-off shows. error: that of the longer
-    step,
-    mpf.
+    step, mpf.
     """
 
     name: str
@@ -84,12 +81,9 @@ class LocalOrder:
     """The lowest order that one step shows at the places, with its component and place.
 
     order: None if only round-off shows: the method is exact there. step: the larger of the two
-    steps
-    compared. components: all components, at all places. unknown: one sentence why there is no
-    evidence;
-    empty if there is some. refused: True if the reason is that the rule made no small step
-    anywhere,
-    where its scene has exact motion.
+    steps compared. components: all components, at all places. unknown: one sentence why there is no
+    evidence; empty if there is some. refused: True if the reason is that the rule made no small
+    step anywhere, where its scene has exact motion.
     """
 
     order: float | None
@@ -111,8 +105,7 @@ def digits_for(order: int) -> int:
 
     The error of Gauss's rule of s stages, (s!)⁴ h^{2s+1} / ((2s+1) (2s)!³), is 10⁻²³ h¹⁷ at order
     16, with h in units of the motion: 10⁻⁴⁵ before h is small. With 130 digits it shows at 10⁻⁴ of
-    the
-    motion, as that of order 8 does with 50.
+    the motion, as that of order 8 does with 50.
     """
     return 50 + 10 * max(0, order - 8)
 
@@ -123,9 +116,8 @@ def local_order(
     """Return the lowest order of two steps from each place.
 
     Of D digits, h^{p+1} ≈ 10^{-(D - 14) SMALL} of the motion; the ratio of the steps is drawn from
-    the
-    seed. along: places from which one step is made, and measured again where its error differs from
-    those at the places. Raises the errors of runs and references.
+    the seed. along: places from which one step is made, and measured again where its error differs
+    from those at the places. Raises the errors of runs and references.
     """
     drawn = random.Random(seed)
     expected = scheme.order or 2
@@ -291,10 +283,8 @@ def at_place(
     """Return the local order of each component at one place, from the flows of two steps.
 
     unclear: other possible errors of each component, as a part of the step. An order that is below
-    the
-    expected one and no whole number is measured again, from a step between the two to the shorter
-    one
-    and on to shorter ones (`WHOLE`, `SHORTER`), unless `halved`.
+    the expected one and no whole number is measured again, from a step between the two to the
+    shorter one and on to shorter ones (`WHOLE`, `SHORTER`), unless `halved`.
     """
     steps = [flow.step for flow in flows]
     ends = surroundings(scheme.scene).after(place.x, place.u, place.t, steps, digits + GUARD)

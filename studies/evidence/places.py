@@ -55,8 +55,7 @@ class Place:
     """A state, a time and a step: x (n), u (m, the velocity ξ) and μ (m), mpf; t and step exact.
 
     length: the time in which the exact motion from there is that of a short polynomial. beside:
-    True
-    if it lies beside the motion.
+    True if it lies beside the motion.
     """
 
     x: tuple[Any, ...]
@@ -95,8 +94,7 @@ def places_of(scheme: Scheme, seed: int) -> list[Place]:
     """Return `ON` places on the motion and `BESIDE` beside it.
 
     Raises `ReferenceFailure` for a scene that has no continuous equations, and where no place
-    around
-    the motion can be found.
+    around the motion can be found.
     """
     drawn, motion = random.Random(seed), _motion(scheme.scene)
     shares = [0.0 if k < ON else drawn.uniform(*SHARES) for k in range(ON + BESIDE)]
@@ -176,9 +174,8 @@ def _on_orbit(s: SceneSymbols, scene: Any) -> list[State]:
     """Return the motion's states, on the orbit of the start.
 
     Each is the nearest point that arrows from the start reach. A rough integration leaves the
-    orbit,
-    such as SO(3), by its own error, and a quantity kept only on the orbit would seem to be lost. On
-    pairs every point is on the orbit.
+    orbit, such as SO(3), by its own error, and a quantity kept only on the orbit would seem to be
+    lost. On pairs every point is on the orbit.
     """
     states = _motion(scene).states
     if s.groupoid.kind == "pair" or not len(states[0][1]):

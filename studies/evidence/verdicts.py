@@ -57,9 +57,8 @@ def of_evidence(scheme: Scheme, least: int | None = None, settled: bool = False)
     """Return the order of the single steps of a scheme, as a measurement keeps it.
 
     least: the order below which it is too low; the declared one if None. settled: True to count
-    only
-    components whose errors sink as one power of the step. floats: whether the last bits of a rule's
-    floats explain an order that is too low, which doubles do not show.
+    only components whose errors sink as one power of the step. floats: whether the last bits of a
+    rule's floats explain an order that is too low, which doubles do not show.
     """
     evidence = evidence_of(scheme)
     found = _settled(evidence.order) if settled else evidence.order

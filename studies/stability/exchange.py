@@ -46,8 +46,7 @@ def slow_energies(scheme: Scheme, omega: Fraction, z: Fraction) -> tuple[np.ndar
     """Return (running means of the springs' energies, the step).
 
     Means are over MEAN samples up to T = 2ω, long enough for the slow exchange; with the step, hω ≤
-    z,
-    samples lie on steps.
+    z, samples lie on steps.
     """
     duration = TURNS * omega
     inside = int(-(-duration * omega // (SAMPLES * z)))  # steps from one sample to the next

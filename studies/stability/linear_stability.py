@@ -20,8 +20,7 @@ from .trace import DIGITS, StableSet, stable_set
 FARTHEST = 1000.0  # the largest z = hω that is tried
 GRID = np.concatenate([np.arange(0.02, 8.0, 0.02), np.geomspace(8.0, FARTHEST, 120)])
 #: round-off of det M, over its own terms, in double precision: some thousand roundings of entries
-#: and
-#: stages
+#: and stages
 ROUND_OFF = 2.0**-40
 LAST_BITS = {"xtol": 1e-15, "rtol": 2.0**-50}
 Step = Callable[[float], np.ndarray]
@@ -59,8 +58,7 @@ class Oscillator:
     """A rule on the oscillator with ω = 1: its step matrix at any z, and real runs.
 
     The columns of the matrix are two runs of one step, exact as the step is linear. A rule that
-    splits
-    has the whole spring as its fast part, except for the share `slow`.
+    splits has the whole spring as its fast part, except for the share `slow`.
     """
 
     def __init__(self, rule: Discretisation, slow: Fraction = Fraction(0)) -> None:
@@ -100,8 +98,7 @@ class Oscillator:
         None.
 
         proved: the trace is a rational function; then det M = 1 at all points that showed it, to
-        half of
-        their digits, is the identity. Otherwise det M has to be 1 to the round-off of M.
+        half of their digits, is the identity. Otherwise det M has to be 1 to the round-off of M.
         """
         if proved and max(self.areas, default=0.0) <= 10.0 ** (-DIGITS // 2):
             return None
@@ -139,8 +136,7 @@ def unstable_intervals(step: Step) -> list[tuple[float, float]]:
     """Return open intervals of z up to FARTHEST where |tr M| > 2, each end found by Brent's method.
 
     A map with det M = 1 is stable where |tr M| < 2. The largest |tr M| between grid points is
-    sought
-    as well, to find narrow intervals; the last end may be FARTHEST.
+    sought as well, to find narrow intervals; the last end may be FARTHEST.
     """
 
     def excess(z: float) -> float:

@@ -37,8 +37,7 @@ NEEDS = (
 )
 CONTROL_STEPS = 2000
 #: for a rule that splits: the share of the oscillator's force that is slow, with a frequency that
-#: is
-#: a thirtieth of the fast one
+#: is a thirtieth of the fast one
 SLOW = Fraction(1, 1000)
 _FAST_PART = math.sqrt(1 - SLOW)  # the fast frequency over the whole one
 OWN_STEPS = 10_000  # steps of each cell's run on a user's own scene
@@ -114,12 +113,11 @@ def measure_own(case: Case, progress: Progress = silent) -> dict[str, Any]:
 def measure_linear(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """Return rows {z, radius, phase, krein, determinant}, z = hω.
 
-    measured: stable_to (the start of the first unstable interval, None if there is none up to
-    z = 1000), intervals (unstable ones), proved (true if they hold for every z, by the trace as a
+    measured: stable_to (the start of the first unstable interval, None if there is none up to z =
+    1000), intervals (unstable ones), proved (true if they hold for every z, by the trace as a
     rational function, and not only on a grid), touched (where |tr M| = 2 without a change), gaps
     (`gaps_of`), resonances, off_circle (a z below stable_to at which the step is not symplectic),
-    runs
-    (true if 10⁵ steps on both sides of the ends agree).
+    runs (true if 10⁵ steps on both sides of the ends agree).
     """
     problem = Oscillator(controls.RUNGE_KUTTA[case.control] if case.control else case.rule)
     progress(f"{case.label}: linear stability", 0.0)
@@ -151,11 +149,9 @@ def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """Return rows of `nonlinear_stability.stability_map`.
 
     measured: classes (the number of cells of each), limits {stiffness: the largest hω up to which
-    all
-    runs are bounded}; between {hω: class} of cells that are not bounded in the gaps that a slow
-    force
-    opens (`gaps_of`); on fpu also exchange {hω: error at ω = 50}, stiffer {ω: error at hω = 5} and,
-    for a rule that splits, adiabatic {ω: change over T = 10⁵ at hω = 10}.
+    all runs are bounded}; between {hω: class} of cells that are not bounded in the gaps that a slow
+    force opens (`gaps_of`); on fpu also exchange {hω: error at ω = 50}, stiffer {ω: error at hω =
+    5} and, for a rule that splits, adiabatic {ω: change over T = 10⁵ at hω = 10}.
     """
     family = FAMILIES[case.scene.name]
     label = f"{case.scene.name} {case.label}"
@@ -205,8 +201,7 @@ def gaps_of(rule: Discretisation) -> list[tuple[float, float]]:
     first.
 
     Where a step of the fast motion is a half or a whole turn any slow force opens one, narrower
-    than a
-    grid shows: proved for the share `SLOW` of the oscillator's force.
+    than a grid shows: proved for the share `SLOW` of the oscillator's force.
     """
     if not (rule.splits and rule.is_formula):
         return []

@@ -41,9 +41,8 @@ def stability_map(
     """Return rows {stiffness, z, step, steps, time, class, band, adiabatic, cause}, z = hω.
 
     Stiffnesses are in the family's order, z ascends in each. more: z between those of the grid,
-    whose
-    rows have `between`. adiabatic: the largest relative change of the family's adiabatic invariant,
-    None without one.
+    whose rows have `between`. adiabatic: the largest relative change of the family's adiabatic
+    invariant, None without one.
     """
     rows = []
     count = steps or (THOROUGH if thorough else STEPS)
@@ -110,8 +109,7 @@ def one_run(
     """Return the class and numbers of one run; `resonant` is decided later, from its neighbours.
 
     far: ‖x‖ that counts as an escape. A shift of the energy may be a part of a slow motion: then
-    the
-    run is made `again`, longer.
+    the run is made `again`, longer.
     """
     cause = ""
     try:

@@ -100,8 +100,7 @@ class Near:
         """Return the state near z where a field vanishes, by Newton's corrections of least size.
 
         They are halved until they help, and lie along the symplectic leaf: for a spinning body the
-        next
-        axis is found, and not the body at rest.
+        next axis is found, and not the body at rest.
         """
         left = of(z)
         for _ in range(MOST):
@@ -248,8 +247,7 @@ class Linearised:
         """Return {stable_to, off_circle, runs}.
 
         stable_to: None if stable at every hω of the grid. off_circle: a z below it at which det M
-        is not
-        1. runs: True if runs on both sides agree.
+        is not 1. runs: True if runs on both sides agree.
         """
         last, end, off = 0.0, None, None
         for z in np.arange(PART, FARTHEST, PART):

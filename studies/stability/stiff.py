@@ -16,13 +16,13 @@ class Family:
     """Variants of a scene along one stiffness.
 
     `values(s)` are arguments of `Scheme.at`; `frequency(s)` is the fastest frequency ω there, so
-    that
-    steps are compared as hω. `adiabatic` names a declared quantity that a fast motion nearly keeps.
+    that steps are compared as hω. `adiabatic` names a declared quantity that a fast motion nearly
+    keeps.
 
     title: the family's title, without the number that varies. region: ‖x‖ that the true motion does
     not exceed, None if it has no known bound. held(s): hω up to which an error of the energy of
-    (hω)²
-    of its terms leaves the motion bounded. least: time that a run covers if `most` steps suffice.
+    (hω)² of its terms leaves the motion bounded. least: time that a run covers if `most` steps
+    suffice.
     """
 
     scene: str
@@ -76,8 +76,7 @@ def _body_frequency(ratio: Fraction) -> float:
     """Return √(ξ·Iξ/I₁) at the scene's spin ξ.
 
     The step's effective moment about the thin axis is I₁ + h²(ξ·Iξ)/4 by the Cayley map, so the
-    energy
-    of the other axes sets the pace there, though the motion itself is slow.
+    energy of the other axes sets the pace there, though the motion itself is slow.
     """
     moments = (1.0, float(ratio), float(ratio) + 0.5)
     return math.sqrt(sum(i * v**2 for i, v in zip(moments, (0.7, 0.6, 0.5), strict=True)))

@@ -15,8 +15,7 @@ from typing import Any
 from discmech.integrators.numbers import LazyModule, mpmath
 
 #: digits of the traces: a continued fraction loses about two per point, and polynomials of degree
-#: 40
-#: are evaluated from z = 1/20 to 1000
+#: 40 are evaluated from z = 1/20 to 1000
 DIGITS = 300
 MOST = 96  # points after which a trace counts as no rational function
 CHECKS = 3  # further points at which the function has to agree

@@ -32,11 +32,9 @@ def constraint_defect(flow: Flow, run: Any, k: int) -> float:
     end.
 
     Terms are Σ ω_i A(x_i) u of a nonholonomic rule, φ(y) and A(y) ξ(y, μ′) where ξ has a closed
-    form,
-    each over its round-off bound (`running_error`): of (y, μ′) that of the step's own operations
-    (`round_off_from`), of velocities ε of the sum of all, where Newton's method stops. So it is at
-    most
-    some ε. All is computed to twice the digits of the flow.
+    form, each over its round-off bound (`running_error`): of (y, μ′) that of the step's own
+    operations (`round_off_from`), of velocities ε of the sum of all, where Newton's method stops.
+    So it is at most some ε. All is computed to twice the digits of the flow.
     """
     at = flow.context.exactly
     numbers = at.numbers

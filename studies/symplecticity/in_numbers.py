@@ -42,8 +42,7 @@ LOOPS = 6  # closed curves per place
 # their sizes in parts of the motion; the next is for a place where one is too large
 REACHES = (0.08, 0.02, 0.005)
 #: one closed curve measures one number of the form, by chance a small one; that all six measure
-#: less
-#: than a tenth of it happens once in a million
+#: less than a tenth of it happens once in a million
 UNSEEN = 10
 ENOUGH = 3  # places that have to reach the resolution
 CLEARLY = 10  # further places are tried to get a resolution so many times finer than a pass needs
@@ -58,11 +57,9 @@ def measure(case: Case, progress: Progress) -> dict[str, Any]:
     noise}.
 
     measured: the worst of poisson (the defect as measured) and certain (the part of it that no
-    error
-    explains); resolution, the best that `ENOUGH` places reach; residual, the difference of a
-    repeated
-    step. left: the defect that a method of the order, but not symplectic, would leave at that
-    place.
+    error explains); resolution, the best that `ENOUGH` places reach; residual, the difference of a
+    repeated step. left: the defect that a method of the order, but not symplectic, would leave at
+    that place.
     """
     scheme: Any = case.scheme
     progress(f"{case.scene.name} {case.label}: places", 0.0)
@@ -205,8 +202,7 @@ def _in_a_run(flow: Any, look: Look, scale: Vector) -> float:
     """Return the difference of a run's steps from the same steps made alone, after another state.
 
     A step that keeps the end of the one before can differ in a run. A method with memory, or one
-    that
-    makes whole runs, may differ: it gets 0, and so does a run that fails.
+    that makes whole runs, may differ: it gets 0, and so does a run that fails.
     """
     rule, n = flow.scheme.rule, flow.system.n
     if look.count == 1 or rule.remembers or rule.runs:
@@ -328,8 +324,7 @@ def rounded(case: Case) -> float:
 
     The error of a step's own operations is a smooth function of the state if it comes from rounded
     constants or an iteration's last correction, so that differences take it for the map's
-    (rebound's
-    SABA4 shows 3e-14). Formulas have the same limit (`LIMIT`).
+    (rebound's SABA4 shows 3e-14). Formulas have the same limit (`LIMIT`).
     """
     return LIMIT * case.rule.unit(16) / 2.0**-53
 

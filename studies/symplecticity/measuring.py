@@ -89,8 +89,8 @@ def limit(digits: int) -> float:
 
 #: round-offs that a step may be off, of its own bound to first order (`step_round_off`): two, for a
 #: kernel adds and multiplies in another order than the maps; and where Newton ends at ε of the sum
-#: of
-#: all unknowns, stages too, one may be off by as many round-offs as there are unknowns, some tens
+#: of all unknowns, stages too, one may be off by as many round-offs as there are unknowns, some
+#: tens
 ROUND_OFFS = 64
 
 
@@ -125,10 +125,8 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     """Return rows {step, index, time, pullback, poisson, residual}; measured: the worst of each.
 
     On constrained scenes also constraint (`constraint_defect`); under a force also change and
-    volume
-    (`form_change_defects`) and contraction, the rate at which volume shrinks: measured is its mean
-    at
-    the scene's step.
+    volume (`form_change_defects`) and contraction, the rate at which volume shrinks: measured is
+    its mean at the scene's step.
     """
     if not case.rule.is_formula and not case.control:
         return in_numbers.measure(case, progress)

@@ -1,7 +1,7 @@
-"""Systems: what studies judge, be it a scheme of a scene, another's integrator, or a lattice.
+"""Systems that studies judge: a scheme of a scene, another program's integrator, or a lattice.
 
-A study asks a system for what it measures (a flow, the energy of a run, where the motion ends) and
-never for its kind. What a system lacks is None, and `lacks` says why in a sentence.
+A study asks a system for the values that it measures (a flow, the energy of a run, the end of the
+motion) and never for its kind. A missing value is None, and `lacks` gives the reason in a sentence.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ __all__ = ["End", "Ladder", "SiteMomentum", "System", "system_of"]
 
 
 def system_of(case: Case) -> System:
-    """The system of a case: nothing is derived before it is asked for."""
+    """Return the system of a case; nothing is derived before it is needed."""
     return _system(case.scene, case)
 
 

@@ -1,4 +1,4 @@
-"""A long run, seen some rows at a time: its energy and momenta, and a few of its states."""
+"""A long run in blocks of rows: its energy and momenta, and a few of its states."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import numpy as np
 from .quantities import Part, energies, momentum, step_round_off, sum_round_off, value_round_off
 
 MOST_ROWS = 1_000
-STATES = 3  # that are kept, and tested for Ω
-LOOKS = 8  # rows at which a step's round-off is asked for
-BLOCK = 2**18  # sites of the rows that are held at once, or of one row
+STATES = 3  # number of states that are kept, and tested for Ω
+LOOKS = 8  # number of rows at which a step's round-off is computed
+BLOCK = 2**18  # largest number of sites of the rows in memory, or of one row
 
 
 @dataclass
 class LongRun:
-    """What is kept of a run.
+    """The parts of a run that are kept.
 
     t and energy (r,), and size, the largest sum of the energy's absolute terms. momenta by name.
-    states: some (t, x, μ), the first and the last too. every: steps from row to row.
+    states: some (t, x, μ), including the first and the last. every: steps from row to row.
     """
 
     t: np.ndarray
@@ -34,14 +34,14 @@ class LongRun:
 
     @property
     def errors(self) -> np.ndarray:
-        """H − H₀ per row, over the largest sum of its absolute terms."""
+        """H − H₀ per row, (r,), over the largest sum of its absolute terms."""
         return (self.energy - self.energy[0]) / (self.size or 1)
 
 
 def followed(scheme: Any, flow: Any, steps: int, parts: Mapping[str, Part]) -> LongRun:
-    """A run of so many steps, its energy, and momenta that are given by their parts.
+    """Return a run of so many steps, its energy, and momenta that are given by their parts.
 
-    No more than a block of rows is held at once, beside the states that are kept.
+    Only one block of rows is in memory at once, beside the states that are kept.
     """
     every, sites = max(1, steps // MOST_ROWS), scheme.lattice.sites
     looks, kept = (_spread(steps // every + 1, some) for some in (LOOKS, STATES))
@@ -64,7 +64,7 @@ def followed(scheme: Any, flow: Any, steps: int, parts: Mapping[str, Part]) -> L
 
 
 def _spread(count: int, some: int) -> list[int]:
-    """Numbers of rows, the first and the last too."""
+    """Return evenly spaced row numbers, including the first and the last."""
     return sorted(set(np.linspace(0, count - 1, some).astype(int).tolist()))
 
 
@@ -72,7 +72,7 @@ def _spread(count: int, some: int) -> list[int]:
 class Momentum:
     """A momentum along a run: its values, their absolute terms, and the round-off of a step.
 
-    of_value: of a site's terms, over their size.
+    of_value: the round-off of a site's terms, over their size.
     """
 
     sites: int
@@ -82,7 +82,7 @@ class Momentum:
     of_value: float = 0.0
 
     def add(self, scheme: Any, part: Part, block: Any, some: list[int]) -> None:
-        """Rows of a run; the round-off of a step is asked for at some of them."""
+        """Add rows of a run; the round-off of a step is computed at some of them."""
         values, terms = momentum(scheme, part, block.x, block.mu)
         self.values.append(values)
         self.terms = max(self.terms, float(terms.max()))
@@ -94,13 +94,16 @@ class Momentum:
 
     @property
     def drifts(self) -> np.ndarray:
-        """Per row the most that it has changed since the start, over its absolute terms."""
+        """The largest change since the start per row, (r,), over the absolute terms."""
         values = np.concatenate(self.values, axis=1)
         return np.asarray(abs(values - values[:, :1]).max(axis=0) / (self.terms or 1.0))
 
     @property
     def units(self) -> tuple[float, float]:
-        """What round-off does over the same terms, in ε: where each site is rounded once in a step
-        (times √3, as a relative rounding of ε/√3 in the mean square), and in its own evaluation."""
+        """The effects of round-off over the same terms, in ε: (in a step, in a value).
+
+        In a step each site is rounded once (times √3, for a relative rounding has ε/√3 in the mean
+        square).
+        """
         size = self.terms or 1.0
         return math.sqrt(3) * self.of_step / size, sum_round_off(self.sites) + self.of_value

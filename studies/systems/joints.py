@@ -1,4 +1,4 @@
-"""What constraints on bonds make of a step, in `running_error` numbers: Aᵀλ, φ and A ξ."""
+"""The effects of constraints on bonds on a step, in `running_error` numbers: Aᵀλ, φ and A ξ."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Sums = tuple[np.ndarray, np.ndarray]  # values, and their errors in round-offs
 
 
 class Joints:
-    """The constraints on the bonds of a lattice, of those of the sites `asked`, (N,)."""
+    """The constraints on the bonds of a lattice that have a site of `asked`, (N,)."""
 
     def __init__(self, scheme: Any, asked: np.ndarray) -> None:
         symbols, own, self.pairs = scheme.terms[1]
@@ -31,7 +31,8 @@ class Joints:
         self.values = self.values.reshape(len(self.pairs), len(own))
 
     def forces(self, x: Sums, multipliers: np.ndarray, size: float) -> Sums:
-        """Σ Aᵀλ at each site, (N, m), x and λ (B, k) being off by so many round-offs."""
+        """Return Σ Aᵀλ at each site, (N, m); size: the round-offs by which x and λ (B, k) are
+        off."""
         found: Any = None
         for bond, at, q in self._bonds(x):
             force = self.functions[0](at, rounded(multipliers[bond], size), q, 1.0).ravel()
@@ -43,7 +44,7 @@ class Joints:
         return found[0], found[1]
 
     def missed(self, x: Sums, v: np.ndarray, size: float) -> tuple[float, float]:
-        """The most of φ(x) and of A(x) v, v (N, m), over what the errors leave of them."""
+        """Return the largest φ(x) and A(x) v, v (N, m), over their error bounds."""
         worst = [0.0, 0.0]
         for bond, at, q in self._bonds(x):
             velocity = rounded(v[self.pairs[bond]].ravel(), size)
@@ -51,7 +52,7 @@ class Joints:
             for k, rows in enumerate(held):
                 value, error = (abs(e(rows.ravel()).astype(float)) for e in (values_of, errors_of))
                 over = np.where(value == 0, 0, value / np.where(error == 0, value, error))
-                worst[k] = float(np.maximum(worst[k], over.max()))  # keeps nan
+                worst[k] = float(np.maximum(worst[k], over.max()))  # np.maximum keeps nan
         return worst[0], worst[1]
 
     def _bonds(self, x: Sums) -> Any:
@@ -62,7 +63,7 @@ class Joints:
 
 @lru_cache(maxsize=32)
 def _functions(s: SceneSymbols) -> list[Any]:
-    """Aᵀλ of (x, λ; p, h), φ of (x; p, h) and A ξ of (x, ξ; p, h), with errors."""
+    """Return Aᵀλ of (x, λ; p, h), φ of (x; p, h) and A ξ of (x, ξ; p, h), with errors."""
     A = constraint_matrix(s, s.x)
     multipliers = vector("la", A.rows)
     x, p = {"x": s.x}, {"p": list(s.parameter_list), "h": s.h}  # ρ̂ is h ρ̂/h

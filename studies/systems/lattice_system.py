@@ -24,14 +24,14 @@ from .residual import step_defects
 from .system import End, Ladder, SiteMomentum, System
 
 RUNGS, MOST_RUNGS = 5, 8
-COARSE, HIGHER = 32, 8  # steps of the coarsest run, so many fewer from order 4 on
-#: from order 6 on, where halved steps make errors round-off after three levels: steps of the
-#: coarsest run, and the error that it may have for runs of twice the time to be asked for
+COARSE, HIGHER = 32, 8  # steps of the coarsest run, and the divisor of them from order 4 on
+#: from order 6 on, where halved steps reach round-off after three levels: steps of the coarsest
+#: run, and the largest error that it may have before the time is doubled
 STEEP, COARSEST, LARGE_ERROR = 6, 3, 1e-4
-#: of a change or an error, beside the largest number of its kind: round-off of some hundred steps
+#: round-off of some hundred steps, as a share of the largest number of a kind of values
 LEAST = 2.0**-46
-PAIRS = 2  # of variations by which the form is tested at a state
-#: lattices whose form takes a quarter of a minute to derive, which --thorough asks for
+PAIRS = 2  # pairs of variations that test the form at a state
+#: lattices whose form takes a quarter of a minute to derive, done only with --thorough
 LATER = ("beam", "spaghetti")
 STEP_KINDS = ("residual", "constraint", "hidden")
 Pair = tuple[np.ndarray, np.ndarray]
@@ -40,8 +40,8 @@ Pair = tuple[np.ndarray, np.ndarray]
 class LatticeSystem(System):
     """A scheme of a lattice; see `System`."""
 
-    #: of many sites an energy may come and go slowly. Where a run does not tell, one eight times as
-    #: long is asked, and no other
+    #: the energy of many sites may change slowly and return. If a run does not decide, one eight
+    #: times as long is made, and then no other
     slower = (1, 8, 64)
 
     @property
@@ -51,24 +51,24 @@ class LatticeSystem(System):
 
     @cached_property
     def known(self) -> Known:
-        """What is known of a lattice of the bench."""
+        """Known facts of a lattice of the bench."""
         return known_of(self.lattice)
 
     @cached_property
     def momenta(self) -> tuple[SiteMomentum, ...]:  # type: ignore[override]
-        """Those that are known, and those of the lattice's own symmetries."""
+        """The known momenta, and those of the lattice's own symmetries."""
         parts = {**self.known.momenta, **of_symmetries(self.lattice)}
         return tuple(SiteMomentum(name, part) for name, part in parts.items())
 
     @property
     def form_kinds(self) -> tuple[str, ...]:  # type: ignore[override]
-        """The Poisson form, and what a step owes to its equations and constraints."""
+        """The Poisson form, and a step's defects in its equations and constraints."""
         tied = self.lattice.constraint is not None
         return ("poisson", *(STEP_KINDS if tied else STEP_KINDS[:1]))
 
     @cached_property
     def lacks(self) -> dict[str, str]:  # type: ignore[override]
-        """Of what no single steps are judged, and no form is derived in time."""
+        """The reasons why no single steps are judged, or no form is derived in time."""
         lattice, rule = self.lattice, self.case.rule
         found = {"modified_energy": "a lattice's energy is judged by long runs alone"}
         if is_built_in(lattice) and not self.case.thorough:
@@ -79,7 +79,7 @@ class LatticeSystem(System):
         return found
 
     def runs_at(self, digits: int) -> bool:
-        """In double precision."""
+        """True for double precision."""
         return digits == 16
 
     # -- order ------------------------------------------------------------------------------
@@ -93,12 +93,15 @@ class LatticeSystem(System):
             counts = lambda k: round(COARSEST * 2 ** (k / 2))  # noqa: E731
             return Ladder(T, counts, 2 * RUNGS - 1, 2 * MOST_RUNGS - 1)
         coarsest = asked or (COARSE if order < 4 else COARSE // HIGHER)
-        more = int(self.end(T, 16).x is None)  # the finest has no error of its own
+        more = int(self.end(T, 16).x is None)  # the finest run has no error of its own
         return Ladder(T, lambda k: coarsest * 2**k, RUNGS + more, MOST_RUNGS + more)
 
     @cached_property
     def _duration(self) -> Fraction:
-        """Of a steep rule the time is made longer until its coarsest run has a large error."""
+        """The duration of the order's runs; it is longer for a steep rule.
+
+        It is doubled until the coarsest run has a large error.
+        """
         T: Fraction = COARSE * self.lattice.step
         if (self.case.order or 0) >= STEEP:
             while self.lattice.duration >= 2 * T and self._coarse_error(2 * T) < LARGE_ERROR:
@@ -106,7 +109,8 @@ class LatticeSystem(System):
         return T
 
     def _coarse_error(self, T: Fraction) -> float:
-        """By how much the coarsest run differs from one of half its steps; infinite without."""
+        """Return the difference of the coarsest run from one of half its steps; infinite without
+        runs."""
         ends = []
         for count in (COARSEST, 2 * COARSEST):
             try:
@@ -117,7 +121,7 @@ class LatticeSystem(System):
         return max(map(_apart, *ends))
 
     def end(self, time: Any, digits: int) -> End:
-        """By the closed form of the lattice, else by its equations of motion; else unknown."""
+        """Return the end by a closed form, by the equations of motion, or without x and μ."""
         if time not in self._ends:
             self._ends[time] = self._end(time)
         return self._ends[time]
@@ -144,15 +148,20 @@ class LatticeSystem(System):
         return self.known.exact if self.known.refined is None else None
 
     def error(self, x: Any, mu: Any, end: Any) -> tuple[float, float | None, float | None]:
-        """The most that x or μ of a site is off, each over its largest; far from the ends of a
-        chain, which closed forms do not have."""
+        """Return the largest error of x or μ at a site, each over its largest, and both parts.
+
+        With a closed form the ends of a chain are left out, which it does not have.
+        """
         tenth = self.lattice.sites // 10
         inner = slice(tenth, -tenth) if self._exact is not None else slice(None)
         of_x, of_mu = _apart(x, end.x, inner), _apart(mu, end.mu, inner)
         return max(of_x, of_mu), of_x, of_mu
 
     def single_steps(self) -> Any:
-        """Two neighbours and their bond, as a scene; raises `CannotMeasure` without such a bond."""
+        """Return the scheme of two neighbours and their bond, as a scene.
+
+        Raises `CannotMeasure` without such a bond.
+        """
         if "single_steps" in self.lacks:
             return None
         return scheme_of(scene_of(self.lattice), self.case.rule)
@@ -160,43 +169,46 @@ class LatticeSystem(System):
     # -- long runs --------------------------------------------------------------------------
 
     def usual_steps(self, claimed: bool = True) -> int:
-        """So many that what is slow is seen, of a known lattice."""
+        """Return enough steps of a known lattice to show slow changes."""
         return self.known.steps
 
     def long_run(self, steps: int, progress: Progress) -> LongRun:
-        """`following.followed`, the momenta along the shortest run alone."""
+        """Return the run by `following.followed`, with momenta only for the shortest run."""
         progress(f"{self.lattice.name} {self.case.label}: {steps} steps", 0.0)
         first = steps <= (self.case.steps or self.usual_steps())
         return _run(self.scheme, steps, first)
 
     def energy(self, run: LongRun) -> tuple[np.ndarray, np.ndarray]:
-        """As it was followed; of the terms the most of all rows."""
+        """Return the energy per row, and for its terms the largest of all rows."""
         return run.energy, np.full(len(run.t), run.size)
 
     def energy_errors(self, run: LongRun) -> np.ndarray:
-        """Over the largest sum of the energy's absolute terms."""
+        """Return the energy's errors over the largest sum of its absolute terms."""
         return run.errors
 
     def rates(self, state: Pair) -> dict[str, float]:
-        """|dJ/dt| of the momenta of a lattice's symmetries, by the equations of motion."""
+        """Return |dJ/dt| of the momenta of a lattice's symmetries, by the equations of motion."""
         parts = of_symmetries(self.lattice)
         rates = rates_at(self.scheme, *state) if parts else state
         return {name: change(self.scheme, part, state, rates) for name, part in parts.items()}
 
     @property
     def text(self) -> str:
-        """The momenta of symmetries, which no equation of a step holds."""
+        """The momenta of symmetries, which the equations of a step do not contain."""
         given = of_symmetries(self.lattice)
         return str({name: entries_of(self.scheme, part) for name, part in given.items()})
 
     # -- the form ---------------------------------------------------------------------------
 
     def states(self, progress: Progress) -> list[tuple[float, Any, Any]]:
-        """Some of a long run, the first and the last too."""
+        """Return some states of a long run, including the first and the last."""
         return self.long_run(self.case.steps or self.usual_steps(), progress).states
 
     def form_defect(self, flow: Any, x: Any, mu: Any, u: Any = None, seed: int = 0) -> float | None:
-        """By random variations; None of compositions, whose substeps are the base's."""
+        """Return the form's defect by random variations; None for compositions.
+
+        Their substeps are the base's.
+        """
         if "form_defect" in self.lacks:
             return None
         try:
@@ -205,14 +217,14 @@ class LatticeSystem(System):
             return None
 
     def step_defects(self, flow: Any, x: Any, mu: Any) -> dict[str, float | None]:
-        """`residual.step_defects`; None of compositions."""
+        """Return `residual.step_defects`; None for compositions."""
         try:
             return {**step_defects(flow, x, mu)}
         except CannotMeasure:
             return dict.fromkeys(self.form_kinds[1:])
 
 
-@lru_cache(maxsize=8)  # energy, momentum and symplecticity ask for one run
+@lru_cache(maxsize=8)  # energy, momentum and symplecticity share one run
 def _run(scheme: Any, steps: int, with_momenta: bool) -> LongRun:
     lattice = scheme.lattice
     parts = {**known_of(lattice).momenta, **of_symmetries(lattice)} if with_momenta else {}
@@ -220,7 +232,7 @@ def _run(scheme: Any, steps: int, with_momenta: bool) -> LongRun:
 
 
 def _certain(known: float) -> float:
-    """The digits of which `End.certain` is, for errors down to `known`."""
+    """Return the `End.certain` for errors down to `known`."""
     return 2 - math.log10(known)
 
 

@@ -1,11 +1,4 @@
-"""What single steps say of a rule on a lattice: two neighbours and their bond, taken as a scene.
-
-A lattice has any number of sites, its runs are in double precision and start in one state. Its
-discrete Lagrangian is a sum over sites and bonds, so what a rule does to one bond and its two sites
-it does to all; and these are a scene of a few coordinates, for which there are steps of 50 digits
-from random states (`studies.evidence`). That the lattice's own step is the sum of these is asked
-elsewhere (`residual`).
-"""
+"""Single steps of a rule on a lattice: two neighbours and their bond, taken as a scene."""
 
 from __future__ import annotations
 
@@ -24,11 +17,11 @@ LARGE = 9  # numbers of a site's x: those of a body on SO(3)
 
 @lru_cache(maxsize=32)
 def scene_of(lattice: Lattice) -> Scene:
-    """Two neighbours that move, and their bond, as a scene; contact is left out.
+    """Return two neighbours that move, and their bond, as a scene; contact is left out.
 
-    Where bonds hold velocities, their other neighbours stand beside them and stay: one bond alone
-    may have no regular mass matrix. Raises `CannotMeasure` where no bond joins two sites that move,
-    or a site without one.
+    If bonds hold velocities, their other neighbours stand beside them at rest: one bond alone may
+    have no regular mass matrix. Raises `CannotMeasure` if no bond joins two sites that move, or a
+    site is without one.
     """
     i, j = _ends(lattice)
     moving = lattice.bonds_move
@@ -81,7 +74,7 @@ def scene_of(lattice: Lattice) -> Scene:
 
 
 def _ends(lattice: Lattice) -> tuple[int, int]:
-    """The ends of the bond in the middle of those that join two sites that move."""
+    """Return the ends of the middle one of the bonds that join two sites that move."""
     free = np.flatnonzero(lattice.free[lattice.pairs].all(axis=1))
     if not len(free):
         raise CannotMeasure(f"{lattice.name}: no bond joins two sites that move.")
@@ -90,14 +83,14 @@ def _ends(lattice: Lattice) -> tuple[int, int]:
 
 
 class _Values:
-    """Parameters by name, as a site or a bond sees them."""
+    """Parameters by name, for the functions of a site or a bond."""
 
     def __init__(self, values: dict[str, Any]) -> None:
         vars(self).update(values)
 
 
 def _exact(value: Any) -> Any:
-    """A float or an array of floats as sympy has it."""
+    """Return a float or an array of floats as exact sympy numbers."""
     if np.ndim(value) == 0:
         return sympy.Rational(float(value))
     return sympy.Matrix([sympy.Rational(float(e)) for e in np.ravel(value)])

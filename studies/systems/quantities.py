@@ -1,4 +1,4 @@
-"""Energy and momenta of a lattice's rows: sums over sites and bonds, and what round-off does."""
+"""Energy and momenta of a lattice's rows: sums over sites and bonds, and their round-off."""
 
 from __future__ import annotations
 
@@ -35,18 +35,19 @@ from ..core.runs import of_states
 
 NUMBERS = Double()
 Part = Callable[[Any, Any, Any], list[Any]]  # of x, μ and the parameters of a site
-SAMPLE = 128  # bonds whose forces are asked for their round-off
+SAMPLE = 128  # bonds whose forces' round-off is computed
 
 
 def energies(scheme: Any, run: Any) -> tuple[np.ndarray, float]:
-    """H of each row, (r,), and the largest sum of its absolute terms: of sites and of whole bonds.
+    """Return H of each row, (r,), and the largest sum of its absolute terms.
 
-    A bond's energy is of differences, whose parts by themselves are as large as the places are.
+    Terms are of sites and of whole bonds: a bond's energy is of differences, whose parts by
+    themselves are as large as the positions are.
     """
     (s, p, sites), (bond, of_bonds, pairs) = scheme.terms
     xi = velocities(scheme.flow(1), run.x, run.mu, run.u)
     own = [energy(s)], [energy_terms(s)]
-    if scheme.lattice.bonds_move:  # μ is not the site's alone
+    if scheme.lattice.bonds_move:  # μ belongs to more than the site
         value = s.u.dot(momentum_of(s)) - s.lagrangian
         own = [value], [absolute_terms(value)]
     f = of_states(s, *own, NUMBERS)
@@ -60,7 +61,8 @@ def energies(scheme: Any, run: Any) -> tuple[np.ndarray, float]:
 
 
 def momentum(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> np.ndarray:
-    """(2, k, r): a quantity in rows x (r, N, n), μ (r, N, m), and the sum of its absolute terms."""
+    """Return (2, k, r): a quantity in rows x (r, N, n), μ (r, N, m), and its absolute terms'
+    sum."""
     (s, p, sites), entries = scheme.terms[0], entries_of(scheme, part)
     letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
     f = numeric(letters, [entries, list(map(absolute_terms, entries))], NUMBERS, columns=True)
@@ -70,7 +72,7 @@ def momentum(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> np.ndarr
 def change(
     scheme: Any, part: Part, at: tuple[np.ndarray, np.ndarray], rates: tuple[np.ndarray, np.ndarray]
 ) -> float:
-    """|dJ/dt| of a quantity where (x, μ) changes at these rates, over the sum of its terms."""
+    """Return |dJ/dt| of a quantity if (x, μ) changes at these rates, over the sum of its terms."""
     slopes = _slopes(scheme, part, *at)
     terms = [e * rate.T for e, rate in zip(slopes, rates, strict=True)]
     whole = sum(e.sum(axis=(1, 2)) for e in terms)
@@ -79,7 +81,7 @@ def change(
 
 
 def _slopes(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> list[np.ndarray]:
-    """∂J/∂x and ∂J/∂μ at each site, (k, n, N) and (k, m, N)."""
+    """Return ∂J/∂x and ∂J/∂μ at each site, (k, n, N) and (k, m, N)."""
     (s, p, _), entries = scheme.terms[0], entries_of(scheme, part)
     letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
     slopes = [jacobian(entries, list(e)) for e in (s.x, s.mu)]
@@ -88,7 +90,7 @@ def _slopes(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> list[np.n
 
 
 def value_round_off(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> float:
-    """Running errors of a site's terms of a quantity, x and μ being exact, over their sizes."""
+    """Return running errors of a site's terms of a quantity for exact x and μ, over their sizes."""
     (s, p, _), entries = scheme.terms[0], entries_of(scheme, part)
     letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
     f = with_running_errors(numeric_text(letters, [entries, list(map(absolute_terms, entries))]),
@@ -110,12 +112,12 @@ def step_round_off(
     h: float,
     multipliers: np.ndarray | None = None,
 ) -> float:
-    """What the roundings of a step do to a quantity in rows of x and μ, in ε: standard deviation.
+    """Return the effect of a step's roundings on a quantity in rows of x and μ, in ε.
 
-    x and μ of a site are rounded by as many sums as they have terms, one of the site and one of
-    each bond; forces, which both ends of a bond have to opposite signs but for their roundings, as
-    `force_errors` says, those of constraints by the `multipliers` of the rows too. All are
-    independent: variances add.
+    It is a standard deviation. x and μ of a site are rounded by as many sums as they have terms,
+    one of the site and one of each bond; forces, which have opposite signs at the ends of a bond
+    except for their roundings, by `force_errors`, those of constraints by the `multipliers` of the
+    rows too. All are independent: variances add.
     """
     degrees = np.bincount(scheme.lattice.pairs.ravel(), minlength=scheme.lattice.sites)
     worst = 0.0
@@ -126,21 +128,21 @@ def step_round_off(
         of_sums = sums * mu_row**2 + h**2 * of_forces
         found = np.einsum("kai,ia->k", of_x**2, 2 * x_row**2)
         found = found + np.einsum("kai,ia->k", of_mu**2, of_sums)
-        worst = max(worst, math.sqrt(found.max() / 3))  # ε/√3 in the mean square
+        worst = max(worst, math.sqrt(found.max() / 3))  # a rounding has ε/√3 in the mean square
     return worst
 
 
 def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = None) -> np.ndarray:
-    """Squares of what roundings do to the forces of its bonds on each site, (N, m), in ε².
+    """Return the squares of round-offs of the forces of bonds on each site, (N, m), in ε².
 
-    Roundings of what both ends of a bond have in common change no momentum. So of a force f it is
-    κ|f|, κ² being Σ e²/Σ f² of SAMPLE bonds, e the running error of f from there on (`_apart`): of
-    the largest forces, for a wave may be on a few bonds alone, and of bonds from end to end.
-    Twice, for kernels add and multiply in another order.
+    Roundings of common terms of both ends of a bond change no momentum. So for a force f it is
+    κ|f|, κ² being Σ e²/Σ f² of SAMPLE bonds, e the running error of f from the common terms on
+    (`_apart`): bonds of the largest forces, for a wave may be on a few bonds alone, and bonds from
+    end to end. It is doubled, for kernels add and multiply in another order.
     """
     (s, p, pairs), lattice = scheme.terms[1], scheme.lattice
     force = natural_structure(s, s.x)[0].T * jacobian([s.lagrangian], s.x).T
-    force = force.xreplace(dict.fromkeys(s.u, 0))  # of what holds no velocity
+    force = force.xreplace(dict.fromkeys(s.u, 0))  # a force without velocities
     kinds = [({"x": s.x}, list(force), [x[pairs].reshape(len(pairs), -1)])]
     if multipliers is not None and multipliers.shape[1]:
         A = constraint_matrix(s, s.x)
@@ -172,7 +174,8 @@ def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = No
 
 
 def _apart(values: list[Any]) -> tuple[list[tuple[Any, Any]], list[Any]]:
-    """[(letter, expression)] of what both halves of `values` hold, and these in such letters."""
+    """Return [(letter, expression)] common to both halves of `values`, and `values` in these
+    letters."""
     found, reduced = sympy.cse(values, sympy.numbered_symbols("common", real=True), order="none")
     holds: dict[Any, set[Any]] = {}  # of a letter, itself and all letters that it is made of
     whole: dict[Any, Any] = {}
@@ -191,22 +194,22 @@ def _apart(values: list[Any]) -> tuple[list[tuple[Any, Any]], list[Any]]:
 
 
 def sum_round_off(sites: int) -> int:
-    """Roundings that a term goes through in numpy's sum over the sites.
+    """Return the number of roundings of a term in numpy's sum over the sites.
 
-    It adds up to 128 terms in eight rows, so one goes through 15 and then 3 additions, and halves
-    by halves from there on.
+    It adds up to 128 terms in eight rows, so a term goes through 15 and then 3 additions, and
+    through pairwise sums from there on.
     """
     return 18 + math.ceil(math.log2(max(sites, 128) / 128))
 
 
 def entries_of(scheme: Any, part: Part) -> list[Any]:
-    """The expressions of a part in the letters of a site."""
+    """Return the expressions of a part in the letters of a site."""
     s, k = scheme.equations.site.s, scheme.lattice.matrix_size
     return list(part(s.x.reshape(k, k) if k else s.x, s.mu, s.parameters))
 
 
 def of_symmetries(lattice: Any) -> dict[str, Part]:
-    """name → the part of a site, μ·ξ(x), of the momenta that a lattice's symmetries keep."""
+    """Return name → the part of a site, μ·ξ(x), of the momenta that a lattice's symmetries keep."""
 
     def part(xi: Callable[..., Any], name: str) -> Part:
         def product(x: Any, mu: Any, p: Any) -> list[Any]:
@@ -222,8 +225,10 @@ def of_symmetries(lattice: Any) -> dict[str, Part]:
 
 
 def _summed(f: Any, p: list[Any], ends: np.ndarray, *rows: np.ndarray) -> np.ndarray:
-    """(2, k, r): values and terms by a function of columns, of rows (r, N, ·), summed over the
-    sites or bonds with these ends."""
+    """Return values and terms (2, k, r) summed over the sites or bonds with these ends.
+
+    f: a function of columns; rows are (r, N, ·).
+    """
     r, count = len(rows[0]), len(ends)
     columns = (list(e[:, ends].reshape(r * count, -1).T) for e in rows)
     found = f(*columns, [np.tile(e, r) if np.ndim(e) else e for e in p])

@@ -1,10 +1,10 @@
-"""Where a lattice's own equations of motion lead, by a method that knows no rule.
+"""Solutions of a lattice's own equations of motion, by a method that knows no rule.
 
 ẋ = ρ̂ ξ,   μ̇ = −Ĉ ξ μ + ρ̂ᵀ ∂(l_i + Σ L_ij)/∂x_i + Σ Aᵀλ,   μ = ∂l/∂ξ
 
-of all sites, λ being what keeps d(A ξ)/dt = 0 of constraints on bonds, by the Runge–Kutta pair of
-order 8(5, 3) of Dormand and Prince. A rule that does not approximate these equations converges to
-something else.
+of all sites, where λ keeps d(A ξ)/dt = 0 for constraints on bonds, by the Runge–Kutta pair of order
+8(5, 3) of Dormand and Prince. A rule that does not approximate these equations converges to
+another motion.
 """
 
 from __future__ import annotations
@@ -21,19 +21,21 @@ from discmech.integrators.numbers import Double, LazyModule, jacobian, numeric
 
 integrate: Any = LazyModule("scipy.integrate")
 NUMBERS = Double()
-#: of a step, relatively: the power of two above 100 units of round-off, the least that scipy takes
+#: relative tolerance of a step: the power of two above 100 units of round-off, the least that scipy
+#: takes
 TOLERANCE = 2.0**-45
-LOOSER = 8  # another error is seen beside the first, and both are in proportion to the tolerance
-MOST = 20_000  # evaluations of the vector field by both runs; known lattices take some hundreds
+LOOSER = 8  # factor of the second run's tolerance; errors are in proportion to it
+# most evaluations of the vector field by both runs; known lattices take some hundreds
+MOST = 20_000
 
 
 def solution(scheme: Any, duration: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """(x, μ) of a lattice after that time, (N, n) and (N, m), and how well it is known.
+    """Return (x, μ) of a lattice after that time, (N, n) and (N, m), and the relative error.
 
-    Errors are in proportion to the tolerance, so that a run with LOOSER times it tells them: of x
-    or of μ, over its largest entry; twice that, for round-off and the next power of the step, which
-    is 2⁻⁶. The way back to the start would tell nothing: its errors undo those of the way there.
-    Raises `CannotMeasure` where the equations cannot be followed.
+    Errors are in proportion to the tolerance, so a run with LOOSER times it shows them: of x or of
+    μ, over its largest entry; doubled for round-off and the next power of the step, which is 2⁻⁶. A
+    run back to the start would show nothing: its errors undo those of the way there. Raises
+    `CannotMeasure` if the equations cannot be followed.
     """
     lattice = scheme.lattice
     x, v = lattice.start
@@ -42,7 +44,7 @@ def solution(scheme: Any, duration: float) -> tuple[np.ndarray, np.ndarray, floa
     size = float(max(np.max(abs(x)), np.max(abs(mu))))
     start, ends = np.concatenate([x.ravel(), mu.ravel()]), []
     for tolerance in (TOLERANCE, LOOSER * TOLERANCE):
-        with np.errstate(all="ignore"):  # an end that is no number is told below
+        with np.errstate(all="ignore"):  # an end that is no number is reported below
             solver = integrate.DOP853(field, 0, start, duration, rtol=tolerance,
                                       atol=tolerance * size)  # fmt: skip
             said = None
@@ -58,13 +60,13 @@ def solution(scheme: Any, duration: float) -> tuple[np.ndarray, np.ndarray, floa
 
 
 def rates_at(scheme: Any, x: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(ẋ, μ̇) of all sites at x (N, n) and μ (N, m), by the equations of motion."""
+    """Return (ẋ, μ̇) of all sites at x (N, n) and μ (N, m), by the equations of motion."""
     found = _field(scheme, x.shape, scheme.lattice.start[1])(0, np.r_[x.ravel(), mu.ravel()])
     return found[: x.size].reshape(x.shape), found[x.size :].reshape(mu.shape)
 
 
 def _field(scheme: Any, shape: tuple[int, int], near: np.ndarray) -> Any:
-    """The vector field on all x and then all μ, as scipy calls it."""
+    """Return the vector field on all x and then all μ, as scipy calls it."""
     lattice, ((s, of_sites, _), (bond, of_bonds, _)) = scheme.lattice, scheme.terms
     pairs, free, (N, n), m = lattice.pairs, lattice.free[:, None], shape, near.shape[1]
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}

@@ -1,8 +1,8 @@
-"""Whether the step that runs is that of the equations: sums of the maps of sites and of bonds.
+"""Compare the step that runs with its equations: sums of the maps of sites and of bonds.
 
-F⁻(x, u) = hμ at the u of a run, and where it goes x′ = b(x, u) and hμ′ = F⁺(x, u), each a sum
-over a site and its bonds, in `running_error` numbers. The kernels add up other forces (kicks, and
-the gain F⁺ − F⁻), in another order: what runs is measured, and not only what it was made of.
+F⁻(x, u) = hμ at the u of a run, and at its end x′ = b(x, u) and hμ′ = F⁺(x, u), each a sum over a
+site and its bonds, in `running_error` numbers. The kernels add other forces (kicks, and the gain
+F⁺ − F⁻), in another order: so the run itself is measured, and not only its formulas.
 """
 
 from __future__ import annotations
@@ -32,14 +32,15 @@ NAMES = ("minus", "plus", "stages", "target")
 
 
 def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray) -> dict[str, float]:
-    """{"residual"}, the largest gap of a step from (x, μ), and with constraints on bonds also
-    {"constraint", "hidden"}, φ and A ξ where it ends: each over its bound, ε where it is one.
+    """Return {"residual"}, the largest defect of a step from (x, μ), over its bound, ε where it is
+    one.
 
-    Of a large lattice some sites are asked, with all their bonds (`_asked`).
+    With constraints on bonds also {"constraint", "hidden"}, φ and A ξ at the step's end. Of a large
+    lattice some sites are used, with all their bonds (`_asked`).
 
     The bounds are of first order: every operation rounds, as do the terms of a sum, and unknowns
-    are off by a round-off of the largest of a site, u also of x/h, which is where the solver ends.
-    Velocities, multipliers and impulses, being of different units, have each a largest of its own.
+    are off by a round-off of the largest of a site, u also of x/h, where the solver stops.
+    Velocities, multipliers and impulses have different units, so each has its own largest value.
     Raises `CannotMeasure` for compositions, `StepFailure` without a step.
     """
     scheme, h, m = flow.scheme, float(flow.step), mu.shape[1]
@@ -47,7 +48,7 @@ def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray) -> dict[str, float]:
         raise CannotMeasure(f"{flow.lattice.name}: a step of several substeps is not compared with "
                             "the maps of its rule.")  # fmt: skip
     run = LatticeRun.from_row(flow, x, mu)
-    # with constraints a row shows μ projected, and the run goes on with what it was before
+    # with constraints a row has the projected μ, and the run continues with the earlier one
     momenta = "nu" if scheme.constrained else "mu"
     before, w = getattr(run, momenta).copy(), run.stepped()
     after = getattr(run, momenta)
@@ -66,7 +67,7 @@ def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray) -> dict[str, float]:
         gaps.append((run.mu - after - push, of_push + abs(run.mu) + abs(after)))
         held = joints.missed((run.x, moved), v, _largest(v))
         found = dict(zip(("constraint", "hidden"), held, strict=True))
-    # μ′ is μ and what a step gains, so what is off in F⁻ is off in F⁺ too
+    # μ′ is μ plus a step's gain, so an error of F⁻ is one of F⁺ too
     bound = bound + abs(h * before)
     gaps += [(minus - h * before, bound),
              (sums["plus"][0] - h * after, sums["plus"][1] + bound + abs(h * after))]  # fmt: skip
@@ -79,13 +80,16 @@ def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray) -> dict[str, float]:
 
 
 def _largest(rows: np.ndarray) -> float:
-    """The largest sum of a row's absolute numbers."""
+    """Return the largest sum of a row's absolute numbers."""
     return float(np.max(abs(rows).sum(axis=1)))
 
 
 def _asked(lattice: Any) -> np.ndarray:
-    """Which sites that move are asked, (N,): all, or of many those where runs of bonds begin and
-    end, which kernels treat by themselves, and others at random, MOST_SITES of each kind."""
+    """Return which moving sites are used, (N,): all, or a selection of many.
+
+    Of many they are those where runs of bonds begin and end, which kernels treat by themselves, and
+    others at random, MOST_SITES of each kind.
+    """
     asked = lattice.free.copy()
     if lattice.sites <= MOST_SITES:
         return asked
@@ -102,9 +106,9 @@ def _asked(lattice: Any) -> np.ndarray:
 def _summed(
     flow: Any, x: np.ndarray, w: np.ndarray, h: float, size: float, asked: np.ndarray
 ) -> dict[str, Sums]:
-    """Of each of NAMES the sums over sites and bonds, and those of errors and absolute terms.
+    """Return for each of NAMES the sums over sites and bonds, of values, errors and absolute terms.
 
-    size: round-offs of w; asked: the sites that are.
+    size: round-offs of w; asked: the sites that are used.
     """
     lattice, scheme, m = flow.lattice, flow.scheme, flow.lattice.groupoid.dim_u
     pairs = lattice.pairs
@@ -134,7 +138,7 @@ def _summed(
 
 @lru_cache(maxsize=32)
 def _maps(equations: Any) -> tuple[list[float], Any]:
-    """The numbers of the rule, and F⁻, F⁺, ∂L_d/∂s, b with errors."""
+    """Return the numbers of the rule, and F⁻, F⁺, ∂L_d/∂s, b with errors."""
     maps, s = equations.at_points, equations.s
     made = [maps.minus, maps.plus, maps.stage_equations, maps.target]
     definitions = [(d.letters, list(d.values)) for d in inlined(maps.definitions(*made))]

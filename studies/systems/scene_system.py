@@ -1,4 +1,4 @@
-"""A scene by a rule, by a one-step map, or by somebody else's integrator."""
+"""A scene with a rule, a one-step map, or another program's integrator."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ class SceneSystem(System):
 
     @cached_property
     def lacks(self) -> dict[str, str]:  # type: ignore[override]
-        """Of a scene in numbers no state is exact but along its two references."""
+        """For a scene in numbers: no state is exact except along its two references."""
         if self.case.scene.in_numbers:
             return {"single_steps": "no exact state is known beside the motion"}
         return {}
 
     def runs_at(self, digits: int) -> bool:
-        """As the rule does."""
+        """True if the rule runs in so many digits."""
         return self.case.rule.runs_at(digits)
 
     def end(self, time: Any, digits: int) -> End:
-        """By a certified reference."""
+        """Return the end by a certified reference."""
         found = reference.solution(self.case.scene, time, digits=digits)
         certain = found.certain_digits
         agreed = certain if self.case.scene.in_numbers else None
         return End(found.x, found.mu, certain, answer=found, agreed=agreed)
 
     def error(self, x: Any, mu: Any, end: Any) -> tuple[float, float | None, float | None]:
-        """‖(x, μ) − (x̂, μ̂)‖₂ / ‖(x̂, μ̂)‖₂ and its parts; in mpmath."""
+        """Return ‖(x, μ) − (x̂, μ̂)‖₂ / ‖(x̂, μ̂)‖₂ and its parts, computed in mpmath."""
         dx, of_x = gap(x, end.x)
         dmu, of_mu = gap(mu, end.mu)
         size = mpmath.sqrt(of_x**2 + of_mu**2) or 1  # at rest at 0 errors are not relative
@@ -47,28 +47,31 @@ class SceneSystem(System):
         return float(mpmath.sqrt(dx**2 + dmu**2) / size), of_base, float(dmu / size)
 
     def single_steps(self) -> Any:
-        """The scheme itself."""
+        """Return the scheme itself."""
         return None if "single_steps" in self.lacks else self.scheme
 
     def usual_steps(self, claimed: bool = True) -> int:
-        """A million, or what a program makes soon."""
+        """Return a million steps, or as many as a program makes soon."""
         return usual_steps(self.case, claimed)
 
     def long_run(self, steps: int, progress: Progress) -> Any:
-        """The rows of `runs.long_run`."""
+        """Return the rows of `runs.long_run`."""
         return long_run(self.case, self.scheme, steps, progress)
 
     def energy(self, run: Any) -> tuple[np.ndarray, np.ndarray]:
-        """By `runs.energy_with_terms`."""
+        """Return the energy and its terms by `runs.energy_with_terms`."""
         values, terms = energy_with_terms(self.scheme, self.case.digits)(run)
         return values[:, 0], terms[:, 0]
 
     def energy_errors(self, run: Any) -> np.ndarray:
-        """Relative to the energy that moves."""
+        """Return errors relative to the energy that moves."""
         return energy_errors(self.scheme, run, self.case.digits)
 
     def form_defect(self, flow: Any, x: Any, mu: Any, u: Any = None, seed: int = 0) -> float | None:
-        """The form on the dual; under constraints that on what they leave, None over substeps."""
+        """Return the defect of the form on the dual.
+
+        Under constraints it is that on the states they leave free, None over substeps.
+        """
         if not self.case.scene.constrained:
             return float(flow.poisson_defect(x, mu, u0=u))
         return None if self.scheme.substeps else float(restricted_form_defect(flow, x, mu, u))

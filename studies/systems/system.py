@@ -1,4 +1,4 @@
-"""What a system has of what studies ask for; the answers of one that has nothing."""
+"""The values that studies ask of a system; here the answers of a system without any."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from ..core.case import Case, Progress
 
 @dataclass(frozen=True)
 class End:
-    """Where the motion is at a time, by a method that knows no rule; x is None where none does.
+    """The state at a time, by a method that knows no rule; x is None if no method gives it.
 
-    certain: errors below 10^(2 − certain) are not those of what is judged. about: what a result
-    says of it. answer: the reference's own record. agreed: digits in which two references of a
-    scene in numbers agree, where nothing else is known.
+    certain: errors below 10^(2 − certain) may be this state's own. about: the entries of a result
+    about it. answer: the reference's own record. agreed: digits in which two references of a scene
+    in numbers agree, if no other bound is known.
     """
 
     x: Any
@@ -31,7 +31,8 @@ class End:
 
 @dataclass(frozen=True)
 class Ladder:
-    """Runs to one time: how many steps the k-th has, and how many runs there are, and at most."""
+    """Runs to one time: the number of steps of the k-th, and the usual and largest number of
+    runs."""
 
     duration: Fraction
     steps: Callable[[int], int]
@@ -52,17 +53,18 @@ class SiteMomentum:
 class System:
     """A case's scene or lattice with its rule.
 
-    lacks: of what the system has none, a sentence that says why. The names are those of the methods
+    lacks: name of a missing value → a sentence with the reason. The names are those of the methods
     and attributes below, which then give None.
     """
 
     lacks: Mapping[str, str] = {}
-    #: momenta and their parts, where they are sums over sites; else a scene's symmetries say them
+    #: momenta and their parts, if they are sums over sites; otherwise a scene's symmetries give
+    #: them
     momenta: tuple[SiteMomentum, ...] | None = None
-    #: the kinds of defects that are asked for in `states`
+    #: the kinds of defects that are measured in `states`
     form_kinds: tuple[str, ...] | None = None
-    #: times the steps of a long run, until it is told whether a drift of the energy goes on; of a
-    #: system with a modified energy one is enough
+    #: factors of the steps of a long run, tried until it is clear whether a drift of the energy
+    #: continues; for a system with a modified energy one is enough
     slower: tuple[int, ...] = (1,)
 
     def __init__(self, case: Case) -> None:
@@ -78,59 +80,63 @@ class System:
         return self.scheme.flow(step, self.case.digits)
 
     def runs_at(self, digits: int) -> bool:
-        """Whether there are runs in so many digits."""
+        """True if there are runs in so many digits."""
         raise NotImplementedError
 
     @property
     def ladder(self) -> Ladder | None:
-        """The runs that tell the order, where the system says them itself."""
+        """The runs that show the order, if the system chooses them itself."""
         return None
 
     def end(self, time: Any, digits: int) -> End:
-        """Where the motion is at a time; raises where no method can follow it."""
+        """Return the state at a time; raises if no method can follow the motion."""
         raise NotImplementedError
 
     def error(self, x: Any, mu: Any, end: Any) -> tuple[float, float | None, float | None]:
-        """The relative error of a state beside an end: of all, of x and of μ."""
+        """Return the relative error of a state from an end: of all, of x and of μ."""
         raise NotImplementedError
 
     def single_steps(self) -> Any:
-        """The scheme whose single steps stand for the system's (`studies.evidence`), or None."""
+        """Return the scheme whose single steps stand for the system's (`studies.evidence`), or
+        None."""
         raise NotImplementedError
 
     def usual_steps(self, claimed: bool = True) -> int:
-        """The steps of a long run in double precision."""
+        """Return the number of steps of a long run in double precision."""
         raise NotImplementedError
 
     def long_run(self, steps: int, progress: Progress) -> Any:
-        """So many steps of the usual size, of which `t` and the energy are kept."""
+        """Return a run of so many steps of the usual size, with `t` and the energy."""
         raise NotImplementedError
 
     def energy(self, run: Any) -> tuple[np.ndarray, np.ndarray]:
-        """(H, the sum of its absolute terms) per row of a run, (r,) each."""
+        """Return (H, the sum of its absolute terms) per row of a run, (r,) each."""
         raise NotImplementedError
 
     def rates(self, state: tuple[Any, Any]) -> dict[str, float]:
-        """|dJ/dt| of `momenta` of one's own in a state, by the equations, over their terms."""
+        """Return |dJ/dt| of the system's own `momenta` in a state, by the equations, over their
+        terms."""
         return {}
 
     @property
     def text(self) -> str:
-        """What momenta depend on beside the equations of a step."""
+        """The text of momenta, on which results depend beside the equations of a step."""
         return ""
 
     def energy_errors(self, run: Any) -> np.ndarray:
-        """(H − H₀)/scale per row of a long run, signed."""
+        """Return (H − H₀)/scale per row of a long run, signed."""
         raise NotImplementedError
 
     def states(self, progress: Progress) -> list[tuple[float, Any, Any]] | None:
-        """(t, x, μ) of a long run in which the form is asked for; None where it is in others."""
+        """Return (t, x, μ) of a long run at which the form is measured; None if it is at other
+        states."""
         return None
 
     def form_defect(self, flow: Any, x: Any, mu: Any, u: Any = None, seed: int = 0) -> float | None:
-        """How far the step from (x, μ) is from a Poisson map; None where that cannot be asked."""
+        """Return the defect of the step from (x, μ) as a Poisson map; None if it cannot be
+        measured."""
         raise NotImplementedError
 
     def step_defects(self, flow: Any, x: Any, mu: Any) -> dict[str, float | None]:
-        """How far a step that runs is from the equations, and from each constraint, by kind."""
+        """Return the defects of a step in the equations and in each constraint, by kind."""
         raise NotImplementedError

@@ -233,8 +233,7 @@ def _judge_order(result: dict[str, Any], order: int | None, at_least: int | None
     """Add to the study's verdict a failure if the order that was asked for is not reached.
 
     The study's own failure is dropped if it only demands another order, such as a chart may make of
-    a
-    rule's, and runs and single steps have the one asked for.
+    a rule's, and runs and single steps have the one asked for.
     """
     found, derived = result["measured"].get("order"), result["expected"].get("order")
     if found is None:
