@@ -1,4 +1,4 @@
-"""What happens at the edge of each scene, and how it is noticed."""
+"""Runs at the edge of each scene, and how their failures are noticed."""
 
 from ..core.options import Option, refuse
 from ..core.study import StudyFolder

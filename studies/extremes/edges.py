@@ -11,7 +11,7 @@ from ..stability.stiff import FAMILIES
 
 @dataclass(frozen=True)
 class Extreme:
-    """A variant of a scene at its edge: a name, what `Scheme.at` takes, the fastest frequency."""
+    """A variant of a scene at its edge: a name, arguments of `Scheme.at`, the fastest frequency."""
 
     name: str
     values: dict[str, Any]
@@ -19,13 +19,13 @@ class Extreme:
 
 
 def _upright(tilt: str) -> list[Fraction]:
-    """A point of the unit sphere, exactly, about `tilt` from the pole."""
+    """Return a point of the unit sphere, exactly, about `tilt` from the pole."""
     t = Fraction(tilt) / 2
     return [2 * t / (1 + t * t), Fraction(0), (1 - t * t) / (1 + t * t)]
 
 
 def _kepler_scale(power: int) -> dict[str, Any]:
-    """All lengths times 10^power at the same times: the strength goes with the cube."""
+    """Return all lengths times 10^power at the same times: the strength goes with the cube."""
     size = Fraction(10) ** power
     return {"x0": [Fraction(2, 5) * size, 0], "v0": [0, 2 * size],
             "parameters": {"strength": size**3}}  # fmt: skip

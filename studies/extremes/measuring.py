@@ -1,4 +1,4 @@
-"""Extremes: what happens at the edge of each scene, how it is noticed, what the message says."""
+"""Extremes: runs at the edge of each scene, and the signs and messages of their failures."""
 
 from __future__ import annotations
 
@@ -23,27 +23,28 @@ NAME = "extremes"
 NEEDS = f"it needs one of the scenes {', '.join(EXTREMES)}."
 DIGITS = (16,)
 STEPS = 256
-FINE, COARSE = Fraction(1, 10), Fraction(5)  # hω where the step resolves the motion, and where not
+# hω where the step resolves the motion, and where it does not
+FINE, COARSE = Fraction(1, 10), Fraction(5)
 WRONG = 1e-2  # a relative error that has to be noticed
-TRUSTED = 10  # times the difference to smaller steps: as much may the error be
+TRUSTED = 10  # the error may be so many times the difference from smaller steps
 State = tuple[np.ndarray, np.ndarray]  # (x, μ)
 REFINED = (1, 3, 16)  # an error that aliasing hides from one of these steps shows in another
 
 
 @dataclass(frozen=True)
 class ExtremeCase(Case):
-    """One extreme of a scene by one rule."""
+    """One extreme of a scene with one rule."""
 
     extreme: Extreme = field(kw_only=True)
 
     @property
     def command(self) -> str:
-        """What reproduces this case."""
+        """The command that repeats this case."""
         return f"{super().command} --extreme {shlex.quote(self.extreme.name)}"
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every extreme of every scene by every rule."""
+    """Return every extreme of every scene with every rule."""
     if choice.digits and 16 not in choice.digits:
         return []
     for scene in choice.scenes:
@@ -62,19 +63,19 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Two rows, where the step resolves the motion and where it does not: {z, step, steps, outcome,
-    error, estimate, energy, noticed, message}.
+    """Return two rows, for a step that resolves the motion and one that does not.
 
-    error: the larger of ‖x − x̂‖ and ‖μ − μ̂‖ at the end, each over the largest it is in any of
-    these runs and the reference, if there is a certified reference;
-    estimate: the largest such difference to a third and a sixteenth of the step; noticed: what
-    tells that a run is not right. measured: the rows by name, fine and coarse.
+    They are {z, step, steps, outcome, error, estimate, energy, noticed, message}. error: the larger
+    of ‖x − x̂‖ and ‖μ − μ̂‖ at the end, each over its largest value in these runs and the
+    reference, if there is a certified reference; estimate: the largest such difference from a third
+    and a sixteenth of the step; noticed: the signs that a run is not right. measured: the rows by
+    name, fine and coarse.
     """
     assert isinstance(case, ExtremeCase)
     progress(f"{case.scene.name} {case.label}: {case.extreme.name}", 0.0)
     rows = [one_extreme(case.scheme, case.extreme, z, case.steps or STEPS) for z in (FINE, COARSE)]
     if any(row["outcome"] == "refused" for row in rows):
-        with suppress(StepFailure):  # where it is refused off the edge too, it is bad input
+        with suppress(StepFailure):  # if it is refused away from the edge too, it is bad input
             case.scheme.flow(case.scene.step).trajectory(1)
     shown = ("outcome", "error", "estimate", "energy", "noticed", "message")
     measured = {
@@ -85,7 +86,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def one_extreme(derived: Scheme, extreme: Extreme, z: Fraction, steps: int) -> dict[str, Any]:
-    """Run it with this step and with smaller ones, and hold it against the truth."""
+    """Run it with this step and with smaller ones, and compare it with the reference."""
     step = Fraction(float(z) / extreme.frequency)
     row: dict[str, Any] = {"z": float(z), "step": float(step),
                            "steps": steps, "error": None, "estimate": None, "energy": None,
@@ -112,9 +113,10 @@ def one_extreme(derived: Scheme, extreme: Extreme, z: Fraction, steps: int) -> d
 
 
 def _told(row: dict[str, Any]) -> dict[str, Any]:
-    """The outcome of a run that returned: right to what smaller steps say, or noticed, or not.
+    """Return the outcome of a run that returned: right, wrong and noticed, or wrong and silent.
 
-    Not finite numbers never come this far.
+    It is right if its error is within that of smaller steps. Numbers that are not finite raise
+    before.
     """
     estimate, error, lost = row["estimate"], row["error"], row["energy"]
     signs = {"smaller steps": estimate > WRONG, "energy": lost is None or lost > WRONG}
@@ -131,12 +133,12 @@ def _told(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def _gap(one: State, other: State, sizes: list[float]) -> float:
-    """The larger relative difference of the two blocks."""
+    """Return the larger relative difference of the two blocks."""
     return max(_size(a - b) / size for a, b, size in zip(one, other, sizes, strict=True))
 
 
 def _size(vector: np.ndarray) -> float:
-    """‖v‖₂ without over- or underflow."""
+    """Return ‖v‖₂ without over- or underflow."""
     largest = float(np.abs(vector).max(initial=0.0))
     return largest * float(np.linalg.norm(vector / largest)) if largest else 0.0
 
@@ -147,12 +149,12 @@ def _energy_error(scheme: Scheme, run: Any) -> float | None:
     return worst if math.isfinite(worst) else None
 
 
-#: what `_truth` said, failures too, by the numbers of a scene: variants share their name
+#: the answers of `_truth`, failures too, by the numbers of a scene: variants share their name
 _truths: dict[str, State | None] = {}
 
 
 def _truth(scene: Scene, end: Fraction) -> State | None:
-    """The certified (x, μ) at the end, None where the reference has none."""
+    """Return the certified (x, μ) at the end, None if the reference has none."""
     key = str((scene.name, scene.parameters, scene.x0, scene.v0, end))
     if key not in _truths:
         _truths[key] = _certified(scene, end)

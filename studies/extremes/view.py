@@ -1,4 +1,4 @@
-"""How runs at the edge of a scene are shown."""
+"""The page of extremes: how runs at the edge of a scene are shown."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 from ..report.view import View
 from ..report.wording import NONE, mapping, number, scientific
 
-#: what is said of an outcome of the data
+#: the words for an outcome of the data
 WORDS = {"wrong, noticed": "wrong, and it shows", "wrong, silent": "wrong, and nothing shows it"}
 SHOWS = {"smaller steps": "smaller steps end elsewhere", "energy": "the energy is off"}
 
 
 def outcome(found: Mapping[str, Any]) -> str:
-    """What became of a run at an extreme, and how it was noticed."""
+    """Return the outcome of a run at an extreme, and the sign of its failure."""
     said = _said(found)
     if number(found.get("error")) is not None:
         said += f", error {scientific(found['error'])}"
@@ -33,7 +33,7 @@ def _outcomes(measured: dict[str, Any]) -> str:
 
 
 def _short(measured: dict[str, Any]) -> str:
-    """Such as "short steps: right; long steps: wrong, and it shows"."""
+    """Return a short outcome such as "short steps: right; long steps: wrong, and it shows"."""
     steps = {"fine": "short steps", "coarse": "long steps"}
     return "; ".join(f"{steps.get(k, k)}: {_said(found)}" for k, found in measured.items())
 

@@ -1,6 +1,6 @@
-"""Integrators that people use, judged by what their documentation says of them.
+"""Widely used integrators, judged by the claims of their documentation.
 
-Each is an adapter in `adapters/`, a few lines that give the library a state and read one back, and
-an entry in `entries.py`: the scene, the documented claim and the place where it stands. Nothing
-here is loaded unless `discmech gallery` asks for it.
+Each has an adapter in `adapters/`, a few lines that give the library a state and read one back, and
+an entry in `entries.py`: the scene, the documented claim and its place. Nothing here is loaded
+unless `discmech gallery` asks for it.
 """

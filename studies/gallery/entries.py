@@ -1,4 +1,4 @@
-"""What is in the gallery: methods of libraries, and what is said of them, and where."""
+"""The gallery's entries: methods of libraries, their documented claims, and the claims' places."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ from discmech.integrators.foreign import BlackBox, black_box
 class Entry:
     """A method of a library.
 
-    package: its name on the package index. module: what is imported. adapter: the file in
-    `adapters/`; method: the library's name of it, if the file serves several. claim: what the
-    documentation says, in a few words, at `place`; claims: the same for `black_box`; exact: it says
-    that the energy is kept exactly. own_steps: h is only the time between rows. multistep: it has a
-    memory, which one step alone begins without. note: what a reader has to know of how it is run.
+    package: its name on the package index. module: the module to import. adapter: the file in
+    `adapters/`; method: the library's name of it, if the file serves several. claim: the
+    documentation's claim, in a few words, at `place`; claims: the same for `black_box`; exact: True
+    if it claims that the energy is kept exactly. own_steps: h is only the time between rows.
+    multistep: it has a memory, which is empty at the start of a single step. note: what a reader
+    has to know of how it is run.
     """
 
     name: str
@@ -41,7 +42,7 @@ class Entry:
 
     @property
     def installed(self) -> bool:
-        """Whether the library is there."""
+        """True if the library is installed."""
         return find_spec(self.module) is not None
 
     @property
@@ -62,9 +63,9 @@ class Entry:
 
 
 def chosen(names: Sequence[str]) -> list[Entry]:
-    """The entries of these names, or of the libraries of these names; all if there are none.
+    """Return the entries of these names, or of the libraries of these names; all for no names.
 
-    Raises `BadInput` for a name that is neither.
+    Raises `BadInput` for another name.
     """
     found: dict[str, Entry] = {}
     for name in names or ENTRIES:

@@ -1,4 +1,4 @@
-"""What the studies say of a method of the gallery, and whether that agrees with what is claimed."""
+"""The studies' verdicts on a method of the gallery, compared with its documented claims."""
 
 from __future__ import annotations
 
@@ -13,23 +13,26 @@ from ..core.one_case import run_case
 from ..core.study import every_study
 from .entries import Entry
 
-#: the studies that are asked, and the claim that each judges
+#: the studies that are run, and the claim that each judges
 ASKED = {
     "order": "order", "symplecticity": "symplectic", "energy": "keeps", "momentum": "keeps",
     "reversibility": "reversible",
 }  # fmt: skip
 LONG = 5000  # steps of the runs of energy and momentum: the slowest library takes 1 ms a step
-TIMED = 2000  # steps whose time is taken, after as many
+TIMED = 2000  # steps whose time is measured, after as many
 DIGITS = 16
-TOLERANCE = 0.05  # of an order, as in double precision anywhere
-#: a few roundings in each step of a long run, all one way
+TOLERANCE = 0.05  # tolerance of an order, as in double precision anywhere
+#: a few roundings in each step of a long run, all of one sign
 EXACT = 4 * 2.0**-52 * LONG
 
 
 def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
-    """{"name", "scene", "package", "version", "claim", "place", "note", "studies", "seconds",
-    "differs"}: of each study its verdict, reason and measured numbers; seconds of a step; differs:
-    a sentence for each claim that is denied, untold: for each that could not be told."""
+    """Return {"name", "scene", "package", "version", "claim", "place", "note", "studies",
+    "seconds", "differs", "untold"}.
+
+    studies: of each its verdict, reason and measured numbers; seconds: of a step; differs: a
+    sentence for each denied claim; untold: one for each undecided claim.
+    """
     box, scene = entry.box, scenes.get(entry.scene)
     found: dict[str, Any] = {}
     differs, untold = [], []
@@ -63,11 +66,11 @@ def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
 
 
 def _seconds(entry: Entry, box: Any, scene: Any) -> float | None:
-    """The time of a step, or from row to row, the best of three; None where the run breaks down."""
+    """Return the best of three times of a step, or from row to row; None if the run fails."""
     from discmech.integrators import Scheme
 
     flow, best = Scheme(scene, box).flow(scene.step), None
-    for _ in range(4):  # the first compiles
+    for _ in range(4):  # the first run compiles
         begun = time.perf_counter()
         try:
             flow.trajectory(TIMED, every=1 if entry.own_steps else TIMED)

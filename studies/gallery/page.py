@@ -29,7 +29,7 @@ of one machine on one day, with all that Python adds to it.
 
 
 def page(entries: Sequence[dict[str, Any]], absent: Sequence[str], long: int) -> str:
-    """The page's text."""
+    """Return the page's text."""
     rows = [_row(e) for e in entries]
     notes = [f"- {e['name']}: {e['note']}." for e in entries if e["note"]]
     versions = dict(sorted({e["package"]: e["version"] for e in entries}.items()))
@@ -62,7 +62,7 @@ def _row(e: dict[str, Any]) -> str:
 
 
 def figures(e: dict[str, Any]) -> list[str]:
-    """Order, form, energy, momentum, reversibility and the time of a step, in words."""
+    """Return order, form, energy, momentum, reversibility and the time of a step, in words."""
     of = {name: e["studies"].get(name, {}).get("measured", {}) for name in
           ("order", "symplecticity", "energy", "momentum", "reversibility")}  # fmt: skip
     order, form = of["order"].get("order"), of["symplecticity"]

@@ -1,7 +1,7 @@
 """Optimal control: one problem solved with steps that are halved from solution to solution.
 
-|s_N − s_2N| = C hᵖ (1 − 2⁻ᵖ) + …, so what changes has the order p of s_N itself, without a
-reference. Each kind of unknown is held against its own size on the finest solution.
+|s_N − s_2N| = C hᵖ (1 − 2⁻ᵖ) + …, so the change has the order p of s_N itself, without a reference.
+Each kind of unknown is compared with its own size on the finest solution.
 """
 
 from __future__ import annotations
@@ -34,8 +34,9 @@ NEEDS = (
 )
 RULES = ("midpoint", "gauss-2")
 STEPS = 32
-LEVELS, MOST_LEVELS = 5, 8  # of halvings; more than five where four changes are on no line yet
-FEWEST = 4  # steps, of solutions that are coarser than the first where finer ones are round-off
+LEVELS, MOST_LEVELS = 5, 8  # halvings; more than five if four changes are not on a line yet
+# fewest steps of solutions that are coarser than the first, made if finer ones are round-off
+FEWEST = 4
 KINDS = ("states", "costates", "controls")
 STRAIGHT = 0.012  # as the study of order has it: in log₂ of a change, from the line
 #: of the change of an unknown: round-off of a step's own operations, as in the study of order
@@ -43,7 +44,7 @@ LEAST = 32 * 2.0**-53
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every problem chosen by every rule that has a discrete Lagrangian of one step."""
+    """Return every chosen problem with every rule that has a discrete Lagrangian of one step."""
     if choice.digits and 16 not in choice.digits:
         return []
     asked = choice.rules or tuple(map(discretisations.get, RULES))
@@ -60,7 +61,7 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def depends_on(case: Case) -> str:
-    """What a result depends on beside the scene and the rule."""
+    """Return the text on which a result depends beside the scene and the rule."""
     problem = lookup.problem_of(case.scene)
     name = problem.scene.name
     if name in built_in.NAMES and problem is built_in.get(name):
@@ -70,7 +71,8 @@ def depends_on(case: Case) -> str:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {steps, step, cost, error, states, costates, controls, used, why_not}, coarse to fine.
+    """Return rows {steps, step, cost, error, states, costates, controls, used, why_not}, coarse to
+    fine.
 
     states, costates, controls: the largest change to the next solution, over the size of its kind;
     error: the largest of the three.
@@ -92,7 +94,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             break
         fewest = (len(found[0].t) - 1) // 2
         if not case.steps and fewest >= FEWEST and all(rows[-1][kind] <= floor for kind in left):
-            count = fewest  # finer ones are round-off, as of a rule of high order
+            count = fewest  # finer ones are round-off, for a rule of high order
     orders = {k: None if w is None else w.line.slope for k, w in windows.items()}
     lowest = min((k for k, p in orders.items() if p is not None), default=None,
                  key=lambda kind: orders[kind] or 0)  # fmt: skip
@@ -118,10 +120,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def _pushed(problem: Control, best: Optimum) -> Scene:
-    """The scene under its inputs, of controls that are given functions of time.
+    """Return the scene under its inputs, with controls that are given functions of time.
 
-    Solutions with halved steps tend to something whatever the rule is: its steps are held against
-    the equations of motion. The controls are as large as those that were found.
+    Solutions with halved steps converge for any rule: so its steps are compared with the equations
+    of motion. The controls are as large as those that were found.
     """
     scene, inputs = problem.scene, problem.inputs
     T, given = problem.duration, inputs or (lambda x, v, f, p: f)
@@ -142,7 +144,7 @@ def _pushed(problem: Control, best: Optimum) -> Scene:
 
 
 def _changes(found: list[Optimum]) -> list[dict[str, Any]]:
-    """The rows, from solutions coarse to fine."""
+    """Return the rows, from solutions coarse to fine."""
     sizes = [[float(abs(part).max(initial=0)) or 1.0 for part in parts]
              for parts in _kinds(found[-1])]  # fmt: skip
     rows = []
@@ -158,7 +160,7 @@ def _changes(found: list[Optimum]) -> list[dict[str, Any]]:
 
 
 def _kinds(best: Optimum) -> list[tuple[np.ndarray, ...]]:
-    """The parts of each kind, which have sizes of their own."""
+    """Return the parts of each kind, which have sizes of their own."""
     n = best.x.shape[1]
     costates = best.costates[:, :n], best.costates[:, n:]
     return [(best.x, best.mu), costates, (best.node_controls,)]

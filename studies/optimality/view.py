@@ -1,4 +1,4 @@
-"""How the convergence of optimal motions is shown: as that of trajectories."""
+"""The page of optimal control: convergence is shown as that of trajectories."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ REFINEMENT = (
 
 
 def _orders(case: Case) -> str:
-    """The order of each kind of unknown."""
+    """Return the order of each kind of unknown."""
     measured = mapping(case, "measured")
     exact, orders = measured.get("exact") or [], mapping(measured, "orders")
     found = []

@@ -1,4 +1,4 @@
-"""A step back after a step forth, for methods that say they are self-adjoint."""
+"""A step back after a step forth, for methods that claim to be self-adjoint."""
 
 from ..core.study import StudyFolder
 

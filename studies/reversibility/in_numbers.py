@@ -1,4 +1,4 @@
-"""A step back after a step forth of a program, at places it cannot know, with three answers."""
+"""A step back after a program's step forth, at places it cannot know, with three answers."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from ..core.claims import not_claimed
 from ..symplecticity.in_numbers import ENOUGH, along, embedded, left_by, resolved, undecided
 from ..symplecticity.places import looks, more_looks
 
-#: what a program does to its argument beside its result: the rounded state between both steps
+#: factor for a program's change of its argument beside its result: the rounded state in between
 ROUNDED = 4
 
 
 def measure(case: Case) -> dict[str, Any]:
-    """Rows {step, index, time, defect, certain, resolution, left}; measured: the worst of defect
-    and certain, the resolution that `ENOUGH` places reach.
+    """Return rows {step, index, time, defect, certain, resolution, left}.
 
-    Where the program takes no negative step and H is even in the momentum, the step back is one
-    forth with momenta that are turned round.
+    measured: the worst of defect and certain, the resolution that `ENOUGH` places reach. If the
+    program takes no negative step and H is even in the momentum, the step back is one forth with
+    reversed momenta.
     """
     found, scale, seed = looks(case.scheme)
     rows: list[dict[str, Any]] = []
@@ -90,7 +90,7 @@ def _row(case: Case, look: Any, scale: Any, seed: int) -> dict[str, Any]:
 
 
 def _even(scheme: Any, look: Any) -> bool:
-    """Whether time runs back where momenta are turned round: H(q, −p) = H(q, p), and no force."""
+    """True if reversed momenta reverse the motion: H(q, −p) = H(q, p), and no force."""
     if scheme.scene.groupoid.kind != "pair" or scheme.scene.clocked:
         return False
     system, n = scheme.flow(look.step).system, scheme.s.n
@@ -99,7 +99,7 @@ def _even(scheme: Any, look: Any) -> bool:
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Fail what is certain, pass what is resolved."""
+    """Fail a certain defect, and pass a resolved absence."""
     measured, expected = measurement["measured"], dict[str, Any](resolved=resolved(case))
     if reason := not_claimed(case.rule, "reversible"):
         return Verdict("pass", "", {**expected, "not_demanded": reason})

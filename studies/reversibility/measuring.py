@@ -1,6 +1,6 @@
-"""Self-adjointness of a method as numbers: Φ₋ₕ after Φₕ, which is the identity of such a method.
+"""Self-adjointness of a method as numbers: Φ₋ₕ after Φₕ, which is the identity for such a method.
 
-Not a study of its own: what `assert_reversible` measures.
+`assert_reversible` measures it too.
 """
 
 from __future__ import annotations
@@ -21,28 +21,30 @@ from ..symplecticity.measuring import POINTS, ROUND_OFFS
 from . import in_numbers
 
 NAME = "reversibility"
-DIGITS, TRIES = 30, 4  # of steps from drawn places, and ever shorter ones where none is found
+DIGITS, TRIES = 30, 4  # digits of steps from drawn places, and how many ever shorter ones are tried
 
 
 NEEDS = "it needs a rule that claims to be reversible."
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every scene by every rule that claims to be reversible."""
+    """Return every scene with every rule that claims to be reversible."""
     return [c for c in plain_cases(NAME, choice, (16,))
             if c.rule.claims is not None and c.rule.claims.reversible]  # fmt: skip
 
 
 def limit(digits: int) -> float:
-    """What a step forth and a step back may miss of their own bound: as each step may."""
+    """Return the largest defect of a step forth and back over their own bound, the same as for a
+    step."""
     return ROUND_OFFS * float(arithmetic(digits).eps)
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {step, index, time, defect} along a run; defect: the larger `return_defect` of the
-    run's own steps and, to twice the digits, of the maps, in which no kernel has a part.
+    """Return rows {step, index, time, defect} along a run.
 
-    Each component is judged by what round-off may do to it, so none hides behind a larger one.
+    defect: the larger `return_defect` of the run's own steps and, to twice the digits, of the maps,
+    which need no kernel. Each component is judged by its own round-off, so none hides behind a
+    larger one.
     """
     if not case.rule.is_formula:
         return in_numbers.measure(case)
@@ -64,8 +66,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def _at_places(case: Case) -> dict[str, Any] | None:
-    """The worst `return_defect` of steps from the places of the evidence: {defect, limit, step,
-    place, seed}; None where there is no place."""
+    """Return the worst `return_defect` of steps from the evidence's places; None without places.
+
+    It is {defect, limit, step, place, seed}.
+    """
     evidence = evidence_of(case.scheme)
     worst: dict[str, Any] | None = None
     try:

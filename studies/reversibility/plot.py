@@ -1,4 +1,4 @@
-"""Picture of reversibility: how far a step back misses the point that the step forth left."""
+"""Plot of reversibility: the defect of a step back from the start of the step forth."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ SHEET = Sheet(width=3.3, right=1.16)
 
 
 def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int) -> Panel:
-    """The defect of Φ₋ₕ ∘ Φₕ along a run, with the limit and the unit of round-off."""
+    """Return the panel of the defect of Φ₋ₕ ∘ Φₕ along a run, with the limit and the round-off
+    unit."""
 
     def draw(axes: Axes) -> None:
         curves = [_points(case) for case in cases]

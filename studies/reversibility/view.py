@@ -1,4 +1,4 @@
-"""How the way there and back is shown."""
+"""The page of reversibility: how the defect of a step forth and back is shown."""
 
 from __future__ import annotations
 
