@@ -165,7 +165,7 @@ class Case:
 
     @property
     def command(self) -> str:
-        """What reproduces this case."""
+        """The command that repeats this case."""
         study = shlex.quote(word_for_study(self.study))
         parts = ["discmech", study, shlex.quote(lookup.address_of(self.scene))]
         if self.control is None:

@@ -8,7 +8,7 @@ from ..core.case import Case, Verdict
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Nothing fails silently; without a reference a run without any sign proves nothing."""
+    """Return the verdict: no error may be silent; without a reference, no sign proves nothing."""
     expected = {"silent": 0}
     for row in measurement["rows"]:
         if row["outcome"] == "wrong, silent":

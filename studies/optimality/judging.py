@@ -13,13 +13,14 @@ GROWS = 1.2  # times the change before, where nothing converges: of order 0 it i
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """What the solutions say, and single steps of the pushed scene: a pass needs both."""
+    """Return the verdict of the solutions and of single steps of the pushed scene: a pass needs
+    both."""
     told, local = _judge_solutions(case, measurement), measurement.get("local")
     return verdicts.judge(local, told, case.order, "the scene under its inputs")
 
 
 def _judge_solutions(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Each kind has the order of the rule, or does not change but by round-off."""
+    """Judge that each kind has the order of the rule, or changes only by round-off."""
     measured, tolerance = measurement["measured"], TOLERANCE[True]
     wanted = case.order
     expected = {"order": wanted, "tolerance": tolerance}
@@ -28,7 +29,7 @@ def _judge_solutions(case: Case, measurement: dict[str, Any]) -> Verdict:
         return Verdict("pass", "the rule declares no order: measured only.", expected)
     last = [row["controls"] for row in measurement.get("rows", [])][-3:]
     grows = len(last) == 3 and all(b > GROWS * a for a, b in pairwise(last))
-    if grows and "controls" in orders:  # not where they are exact, and changes round-off
+    if grows and "controls" in orders:  # not if they are exact, and changes are round-off
         return Verdict(
             "inconclusive", "the controls change by more and more as the steps are halved: they "
             "grow without bound somewhere, so the problem has no bounded optimum to converge to; "

@@ -11,7 +11,7 @@ from .measuring import limit
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Round-off of two steps, as the symplecticity study has it of one."""
+    """Judge the round-off of two steps, as the symplecticity study judges that of one."""
     if not case.rule.is_formula:
         return in_numbers.judge(case, measurement)
     if reason := not_claimed(case.rule, "reversible"):

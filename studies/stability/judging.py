@@ -11,16 +11,17 @@ from . import exchange, own_scene
 from .measuring import RESOLVED
 from .stiff import FAMILIES
 
-LOOSE = ("escaped", "resonant")  # what an error as large as the energy itself makes of an orbit
+# the possible classes of an orbit with an error as large as the energy itself
+LOOSE = ("escaped", "resonant")
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Linear: the interval is what runs on both sides of its ends say, and the step symplectic.
+    """Return the verdict on a case.
 
-    Maps: bounded wherever hω ≤ 10^(−3/10) = 0.501; an escape, or an energy that wanders as far at
-    one step alone, counts where the family says that the energy's error cannot make it; on fpu the
-    exchange of energy at hω = 1/10 is right to a tenth.
-    Controls: no interval at all, no bounded cell at all.
+    Linear: runs on both sides of the interval's ends confirm it, and the step is symplectic. Maps:
+    bounded wherever hω ≤ 10^(−3/10) = 0.501; an escape or a resonance counts only where the
+    family's bound excludes it as an effect of the energy's error; on fpu the exchange of energy at
+    hω = 1/10 is right to a tenth. Controls: no interval at all, no bounded cell at all.
     """
     measured = measurement["measured"]
     if measurement["kind"] == "linear":
@@ -37,7 +38,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     loose = [row for row in inside if held and row["z"] > held(Fraction(row["stiffness"]))]
     expected = {"bounded_up_to": RESOLVED, "of": len(inside), "escapes_not_judged": len(loose)}
     if case.control:
-        caught = not {"bounded", "resonant"} & set(measured["classes"])  # a peak is bounded too
+        # a resonance is bounded too
+        caught = not {"bounded", "resonant"} & set(measured["classes"])
         reason = "" if caught else "the control was not caught: some of its runs are bounded."
         return Verdict("pass" if caught else "fail", reason, {"bounded": 0})
     bad = [
@@ -53,7 +55,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def _judge_own(measured: dict[str, Any]) -> Verdict | None:
-    """What is wrong with a step at the equilibrium; None if nothing is."""
+    """Return a fail if a step at the equilibrium is wrong, otherwise None."""
     off, end = measured["off_circle"], measured["stable_to"]
     expected = {"bounded_up_to": RESOLVED}
     if off is not None:
@@ -71,7 +73,7 @@ def _judge_own(measured: dict[str, Any]) -> Verdict | None:
 
 
 def _judge_exchange(measured: dict[str, Any], expected: dict[str, Any]) -> Verdict:
-    """Bounded is not right: springs that the step resolves hand their energy on as they should."""
+    """Judge the exchange: springs that the step resolves pass on their energy as they should."""
     key = f"{float(exchange.RESOLVED):.3g}"
     if key not in measured.get("exchange", {}):
         return Verdict("pass", "", expected)

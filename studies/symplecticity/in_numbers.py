@@ -221,9 +221,11 @@ def _in_a_run(flow: Any, look: Look, scale: Vector) -> float:
 
 
 def left_by(case: Case, look: Look) -> float:
-    """The defect that a method of the order, but not symplectic, would leave: the rest of the
-    series of exp(hA) after the power p, A of the rate of the motion there, as that of a Taylor
-    method."""
+    """Return the defect that a method of the order, but not symplectic, would leave.
+
+    It is the rest of the series of exp(hA) after the power p, as for a Taylor method; A has the
+    rate of the motion there.
+    """
     p = case.order or UNKNOWN_ORDER
     z = float(look.step) * look.rate
     return min(1.0, look.count * z ** (p + 1) / math.factorial(p + 1))

@@ -17,16 +17,17 @@ from .measuring import CHANGES, FORMS, _badness, _kinds, _worst, limit, limits
 
 
 def demanded(case: Case) -> tuple[str, ...]:
-    """What has to be round-off: under a force, or a nonholonomic constraint, no form.
+    """Return the defects that have to be round-off: no form under a force or nonholonomic
+    constraint.
 
-    But that under a force Ω changes by the differential of its one-form; and always that steps are
-    those of the equations and meet the constraints.
+    But under a force Ω has to change by the differential of its one-form; and always steps have to
+    be those of the equations and meet the constraints.
     """
     return tuple(k for k in _kinds(case) if k not in FORMS or not _free_of_forms(case))
 
 
 def _free_of_forms(case: Case) -> str:
-    """Why no form need be kept; "" if one is."""
+    """Return why no form need be kept; "" if one is demanded."""
     if system_of(case).form_kinds is not None:
         return ""
     if case.scene.nonholonomic is not None:
@@ -37,25 +38,26 @@ def _free_of_forms(case: Case) -> str:
 
 
 def _broken(case: Case, measurement: dict[str, Any]) -> dict[str, float]:
-    """The defects that are more than round-off; what is not a number is."""
+    """Return the defects that exceed round-off; one that is not a number does."""
     allowed = limits(case.digits)
     found = {k: v for k, v in measurement["measured"].items() if v is not None}
     return {k: v for k, v in found.items() if k in demanded(case) and not v <= allowed[k]}
 
 
 def _broken_at(measurement: dict[str, Any]) -> dict[str, Any] | None:
-    """The step from a drawn place that does not keep the form, if there is one."""
+    """Return the step from a drawn place that does not keep the form, if there is one."""
     local = measurement.get("local") or {"unknown": ""}
     return None if "unknown" in local or local["defect"] <= local["limit"] else local
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """The form and the steps: what keeps the form of another motion fails too."""
+    """Judge the form and the steps: keeping the form of another motion fails too."""
     return demand_consistency(measurement, _judge(case, measurement))
 
 
 def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Schemes: every defect within round-off. Controls: caught a thousandfold (10²⁰-fold at 50)."""
+    """Judge schemes by round-off, and controls by a defect a thousandfold (10²⁰-fold at 50
+    digits)."""
     if not case.rule.is_formula and not case.control:
         return in_numbers.judge(case, measurement)
     found = {k: v for k, v in measurement["measured"].items() if v is not None}
@@ -85,7 +87,7 @@ def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def _seen_in(broken: dict[str, float], measurement: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """The kind of the largest of these defects, and its row."""
+    """Return the kind of the largest of these defects, and its row."""
     kind = max(broken, key=lambda k: _badness(broken[k]))
     row = _worst(measurement["rows"], kind)
     assert row is not None
@@ -93,7 +95,7 @@ def _seen_in(broken: dict[str, float], measurement: dict[str, Any]) -> tuple[str
 
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
-    """Whether the solver's residual, the update or the structure is to blame for a defect."""
+    """Return which is to blame for a defect: the solver's residual, the update or the structure."""
     if case.control is not None:
         return None
     if not case.rule.is_formula:
@@ -108,10 +110,10 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
             "discrete force", "F± are not those of one discrete Lagrangian with the force that "
             "acts where the rule asks for L.", {},
         )  # fmt: skip
-    if not broken:  # at the places alone, where no solver has a part
+    if not broken:  # the defect is only at the places, where no solver has a part
         return named("structure", "the step itself does not keep the form; the run's states, steps "
                      "and times hide it.", {}) if _broken_at(measurement) else None  # fmt: skip
-    # where a form is broken, the maps are; the residual alone speaks of the run
+    # a broken form is a fault of the maps; the residual alone concerns the run
     kind, row = _seen_in({k: broken[k] for k in FORMS if k in broken} or broken, measurement)
     from ..causes.solver_sweep import of_symplecticity
 

@@ -86,8 +86,11 @@ class LatticeSystem(System):
 
     @cached_property
     def ladder(self) -> Ladder:
-        """Steps that are halved; of a steep rule by √2, where its errors are not those to its own
-        runs (changes are on a line only where each step is the same part of the one before)."""
+        """The ladder of halved steps; for a steep rule each is 1/√2 of the one before.
+
+        A steep rule's ladder needs an end that is known: without one, changes lie on a line only
+        where each step is the same part of the one before.
+        """
         T, order, asked = self._duration, self.case.order or 0, self.case.steps
         if order >= STEEP and not asked and self.end(T, 16).x is not None:
             counts = lambda k: round(COARSEST * 2 ** (k / 2))  # noqa: E731
