@@ -15,7 +15,7 @@ derivatives by the time at 0, by the same series, are the modified Lagrangian L�
     L_d = ∫ (⟨μ, ξ̃⟩ − H̃) dt along the flow of f̃,    so   H̃ = ⟨μ, ξ̃⟩ − L̃
 
 which is the way of Engle, Skeel, Drees (J. Comput. Phys. 206 (2005), 432) on any groupoid. Of a
-one-step map on T*Q, which has no L_d, H̃ is the integral of its slope along chords between states.
+one-step map on T*Q, which has no L_d, H̃ is the integral of its slope along ways between states.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from ..numbers import Arithmetic, Atoms, Series, arithmetic, run_text, series_na
 from .step_series import LOST, StepSeries
 
 MOST = 12  # the highest power of the step: the sums of differences lose a digit with each
-CHORD = 8  # Gauss nodes of a chord
+WAY = 24  # Gauss nodes of a straight way between states
 
 
 @dataclass(frozen=True)
@@ -83,12 +83,14 @@ class ModifiedEquation:
         """Return H₁, …, H_K at rows z = (x, μ), (K, r).
 
         H₁ is the energy. Of a one-step map each is known but for a constant, and is 0 at the first
-        row: it is integrated along the chords between rows, such as those of a run. Raises
-        `CannotMeasure` for a one-step map on another groupoid.
+        row: it is integrated along the straight ways from there, to double precision, so no
+        singularity may be near. A way along the run itself would tell nothing: no field does work
+        along its own flow. Raises `CannotMeasure` for a map on another groupoid, and for a force.
         """
         rows = self._rows(z)
+        self.check_hamiltonian()
         if not self.has_action:
-            return self._shown(self._along_chords(rows))
+            return self._shown(self._along_ways(rows))
         found = self._terms(rows, True).hamiltonian
         assert found is not None
         return self._shown(np.array([np.broadcast_to(e, len(rows)) for e in found]))
@@ -103,7 +105,21 @@ class ModifiedEquation:
     @property
     def has_action(self) -> bool:
         """Whether H̃ comes from a discrete Lagrangian."""
-        return not self.scheme.one_step
+        return not (self.scheme.one_step or self.scheme.equations.s.forced)
+
+    def check_hamiltonian(self) -> None:
+        """Raise `CannotMeasure` where there is no H̃, or where it is not known."""
+        scene, rule = self.scheme.scene, self.scheme.rule
+        if self.scheme.equations.s.forced:
+            raise CannotMeasure(
+                f"{scene.name} has a force, so there is no modified Hamiltonian: only the field is "
+                "known."
+            )
+        if not self.has_action and scene.groupoid.kind != "pair":
+            raise CannotMeasure(
+                f"{rule.name} has no discrete Lagrangian, so its modified Hamiltonian is known on "
+                "pair groupoids only: the field is, everywhere."
+            )
 
     def _shown(self, found: np.ndarray) -> np.ndarray:
         with self.numbers.working():
@@ -132,22 +148,15 @@ class ModifiedEquation:
             columns = [np.ascontiguousarray(e) for e in rows.T]
             return self._expanded(columns, shares, constants, self.numbers, action)
 
-    def _along_chords(self, rows: np.ndarray) -> np.ndarray:
-        if self.scheme.scene.groupoid.kind != "pair":
-            raise CannotMeasure(
-                f"{self.scheme.rule.name} has no discrete Lagrangian, so its modified Hamiltonian "
-                "is known on pair groupoids only: the field is, everywhere."
-            )
-        points, weights = np.polynomial.legendre.leggauss(CHORD)
-        across = np.diff(rows, axis=0)
-        found = np.zeros((self.order + 1, len(rows)), dtype=rows.dtype)
+    def _along_ways(self, rows: np.ndarray) -> np.ndarray:
+        points, weights = np.polynomial.legendre.leggauss(WAY)
+        across = rows - rows[0]
+        found: Any = 0
         for at, weight in zip((points + 1) / 2, weights / 2, strict=True):
-            if not len(across):
-                break
-            f = self._field(rows[:-1] + at * across)
+            f = self._field(rows[0] + at * across)
             slope = np.concatenate([-f[..., self.n :], f[..., : self.n]], axis=-1)
-            found[:, 1:] += weight * (slope * across).sum(axis=-1)
-        return np.cumsum(found, axis=1)
+            found = found + weight * (slope * across).sum(axis=-1)
+        return np.asarray(found)
 
     # -- as formulas -----------------------------------------------------------------------------
 

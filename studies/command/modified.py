@@ -1,0 +1,154 @@
+"""`discmech modified SCENE RULE`: the modified Hamiltonian by powers of the step, checked."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from typing import TYPE_CHECKING, Any
+
+from discmech.integrators.errors import BadInput
+
+from ..core import lookup
+from ..core.options import digits_in, whole
+from .options import RULE_HELP, scene_asked
+from .output import EXIT, progress_shown, writable, write_json
+
+if TYPE_CHECKING:
+    from discmech.integrators import Scheme
+
+    from ..modified.measuring import Kept
+
+WIDTH = 100
+LONGEST = 4000  # letters of a formula that is printed
+
+
+def add_to(commands: Any) -> None:
+    """Declare the subcommand."""
+    parser = commands.add_parser(
+        "modified", help="the modified Hamiltonian of a method, by powers of the step, checked"
+    )
+    parser.add_argument("scene")
+    parser.add_argument("named", nargs="?", metavar="RULE", help=RULE_HELP)
+    parser.add_argument("--rule", metavar="R", help="the rule, in place of RULE")
+    parser.add_argument("--order", default="4", metavar="K", help="the last power of h (default 4)")
+    parser.add_argument("--retraction", metavar="NAME")
+    parser.add_argument("--digits", default="16", metavar="D")
+    parser.add_argument("--latex", action="store_true", help="formulas as LaTeX")
+    parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    parser.set_defaults(action=_modified)
+
+
+def _modified(options: argparse.Namespace) -> int:
+    from discmech.integrators import Scheme
+
+    from ..modified.measuring import as_rows, judge, kept
+
+    if (options.named is None) == (options.rule is None):
+        raise BadInput("say one rule: discmech modified SCENE RULE, or --rule RULE.")
+    rule, order = options.named or options.rule, whole("--order", 12)(options.order)
+    digits = digits_in(options.digits)
+    writable(options.json)
+    with progress_shown("deriving") as show:
+        show("deriving", 0.0)
+        scheme = Scheme(scene_asked(options), lookup.rule(rule))
+        show("running", 0.3)
+        found = kept(scheme, order, digits)
+        show("writing formulas", 0.6)
+        terms, missing = _formulas(scheme, found)
+    told = judge(found)
+    slopes = {f"through h^{j}": _last(found, j) for j in range(order + 1)}
+    if options.json:
+        words = ["discmech", "modified", scheme.scene.name, rule, "--order", str(order)]
+        words += ["--retraction", options.retraction] if options.retraction else []
+        case = {
+            "scene": scheme.scene.name, "rule": scheme.rule.name,
+            "retraction": scheme.scene.groupoid.retraction, "digits": digits,
+            "verdict": told.verdict, "reason": told.reason, "expected": told.expected,
+            "measured": slopes, "rows": as_rows(found),
+            "formulas": {name: str(e) for name, e in terms.items()},
+            "command": shlex.join(words),
+        }  # fmt: skip
+        write_json(options.json, {"study": "modified", "verdict": told.verdict, "cases": [case]})
+    if options.json != "-":
+        lines = _page(scheme, found, terms, missing, options.latex)
+        lines += ["", told.verdict + (f": {told.reason}" if told.reason else "")]
+        sys.stdout.write("".join(f"{line.rstrip()}\n" for line in lines))
+    return EXIT[told.verdict]
+
+
+def _formulas(scheme: Scheme, found: Kept) -> tuple[dict[str, Any], str]:
+    """Return ({name of a term: expression}, why there are no others)."""
+    import sympy
+
+    from discmech.integrators.errors import CannotMeasure
+    from discmech.integrators.numbers import TooLong
+
+    terms, missing = dict[str, Any](), ""
+    for order in dict.fromkeys((found.first, found.order)):
+        try:
+            given = scheme.modified_equation(order).formulas
+        except TooLong:
+            missing = f"The terms behind h^{found.first} are too long to be written; numbers of "
+            missing += "all of them: scheme.modified_equation(order).hamiltonian(z)."
+            break
+        except CannotMeasure as error:
+            return {}, str(error)
+        names = scheme.equations.s.mu
+        if given.hamiltonian is None:
+            states = [*scheme.equations.s.x, *names]
+            terms |= {
+                f"f_{j}[{state}]": sympy.factor_terms(e)
+                for j, field in enumerate(given.field, 1)
+                for state, e in zip(states, field, strict=True)
+            }
+            missing = "A one-step map has no discrete Lagrangian: these are its modified fields."
+            continue
+        terms |= {f"H_{j}": sympy.factor_terms(e) for j, e in enumerate(given.hamiltonian, 1)}
+    return {name: e for name, e in terms.items() if e != 0}, missing
+
+
+def _page(
+    scheme: Scheme, found: Kept, terms: dict[str, Any], missing: str, latex: bool
+) -> list[str]:
+    import textwrap
+
+    import sympy
+
+    from .equations import letters_of, plain_text, subscript
+
+    title = (
+        f"{scheme.scene.name} by {scheme.rule.name}: the modified equation up to h^{found.order}"
+    )
+    lines = [title, "=" * len(title), ""]
+    whole = "f̃ = f₁ + h f₂ + h² f₃ + …" if "f_1" in " ".join(terms) else "H̃ = H₁ + h H₂ + h² H₃ + …"
+    lines += [f"{whole}; terms that are not listed are 0:"] if terms else []
+    letters = letters_of(scheme)
+    names = {symbol: sympy.Symbol(name) for symbol, name in letters.items()}
+    for name, e in terms.items():
+        value = sympy.sympify(e)
+        if latex:
+            lines.append(f"{name} = {sympy.latex(value.xreplace(names))}")
+            continue
+        shown = plain_text([value], letters)
+        if len(shown) > LONGEST:
+            shown = f"({len(shown)} letters; --json FILE has them)"
+        lines += textwrap.wrap(
+            f"{subscript(name)} = {shown}", WIDTH, initial_indent="  ", subsequent_indent="      ",
+            break_long_words=False, break_on_hyphens=False,
+        )  # fmt: skip
+    lines += [missing] if missing else []
+    lines += ["", "Change of the sum along runs to one time, by step"]
+    heads = [f"{h:.4g}" for h in found.steps]
+    lines.append("  up to  " + "".join(f"{head:>11}" for head in heads) + "      slope  wanted")
+    for j in range(found.order + 1):
+        slope = _last(found, j)
+        told = "round-off" if slope is None else f"{slope:.2f}"
+        wanted = f"≥ {found.wanted[j]}" if j >= found.first else f"{found.first}"
+        errors = "".join(f"{error:>11.2e}" for error in found.errors[j])
+        lines.append(f"  h^{j:<5}{errors} {told:>10}  {wanted}")
+    return lines
+
+
+def _last(found: Kept, j: int) -> float | None:
+    return slopes[-1] if (slopes := found.slopes(j)) else None

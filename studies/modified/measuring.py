@@ -1,0 +1,122 @@
+"""How far runs keep the modified Hamiltonian that is cut off behind each power of the step.
+
+Along a run the energy H of a method of order p errs by O(h^p), and H + … + h^j H_{j+1} by
+O(h^(j+1)), j ≥ p, as no later power is in it. The error is the largest less the smallest value
+along runs to one time by steps that are halved; its slope, log₂ of the ratio for the last two steps
+above round-off, is held against the power.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scheme
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.expansions import ModifiedEquation
+
+from ..core.case import Verdict
+from ..core.modified_energy import dual_of
+
+#: steps of the coarsest run, halvings, and states of each run that are looked at
+STEPS, HALVINGS, STATES = 16, 5, 32
+#: of a step's power, by which a slope may miss it: half way to the power that a wrong term leaves
+NEAR = 0.5
+#: of two successive slopes, by which they differ where the errors follow their power
+SETTLED = 0.25
+#: round-offs of the energy's terms, for each of them and for the steps of the run
+ROUNDED = 64
+
+
+@dataclass
+class Kept:
+    """How far H + … + h^j H_{j+1} is kept, j = 0, 1, …, order.
+
+    steps (s,); errors: of each j the errors at these steps, in units of H; floor: below it they are
+    round-off, (s,); wanted: of each j the power that the first term left out has.
+    """
+
+    order: int
+    first: int
+    steps: list[float]
+    errors: list[list[float]]
+    floor: list[float]
+    wanted: list[int] = field(default_factory=list)
+
+    def slopes(self, j: int) -> list[float]:
+        """Return log₂ of the ratios of errors at successive steps that are no round-off."""
+        pairs = zip(self.errors[j], self.floor, strict=True)
+        above = [error if error > ROUNDED * floor else math.nan for error, floor in pairs]
+        ratios = (a / b for a, b in itertools.pairwise(above))
+        return [math.log2(ratio) for ratio in ratios if math.isfinite(ratio)]
+
+
+def kept(scheme: Scheme, order: int, digits: int = 16) -> Kept:
+    """Measure how far the modified Hamiltonian of a scheme is kept along runs.
+
+    Raises `CannotMeasure` where there is none (`ModifiedEquation`), and for a scheme without an
+    order, or of a higher one.
+    """
+    equation = ModifiedEquation(scheme, order, digits)
+    equation.check_hamiltonian()
+    first = scheme.order
+    if first is None:
+        raise CannotMeasure(
+            f"{scheme.rule.name} declares no order: write @discretisation(order=…)."
+        )
+    if order < first:
+        raise CannotMeasure(
+            f"{scheme.rule.name} is of order {first}: its modified Hamiltonian begins with "
+            f"h^{first}, so ask for --order {first} or more."
+        )
+    dual = dual_of(scheme.scene)
+    assert dual is not None  # there is one wherever there is a modified Hamiltonian
+    found = Kept(order, first, [], [[] for _ in range(order + 1)], [])
+    found.wanted = [first if j < first else j + 1 for j in range(order + 1)]
+    eps = float(equation.numbers.eps)
+    for k in range(HALVINGS):
+        flow = scheme.flow(scheme.scene.step / 2**k, digits)
+        run = flow.trajectory(STEPS * 2**k, max(1, STEPS * 2**k // STATES))
+        z = np.hstack([run.x, run.mu])
+        terms = dual(z.astype(float))[1].max()
+        H = equation.hamiltonian(z)
+        found.steps.append(float(flow.step))
+        found.floor.append(eps * float(terms) * math.sqrt(STEPS * 2**k))
+        for j in range(order + 1):
+            values = equation.at_step(H[: j + 1], flow.step)
+            found.errors[j].append(float(values.max() - values.min()))
+    return found
+
+
+def judge(found: Kept) -> Verdict:
+    """Return whether each sum from the order of the method on is kept to the power left out."""
+    expected = {f"through h^{j}": found.wanted[j] for j in range(found.first, found.order + 1)}
+    unknown = ""
+    for j in range(found.first, found.order + 1):
+        wanted, slopes = found.wanted[j], found.slopes(j)
+        if found.errors[j][0] <= ROUNDED * found.floor[0]:
+            continue  # kept to round-off by the largest step
+        said = f"H̃ up to h^{j} changes along runs"
+        if not slopes:
+            unknown = unknown or f"{said} by round-off at all steps but one: take --digits 50."
+            continue
+        if slopes[-1] >= wanted - NEAR:
+            continue
+        said += f" as h^{slopes[-1]:.2f}, where h^{wanted} or a higher power is wanted"
+        if len(slopes) > 1 and abs(slopes[-1] - slopes[-2]) <= SETTLED:
+            return Verdict("fail", f"{said}: the steps follow no such Hamiltonian.", expected)
+        unknown = unknown or f"{said}, and the slope has not settled: take --digits 50."
+    return Verdict("inconclusive" if unknown else "pass", unknown, expected)
+
+
+def as_rows(found: Kept) -> list[dict[str, Any]]:
+    """Return the errors at each step, as rows of JSON."""
+    return [
+        {"step": h, "floor": found.floor[k],
+         **{f"through h^{j}": found.errors[j][k] for j in range(found.order + 1)}}
+        for k, h in enumerate(found.steps)
+    ]  # fmt: skip

@@ -1,0 +1,92 @@
+"""`discmech modified`: formulas, slopes and verdicts, and controls that it has to catch."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from discmech.integrators import Scheme, rules, scenes
+from discmech.integrators.expansions import ModifiedEquation
+from discmech.studies.command.entry import main
+from discmech.studies.modified.measuring import judge, kept
+
+slow = pytest.mark.slow
+
+
+def test_the_formulas_are_printed_and_checked(capsys):
+    assert main(["modified", "pendulum", "trapezoidal", "--order", "2"]) == 0
+    shown = capsys.readouterr().out
+    assert "H₃ = gravity·(−gravity·mass·sin(x)² + 2·μ²·cos(x)/(length³·mass))/24" in shown
+    assert shown.rstrip().endswith("pass")
+    words = ["pendulum", "--rule", "trapezoidal", "--order", "2", "--json", "-"]
+    assert main(["modified", *words]) == 0
+    found = json.loads(capsys.readouterr().out)
+    (case,) = found["cases"]
+    assert found["study"] == "modified" and case["verdict"] == "pass"
+    assert case["measured"]["through h^0"] == pytest.approx(2, abs=0.1)
+    assert case["measured"]["through h^2"] == pytest.approx(4, abs=0.1)
+    assert set(case["formulas"]) == {"H_1", "H_3"} and len(case["rows"]) == 5
+
+
+@slow
+def test_a_map_shows_its_field_and_one_that_is_not_symplectic_fails(capsys):
+    assert main(["modified", "henon-heiles", "runge-kutta-4", "--order", "5"]) == 1
+    shown = capsys.readouterr().out
+    assert "f₁[x_0]" in shown and "the steps follow no such Hamiltonian" in shown
+    assert main(["modified", "henon-heiles", "implicit-midpoint", "--order", "2", "--latex"]) == 0
+    assert "\\frac" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    ("pendulum", "say one rule"),
+    ("pendulum midpoint --rule midpoint", "say one rule"),
+    ("pendulum midpoint --order 0", "--order is"),
+    ("pendulum midpoint --order 13", "--order is"),
+    ("pendulum gauss-2 --order 3", "begins with h^4, so ask for --order 4 or more"),
+    ("pendulum midpoints", "did you mean midpoint?"),
+    ("cartesian-pendulum midpoint", "has constraints"),
+    ("damped-pendulum midpoint", "has a force"),
+    ("rigid-body implicit-midpoint", "has no discrete Lagrangian"),
+])  # fmt: skip
+def test_what_cannot_be_asked_is_said_in_a_sentence(words, said, capsys):
+    assert main(["modified", *words.split()]) == 2
+    error = capsys.readouterr().err
+    assert said in error and error.count("\n") == 1
+
+
+def test_a_wrong_term_is_caught(monkeypatch):
+    """H₃ that is a hundredth too large, and the H̃ of another rule."""
+    right = ModifiedEquation.hamiltonian
+    scheme = Scheme(scenes.get("pendulum"), rules.get("midpoint"))
+    assert judge(kept(scheme, 2)).verdict == "pass"
+
+    def wrong(self, z):
+        H = right(self, z)
+        H[2] *= 1.01
+        return H
+
+    monkeypatch.setattr(ModifiedEquation, "hamiltonian", wrong)
+    told = judge(kept(scheme, 2))
+    assert told.verdict == "fail" and "changes along runs as h^2" in told.reason
+
+    other = Scheme(scenes.get("pendulum"), rules.get("trapezoidal")).modified_equation(2)
+    monkeypatch.setattr(ModifiedEquation, "hamiltonian", lambda self, z: right(other, z))
+    assert judge(kept(scheme, 2)).verdict == "fail"
+
+
+#: every kind of groupoid, rules with stages and compositions, to the stated order
+SCENES = [
+    ("kepler", "lobatto-3", 6), ("double-pendulum", "trapezoidal", 4),
+    ("henon-heiles", "triple-jump:trapezoidal", 6), ("rigid-body", "rectangle", 4),
+    ("heavy-top", "midpoint", 4), ("spherical-pendulum", "trapezoidal", 4),
+    ("rotor-body", "midpoint", 3), ("reduced-kepler", "gauss-2", 6), ("wong", "trapezoidal", 2),
+    ("outer-solar-system", "midpoint", 2), ("charged-particle", "midpoint", 4),
+]  # fmt: skip
+
+
+@slow
+@pytest.mark.parametrize(("scene", "rule", "order"), SCENES)
+def test_every_claim_holds_to_the_stated_order(scene, rule, order):
+    told = judge(kept(Scheme(scenes.get(scene), rules.get(rule)), order, 16))
+    assert told.verdict == "pass", told.reason
