@@ -86,7 +86,7 @@ def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:
     s, w = equations.s, equations.w
     of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
     mass = {}
-    if scene.lagrangian is not None:
+    if scene.has_lagrangian:
         mass["the mass matrix ∂²l/∂ξ²", "ξ; every velocity"] = mass_matrix(s)
     found = singular(mass, s, s.x, w, scene)
     if mass and not found and rule.nodes is not None and s.given is None:

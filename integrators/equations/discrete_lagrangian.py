@@ -55,7 +55,7 @@ class DiscreteLagrangian:
             self.expression = self.element.discrete_lagrangian(rule)
             self._add_direct(self.expression)
             return
-        if s.given is None:
+        if s.given is None and s.hamiltonian is None:
             s.lagrangian  # noqa: B018 - a wrong Lagrangian is named before the rule
         self.expression = self._taken_apart(value_of_rule(rule, self.L, self.G))
         self._pass_charts_on()

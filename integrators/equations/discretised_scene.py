@@ -12,6 +12,7 @@ from .checks import check_regular, check_start
 from .constrained_equations import ConstrainedEquations
 from .constrained_start import on_constraints
 from .discrete_equations import DiscreteEquations
+from .implicit_lagrangian import with_momenta
 from .nonsmooth import check_smooth
 from .one_step_equations import OneStepEquations
 from .symbols import SceneSymbols
@@ -51,7 +52,9 @@ class DiscretisedScene:
         elif equations is None:
             check_regular(derived, scene, rule)
         self.scene, self.equations = scene, cast(Any, derived)
-        self.rule = rule if isinstance(rule, Composition) else derived.rule
+        # L_d that a scene gives has a rule of its own; one with momenta is the rule asked for
+        same = isinstance(rule, Composition) or derived.rule.name == rule.name
+        self.rule = rule if same else derived.rule
 
     @property
     def one_step(self) -> bool:
@@ -76,6 +79,8 @@ def _derived(scene: Scene, rule: Discretisation) -> DiscreteEquations | OneStepE
         return ConstrainedEquations(_symbols(scene, of_step.stages), of_step)
     if scene.discrete_lagrangian is not None:
         of_step = own  # no rule has a say where L_d is given
+    if scene.hamiltonian is not None and not scene.has_lagrangian:
+        of_step = with_momenta(SceneSymbols(scene), of_step)
     return DiscreteEquations(_symbols(scene, of_step.stages), of_step)
 
 

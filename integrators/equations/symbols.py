@@ -268,12 +268,16 @@ class SceneSymbols:
         """
         if self._hamiltonian is None:
             return None
-        arguments, what = self._at_point(self._hamiltonian, self.x, self.mu), "its Hamiltonian"
-        found = self.call(self._hamiltonian, what, *arguments)
-        words = "x, mu, p and t"
+        found, what = self.hamiltonian_at(self.x, self.mu), "its Hamiltonian"
         known = {*self.x, *self.mu}
-        self.refuse_unknown(column([found]), known, what, self._hamiltonian, words)
+        self.refuse_unknown(column([found]), known, what, self._hamiltonian, "x, mu, p and t")
         return found
+
+    def hamiltonian_at(self, x: Column, mu: Column) -> Expression:
+        """H at any columns x and μ, of a scene that gives it."""
+        assert self._hamiltonian is not None
+        arguments = self._at_point(self._hamiltonian, x, mu)
+        return self.call(self._hamiltonian, "its Hamiltonian", *arguments)
 
     @property
     def phase_lagrangian(self) -> Expression:

@@ -79,7 +79,7 @@ def _FL(context: StepContext, x: Vector, u: Vector, translate: int) -> SymbolicM
 def _mass(context: StepContext, x: Vector, u: Vector) -> SymbolicMatrix | None:
     """Return ∂²l/∂ξ², m×m, or None if the scene has no Lagrangian or the matrix no value."""
     s = context.equations.s
-    if context.scene.lagrangian is None:
+    if not context.scene.has_lagrangian:
         return None
     at = dict(zip(s.parameter_list, map(to_sympy, context.scene.parameter_values), strict=True))
     try:

@@ -20,7 +20,9 @@ def latex_of(scheme: Any) -> str | None:
     """
     equations, lines = scheme.equations, []
     given: list[tuple[str, Expression]] = []
-    if scheme.scene.lagrangian is not None:
+    if scheme.s.hamiltonian is not None:
+        given.append(("H(x, mu)", scheme.s.hamiltonian))
+    elif scheme.scene.lagrangian is not None:
         given.append(("l(x, u)", scheme.s.lagrangian))
     if _has_arrows(scheme):
         momenta = (sympy.expand_mul(e / scheme.s.h) for e in equations.legendre_minus)

@@ -115,13 +115,11 @@ class Discretisation:
                 f"{scene.name} is a Hamiltonian in numbers, of which {self.name} can derive "
                 "nothing: only black boxes run on it."
             )
-        of_field = not (self.is_formula and self.asks_lagrangian)
-        if not of_field and scene.hamiltonian is not None and not scene.has_lagrangian:
+        of_value = self.is_formula and self.asks_lagrangian and scene.hamiltonian is not None
+        if of_value and (no_value := scene.without_lagrangian):
             return (
-                f"{scene.name}: no Lagrangian of its Hamiltonian is known in closed form (∂²H/∂mu² "
-                f"depends on mu, or is singular or large), so {self.name} has nothing to "
-                "discretise: take a one-step map such as implicit-midpoint or dual-gauss-2, or a "
-                "black box."
+                f"{scene.name}: {no_value}, so {self.name} has nothing to discretise: take a "
+                "one-step map such as implicit-midpoint or dual-gauss-2, or a black box."
             )
         if scene.constrained and (self.stages or self.splits):
             return (

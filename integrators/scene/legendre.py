@@ -65,28 +65,39 @@ class LegendreTransform:
 
     def exists(self, scene: Any) -> bool:
         """Return True if the scene has that Lagrangian, or if this fails for another reason."""
-
-        def value(given: Any) -> Any:
-            if not isinstance(given, tuple):
-                return to_sympy(given)
-            return sympy.Matrix([[to_sympy(e) for e in row] if isinstance(row, tuple) else
-                                 [to_sympy(row)] for row in given])  # fmt: skip
-
-        group = scene.groupoid
-        x, v = (sympy.Matrix(n, 1, lambda i, _: sympy.Dummy(real=True))
-                for n in (group.dim_x, group.dim_u))  # fmt: skip
-        parameters = SimpleNamespace(**{k: value(e) for k, e in scene.parameters.items()})
-        time = [sympy.Dummy(real=True)] if scene.timed else []
         try:
-            self(x, v, parameters, *time)
+            self(*_letters(scene))
         except CannotMeasure:
             return False
         except Exception:
             return True
         return True
 
+    def is_regular(self, scene: Any) -> bool:
+        """Return True if ∂²H/∂μ² is regular at a generic state, so that v determines μ."""
+        x, mu, *rest = _letters(scene)
+        value = sympy.sympify(self.hamiltonian(x, mu, *rest))
+        slope = jacobian(jacobian([value], mu).T, mu)
+        letters = sorted(slope.free_symbols, key=str)
+        at = {e: sympy.Rational(2 * k + 3, 3 * k + 7) for k, e in enumerate(letters)}
+        sizes = slope.xreplace(at).evalf(30).singular_values()
+        return bool(min(sizes) > 1e-20 * max(sizes))
 
-_NO_LAGRANGIAN = (
-    "so no Lagrangian of it is known in closed form, which the rule asks for: take a one-step map "
-    "such as implicit-midpoint or dual-gauss-2, or a black box."
-)
+
+def _letters(scene: Any) -> list[Any]:
+    """Return the arguments of the scene's Hamiltonian: x, μ, the parameters' values, any time."""
+
+    def value(given: Any) -> Any:
+        if not isinstance(given, tuple):
+            return to_sympy(given)
+        return sympy.Matrix([[to_sympy(e) for e in row] if isinstance(row, tuple) else
+                             [to_sympy(row)] for row in given])  # fmt: skip
+
+    group = scene.groupoid
+    x, v = (sympy.Matrix(n, 1, lambda i, _: sympy.Dummy(real=True))
+            for n in (group.dim_x, group.dim_u))  # fmt: skip
+    parameters = SimpleNamespace(**{k: value(e) for k, e in scene.parameters.items()})
+    return [x, v, parameters, *([sympy.Dummy(real=True)] if scene.timed else [])]
+
+
+_NO_LAGRANGIAN = "so no Lagrangian of it is known in closed form."

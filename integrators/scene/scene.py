@@ -257,6 +257,18 @@ class Scene:
         found = self.lagrangian
         return found.exists(self) if isinstance(found, LegendreTransform) else found is not None
 
+    @cached_property
+    def without_lagrangian(self) -> str:
+        """Why its Hamiltonian has no Lagrangian, not even as an unknown of the step; or ""."""
+        found = self.lagrangian
+        if not isinstance(found, LegendreTransform) or found.exists(self):
+            return ""
+        if not found.is_regular(self):
+            return "∂²H/∂mu² of its Hamiltonian is singular, so it has no Lagrangian"
+        if self.force is not None:
+            return "a force acts with the weight of its Lagrangian, which has no closed form"
+        return ""
+
     @property
     def timed(self) -> bool:
         """True if the Lagrangian or the force depends on the time."""
