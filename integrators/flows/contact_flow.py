@@ -10,12 +10,14 @@ import numpy as np
 
 from ..compiler import OK, KernelsAtStep
 from ..contact import ContactRun, FreeSteps, Gaps, LocatedSteps, Moment, check_gaps
+from ..equations import DiscretisedScene
 from ..errors import BadInput, CannotMeasure, StepFailure
-from ..numbers import Matrix, Numbers, Vector
+from ..numbers import Matrix, Number, Numbers, Vector
+from ..numbers.types import GivenNumber
 from .failures import CAUSES
-from .flow import Flow
+from .flow import Flow, Substeps
 from .initial_state import Start
-from .run import Trajectory, run_from
+from .run import Progress, Trajectory, run_from
 
 MOST_AT_ONCE = 4096  # largest number of free steps before the next check for a contact
 
@@ -57,7 +59,10 @@ class ContactFlow(Flow):
     Raises `BadInput` for a negative step, and for an on_edge other than "refuse".
     """
 
-    def __init__(self, scheme: Any, step: Any, digits: int, on_edge: str, substeps: Any) -> None:
+    def __init__(
+        self, scheme: DiscretisedScene, step: GivenNumber, digits: int, on_edge: str,
+        substeps: Substeps,
+    ) -> None:  # fmt: skip
         super().__init__(scheme, step, digits, on_edge, substeps)
         scene = scheme.scene
         if self.step < 0:
@@ -88,7 +93,9 @@ class ContactFlow(Flow):
         """The gaps that runs met within a step by less than the round-off of their terms."""
         return self._steps.unsure
 
-    def _part(self, share: Any, x: Vector, mu: Vector, u: Vector) -> tuple[Vector, Vector, Vector]:
+    def _part(
+        self, share: Number, x: Vector, mu: Vector, u: Vector
+    ) -> tuple[Vector, Vector, Vector]:
         """Return (y, μ′, u) after a free step of a share of the step."""
         machine = self.machine
         if share != 1:
@@ -106,7 +113,9 @@ class ContactFlow(Flow):
             leaving = self.gaps.velocity(x, mu, u)
         return *machine.point(run.state), leaving
 
-    def _run_from(self, start: Start, steps: int, every: int, progress: Any) -> ContactTrajectory:
+    def _run_from(
+        self, start: Start, steps: int, every: int, progress: Progress
+    ) -> ContactTrajectory:
         """Run from a start; a closed gap that is closing there begins with an impact."""
         if start is not self.starting.own:
             s = self.scheme.equations.s
@@ -131,7 +140,9 @@ class ContactFlow(Flow):
 class _Run(ContactRun):
     """One run of a contact flow."""
 
-    def __init__(self, flow: Any, start: Start, steps: int, every: int, progress: Any) -> None:
+    def __init__(
+        self, flow: ContactFlow, start: Start, steps: int, every: int, progress: Progress
+    ) -> None:
         self.flow, self.numbers, contact = flow, flow.numbers, flow._steps
         self.t0, self.chunk, m = start.t0, 8, len(start.mu)
         u = start.guess[:m]
@@ -141,7 +152,7 @@ class _Run(ContactRun):
         moment = Moment(flow.gaps.at_start(start.x), start.mu, u, contact.no_noise())
         super().__init__(contact, moment, steps, every, progress)
 
-    def failure(self, failure: Exception, rows: Any) -> StepFailure:
+    def failure(self, failure: Exception, rows: Trajectory | None) -> StepFailure:
         """Return the failure of the coming step."""
         cause, m = getattr(failure, "cause", str(failure)), self.moment
         state = {"x": m.place.x, "mu": m.mu}
@@ -208,7 +219,7 @@ class _Run(ContactRun):
                  for k, e in self.impacts]  # fmt: skip
         n, m = self.gaps.n, self.rows[1].shape[1]
 
-        def table(values: list[Any], *shape: int) -> np.ndarray:
+        def table(values: list[Numbers], *shape: int) -> np.ndarray:
             found: np.ndarray = numbers.public(numbers.array(values, len(values), *shape))
             return found
 

@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
 from ..compiler import cores
 from ..errors import BadInput, StepFailure, shown
-from ..numbers import Double
-from ..numbers.types import Matrix, Vector
+from ..numbers import Arithmetic, Double
+from ..numbers.types import Matrix, Numbers, Rows, Vector
 from .run import Trajectory
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+#: the starts of an ensemble's members; None is the scene's own
+Starts: TypeAlias = list[Numbers | None]
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,11 @@ class Ensemble:
 
 
 def ensemble(
-    run: Callable[[Any, Any], Trajectory], x0s: Any, mu0s: Any, numbers: Any, what: str
+    run: Callable[[Numbers | None, Numbers | None], Trajectory],
+    x0s: Rows | None,
+    mu0s: Rows | None,
+    numbers: Arithmetic,
+    what: str,
 ) -> Ensemble:
     """Run from all starts. run: (x0, μ0) ↦ trajectory; what: the name in messages."""
     starts = list(zip(*_of_one_length(x0s, mu0s, what), strict=True))
@@ -61,7 +67,7 @@ def ensemble(
 
 
 def side_by_side(
-    function: Callable[[Item], Result], items: Sequence[Item], numbers: Any
+    function: Callable[[Item], Result], items: Sequence[Item], numbers: Arithmetic
 ) -> list[Result]:
     """Return the function's results in the order of the items, using all cores in double precision.
 
@@ -77,7 +83,7 @@ def side_by_side(
         return found + list(pool.map(function, left))
 
 
-def _of_one_length(x0s: Any, mu0s: Any, what: str) -> tuple[Sequence[Any], Sequence[Any]]:
+def _of_one_length(x0s: Rows | None, mu0s: Rows | None, what: str) -> tuple[Starts, Starts]:
     """Return both lists of starts; None stands for the scene's own start in each member."""
     for starts in (x0s, mu0s):
         many = isinstance(starts, Sequence | np.ndarray) and getattr(starts, "shape", 1) != ()
@@ -89,11 +95,11 @@ def _of_one_length(x0s: Any, mu0s: Any, what: str) -> tuple[Sequence[Any], Seque
     if not given or len({len(starts) for starts in given}) > 1 or not given[0]:
         counts = " and ".join(str(len(starts)) for starts in given) or "no"
         raise BadInput(f"{what}: an ensemble of {counts} starts; give x0s and mu0s of one length.")
-    none = [None] * len(given[0])
+    none: Starts = [None] * len(given[0])
     return (none if x0s is None else list(x0s)), (none if mu0s is None else list(mu0s))
 
 
-def _padded(rows: Matrix, count: int, numbers: Any) -> Matrix:
+def _padded(rows: Matrix, count: int, numbers: Arithmetic) -> Matrix:
     """Return `count` rows: those given, followed by rows of NaN."""
     missing = numbers.public(np.full((count - len(rows), rows.shape[1]), np.nan))
     return np.concatenate([rows, missing])

@@ -15,13 +15,14 @@ from ..equations import DiscretisedScene, blamed, step_system
 from ..errors import BadInput, arguments_checked, check_progress, shown
 from ..geometry import Arrow, LocalGeometry, Maps
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational, whole_number
+from ..numbers.types import GivenNumber, Rows
 from ..scene import Again, flow_of
 from .collocation import collocation
 from .ensemble import Ensemble, ensemble
 from .initial_state import Start, Starting
 from .newton_step import arrow_before, of_poisson, of_pullback, of_step
 from .prepared_run import PreparedRuns
-from .run import Trajectory, element_of, first_u, run_from
+from .run import Progress, Trajectory, element_of, first_u, run_from
 from .step_choice import StepChoice
 
 __all__ = ["Flow", "Trajectory"]
@@ -31,7 +32,7 @@ INTEGER = (int, np.integer)
 TINIEST = Fraction(1, 10**100)
 
 #: (the scheme of a substep, a function digits ↦ its share of the step)
-Substeps = Sequence[tuple[DiscretisedScene, Callable[[int], Any]]]
+Substeps = Sequence[tuple[DiscretisedScene, Callable[[int], Number]]]
 
 
 class Flow:
@@ -55,7 +56,7 @@ class Flow:
     def __init__(
         self,
         scheme: DiscretisedScene,
-        step: Any,
+        step: GivenNumber,
         digits: int = 16,
         on_edge: str = "refuse",
         substeps: Substeps = (),
@@ -89,12 +90,12 @@ class Flow:
         steps: int,
         every: int = 1,
         *,
-        x0: Any = None,
-        mu0: Any = None,
-        u0: Any = None,
-        element0: Any = None,
-        t0: Any = 0,
-        progress: Callable[[int], None] | None = None,
+        x0: Numbers | None = None,
+        mu0: Numbers | None = None,
+        u0: Numbers | None = None,
+        element0: Rows | None = None,
+        t0: GivenNumber = 0,
+        progress: Progress = None,
     ) -> Trajectory:
         """Run `steps` steps from the scene's start (or from x0, mu0), with a row every `every`
         steps.
@@ -120,7 +121,7 @@ class Flow:
                 self.starting.check(start)
             return self._run_from(start, steps, every, progress)
 
-    def _run_from(self, start: Start, steps: int, every: int, progress: Any) -> Trajectory:
+    def _run_from(self, start: Start, steps: int, every: int, progress: Progress) -> Trajectory:
         if progress is None:
             if (run := self._prepared.run(steps, every, start)) is not None:
                 return run
@@ -128,7 +129,12 @@ class Flow:
         return run_from(self.edge, start, steps, every, progress)
 
     def ensemble(
-        self, x0s: Any = None, mu0s: Any = None, steps: Any = None, every: int = 1, **given: Any
+        self,
+        x0s: Rows | None = None,
+        mu0s: Rows | None = None,
+        steps: Any = None,
+        every: int = 1,
+        **given: Any,
     ) -> Ensemble:
         """Run from many starts at once, on all cores; rows as in `trajectory`, members along axis
         0.
@@ -138,7 +144,7 @@ class Flow:
         (`Ensemble.failures`). Raises `BadInput` for starts that do not fit.
         """
 
-        def run(x0: Any, mu0: Any) -> Trajectory:
+        def run(x0: Numbers | None, mu0: Numbers | None) -> Trajectory:
             return self.trajectory(steps, every, x0=x0, mu0=mu0, **given)
 
         return ensemble(run, x0s, mu0s, self.numbers, self.scheme.scene.name)
@@ -179,7 +185,9 @@ class Flow:
             y, v = self.next_arrow(self._one_arrow(x, u), x, u)
             return self.numbers.public(y), self.numbers.public(v)
 
-    def next_arrow(self, here: Maps, x: Vector, u: Vector, v0: Any = None) -> tuple[Vector, Vector]:
+    def next_arrow(
+        self, here: Maps, x: Vector, u: Vector, v0: Vector | None = None
+    ) -> tuple[Vector, Vector]:
         """Return Ψ(x, u) from the maps at (x, u), in the flow's numbers; v0: Newton's start, else
         u."""
         y, near = here["target"], u if v0 is None else v0

@@ -17,8 +17,8 @@ from ..equations import (
     on_constraints,
 )
 from ..errors import BadInput
-from ..numbers import Matrix, Vector, exact_rational
-from ..numbers.types import Exact
+from ..numbers import Matrix, Numbers, Vector, exact_rational
+from ..numbers.types import Exact, Rows
 
 DOUBLE = np.dtype(np.float64)
 
@@ -40,7 +40,10 @@ class Starting:
     def __init__(self, edge: EdgePolicy) -> None:
         self.edge, self.context = edge, edge.context
 
-    def at(self, x0: Any, mu0: Any, u0: Any = None, element0: Any = None, t0: Exact = 0) -> Start:
+    def at(
+        self, x0: Numbers | None, mu0: Numbers | None, u0: Numbers | None = None,
+        element0: Rows | None = None, t0: Exact = 0,
+    ) -> Start:  # fmt: skip
         """Return the start of a run with these arguments of `Flow.trajectory`; None: the scene's
         own.
 
@@ -75,7 +78,7 @@ class Starting:
         return Start(x0, mu0, self.own.guess)
 
     @cached_property
-    def _shapes(self) -> tuple[Any, Any]:
+    def _shapes(self) -> tuple[tuple[int, ...] | None, tuple[int, ...] | None]:
         """The shapes of x and μ in doubles, or (None, None) if a start needs more than these."""
         context, s = self.context, self.context.equations.s
         more = s.clocked or context.one_step or context.scene.constrained
@@ -122,7 +125,9 @@ class Starting:
         if not context.one_step and self._with_values:
             check_momentum(s, context.scene, start.x, start.mu)
 
-    def _with_momentum(self, x0: Any, mu0: Any, u0: Any, t0: Exact = 0) -> Start:
+    def _with_momentum(
+        self, x0: Numbers | None, mu0: Numbers | None, u0: Numbers | None, t0: Exact = 0
+    ) -> Start:
         context, scene = self.context, self.context.scene
         s, elsewhere = context.equations.s, mu0 is None and x0 is not None
         if elsewhere:
@@ -139,7 +144,7 @@ class Starting:
         guess = self._v0 if u0 is None else context.vector(u0, len(s.u))
         return Start(x, mu, context.start(x, mu, guess), t0=t0)
 
-    def _with_element(self, element: Any, x0: Any, t0: Exact) -> Start:
+    def _with_element(self, element: Rows, x0: Numbers | None, t0: Exact) -> Start:
         """Return the start x, F⁻(x, g)/h of a first step g, an N×N matrix."""
         edge, context, scene = self.edge, self.context, self.context.scene
         if context.equations.element is None:
@@ -163,7 +168,7 @@ class Starting:
             raise context.failure("FL is singular at the first step element0", {"x": x, "mu": mu})
         return Start(x, mu, u, translate, t0=t0)
 
-    def _in_group(self, g: Any) -> Matrix:
+    def _in_group(self, g: Rows) -> Matrix:
         """Return g, N×N, if it is an element of the group to half of a double's digits."""
         scene, chart = self.context.scene, self.context.chart
         try:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import Any
 
+from ..equations import DiscretisedScene, SceneSymbols
 from ..errors import DiscmechError
 from ..numbers import sympy
 from ..numbers.types import Expression, Letter
@@ -12,7 +12,7 @@ from ..numbers.types import Expression, Letter
 LARGEST = 400  # an equation with more operations is not shown
 
 
-def latex_of(scheme: Any) -> str | None:
+def latex_of(scheme: DiscretisedScene) -> str | None:
     """Return $$…$$ with the Lagrangian, L_d, the momentum before the step and the step's equations.
 
     Equations that are too long to read are left out; the result is None if none remains, as for
@@ -37,7 +37,7 @@ def latex_of(scheme: Any) -> str | None:
     return "$$\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}$$"
 
 
-def _has_arrows(scheme: Any) -> bool:
+def _has_arrows(scheme: DiscretisedScene) -> bool:
     """Return True if F± are formulas in x and u alone."""
     try:
         return bool(scheme.has_arrows and not len(scheme.s.stages) and scheme.equations.residual)
@@ -45,7 +45,7 @@ def _has_arrows(scheme: Any) -> bool:
         return False
 
 
-def _latex(e: Expression, s: Any) -> str:
+def _latex(e: Expression, s: SceneSymbols) -> str:
     names = {letter: _letter(letter) for letter in e.free_symbols}
     if s.clocked:
         names[s.x[-1]] = "t"

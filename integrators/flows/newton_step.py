@@ -6,7 +6,7 @@ This is the evolution operator through the identity bisections (`bisections.evol
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -25,6 +25,11 @@ from ..geometry import (
     step_round_off,
 )
 from ..numbers import Number, Numbers, Vector, inverse_sizes, tracked
+
+if TYPE_CHECKING:
+    from .flow import Flow
+
+State: TypeAlias = tuple[Numbers, Numbers]  # (x, μ)
 
 
 def arrow_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Vector:
@@ -130,7 +135,7 @@ def round_off_from(
 # -- defects, to twice the flow's digits and in its own numbers ----------------------------------
 
 
-def of_pullback(context: StepContext, x: Any, u: Any, near: Vector) -> Number:
+def of_pullback(context: StepContext, x: Numbers, u: Numbers, near: Vector) -> Number:
     """Return the pullback defect at (x, u); near: approximately the velocity of the next arrow."""
     exactly, geometry = context.exactly, context.exactly.geometry
     with exactly.numbers.working():
@@ -143,7 +148,9 @@ def of_pullback(context: StepContext, x: Any, u: Any, near: Vector) -> Number:
     return _public_number(context, found)
 
 
-def of_poisson(context: StepContext, x: Any, mu: Any, guess: Any, sign: int) -> Number:
+def of_poisson(
+    context: StepContext, x: Numbers, mu: Numbers, guess: Numbers | None, sign: int
+) -> Number:
     """Return the Poisson defect at (x, μ), with the sign of the bracket; guess: Newton's start."""
     exactly = context.exactly
     with exactly.numbers.working():
@@ -154,7 +161,7 @@ def of_poisson(context: StepContext, x: Any, mu: Any, guess: Any, sign: int) -> 
     return _public_number(context, found)
 
 
-def of_step(context: StepContext, before: Any, after: Any, guess: Any) -> Number:
+def of_step(context: StepContext, before: State, after: State, guess: Numbers | None) -> Number:
     """Return the largest gap between (x′, μ′) and the step from (x, μ), in units of round-off."""
     exactly = context.exactly
     with exactly.numbers.working():
@@ -165,7 +172,7 @@ def of_step(context: StepContext, before: Any, after: Any, guess: Any) -> Number
 
 
 def return_defect(
-    forth: Any, back: Any, x: Numbers, mu: Numbers, u0: Numbers, *returned: Any
+    forth: Flow, back: Flow, x: Numbers, mu: Numbers, u0: Numbers, *returned: State
 ) -> Number:
     """Return how far Φ₋ₕ(Φₕ(x, μ)) is from (x, μ), like `Flow.step_defect`.
 
@@ -187,7 +194,7 @@ def return_defect(
 
 
 def form_change_defects(
-    flow: Any, x: Numbers, mu: Numbers, u0: Numbers
+    flow: Flow, x: Numbers, mu: Numbers, u0: Numbers
 ) -> tuple[Number, Number, Number]:
     """Return the effect of a force on ω in the step of a flow from (x, μ): two defects, and det P.
 
@@ -210,7 +217,7 @@ def form_change_defects(
 
 
 def restricted_form_defect(
-    flow: Any,
+    flow: Flow,
     x: Numbers,
     mu: Numbers,
     u0: Numbers,
@@ -236,7 +243,7 @@ def restricted_form_defect(
     return _public_number(flow.context, found)
 
 
-def _start(context: StepContext, guess: Any) -> Vector:
+def _start(context: StepContext, guess: Numbers | None) -> Vector:
     """Return Newton's start: a guess, or the scene's v0."""
     return context.vector(context.scene.v0 if guess is None else guess, len(context.equations.u))
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -28,6 +28,8 @@ from ..numbers import Arithmetic, Matrix, Numbers, Vector, finite
 from ..numbers.types import Exact
 from .failures import failure_of_run
 from .initial_state import Start
+
+Progress: TypeAlias = Callable[[int], None] | None  # called with the number of steps so far
 
 #: steps between two reports of progress, some hundredths of a second: compiled, and at many digits
 CHUNK, CHUNK_OF_DIGITS = 2**19, 64
@@ -82,7 +84,7 @@ def run_from(
     start: Start,
     steps: int,
     every: int = 1,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = None,
     branch: object = None,
 ) -> Trajectory:
     """Run `steps` steps from a start, with a row every `every` steps, within `numbers.working()`.

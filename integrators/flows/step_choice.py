@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from ..equations import SceneSymbols, field_parts, mass_matrix
+from ..equations import DiscretisedScene, SceneSymbols, field_parts, mass_matrix
 from ..errors import BadInput, StepFailure, shown
 from ..numbers import Matrix, arithmetic, measure, numeric
+from ..numbers.types import GivenNumber
 from .run import Trajectory
 
 # number of times at which runs are compared: errors pass through zero, but not at all of them
@@ -62,7 +63,9 @@ class StepChoice:
         )
 
 
-def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> StepChoice:
+def step_for(
+    scheme: DiscretisedScene, tolerance: GivenNumber, flow: Callable[[Fraction], Any]
+) -> StepChoice:
     """Return the cheapest step found whose error over the scene's duration is within the tolerance.
 
     Among the steps at which the fixed point of the stages contracts (among all, if there are none)
@@ -185,7 +188,7 @@ class _Pilot:
     rate: float = 0.0
 
 
-def fastest_rate(scheme: Any, run: Trajectory) -> float:
+def fastest_rate(scheme: DiscretisedScene, run: Trajectory) -> float:
     """Return the largest |λ| at the rows of a run, where λ are eigenvalues of the field's
     derivative.
 
@@ -212,13 +215,13 @@ def fastest_rate(scheme: Any, run: Trajectory) -> float:
 
 
 @lru_cache(maxsize=64)
-def _linearised(s: SceneSymbols) -> Any:
+def _linearised(s: SceneSymbols) -> Callable[..., list[Matrix]]:
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     _, *parts = field_parts(s)
     return numeric(letters, [*parts, mass_matrix(s)], arithmetic(16))
 
 
-def _unresolved(scheme: Any, wanted: float, fastest: float, most: int) -> BadInput:
+def _unresolved(scheme: DiscretisedScene, wanted: float, fastest: float, most: int) -> BadInput:
     """Return the error for a motion that is too fast for the steps of the pilot."""
     return BadInput(
         f"{scheme.scene.name} with {scheme.rule.name}: a tolerance of {wanted:g} cannot be "
@@ -229,7 +232,7 @@ def _unresolved(scheme: Any, wanted: float, fastest: float, most: int) -> BadInp
 
 
 def _unreachable(
-    scheme: Any, wanted: float, errors: dict[int, float], steps: int | None, most: int,
+    scheme: DiscretisedScene, wanted: float, errors: dict[int, float], steps: int | None, most: int,
     failed: list[StepFailure],
 ) -> BadInput:  # fmt: skip
     """Return the error for a tolerance that no step of the pilot reaches.

@@ -24,6 +24,8 @@ Assignment: TypeAlias = tuple[Letters, list[Expression]]
 Replacement: TypeAlias = dict[Letter, Expression]
 #: an int, Fraction or sympy number without any rounding
 Exact: TypeAlias = Any
+#: a number as a user gives it: exact, a float, or text such as "0.1"
+GivenNumber: TypeAlias = Any
 #: a number of an arithmetic: float or gmpy2's mpfr
 Number: TypeAlias = Any
 #: a number of mpmath
@@ -32,3 +34,5 @@ Mpf: TypeAlias = Any
 Vector: TypeAlias = np.ndarray
 Numbers: TypeAlias = Sequence[Number] | np.ndarray
 Matrix: TypeAlias = np.ndarray
+#: rows of numbers: nested sequences, or an array of two dimensions
+Rows: TypeAlias = Sequence[Numbers] | np.ndarray
