@@ -9,14 +9,16 @@ Bounds are not rounded outwards: they are good to the round-off within which a g
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
-from ..numbers import sympy
+from ..numbers import Matrix, Number, sympy
+from ..numbers.types import Expression, Letter, SymbolicMatrix
 
-Interval = tuple[Any, Any]
+#: least and largest value: floats, or arrays with an entry per box
+Interval: TypeAlias = tuple[Number, Number]
 
 COARSE = 5  # number of halvings for the path of a step that is checked together with many others
 # number of halvings for the path of a single step: this finds a gap that closes for 1e-9 of a step
@@ -30,11 +32,16 @@ EVERYTHING = -np.inf, np.inf
 class GapBounds:
     """Bounds of K gaps φ(x), with slope φ′ (K×n), at given values of the parameters."""
 
-    def __init__(self, position: list[Any], phi: list[Any], slope: Any, known: dict[Any, float]):
+    def __init__(
+        self, position: list[Letter], phi: list[Expression], slope: SymbolicMatrix,
+        known: dict[Letter, float],
+    ) -> None:  # fmt: skip
         self.position, self.phi, self.slope = position, phi, slope.tolist()
         self.known = {symbol: (value, value) for symbol, value in known.items()}
 
-    def lowest(self, points: np.ndarray, slack: Any = 0.0, gaps: Any = None) -> np.ndarray:
+    def lowest(
+        self, points: np.ndarray, slack: Matrix | float = 0.0, gaps: Sequence[int] | None = None
+    ) -> np.ndarray:
         """Return lower bounds of the gaps, (r, K), over the hulls of the points (r, 4, n).
 
         slack (r, n) widens each hull; gaps: the indices of the gaps, by default all.
@@ -46,7 +53,7 @@ class GapBounds:
         found = np.array([np.broadcast_to(low, shape[:1]) for low in lows]).T.reshape(shape)
         return np.where(np.isnan(found), -np.inf, found)
 
-    def _hull(self, points: np.ndarray, slack: Any = 0.0) -> dict[Any, Interval]:
+    def _hull(self, points: np.ndarray, slack: Matrix | float = 0.0) -> dict[Letter, Interval]:
         low, high = points.min(axis=1) - slack, points.max(axis=1) + slack
         box = {e: (low[:, k], high[:, k]) for k, e in enumerate(self.position)}
         return {**self.known, **box}
@@ -144,7 +151,7 @@ def paths_through(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 # -- intervals -------------------------------------------------------------------------------------
 
 
-def enclosed(expression: Any, at: dict[Any, Interval]) -> Interval:
+def enclosed(expression: Expression, at: dict[Expression, Interval]) -> Interval:
     """Return bounds of an expression over boxes; `at` maps symbols to boxes and keeps results.
 
     A function without a rule is bounded by −∞ and ∞.
@@ -155,7 +162,7 @@ def enclosed(expression: Any, at: dict[Any, Interval]) -> Interval:
     return found
 
 
-def _enclosed(e: Any, at: dict[Any, Interval]) -> Interval:
+def _enclosed(e: Expression, at: dict[Expression, Interval]) -> Interval:
     if e.is_number:
         try:
             value = float(e)
@@ -194,14 +201,14 @@ def _product(a: Interval, b: Interval) -> Interval:
     return _of_all(np.fmin, products), _of_all(np.fmax, products)
 
 
-def _of_all(pick: Any, values: Any) -> Any:
+def _of_all(pick: Callable[..., Number], values: Sequence[Number]) -> Number:
     found = values[0]
     for value in values[1:]:
         found = pick(found, value)
     return found
 
 
-def _power(e: Any, at: dict[Any, Interval]) -> Interval:
+def _power(e: Expression, at: dict[Expression, Interval]) -> Interval:
     base, exponent = e.args
     low, high = enclosed(base, at)
     if exponent.is_integer and exponent.is_number:
@@ -235,7 +242,7 @@ def _inverse(a: Interval) -> Interval:
     return (np.where(one_sided, 1 / high, -np.inf), np.where(one_sided, from_above, np.inf))
 
 
-def _rising(f: Callable[[Any], Any], least: float = -np.inf) -> Callable[[Interval], Interval]:
+def _rising(f: Callable[..., Number], least: float = -np.inf) -> Callable[[Interval], Interval]:
     return lambda a: (f(np.maximum(a[0], least)), f(np.maximum(a[1], least)))
 
 

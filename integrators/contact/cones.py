@@ -12,13 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import CannotMeasure
 from ..numbers import Arithmetic
-from ..numbers.types import Number, Vector
+from ..numbers.types import MatrixLike, Number, Vector
 
 SWEEPS, CORRECTIONS = 2000, 12
 ROUNDED = 64  # largest residual of a solution, in units of round-off
@@ -78,7 +78,7 @@ def missed(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
     return of_parts(abs(residual(P, U, r, cones)), cones)
 
 
-def scaling(W: Any, cones: Cones) -> Vector:
+def scaling(W: MatrixLike, cones: Cones) -> Vector:
     """Return r, an impulse per velocity: for each contact one for its normal and one for its plane.
 
     Raises `Jammed` if an impulse does not move its own contact in the direction in which it pushes.
@@ -163,7 +163,9 @@ def _unit(v: Vector) -> Vector:
     return found
 
 
-def solved(P: Vector, U0: Vector, W: Any, r: Vector, cones: Cones, numbers: Arithmetic) -> bool:
+def solved(
+    P: Vector, U0: Vector, W: MatrixLike, r: Vector, cones: Cones, numbers: Arithmetic
+) -> bool:
     """Return True if P solves the problem to round-off; for a plane also to that of κ P_n."""
     left = missed(P, U0 + W @ P, r, cones)
     units = of_parts(abs(P) + r * (abs(U0) + abs(W) @ abs(P)), cones)

@@ -69,7 +69,7 @@ class ContactRun(ABC):
         self.impacts += [(self.index, e) for e in impacts]
         self.index += 1
 
-    def write(self, x: Vector, mu: Vector, u: Vector, impulses: Any = 0) -> None:
+    def write(self, x: Vector, mu: Vector, u: Vector, impulses: Vector | float = 0) -> None:
         """Write the present row, if this step has one."""
         if self.index % self.every == 0:
             row = self.index // self.every

@@ -8,9 +8,10 @@ the plane.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -23,11 +24,13 @@ from ..equations import (
     natural_structure,
 )
 from ..errors import BadInput, shown
-from ..numbers import Arithmetic, finite, flatten, jacobian, numeric, sympy
-from ..numbers.types import Column, Number, Vector
+from ..numbers import Arithmetic, Matrix, Numbers, finite, flatten, jacobian, numeric, sympy
+from ..numbers.types import Column, Expression, MatrixLike, Number, SymbolicMatrix, Vector
 from ..scene import Scene
 from .bounds import GapBounds
 from .cones import Cones, impulses, length
+
+GapFunction: TypeAlias = Callable[..., Any]  # a scene's contact=: (x, p) ↦ its gaps
 
 # powers of √round-off: relative distances at which a slope is taken beside a point without one
 BESIDE = (2, 1)
@@ -48,14 +51,14 @@ class Place(NamedTuple):
     phi: Vector
     own: Vector
     size: Vector
-    normal: Any
+    normal: MatrixLike
     slip: list[np.ndarray]
-    bases: list[Any]
+    bases: list[Matrix]
     where: list[Vector]
     scale: Vector
     closed: Vector
-    breadth: Any = ()
-    rho: Any = None
+    breadth: Numbers = ()
+    rho: MatrixLike | None = None
 
     def moved(self, i: int, other: Place) -> Vector:
         """Return how far the touching point of gap i has moved along its plane, from here to
@@ -117,7 +120,7 @@ class Gaps:
             return np.array([self._phi(x, self.p) for x in rows])
         return np.array(np.broadcast_to(self._phi(rows.T, self.p).T, (len(rows), self.count)))
 
-    def _made(self, x: Vector) -> Any:
+    def _made(self, x: Vector) -> list[Matrix]:
         """Return the numbers from which `at` is made.
 
         A distance has no slope at its centre, where it is 0/0: there everything except φ is taken
@@ -137,7 +140,7 @@ class Gaps:
                     return [self.phi(x[None])[0], *rest]
         return self._place(x, self.p)
 
-    def at(self, x: Vector, reach: Any = 0) -> Place:
+    def at(self, x: Vector, reach: Vector | float = 0) -> Place:
         """Return the gaps at a point; reach (K,): sizes of the numbers added up on the way to
         it."""
         phi, own_size, slope, normal, rho, own, own_slope, own_breadth = self._made(x)
@@ -232,7 +235,7 @@ def _plane(normal: Vector) -> np.ndarray:
     return (one - 2 * np.outer(along, along) / (along @ along))[:, 1:]
 
 
-def gap_expressions(s: SceneSymbols, contact: Any) -> tuple[Column, list[Any]]:
+def gap_expressions(s: SceneSymbols, contact: GapFunction) -> tuple[Column, list[Column | None]]:
     """Return the gaps, K×1, and for each the coordinates of its plane, or None if it gives none."""
     what = "its contact"
     given = s.evaluated(contact, what, s.position, s.parameters)
@@ -266,7 +269,7 @@ def _listed(given: Any) -> bool:
 
 @lru_cache(maxsize=64)
 def gap_functions(
-    s: SceneSymbols, contact: Any, numbers: Arithmetic, columns: bool = False
+    s: SceneSymbols, contact: GapFunction, numbers: Arithmetic, columns: bool = False
 ) -> tuple[Any, ...]:
     """Return the coordinates (`gap_expressions`) and four compiled functions.
 
@@ -278,7 +281,7 @@ def gap_functions(
     rho = natural_structure(s, s.x)[0][: s.n, :]
     slope = jacobian(phi, s.position)
 
-    def sizes(values: Any, slopes: Any) -> list[Any]:
+    def sizes(values: Column, slopes: SymbolicMatrix) -> list[Expression]:
         """Return the size that determines each value's round-off: its terms and its changes with
         x."""
         return [
@@ -303,7 +306,7 @@ def gap_functions(
 
 
 @lru_cache(maxsize=64)
-def gap_bounds(s: SceneSymbols, contact: Any, parameters: tuple[float, ...]) -> GapBounds:
+def gap_bounds(s: SceneSymbols, contact: GapFunction, parameters: tuple[float, ...]) -> GapBounds:
     """Return the bounds of the gaps of a scene with the given values of its parameters."""
     phi, _ = gap_expressions(s, contact)
     known = dict(zip(s.parameter_list, parameters, strict=True))

@@ -10,12 +10,12 @@ is shortened if it would raise the energy.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..numbers.types import Number, Vector
+from ..numbers.types import MatrixLike, Number, Vector
 from .cones import Cones, NotFound, missed, of_parts, scaling
 from .gaps import Gaps, Place
 
@@ -32,8 +32,8 @@ class Active(NamedTuple):
     friction, (entry, the impulse 1 in the coordinates of its gap's plane).
     """
 
-    rows: Any
-    push: Any
+    rows: MatrixLike
+    push: MatrixLike
     cones: Cones
     owners: np.ndarray
     none: np.ndarray
@@ -90,7 +90,9 @@ def active(
     return Active(rows, push, cones, owners, gaps.no_impulses, made)
 
 
-def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]:
+def in_cones(
+    gaps: Gaps, trial: Callable[[Vector], tuple[Vector, Vector, Any]], W: MatrixLike, cones: Cones
+) -> tuple[Vector, Any]:
     """Return (P, the trial's data) with velocities F(P) in the cones.
 
     trial: P ↦ (F, unit of F's round-off, any data). W: approximately ∂F/∂P; unless it is a sparse
@@ -161,7 +163,7 @@ def velocity_law(
         # start of Newton's method
         known, began = abs(gaps.inverse_mass(place.x, xi)), abs(near)
 
-        def trial(P: Vector) -> tuple[Vector, Vector, Any]:
+        def trial(P: Vector) -> tuple[Vector, Vector, Vector]:
             pushed = mu + contacts.push.T @ P
             after = gaps.velocity(place.x, pushed, near)
             size = abs(contacts.rows) @ (abs(after) + began + known @ abs(pushed))

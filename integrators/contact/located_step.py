@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import CannotMeasure, StepFailure
 from ..numbers.types import Number, Vector
 from .bounds import cubic
-from .contact_step import ContactSteps, Impact, Moment, StepPart, carried
+from .contact_step import ContactSteps, FreeSteps, Impact, Moment, StepPart, carried
 from .gaps import TOUCHING, Gaps, Place
 
 EVENTS = 2**14  # largest number in one step
@@ -44,7 +44,7 @@ class LocatedSteps(ContactSteps):
     or when a gap closes and opens again before.
     """
 
-    def __init__(self, gaps: Gaps, free: Any, restitution: Number, stepped: bool) -> None:
+    def __init__(self, gaps: Gaps, free: FreeSteps, restitution: Number, stepped: bool) -> None:
         super().__init__(gaps, free, restitution)
         self.stepped = stepped
         #: gaps that were negative within a step by less than the round-off of their terms
@@ -259,7 +259,10 @@ class LocatedSteps(ContactSteps):
         return None
 
     def _root(
-        self, value: Callable[[Number], Any], first: Number, upto: Number
+        self,
+        value: Callable[[Number], tuple[Number, Number, StepPart]],
+        first: Number,
+        upto: Number,
     ) -> tuple[Number, StepPart] | None:
         """Return (share, part of the step) at which a value that begins with `first` > 0 is 0, or
         None.

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ..equations import SceneSymbols
 from ..errors import BadInput
 from ..numbers import arithmetic
-from ..numbers.types import Vector
+from ..numbers.types import Numbers, Vector
 from ..scene import Scene
 from .gaps import TOUCHING, Gaps, Place
 
@@ -18,7 +16,7 @@ NEAR, SAME = 1e-9, 1e-6
 DEEPEST = 100  # largest number of corrections in the search for a place outside the obstacle
 
 
-def check_gaps(s: SceneSymbols, scene: Scene, x0: Any = None) -> None:
+def check_gaps(s: SceneSymbols, scene: Scene, x0: Numbers | None = None) -> None:
     """Raise `BadInput` unless the start is outside the obstacle and the closed gaps leave room.
 
     x0: a start other than the scene's, in exact numbers or any arithmetic, without its time.

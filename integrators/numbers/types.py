@@ -34,5 +34,7 @@ Mpf: TypeAlias = Any
 Vector: TypeAlias = np.ndarray
 Numbers: TypeAlias = Sequence[Number] | np.ndarray
 Matrix: TypeAlias = np.ndarray
+#: a matrix: an array, or one of scipy.sparse, which has no types of its own
+MatrixLike: TypeAlias = Any
 #: rows of numbers: nested sequences, or an array of two dimensions
 Rows: TypeAlias = Sequence[Numbers] | np.ndarray
