@@ -1,7 +1,7 @@
 """Unilateral contact with friction: gaps φ(x) ≥ 0, Coulomb's cones, impacts, steps under
 contact."""
 
-from .cones import SWEEPS, NotFound, length, scaling, solved
+from .cones import SWEEPS, Cones, NotFound, length, scaling, solved
 from .contact_run import ContactRun
 from .contact_step import ZENO, ContactSteps, FreeSteps, Impact, Moment
 from .gaps import BESIDE, TOUCHING, Gaps, Place, gap_expressions, gap_functions
@@ -9,7 +9,7 @@ from .located_step import LocatedSteps
 from .start import check_gaps, opposed, scaled_gaps, unsure_gaps
 
 __all__ = [
-    "BESIDE", "ContactRun", "ContactSteps", "FreeSteps", "Gaps", "Impact", "LocatedSteps", "Moment",
-    "NotFound", "Place", "SWEEPS", "TOUCHING", "ZENO", "check_gaps", "gap_expressions",
+    "BESIDE", "Cones", "ContactRun", "ContactSteps", "FreeSteps", "Gaps", "Impact", "LocatedSteps",
+    "Moment", "NotFound", "Place", "SWEEPS", "TOUCHING", "ZENO", "check_gaps", "gap_expressions",
     "gap_functions", "length", "opposed", "scaled_gaps", "scaling", "solved", "unsure_gaps",
 ]  # fmt: skip

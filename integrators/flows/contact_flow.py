@@ -13,7 +13,7 @@ from ..contact import ContactRun, FreeSteps, Gaps, LocatedSteps, Moment, check_g
 from ..equations import DiscretisedScene
 from ..errors import BadInput, CannotMeasure, StepFailure
 from ..numbers import Matrix, Number, Numbers, Vector
-from ..numbers.types import GivenNumber
+from ..numbers.types import Given
 from .failures import CAUSES
 from .flow import Flow, Substeps
 from .initial_state import Start
@@ -60,7 +60,7 @@ class ContactFlow(Flow):
     """
 
     def __init__(
-        self, scheme: DiscretisedScene, step: GivenNumber, digits: int, on_edge: str,
+        self, scheme: DiscretisedScene, step: Given, digits: int, on_edge: str,
         substeps: Substeps,
     ) -> None:  # fmt: skip
         super().__init__(scheme, step, digits, on_edge, substeps)

@@ -15,7 +15,7 @@ from ..equations import DiscretisedScene, blamed, step_system
 from ..errors import BadInput, arguments_checked, check_progress, shown
 from ..geometry import Arrow, LocalGeometry, Maps
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational, whole_number
-from ..numbers.types import GivenNumber, Rows
+from ..numbers.types import Given, Rows
 from ..scene import Again, flow_of
 from .collocation import collocation
 from .ensemble import Ensemble, ensemble
@@ -56,7 +56,7 @@ class Flow:
     def __init__(
         self,
         scheme: DiscretisedScene,
-        step: GivenNumber,
+        step: Given,
         digits: int = 16,
         on_edge: str = "refuse",
         substeps: Substeps = (),
@@ -94,7 +94,7 @@ class Flow:
         mu0: Numbers | None = None,
         u0: Numbers | None = None,
         element0: Rows | None = None,
-        t0: GivenNumber = 0,
+        t0: Given = 0,
         progress: Progress = None,
     ) -> Trajectory:
         """Run `steps` steps from the scene's start (or from x0, mu0), with a row every `every`

@@ -11,7 +11,7 @@ from ..errors import BadInput, arguments_checked, check_names
 from ..expansions import ModifiedEquation
 from ..geometry import is_self_adjoint, order_of_step
 from ..lattices import Lattice, LatticeScheme
-from ..numbers.types import GivenNumber
+from ..numbers.types import Given
 from ..rules import Composition, OneStepMap, Substep
 from ..scene import Again
 from .contact_flow import ContactFlow
@@ -146,11 +146,11 @@ class Scheme(DiscretisedScene):
     @arguments_checked
     def flow(
         self,
-        step: GivenNumber | None = None,
+        step: Given | None = None,
         digits: int = 16,
         on_edge: str = "refuse",
         *,
-        tolerance: GivenNumber | None = None,
+        tolerance: Given | None = None,
         impacts: str | None = None,
     ) -> Flow:
         """Return the flow at one step size; digits = 16 is compiled double precision, more is
@@ -184,7 +184,7 @@ class Scheme(DiscretisedScene):
         flow.choice = choice
         return flow
 
-    def flow_at(self, step: GivenNumber, digits: int, on_edge: str) -> Flow:
+    def flow_at(self, step: Given, digits: int, on_edge: str) -> Flow:
         """Return the flow at a step that was given or chosen."""
         kind = Flow if self.scene.contact is None else ContactFlow
         return kind(self, step, digits, on_edge, self.flow_substeps)

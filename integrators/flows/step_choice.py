@@ -14,7 +14,7 @@ import numpy as np
 from ..equations import DiscretisedScene, SceneSymbols, field_parts, mass_matrix
 from ..errors import BadInput, StepFailure, shown
 from ..numbers import Matrix, arithmetic, measure, numeric
-from ..numbers.types import GivenNumber
+from ..numbers.types import Given
 from .run import Trajectory
 
 # number of times at which runs are compared: errors pass through zero, but not at all of them
@@ -64,7 +64,7 @@ class StepChoice:
 
 
 def step_for(
-    scheme: DiscretisedScene, tolerance: GivenNumber, flow: Callable[[Fraction], Any]
+    scheme: DiscretisedScene, tolerance: Given, flow: Callable[[Fraction], Any]
 ) -> StepChoice:
     """Return the cheapest step found whose error over the scene's duration is within the tolerance.
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..numbers import LazyModule, within_doubles
+from ..numbers import LazyModule, Matrix, within_doubles
+from ..numbers.types import MatrixLike
 
 sparse: Any = LazyModule("scipy.sparse")
 
@@ -37,13 +38,13 @@ def places(ends: np.ndarray, size: int, order: Iterable[int] | None = None) -> n
     return found
 
 
-def placed(blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: Any) -> Any:
+def placed(blocks: np.ndarray, rows: Matrix, columns: Matrix, shape: tuple[int, int]) -> MatrixLike:
     """Return the sum of blocks (a, b, r) at rows (r, a) and columns (r, b) as a sparse matrix."""
     i, j = np.broadcast_arrays(rows[:, :, None], columns[:, None, :])
     return sparse.csr_matrix((np.moveaxis(blocks, 2, 0).ravel(), (i.ravel(), j.ravel())), shape)
 
 
-def of_lattice(blocks: np.ndarray, ends: np.ndarray, sites: int) -> Any:
+def of_lattice(blocks: np.ndarray, ends: np.ndarray, sites: int) -> MatrixLike:
     """Return the sum of blocks at `ends`, which give rows and columns, as a sparse matrix."""
     rows, columns = (size // ends.shape[1] for size in blocks.shape[:2])
     shape = sites * rows, sites * columns

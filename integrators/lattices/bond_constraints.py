@@ -14,6 +14,7 @@ too, so they change no x. A row of a run is projected: ∂l/∂ξ(x, v) = μ + �
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -34,7 +35,7 @@ from ..equations import (
 )
 from ..errors import BadInput
 from ..numbers import Double, LazyModule, jacobian, numeric, sympy
-from ..numbers.types import Column, Letter, SymbolicMatrix
+from ..numbers.types import Column, Letter, Number, SymbolicMatrix
 from .blocks import at_ends, of_all, placed, places
 from .lattice import Lattice
 
@@ -134,7 +135,7 @@ def _letters(*names: str) -> tuple[Letter, ...]:
 
 
 def check_constraints(
-    lattice: Lattice, s: SceneSymbols, p: list[Any], x: np.ndarray, v: np.ndarray
+    lattice: Lattice, s: SceneSymbols, p: list[Number], x: np.ndarray, v: np.ndarray
 ) -> None:
     """Raise `BadInput` unless x (N, n) and v (N, m) satisfy independent constraints on the bonds.
 
@@ -168,7 +169,7 @@ def check_constraints(
 
 
 @lru_cache(maxsize=8)
-def _of_start(s: SceneSymbols) -> tuple[int, Any]:
+def _of_start(s: SceneSymbols) -> tuple[int, Callable[..., Any]]:
     """Return (rows of a bond, a function).
 
     The function gives (φ, A u), the slope of these by x and u, the sums of absolute terms, and A.

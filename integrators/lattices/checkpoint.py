@@ -31,7 +31,7 @@ class Checkpoint:
     belongs to another run or is no checkpoint.
     """
 
-    def __init__(self, path: Any, key: str, name: str) -> None:
+    def __init__(self, path: str | Path, key: str, name: str) -> None:
         if not isinstance(path, (str, os.PathLike)):
             raise BadInput(f"{name}: checkpoint is {shown(path)}; give the name of a file.")
         try:
@@ -109,7 +109,7 @@ class Checkpoint:
         return found
 
     def save(
-        self, state: Mapping[str, Any], rows: Sequence[Any], whole: int, at_once: bool
+        self, state: Mapping[str, np.ndarray], rows: Sequence[np.ndarray], whole: int, at_once: bool
     ) -> None:
         """Write the rows to disk, then the state; whole: the number of complete rows.
 
@@ -129,7 +129,7 @@ class Checkpoint:
         self._write(state)
         self._saved = time.monotonic()
 
-    def _write(self, state: Mapping[str, Any]) -> None:
+    def _write(self, state: Mapping[str, np.ndarray]) -> None:
         held = {word: np.asarray(array) for word, array in state.items()}
         held |= {"rows": np.array([*self._seal], np.uint8), "whole": np.array(self._whole)}
         seal = np.array([*_digest(self.key, held)], np.uint8)
@@ -175,7 +175,7 @@ def _literal(name: str) -> str:
     return "".join(f"[{letter}]" if letter in "*?[" else letter for letter in name)
 
 
-def _create(path: Path, shape: tuple[int, ...]) -> Any:
+def _create(path: Path, shape: tuple[int, ...]) -> np.memmap[Any, Any]:
     """Return an array in a new file with its disk space reserved: a missing page ends the
     process."""
     made: Any = np.lib.format.open_memmap(path, "w+", np.float64, shape)
@@ -185,7 +185,7 @@ def _create(path: Path, shape: tuple[int, ...]) -> Any:
     return made
 
 
-def _open(path: Path, shape: tuple[int, ...]) -> Any:
+def _open(path: Path, shape: tuple[int, ...]) -> np.memmap[Any, Any]:
     """Return the array of doubles with that shape in a file, or None if the file differs.
 
     The file is opened for reading first: opened for writing, numpy would append the missing part.

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..contact import ContactRun, ContactSteps, FreeSteps, Impact, Moment, Place
 from ..errors import BadInput, CannotMeasure, StepFailure
-from .lattice_flow import NUMBERS, LatticeFlow, LatticeTrajectory
+from ..numbers import Matrix, Number
+from ..numbers.types import Given, Rows
+from .lattice_flow import NUMBERS, File, LatticeFlow, LatticeTrajectory, Progress
 from .lattice_run import LatticeRun
 from .site_gaps import SiteGaps
+
+if TYPE_CHECKING:
+    from .lattice_scheme import LatticeScheme
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,7 @@ class ContactLatticeFlow(LatticeFlow):
     Raises `BadInput` for a negative step and for a start inside the obstacle.
     """
 
-    def __init__(self, scheme: Any, step: Any, digits: int = 16) -> None:
+    def __init__(self, scheme: LatticeScheme, step: Given, digits: int = 16) -> None:
         super().__init__(scheme, step, digits)
         if self.step < 0:
             raise BadInput(f"{self.lattice.name}: an impact has no unique past, so a lattice with "
@@ -62,14 +67,14 @@ class ContactLatticeFlow(LatticeFlow):
         """The gaps of all sites."""
         return SiteGaps(self)
 
-    def _start(self, x0: Any, mu0: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _start(self, x0: Rows | None, mu0: Rows | None) -> tuple[np.ndarray, np.ndarray]:
         x, mu = super()._start(x0, mu0)
         if x0 is not None:
             self.gaps.check(x)
         return x, mu
 
     def _run(
-        self, x: np.ndarray, mu: np.ndarray, steps: int, every: int, checkpoint: Any, progress: Any
+        self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress
     ) -> ContactLatticeTrajectory:
         """Do a run; raises `BadInput` for a checkpoint."""
         if checkpoint is not None:
@@ -90,8 +95,9 @@ class _Run(ContactRun):
     """One run of a lattice with contact."""
 
     def __init__(
-        self, flow: Any, x: np.ndarray, mu: np.ndarray, steps: int, every: int, progress: Any
-    ) -> None:
+        self, flow: ContactLatticeFlow, x: Matrix, mu: Matrix, steps: int, every: int,
+        progress: Progress,
+    ) -> None:  # fmt: skip
         self.flow, self.h, self.made, gaps = flow, float(flow.step), 0, flow.gaps
         self.run = LatticeRun(flow, x.copy(), mu.copy())
         free = FreeSteps(self.h, self._free_step)
@@ -101,7 +107,7 @@ class _Run(ContactRun):
         super().__init__(contact, moment, steps, every, progress)
 
     def _free_step(
-        self, share: Any, x: np.ndarray, mu: np.ndarray, near: np.ndarray
+        self, share: Number, x: np.ndarray, mu: np.ndarray, near: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return (y, μ′, u) after a step without contact; u leaves x."""
         run = self.run
@@ -127,7 +133,7 @@ class _Run(ContactRun):
         self.impacts[first:] = [(k, self._at_sites(e, before if e.share == 0 else after))
                                 for k, e in self.impacts[first:]]  # fmt: skip
 
-    def _at_sites(self, e: Impact, place: Place) -> tuple[Any, ...]:
+    def _at_sites(self, e: Impact, place: Place) -> tuple[np.ndarray, ...]:
         """Return (share of the step, sites, gaps, impulses, approaches, rebounds) of an impact."""
         gaps, P = self.flow.gaps, e.impulses[:, 0]
         where = np.flatnonzero(P > 0)

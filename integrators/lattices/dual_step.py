@@ -12,16 +12,22 @@ Patrick, Shkoller, Comm. Math. Phys. 199 (1998), 351).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..equations import natural_structure
+from ..equations import DiscreteEquations, natural_structure
 from ..errors import CannotMeasure
-from ..numbers import Double, LazyModule, inlined, numeric, sympy
+from ..numbers import Double, LazyModule, Matrix, Number, Vector, inlined, numeric, sympy
+from ..numbers.types import MatrixLike
 from .blocks import at_ends, of_all, placed, places
 from .lattice_run import LatticeRun
+
+if TYPE_CHECKING:
+    from .lattice_flow import LatticeFlow
+    from .restricted_step import RestrictedStep
 
 sparse: Any = LazyModule("scipy.sparse")
 linalg: Any = LazyModule("scipy.sparse.linalg")
@@ -35,7 +41,7 @@ class DualStep:
     Raises `CannotMeasure` for compositions and constraints, `StepFailure` if the step is not found.
     """
 
-    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
+    def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray) -> None:
         scheme, lattice = flow.scheme, flow.lattice
         if scheme.substeps:
             raise CannotMeasure(f"{lattice.name}: {scheme.rule.name} has several substeps; ask its "
@@ -120,7 +126,9 @@ class DualStep:
         return [bracket(*ends) for bracket, ends in zip(brackets, (before, after), strict=True)]
 
 
-def poisson_defect(step: Any, pairs: int, seed: int, bracket_sign: int = 1) -> float:
+def poisson_defect(
+    step: DualStep | RestrictedStep, pairs: int, seed: int, bracket_sign: int = 1
+) -> float:
     """Return the largest relative difference of a step's pairings over random pairs.
 
     The difference is (Mᵀα)·Π(Mᵀβ) − α·Π′β for a `DualStep` and ω′(Pa, Pb) − ω(a, b) for a
@@ -138,7 +146,7 @@ def poisson_defect(step: Any, pairs: int, seed: int, bracket_sign: int = 1) -> f
 class Bracket:
     """Π at (x, μ): {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_γν μ_θ at each site."""
 
-    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray, sign: int) -> None:
+    def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, sign: int) -> None:
         s = flow.scheme.equations.site.s
         rho, structure = natural_structure(s, s.x)
         of_mu = sympy.zeros(len(s.mu))
@@ -165,8 +173,8 @@ def _totals(terms: list[np.ndarray]) -> tuple[float, float]:
 
 
 def derivatives_of_step(
-    flow: Any, x: np.ndarray, w: np.ndarray, h: float
-) -> tuple[dict[str, Any], dict[str, np.ndarray], list[int]]:
+    flow: LatticeFlow, x: np.ndarray, w: np.ndarray, h: float
+) -> tuple[dict[str, MatrixLike], dict[str, np.ndarray], list[int]]:
     """Return ({"Ex": sparse, …}, the same for each bond, the order of a bond's letters).
 
     These are the derivatives of E, d and g by x (N, n) and w (N, S), summed over sites and bonds;
@@ -194,7 +202,9 @@ def derivatives_of_step(
     return parts, of_bonds, order
 
 
-def _derivatives(equations: Any, x: Any, w: np.ndarray, p: list[Any], h: float) -> Any:
+def _derivatives(
+    equations: DiscreteEquations, x: list[Vector], w: Matrix, p: list[Number], h: float
+) -> dict[str, np.ndarray]:
     """Return {"Ex": (rows, columns, r), …} of one term at r places; E is in the order of its w."""
     names, digits, f = _derived(equations)
     found = of_all(f, len(w), x, list(w.T), [h, *p, *digits])
@@ -202,7 +212,7 @@ def _derivatives(equations: Any, x: Any, w: np.ndarray, p: list[Any], h: float) 
 
 
 @lru_cache(maxsize=32)
-def _derived(equations: Any) -> tuple[list[str], list[float], Any]:
+def _derived(equations: DiscreteEquations) -> tuple[list[str], list[float], Callable[..., Any]]:
     """Return the names of the derivatives, the numbers of the rule, and the compiled function."""
     maps, s = equations.at_points, equations.s
     columns = {"x": [s.x], "w": [c for c in (s.u, s.stages) if len(c)]}

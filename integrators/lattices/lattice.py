@@ -14,6 +14,7 @@ import numpy as np
 from ..errors import BadInput, brief_name, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, measure
+from ..numbers.types import Column, Given, Rows
 from ..scene import Again, again, arguments_of
 from .group_elements import strangers
 
@@ -62,15 +63,15 @@ class Lattice:
     on_site: Callable[..., Any] | None = None
     on_bond: Callable[..., Any] | None = None
     bonds: str | Sequence[tuple[int, int]] | np.ndarray = "chain"
-    x0: Any = None
-    v0: Any = None
-    duration: Any = 10
-    step: Any = None
+    x0: Rows | None = None
+    v0: Rows | None = None
+    duration: Given = 10
+    step: Given | None = None
     fixed_ends: bool = False
     fixed: Sequence[int] | np.ndarray = ()
     constraint: Callable[..., Any] | None = None
     contact: Callable[..., Any] | None = None
-    restitution: Any = 0
+    restitution: Given = 0
     symmetries: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
     source: str = ""
     title: str = ""
@@ -284,7 +285,7 @@ class Lattice:
                            f"{wanted}.")  # fmt: skip
         return self.positions(self.x0), v0
 
-    def positions(self, given: Any) -> np.ndarray:
+    def positions(self, given: Rows | None) -> np.ndarray:
         """Return x of all sites, (N, n); on a group `given` may be matrices (N, k, k), or None for
         e.
 
@@ -304,7 +305,7 @@ class Lattice:
         return x.reshape(N, n)
 
 
-def no_term(x: Any, y: Any, p: Any) -> Any:
+def no_term(x: Column, y: Column, p: Any) -> int:
     """Return 0, the value of a term that is left out."""
     return 0
 

@@ -25,7 +25,7 @@ from ..equations import (
 )
 from ..errors import CannotMeasure
 from ..geometry import is_self_adjoint
-from ..groupoids import check_axioms, product
+from ..groupoids import Groupoid, check_axioms, product
 from ..numbers import jacobian, sympy
 from ..numbers.types import Column, Expression, Letter
 from ..rules import Discretisation
@@ -243,7 +243,10 @@ def _force_of(s: SceneSymbols, potential: Expression) -> Column:
     return natural_structure(s, s.x)[0].T * jacobian([potential], s.x).T
 
 
-def _scene(lattice: Lattice, word: str, groupoid: Any, function: Any, values: Any) -> Scene:
+def _scene(
+    lattice: Lattice, word: str, groupoid: Groupoid, function: Callable[..., Any],
+    values: dict[str, Any],
+) -> Scene:  # fmt: skip
     """Return the scene of one site, or of one bond."""
     x0, v0 = lattice.start
     copies = groupoid.dim_x // lattice.groupoid.dim_x

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -23,7 +24,8 @@ from ..compiler import (
 )
 from ..equations import SceneSymbols, momentum
 from ..errors import BadInput, StepFailure, check_progress
-from ..numbers import Double, exact_rational, numeric, whole_number
+from ..numbers import Double, Matrix, exact_rational, numeric, whole_number
+from ..numbers.types import Given, Rows
 from ..scene import Again
 from .blocks import at_ends, of_all
 from .checkpoint import Checkpoint
@@ -32,6 +34,11 @@ from .lattice import Lattice, floats
 from .lattice_run import LatticeRun
 from .restricted_step import step_derivative
 
+if TYPE_CHECKING:
+    from .lattice_scheme import LatticeScheme
+
+Progress: TypeAlias = Callable[[int], None] | None  # called with the number of steps so far
+File: TypeAlias = str | Path | None
 NUMBERS = Double()
 PIECE = 2**24  # steps, times sites, between two checks of progress, interrupts and checkpoint
 
@@ -67,7 +74,7 @@ class LatticeFlow:
     of 0, and for digits other than 16.
     """
 
-    def __init__(self, scheme: Any, step: Any, digits: int = 16) -> None:
+    def __init__(self, scheme: LatticeScheme, step: Given, digits: int = 16) -> None:
         self.scheme, self.lattice = scheme, scheme.lattice
         if digits != 16:
             raise BadInput(f"{self.lattice.name}: lattices run in double precision; leave digits "
@@ -107,10 +114,10 @@ class LatticeFlow:
         steps: int,
         every: int = 1,
         *,
-        x0: Any = None,
-        mu0: Any = None,
-        checkpoint: Any = None,
-        progress: Callable[[int], None] | None = None,
+        x0: Rows | None = None,
+        mu0: Rows | None = None,
+        checkpoint: File = None,
+        progress: Progress = None,
     ) -> LatticeTrajectory:
         """Run `steps` steps from the lattice's start, or from x0 (shaped like the lattice's) and
         mu0 (N, m).
@@ -126,7 +133,7 @@ class LatticeFlow:
         return self._run(*self._start(x0, mu0), steps, every, checkpoint, progress)
 
     def _run(
-        self, x: np.ndarray, mu: np.ndarray, steps: int, every: int, checkpoint: Any, progress: Any
+        self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress
     ) -> LatticeTrajectory:
         count = steps // every + 1
         return next(self._blocks(x, mu, steps, every, count, checkpoint, progress))
@@ -144,7 +151,7 @@ class LatticeFlow:
 
     def _blocks(
         self, x: np.ndarray, mu: np.ndarray, steps: int, every: int, size: int,
-        checkpoint: Any = None, progress: Any = None,
+        checkpoint: File = None, progress: Progress = None,
     ) -> Iterator[LatticeTrajectory]:  # fmt: skip
         """Yield the `blocks` from a start; with a checkpoint there is only one block."""
         run, kept, first = LatticeRun(self, x, mu.copy()), None, 0
@@ -224,7 +231,7 @@ class LatticeFlow:
             )
 
     def _trajectory(
-        self, run: LatticeRun, rows: Any, every: int, first: int = 0
+        self, run: LatticeRun, rows: Sequence[np.ndarray], every: int, first: int = 0
     ) -> LatticeTrajectory:
         x, u, mu, *more = rows
         multipliers = more[0] if more else np.zeros((len(x), len(self.lattice.pairs), 0))
@@ -236,7 +243,7 @@ class LatticeFlow:
             run.newton_since if run.newton_since >= 0 else None,
         )  # fmt: skip
 
-    def _start(self, x0: Any, mu0: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _start(self, x0: Rows | None, mu0: Rows | None) -> tuple[np.ndarray, np.ndarray]:
         lattice: Lattice = self.lattice
         x, v = lattice.start
         x = x.copy() if x0 is None else lattice.positions(x0)
@@ -248,7 +255,7 @@ class LatticeFlow:
         return x, mu
 
     def poisson_defect(
-        self, x: Any, mu: Any, *, pairs: int = 3, seed: int = 0, bracket_sign: int = 1
+        self, x: Rows, mu: Rows, *, pairs: int = 3, seed: int = 0, bracket_sign: int = 1
     ) -> float:
         """Return how far the step from (x, μ), x (N, n) and μ (N, m), is from a Poisson map.
 

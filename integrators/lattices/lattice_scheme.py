@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import replace
+from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
@@ -13,8 +14,9 @@ from ..compiler import LatticeStages, LatticeSystem
 from ..equations import SceneSymbols
 from ..errors import BadInput, CannotMeasure
 from ..geometry import order_of_step
-from ..numbers import Double, flatten, working_digits
-from ..rules import Composition, Discretisation, OneStepMap, adjoint, check_rule
+from ..numbers import Double, Number, flatten, working_digits
+from ..numbers.types import Given
+from ..rules import Composition, Discretisation, OneStepMap, Substep, adjoint, check_rule
 from ..scene import Again
 from .bond_constraints import check_constraints
 from .contact_lattice import ContactLatticeFlow
@@ -81,7 +83,7 @@ class LatticeScheme:
         return self.rule.method.order_over(of_base, equations.self_adjoint)
 
     @cached_property
-    def substeps(self) -> tuple[Any, ...]:
+    def substeps(self) -> tuple[Substep, ...]:
         """The substeps of a composition; () for a rule of one step."""
         if not isinstance(self.rule, Composition):
             return ()
@@ -114,7 +116,7 @@ class LatticeScheme:
         """One step as collocation, or None (`LatticeEquations.stages`)."""
         return None if self.substeps else self.equations.stages
 
-    def q_values(self, step: Any, of_stages: bool = False) -> list[list[Any]]:
+    def q_values(self, step: Fraction, of_stages: bool = False) -> list[list[Number]]:
         """Return the values of `LatticeSystem.q`, a row per substep: its step, parameters, numbers.
 
         of_stages: True for the values of `LatticeStages.q`.
@@ -155,7 +157,7 @@ class LatticeScheme:
         return np.ascontiguousarray(rows[0]), np.ascontiguousarray(rows[1])
 
     @cached_property
-    def terms(self) -> list[tuple[SceneSymbols, list[Any], np.ndarray]]:
+    def terms(self) -> list[tuple[SceneSymbols, list[Number], np.ndarray]]:
         """The terms of the sites and of the bonds.
 
         Each is (symbols, parameter values as numbers or columns (r,), ends (r, 1 or 2)).
@@ -175,7 +177,7 @@ class LatticeScheme:
             found.append((s, [values[p] for p in s.parameter_list], ends))
         return found
 
-    def flow(self, step: Any = None, digits: int = 16, **others: Any) -> LatticeFlow:
+    def flow(self, step: Given | None = None, digits: int = 16, **others: Any) -> LatticeFlow:
         """Return the flow at one step size, in double precision; other choices raise `BadInput`."""
         if step is None or others:
             words = "".join(f"{word}= is for scenes; " for word in others)

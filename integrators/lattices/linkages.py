@@ -8,6 +8,7 @@ import numpy as np
 
 from ..algebras import se
 from ..groupoids import lie_group, pair
+from ..numbers.types import Column, Expression
 from .lattice import Lattice
 
 DIRECTION = np.array([0.6, 0, -0.8])  # direction of the links at the start
@@ -39,12 +40,12 @@ def linkage(links: int = 8, joint: str = "spherical", rate: float = 0.3) -> Latt
     hinged = joint == "revolute"
     axes = np.eye(3)[1 + np.arange(links) % 2]
 
-    def at_body(g: Any, v: Any, p: Any) -> Any:
+    def at_body(g: Column, v: Column, p: Any) -> Expression:
         turning = p.spinning * v[0] ** 2 + p.tilting * (v[1] ** 2 + v[2] ** 2)
         moving = p.mass * (v[3] ** 2 + v[4] ** 2 + v[5] ** 2)
         return (turning + moving) / 2 - p.mass * p.gravity * g[2, 3]
 
-    def held(g: Any, k: Any, p: Any) -> Any:
+    def held(g: Column, k: Column, p: Any) -> Expression:
         one, other = g[:3, :3], k[:3, :3]
         gap = k[:3, 3] - g[:3, 3] - (one[:, 0] + other[:, 0]) / 2
         if not hinged:

@@ -12,17 +12,23 @@ those of (v, ν) that project the momentum at its end; b′ follows from h δu +
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..equations import SceneSymbols, constraint, constraint_matrix, mass_matrix, momentum, vector
 from ..errors import CannotMeasure
-from ..numbers import Double, LazyModule, jacobian, numeric
+from ..numbers import Double, LazyModule, Matrix, Vector, jacobian, numeric
+from ..numbers.types import MatrixLike
 from .blocks import at_ends, of_all, of_lattice, placed, places
 from .dual_step import Bracket, Covector, DualStep, derivatives_of_step
 from .lattice_run import LatticeRun
+
+if TYPE_CHECKING:
+    from .lattice_flow import LatticeFlow
+    from .lattice_scheme import LatticeScheme
 
 sparse: Any = LazyModule("scipy.sparse")
 linalg: Any = LazyModule("scipy.sparse.linalg")
@@ -35,7 +41,7 @@ class RestrictedStep:
     Raises `CannotMeasure` for compositions, `StepFailure` if the step is not found.
     """
 
-    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
+    def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray) -> None:
         if flow.scheme.substeps:
             raise CannotMeasure(f"{flow.lattice.name}: {flow.scheme.rule.name} has several "
                                 "substeps; ask its base rule.")  # fmt: skip
@@ -92,7 +98,7 @@ class RestrictedStep:
         ]
 
 
-def step_derivative(flow: Any, x: np.ndarray, mu: np.ndarray) -> DualStep | RestrictedStep:
+def step_derivative(flow: LatticeFlow, x: np.ndarray, mu: np.ndarray) -> DualStep | RestrictedStep:
     """Return the step from (x, μ) with its derivative, of the kind that the lattice has."""
     return (RestrictedStep if flow.scheme.constrained else DualStep)(flow, x, mu)
 
@@ -105,7 +111,7 @@ class Linearised:
     """
 
     def __init__(
-        self, scheme: Any, x: np.ndarray, v: np.ndarray, impulses: np.ndarray | None = None
+        self, scheme: LatticeScheme, x: Matrix, v: Matrix, impulses: Matrix | None = None
     ) -> None:
         lattice, (self.N, self.m) = scheme.lattice, v.shape
         self.scheme, self.x, self.n = scheme, x, x.shape[1]
@@ -130,19 +136,21 @@ class Linearised:
         given = *at_ends(pairs, self.x, v), list(impulses.T)
         return of_all(_of_bond(s), len(pairs), *given, 1.0, p)
 
-    def _rows(self, blocks: np.ndarray, size: int) -> Any:
+    def _rows(self, blocks: np.ndarray, size: int) -> MatrixLike:
         """Return blocks (k, 2·size, B) of bonds as a matrix (Bk, N·size)."""
         k, _, B = blocks.shape
         rows = np.arange(B * k).reshape(B, k)
         return placed(blocks, rows, places(self.pairs, size), (B * k, self.N * size))
 
-    def turned(self, multipliers: np.ndarray) -> Any:
+    def turned(self, multipliers: np.ndarray) -> MatrixLike:
         """Return ∂(Aᵀλ)/∂x, (Nm, Nn), for the multipliers of the bonds (B, k)."""
         blocks = self._of_bonds(np.zeros((self.N, self.m)), multipliers)[3]
         found = of_lattice(blocks, self.pairs, self.N)
         return self._moving["g"] @ found @ self._moving["x"]
 
-    def with_rows(self, own: Any, left: Any, rows: Any) -> Any:
+    def with_rows(
+        self, own: MatrixLike, left: MatrixLike, rows: MatrixLike
+    ) -> Callable[[Vector, Vector], Vector]:
         """Return a solver (r, s) ↦ (a, l) of own a + left l = r, rows a = s; a = 0 at fixed
         sites."""
         free = self._moving["g"]
@@ -165,7 +173,7 @@ class Linearised:
 
 
 @lru_cache(maxsize=32)
-def _of_site(s: SceneSymbols) -> Any:
+def _of_site(s: SceneSymbols) -> Callable[..., Any]:
     """Return a compiled function of (x, ξ): ∂p/∂ξ, ∂p/∂x and ρ̂."""
     parts = [mass_matrix(s), jacobian(momentum(s), s.x), s.groupoid.rho(s.x, s.h) / s.h]
     given = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
@@ -173,7 +181,7 @@ def _of_site(s: SceneSymbols) -> Any:
 
 
 @lru_cache(maxsize=32)
-def _of_bond(s: SceneSymbols) -> Any:
+def _of_bond(s: SceneSymbols) -> Callable[..., Any]:
     """Return a compiled function of (x, ξ, λ): A, φ′, ∂(Aξ)/∂x and ∂(Aᵀλ)/∂x."""
     A = constraint_matrix(s, s.x)
     multipliers = vector("la", A.rows)
@@ -184,7 +192,7 @@ def _of_bond(s: SceneSymbols) -> Any:
 
 
 @lru_cache(maxsize=32)
-def _of_arrow(s: SceneSymbols) -> Any:
+def _of_arrow(s: SceneSymbols) -> Callable[..., Any]:
     """Return a compiled function of an arrow: L and R."""
     g, (x, u, h) = s.groupoid, (s.x, s.u, s.h)
     return numeric({"x": x, "u": u, "h": h}, [g.L(x, u, h), g.R(x, u, h)], NUMBERS, columns=True)

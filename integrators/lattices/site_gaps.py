@@ -9,7 +9,7 @@ are taken at the ends of the step: the number of free steps in a step does not g
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from ..contact import (
     BESIDE,
     SWEEPS,
     TOUCHING,
+    Cones,
     Gaps,
     NotFound,
     Place,
@@ -28,7 +29,11 @@ from ..contact import (
 from ..equations import SceneSymbols, legendre_inverse
 from ..errors import BadInput, CannotMeasure
 from ..numbers import Double, LazyModule, numeric
+from ..numbers.types import MatrixLike
 from .blocks import at_ends
+
+if TYPE_CHECKING:
+    from .lattice_flow import LatticeFlow
 
 sparse: Any = LazyModule("scipy.sparse")
 NUMBERS = Double()
@@ -42,7 +47,7 @@ class SiteGaps(Gaps):
     plane, `CannotMeasure` for a site's Lagrangian that is not quadratic in the velocity.
     """
 
-    def __init__(self, flow: Any) -> None:
+    def __init__(self, flow: LatticeFlow) -> None:
         self.flow, self.lattice, self.numbers = flow, flow.lattice, NUMBERS
         scheme, name, free = flow.scheme, flow.lattice.name, flow.lattice.free
         s: SceneSymbols
@@ -70,7 +75,7 @@ class SiteGaps(Gaps):
         found = self._phi(list(rows.reshape(-1, self.n).T), p)
         return _each(found, (self.K,), rows.shape[0] * self.N).reshape(*rows.shape[:2], self.K)
 
-    def at(self, x: np.ndarray, reach: Any = 0) -> Place:
+    def at(self, x: np.ndarray, reach: np.ndarray | float = 0) -> Place:
         """Return the gaps at x.
 
         `own` includes the round-off that Newton's method leaves, which is that of its whole
@@ -133,7 +138,7 @@ class SiteGaps(Gaps):
                                "at x0: they leave no direction to move in; fix the site."
                                )  # fmt: skip
 
-    def velocity(self, x: np.ndarray, mu: np.ndarray, near: Any = None) -> np.ndarray:
+    def velocity(self, x: np.ndarray, mu: np.ndarray, near: np.ndarray | None = None) -> np.ndarray:
         """Return ξ(x, μ); it is 0 at fixed sites."""
         _, back, still = self._of_mass(x)
         found = np.einsum("iab,ib->ia", back, mu.reshape(self.N, self.m) - still)
@@ -152,7 +157,7 @@ class SiteGaps(Gaps):
             self._last = x, (mass, back, _each(still, (self.m,), self.N))
         return self._last[1]
 
-    def inverse_mass(self, x: np.ndarray, xi: np.ndarray) -> Any:
+    def inverse_mass(self, x: np.ndarray, xi: np.ndarray) -> MatrixLike:
         """Return ∂ξ/∂μ as a sparse matrix."""
         (_, back, _), k = self._of_mass(x), self.m
         places = np.arange(self.N * k).reshape(self.N, 1, k) + np.zeros((k, 1), dtype=int)
@@ -172,7 +177,9 @@ class SiteGaps(Gaps):
         """Return the closed gaps of the sites where a gap is closing."""
         return closed & np.repeat(closing.reshape(-1, self.K).any(axis=1), self.K)
 
-    def impulses(self, W: Any, U0: np.ndarray, cones: Any, start: np.ndarray) -> np.ndarray:
+    def impulses(
+        self, W: MatrixLike, U0: np.ndarray, cones: Cones, start: np.ndarray
+    ) -> np.ndarray:
         """Return P ≥ 0 with U = U₀ + W P ≥ 0 and P U = 0, by sweeps over one gap of every site.
 
         Raises `CannotMeasure` if none is found.

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..equations import SceneSymbols, legendre_inverse, mass_matrix
 from ..errors import CannotMeasure
-from ..numbers import Double, LazyModule, numeric, symbols_of
+from ..numbers import Double, LazyModule, Matrix, Vector, numeric, symbols_of
 from .blocks import at_ends, of_all, of_lattice
+
+if TYPE_CHECKING:
+    from .lattice_flow import LatticeFlow
+    from .lattice_scheme import LatticeScheme
 
 sparse: Any = LazyModule("scipy.sparse")
 linalg: Any = LazyModule("scipy.sparse.linalg")
@@ -21,7 +25,7 @@ MOST = 20
 LAST = 2.0**-30  # after a relative correction of this size the next one would be its square
 
 
-def velocities(flow: Any, x: np.ndarray, mu: np.ndarray, near: np.ndarray) -> np.ndarray:
+def velocities(flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Return ξ (r, N, m) for rows x (r, N, n) and μ (r, N, m); near: ξ nearby.
 
     It is 0 at fixed sites. Raises `CannotMeasure` if bonds have velocities and the mass matrix of
@@ -37,7 +41,7 @@ def velocities(flow: Any, x: np.ndarray, mu: np.ndarray, near: np.ndarray) -> np
     return np.stack([_together(flow, *row) for row in zip(x, mu, near, strict=True)])
 
 
-def _together(flow: Any, x: np.ndarray, mu: np.ndarray, v: np.ndarray) -> np.ndarray:
+def _together(flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return ξ (N, m) of one row, by Newton's method with the mass matrix of all sites."""
     lattice, free = flow.lattice, flow.lattice.free
     v = v * free[:, None]
@@ -55,7 +59,7 @@ def _together(flow: Any, x: np.ndarray, mu: np.ndarray, v: np.ndarray) -> np.nda
 
 
 @lru_cache(maxsize=4)
-def _at_any_place(scheme: Any) -> Callable[[np.ndarray], np.ndarray] | None:
+def _at_any_place(scheme: LatticeScheme) -> Callable[[np.ndarray], np.ndarray] | None:
     """Return the solver if no mass depends on places and velocities, else None."""
     for s, *_ in scheme.terms:
         if symbols_of(mass_matrix(s)) & {*s.x, *s.u}:
@@ -63,7 +67,7 @@ def _at_any_place(scheme: Any) -> Callable[[np.ndarray], np.ndarray] | None:
     return _solver(scheme, *scheme.lattice.start)
 
 
-def _solver(scheme: Any, x: np.ndarray, v: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+def _solver(scheme: LatticeScheme, x: Matrix, v: Matrix) -> Callable[[Vector], Vector]:
     """Return a function that applies mass⁻¹ of all sites.
 
     Rows and columns are scaled so that their largest entries are near 1. Raises `CannotMeasure` if
@@ -91,6 +95,6 @@ def _solver(scheme: Any, x: np.ndarray, v: np.ndarray) -> Callable[[np.ndarray],
 
 
 @lru_cache(maxsize=32)
-def _mass(s: SceneSymbols) -> Any:
+def _mass(s: SceneSymbols) -> Callable[..., Any]:
     letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
     return numeric(letters, [mass_matrix(s)], NUMBERS, columns=True)

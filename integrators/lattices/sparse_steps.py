@@ -26,6 +26,7 @@ from ..compiler import (
     SINGULAR,
 )
 from ..numbers import LazyModule
+from ..numbers.types import MatrixLike
 from .blocks import places
 
 sparse: Any = LazyModule("scipy.sparse")
@@ -75,7 +76,7 @@ class SparseMatrix:
 
         return solve
 
-    def _matrix(self, blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> Any:
+    def _matrix(self, blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> MatrixLike:
         held = np.flatnonzero(self.held)
         held = held if self._order is None else np.argsort(self._order)[held]
         values = np.r_[blocks, np.ones(len(held))]
@@ -83,7 +84,7 @@ class SparseMatrix:
         return sparse.csc_matrix((values, places), shape=(self.size, self.size))
 
 
-def _factors(matrix: Any, order: str) -> Any:
+def _factors(matrix: MatrixLike, order: str) -> Any:
     try:
         return linalg.splu(matrix, permc_spec=order, diag_pivot_thresh=0.1,
                            options={"SymmetricMode": True})  # fmt: skip

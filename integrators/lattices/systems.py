@@ -13,21 +13,22 @@ from ..algebras import se, so
 from ..errors import unknown
 from ..groupoids import lie_group, pair
 from ..numbers import exact_rational, sympy
+from ..numbers.types import Column, Expression, Given
 from .lattice import Lattice
 from .linkages import linkage, rods
 
 
-def _kinetic(x: Any, v: Any, p: Any) -> Any:
+def _kinetic(x: Column, v: Column, p: Any) -> Expression:
     return v.dot(v) / 2
 
 
-def fput(sites: int = 32, alpha: Any = "1/4", beta: Any = "1/10", mode: int = 1) -> Lattice:
+def fput(sites: int = 32, alpha: Given = "1/4", beta: Given = "1/10", mode: int = 1) -> Lattice:
     """Fermi, Pasta, Ulam, Tsingou: unit masses, springs of force r + αr² + βr³, fixed ends.
 
     It begins at rest in the given mode of the linear chain, with amplitude 1.
     """
 
-    def spring(x: Any, y: Any, p: Any) -> Any:
+    def spring(x: Column, y: Column, p: Any) -> Expression:
         r = y[0] - x[0]
         return -(r**2 / 2 + p.alpha * r**3 / 3 + p.beta * r**4 / 4)
 
@@ -50,7 +51,7 @@ def toda(x0: np.ndarray | None = None, v0: np.ndarray | None = None) -> Lattice:
         rate = np.sinh(1) * 2 * wave / (1 + wave)
         x0, v0 = -np.diff(np.log1p(wave)), -np.diff(rate)
 
-    def spring(x: Any, y: Any, p: Any) -> Any:
+    def spring(x: Column, y: Column, p: Any) -> Expression:
         r = y[0] - x[0]
         return -(sympy.exp(-r) + r - 1)
 
@@ -61,7 +62,7 @@ def toda(x0: np.ndarray | None = None, v0: np.ndarray | None = None) -> Lattice:
     )  # fmt: skip
 
 
-def rotors(sites: int = 32, coupling: Any = 1) -> Lattice:
+def rotors(sites: int = 32, coupling: Given = 1) -> Lattice:
     """A ring of rotors with bonds of energy K(1 − cos(y − x)); it begins as a wave, and turns."""
     angle = 2 * np.pi * np.arange(sites) / sites
     return Lattice(
@@ -75,7 +76,7 @@ def rotors(sites: int = 32, coupling: Any = 1) -> Lattice:
 def sine_gordon(
     x0: np.ndarray,
     v0: np.ndarray,
-    spacing: Any,
+    spacing: Given,
     name: str = "sine-gordon",
     title: str = "sine-Gordon equation",
 ) -> Lattice:
@@ -85,7 +86,7 @@ def sine_gordon(
     `discmech.reference.closed_forms.lattice_waves`.
     """
 
-    def at_point(x: Any, v: Any, p: Any) -> Any:
+    def at_point(x: Column, v: Column, p: Any) -> Expression:
         return p.a * (v[0] ** 2 / 2 - 1 + sympy.cos(x[0]))
 
     return Lattice(
@@ -95,7 +96,7 @@ def sine_gordon(
     )  # fmt: skip
 
 
-def sine_gordon_box(x0: np.ndarray, v0: np.ndarray, spacing: Any, **words: str) -> Lattice:
+def sine_gordon_box(x0: np.ndarray, v0: np.ndarray, spacing: Given, **words: str) -> Lattice:
     """The same field, by values of its Lagrangian at the middle of each square of the grid.
 
     With the midpoint rule this is the variational integrator of Marsden, Patrick and Shkoller
@@ -103,7 +104,7 @@ def sine_gordon_box(x0: np.ndarray, v0: np.ndarray, spacing: Any, **words: str) 
     Phys. Lett. A 284 (2001), 184): a bond contains the velocities of both its ends.
     """
 
-    def in_square(x: Any, y: Any, v: Any, w: Any, p: Any) -> Any:
+    def in_square(x: Column, y: Column, v: Column, w: Column, p: Any) -> Expression:
         moved, rise, value = (v[0] + w[0]) / 2, (y[0] - x[0]) / p.a, (x[0] + y[0]) / 2
         return p.a * (moved**2 / 2 - rise**2 / 2 - 1 + sympy.cos(value))
 
@@ -111,7 +112,7 @@ def sine_gordon_box(x0: np.ndarray, v0: np.ndarray, spacing: Any, **words: str) 
     return replace(by_sites, on_site=None, on_bond=in_square)
 
 
-def breather(spacing: Any = "1/4", frequency: float = 0.6, box: bool = False) -> Lattice:
+def breather(spacing: Given = "1/4", frequency: float = 0.6, box: bool = False) -> Lattice:
     """The sine-Gordon breather on [−20, 20], at its turning point; box: use `sine_gordon_box`."""
     places = grid(spacing)
     width = np.sqrt(1 - frequency**2)
@@ -122,7 +123,7 @@ def breather(spacing: Any = "1/4", frequency: float = 0.6, box: bool = False) ->
     return sine_gordon(x0, 0 * x0, spacing, "breather", "sine-Gordon breather")
 
 
-def kink(spacing: Any = "1/4", speed: float = 0.5) -> Lattice:
+def kink(spacing: Given = "1/4", speed: float = 0.5) -> Lattice:
     """The sine-Gordon kink on [−20, 20], which begins in the middle and moves to the right."""
     gamma = 1 / np.sqrt(1 - speed**2)
     phase = gamma * grid(spacing)
@@ -130,18 +131,18 @@ def kink(spacing: Any = "1/4", speed: float = 0.5) -> Lattice:
     return sine_gordon(x0, v0, spacing, "kink", "sine-Gordon kink")
 
 
-def grid(spacing: Any) -> np.ndarray:
+def grid(spacing: Given) -> np.ndarray:
     """Return places from −20 to 20 with that spacing."""
     return np.linspace(-20, 20, round(40 / float(exact_rational(spacing, "spacing"))) + 1)
 
 
-def membrane(rows: int = 16, columns: int = 16, beta: Any = 1) -> Lattice:
+def membrane(rows: int = 16, columns: int = 16, beta: Given = 1) -> Lattice:
     """A rectangular net of unit masses that move across its plane, bonds of energy r²/2 + βr⁴/4.
 
     Its rim is fixed; it begins at rest in its lowest mode.
     """
 
-    def bond(x: Any, y: Any, p: Any) -> Any:
+    def bond(x: Column, y: Column, p: Any) -> Expression:
         r = y[0] - x[0]
         return -(r**2 / 2 + p.beta * r**4 / 4)
 
@@ -160,14 +161,14 @@ def membrane(rows: int = 16, columns: int = 16, beta: Any = 1) -> Lattice:
     )  # fmt: skip
 
 
-def bodies(sites: int = 16, coupling: Any = 1) -> Lattice:
+def bodies(sites: int = 16, coupling: Given = 1) -> Lattice:
     """A ring of rigid bodies on SO(3); bonds of energy −K tr(AᵀB) pull them parallel.
 
     Nothing else turns them, so the sum of their angular momenta in space is conserved.
     """
     angle = 2 * np.pi * np.arange(sites) / sites
 
-    def at_body(g: Any, v: Any, p: Any) -> Any:
+    def at_body(g: Column, v: Column, p: Any) -> Expression:
         return (v[0] ** 2 + 2 * v[1] ** 2 + 3 * v[2] ** 2) / 2
 
     v0 = np.stack([np.cos(angle), np.sin(angle), 1 + np.cos(angle) / 2], axis=1)
@@ -178,7 +179,7 @@ def bodies(sites: int = 16, coupling: Any = 1) -> Lattice:
     )  # fmt: skip
 
 
-def beam(sites: int = 20, stiffness: Any = 100, bending: Any = 1) -> Lattice:
+def beam(sites: int = 20, stiffness: Given = 100, bending: Given = 1) -> Lattice:
     """A geometrically exact beam: rigid bodies on SE(3) with springs of stretch and of bending.
 
     The strain of a bond is Γ = ½(R + R′)ᵀ(r′ − r)/a − e₁. Its energy is a·EA|Γ|²/2 + EI·tr(1 −
@@ -192,11 +193,11 @@ def beam(sites: int = 20, stiffness: Any = 100, bending: Any = 1) -> Lattice:
     length = np.full(sites, float(a))
     length[[0, -1]] /= 2
 
-    def at_body(g: Any, v: Any, p: Any) -> Any:
+    def at_body(g: Column, v: Column, p: Any) -> Expression:
         turning = p.inertia * (v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
         return p.length * (turning + v[3] ** 2 + v[4] ** 2 + v[5] ** 2) / 2
 
-    def bond(g: Any, k: Any, p: Any) -> Any:
+    def bond(g: Column, k: Column, p: Any) -> Expression:
         one, other = g[:3, :3], k[:3, :3]
         strain = (one + other).T * (k[:3, 3] - g[:3, 3]) / (2 * a) - sympy.Matrix([1, 0, 0])
         bent = 3 - sum(one[i, j] * other[i, j] for i in range(3) for j in range(3))

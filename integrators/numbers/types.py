@@ -25,7 +25,7 @@ Replacement: TypeAlias = dict[Letter, Expression]
 #: an int, Fraction or sympy number without any rounding
 Exact: TypeAlias = Any
 #: a number as a user gives it: exact, a float, or text such as "0.1"
-GivenNumber: TypeAlias = Any
+Given: TypeAlias = Any
 #: a number of an arithmetic: float or gmpy2's mpfr
 Number: TypeAlias = Any
 #: a number of mpmath
