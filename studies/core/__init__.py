@@ -1,1 +1,1 @@
-"""What all studies share: what a study and a case are, running, remembering, looking up."""
+"""The parts that all studies share: studies and cases, running, remembering, looking up."""

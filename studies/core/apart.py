@@ -1,4 +1,4 @@
-"""Systems that a study says nothing of, since they lack the part that it asks for."""
+"""Systems that a study does not judge, since they lack the part that it asks for."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from .study import Study, every_study
 
 
 def apart(choice: Choice, study: Study | None = None) -> list[str]:
-    """A sentence for each system named that a study leaves to others; None: that not all judge.
+    """Return a sentence for each named system that a study leaves to others.
 
-    Of a scene with equations a study says what else it needs.
+    study None: for each that not all studies judge. For a scene with equations a study itself names
+    what else it needs.
     """
     asked = "equations" if study is None else study.asks_for
     return [

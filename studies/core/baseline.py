@@ -1,10 +1,9 @@
-"""A result beside an earlier one that was saved under a name: worse, equal, better, or not to tell.
+"""Compare a result with an earlier one saved under a name: worse, equal, better, or undecided.
 
 Verdicts are compared, and figures: an order with the tolerance of its verdict, a time with its
-quartiles, the energy's band to what chance makes of it, and errors at equal steps, which with many
-digits have no spread. Two figures differ where their spreads do not meet, times
-where they are a factor of `APART` from each other; these are compared only on one machine with
-equal versions.
+quartiles, the energy's band to its random spread, and errors at equal steps, which with many digits
+have no spread. Two figures differ if their spreads do not meet, times if they are a factor of
+`APART` from each other; times are compared only on one machine with equal versions.
 """
 
 from __future__ import annotations
@@ -21,23 +20,24 @@ from discmech.integrators.errors import CouldNotRun, shown
 from .case import VERDICTS
 from .store import Damaged, Store
 
-SCHEMA = 1  # of results, as they are saved and written
+SCHEMA = 1  # version of saved and written results
 ANSWERS = ("worse", "cannot tell", "better", "equal")  # the order in which they are shown
-#: eight scenes timed again six times, by one process or two, nothing changed, on cores that others
-#: use: quartiles of equal things were up to 1.31 from each other
+#: eight scenes timed again six times, by one process or two, without any change, on cores that
+#: others use: quartiles of equal cases were up to 1.31 from each other
 APART = 1.5
 Result = dict[str, Any]
 
 
 def checked_name(name: str) -> str:
-    """A name that a baseline may have; raises `BadInput` for any other."""
+    """Return a name that a baseline may have; raises `BadInput` for any other."""
     if not re.fullmatch(r"[A-Za-z0-9][\w.-]{0,80}", name):
         raise BadInput(f"a baseline's name is {shown(name)}: use letters, digits, dots and dashes.")
     return name
 
 
 def check_kept(name: str) -> None:
-    """Raise `BadInput` where what is saved goes with the process, and nothing is ever compared."""
+    """Raise `BadInput` if a saved result goes with the process, so that nothing is ever
+    compared."""
     if is_temporary():
         raise BadInput(
             f"the baseline {name} cannot be kept: the cache folder cannot be written to, and a "
@@ -46,9 +46,9 @@ def check_kept(name: str) -> None:
 
 
 def save(name: str, result: Result) -> Path:
-    """Save a result under a name; an older one of that name and study is replaced.
+    """Save a result under a name, in place of an older one of that name and study.
 
-    Returns the store's file. Raises `CouldNotRun` where the disk does not take it.
+    Returns the store's file. Raises `CouldNotRun` if the disk does not take it.
     """
     store = Store()
     try:
@@ -59,9 +59,9 @@ def save(name: str, result: Result) -> Path:
 
 
 def load(name: str, study: str) -> Result | None:
-    """The result of a study that was saved under a name, or None if there is none.
+    """Return the result of a study that was saved under a name, or None if there is none.
 
-    Raises `BadInput` for a row that is not what `save` wrote, or of another version.
+    Raises `BadInput` for a row that differs from what `save` wrote, or is of another version.
     """
     store, anew = Store(), "save it anew with --save-baseline."
     try:
@@ -89,10 +89,10 @@ def _row(name: str, study: str) -> str:
 
 
 def compared(name: str, result: Result, before: Result) -> dict[str, Any]:
-    """{"name", "date", "commit", "environment", "lines"}: what became of each case.
+    """Return {"name", "date", "commit", "environment", "lines"}: the change of each case.
 
-    A line has {"case", "command", "answer", "why"}, the worse ones first; `environment` names what
-    else is different, as (what, then, now). Raises `BadInput` if there is no common case.
+    A line has {"case", "command", "answer", "why"}, the worse ones first; `environment` lists other
+    differences, as (what, then, now). Raises `BadInput` if there is no common case.
     """
     then, now = _cases(before), _cases(result)
     if not then.keys() & now.keys():
@@ -109,7 +109,7 @@ def compared(name: str, result: Result, before: Result) -> dict[str, Any]:
 
 
 def identity(case: Result) -> tuple[str, str]:
-    """What makes a case the same one in another run: study, scene, digits are in its command."""
+    """Return the identity of a case in other runs: its command has study, scene and digits."""
     return str(case["rule"]), str(case["command"])
 
 
@@ -118,7 +118,7 @@ def _cases(result: Result) -> dict[tuple[str, str], Result]:
 
 
 def _differences(then: Result, now: Result) -> Iterator[tuple[str, str, str]]:
-    """Versions and machines that are not the same."""
+    """Yield versions and machines that differ."""
     told = ("date", "seconds", "settings", "commit", "clean", "discmech")
     for what in dict.fromkeys([*then, *now]):
         if what not in told and then.get(what) != now.get(what):
@@ -169,19 +169,21 @@ def _answer(then: Result | None, now: Result | None, elsewhere: bool) -> tuple[s
 
 
 BAND = "oscillation of the energy"
-#: what a band may be known to: those of eight runs of 2·10⁵ steps that begin within 10⁻⁹ of each
-#: other were 0.6 % apart at most in chaotic motion (double-pendulum), and 3·10⁻⁶ in regular motion
+#: largest relative error of a band: those of eight runs of 2·10⁵ steps that begin within 10⁻⁹ of
+#: each other were 0.6 % apart at most in chaotic motion (double-pendulum), and 3·10⁻⁶ in regular
+#: motion
 WIDER = 1.1
-KEPT = 1e-10  # a band below is round-off, if of a long walk
-NEARLY = 1.001  # a band of regular motion, and an error of a run at another place of round-off
-#: digits from which an error at a step is a figure without a spread, and what round-off adds to it
+KEPT = 1e-10  # a smaller band is round-off, perhaps of a long walk
+# factor for a band of regular motion, and for an error of a run with other round-off
+NEARLY = 1.001
+#: digits from which an error at a step is a figure without a spread, and the round-off in it
 EXACT, ROUNDED = 30, 1e6
-#: least and largest of a figure, as distances from what is best
+#: least and largest value of a figure, as distances from the best
 Spread = tuple[float, float]
 
 
 def _spreads(case: Result) -> dict[str, Spread]:
-    """The figures of a case that have a spread; smaller is better."""
+    """Return the figures of a case that have a spread; smaller is better."""
     found: dict[str, Spread] = {}
     order, wanted = case["measured"].get("order"), case["expected"].get("order")
     if order is not None and wanted is not None:
@@ -203,7 +205,7 @@ def _spreads(case: Result) -> dict[str, Spread]:
 
 
 def _far(one: float, other: float) -> bool:
-    """Whether two bands are not those of one regular motion; what is round-off in both is."""
+    """True if two bands are not those of one regular motion; bands of round-off are the same."""
     return max(one, other) > KEPT and not max(one, other) <= NEARLY * min(one, other)
 
 

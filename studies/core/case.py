@@ -1,4 +1,4 @@
-"""One case of a study, the choice of cases, and what is said of a case."""
+"""One case of a study, the choice of cases, and the verdict on a case."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .parts import parts_of, usual_lattices, usual_rules
 from .userfile import word_for_study
 
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
-#: what a study may say of a case beside `measured` and `rows`
+#: further entries that a study may add to a case, beside `measured` and `rows`
 DETAILS = (
     "kind", "periods", "duration", "floor", "crossovers", "label", "title", "extreme", "slice",
     "unusable", "diagnosis", "local", "left_out_step",
@@ -30,7 +30,7 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class Choice:
-    """What the user asked for: scenes and rules (all if empty), precisions and steps."""
+    """The user's choice: scenes and rules (all if empty), precisions and steps."""
 
     scenes: tuple[Scene, ...] = ()
     rules: tuple[Discretisation, ...] = ()
@@ -40,24 +40,24 @@ class Choice:
     own: tuple[tuple[str, Any], ...] = ()  # (name, value) of options of a study's own
 
     def asked(self, name: str, otherwise: Any = None) -> Any:
-        """The value of an option of a study's own."""
+        """Return the value of a study's own option."""
         return dict(self.own).get(name, otherwise)
 
     @property
     def controls(self) -> tuple[str, ...]:
-        """The controls asked for; all that a study has if empty."""
+        """The chosen controls; all that a study has if empty."""
         return tuple(self.asked("control", ()))
 
     @property
     def thorough(self) -> bool:
-        """Whether time is no matter."""
+        """True if run time does not matter."""
         return bool(self.asked("thorough", False))
 
     def pairs(self) -> Iterator[tuple[Scene, Discretisation]]:
-        """Every scene with every rule, of the retractions asked for.
+        """Yield every scene with every rule, in the chosen retractions.
 
-        A scene that gives its discrete Lagrangian itself takes that (`discretisations.own`): always
-        if it was asked for by name, else unless rules were chosen.
+        A scene that gives its discrete Lagrangian itself is taken with that
+        (`discretisations.own`): always if it was named, otherwise unless rules were chosen.
         """
         rules = self.rules or (*discretisations.BUILT_IN.values(), discretisations.own)
         for scene in self.scenes or scenes.all_scenes():
@@ -71,7 +71,7 @@ class Choice:
                 yield from ((chart, rule) for rule in apply)
 
     def unheeded(self) -> list[str]:
-        """A sentence for each scene named that has no use for the rules that were chosen."""
+        """Return a sentence for each named scene that cannot use the chosen rules."""
         plain = [s for s in self.scenes if "sites" not in parts_of(s)]
         found = [said for s in plain for rule in self.rules if (said := rule.refusal(s))]
         for scene in plain if self.rules else ():
@@ -88,10 +88,10 @@ class Choice:
         return found
 
     def on_lattices(self) -> Iterator[tuple[Any, Discretisation]]:
-        """Every lattice with every rule that it runs by, of those chosen.
+        """Yield every chosen lattice with every rule by which it runs.
 
-        Where rules are chosen and no scene, none: lattices are named, or all is as usual. Raises
-        `BadInput` where lattices alone are chosen, and maps that are no rules.
+        If rules are chosen and no scene, there are none: lattices have to be named, unless nothing
+        is chosen. Raises `BadInput` if only lattices are chosen, with maps that are not rules.
         """
         named: list[Any] = [s for s in self.scenes if "sites" in parts_of(s)]
         usual = () if self.scenes or self.rules or self.retractions else usual_lattices()
@@ -104,7 +104,8 @@ class Choice:
         yield from found
 
     def charts(self, scene: Scene) -> list[Scene]:
-        """The scene in each retraction asked for, or as it is; one that uses none comes once."""
+        """Return the scene in each chosen retraction, or as it is; once if it uses no
+        retraction."""
         if scene.groupoid.retraction is None or not self.retractions:
             return [scene]
         return [in_chart(scene, name) for name in dict.fromkeys(self.retractions)]
@@ -112,13 +113,14 @@ class Choice:
 
 @lru_cache(maxsize=256)
 def in_chart(scene: Scene, retraction: str) -> Scene:
-    """The scene with the retraction of that name: one object, so that it is derived once."""
+    """Return the scene with the retraction of that name, as one object, so that it is derived
+    once."""
     return scene.with_retraction(retractions.get(retraction))
 
 
 @remembered(maxsize=64)
 def scheme_of(scene: Scene, rule: Discretisation) -> Scheme:
-    """One scheme for all studies and precisions: what it derives, it derives once."""
+    """Return one scheme for all studies and precisions, so that everything is derived once."""
     return Scheme(scene, rule)
 
 
@@ -140,18 +142,21 @@ class Case:
         return self.scheme_on(self.scene)
 
     def scheme_on(self, scene: Scene) -> Scheme:
-        """The rule on another form of the scene, such as the one with the attitude as base."""
+        """Return the rule on another form of the scene, such as the one with the attitude as
+        base."""
         return scheme_of(scene, self.rule)
 
     @cached_property
     def order(self) -> int | None:
-        """The order that the rule has on the scene (`Scheme.order`), where it is not yet known
-        derived from the equations; None if the rule states none."""
+        """The order that the rule has on the scene (`Scheme.order`); None if the rule states none.
+
+        It is derived from the equations unless it is known already.
+        """
         return self.scheme.order
 
     @property
     def knows_order(self) -> bool:
-        """Whether the order was derived, or told by an earlier run."""
+        """True if the order was derived, or is known from an earlier run."""
         return "order" in vars(self)
 
     def know_order(self, order: int | None) -> None:
@@ -182,10 +187,10 @@ class Case:
 
 @dataclass
 class Verdict:
-    """What `judge` says: a verdict, one sentence where it is no pass, what was expected.
+    """A judgement: a verdict, one sentence if it is not a pass, the expected values.
 
-    unusable: whether nothing can be said because the input is bad. measured, rows: what judging
-    adds to the numbers of the measurement, and what is shown in place of its rows.
+    unusable: True if nothing can be judged because the input is bad. measured: numbers that judging
+    adds to the measurement; rows: rows that are shown in place of the measurement's.
     """
 
     verdict: str
@@ -197,18 +202,18 @@ class Verdict:
 
 
 def silent(label: str, fraction: float) -> None:
-    """No progress shown."""
+    """Ignore progress."""
 
 
 def worst(verdicts: Iterable[str]) -> str:
-    """The worst of some verdicts; inconclusive if there is none."""
+    """Return the worst of some verdicts; inconclusive without any."""
     return min(verdicts, key=VERDICTS.index, default="inconclusive")
 
 
 def plain_cases(
     study: str, choice: Choice, default_digits: Sequence[int], thorough: bool = False
 ) -> list[Case]:
-    """Every chosen scene by every chosen rule at every precision."""
+    """Return every chosen scene with every chosen rule at every precision."""
     return [
         Case(study, scene, rule, digits, choice.steps, thorough=thorough)
         for digits in choice.digits or default_digits
@@ -218,7 +223,7 @@ def plain_cases(
 
 
 def lattice_cases(study: str, choice: Choice) -> list[Case]:
-    """Every chosen lattice by every chosen rule, in double precision."""
+    """Return every chosen lattice with every chosen rule, in double precision."""
     if 16 not in (choice.digits or (16,)):
         return []
     return [Case(study, lattice, rule, 16, choice.steps, thorough=choice.thorough)
@@ -228,7 +233,8 @@ def lattice_cases(study: str, choice: Choice) -> list[Case]:
 def family_cases(
     study: str, choice: Choice, steps: int, family: Mapping[str, Sequence[str]] = FAMILY
 ) -> list[Case]:
-    """The cases of the family in so many steps, unless scenes, rules or steps were chosen."""
+    """Return the cases of the family in so many steps, unless scenes, rules or steps were
+    chosen."""
     if choice.scenes or choice.rules or choice.steps or choice.retractions:
         return []
     if OF_FAMILY not in (choice.digits or (OF_FAMILY,)):

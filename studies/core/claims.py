@@ -1,4 +1,4 @@
-"""Which verdicts a method asks for: one that says what it claims is judged by that alone."""
+"""The verdicts that a method asks for: a method that states claims is judged by these alone."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ EVERY = "momentum"
 
 
 def not_claimed(rule: Discretisation, what: str) -> str:
-    """Why a property is measured only, a sentence; "" where it is judged.
+    """Return why a property is only measured, a sentence; "" if it is judged.
 
-    what: "symplectic", "reversible", "energy", "volume". A method that says nothing of claims is
-    judged by all; one that claims to be symplectic claims an energy that stays in its band, and
-    volume, with it.
+    what: "symplectic", "reversible", "energy", "volume". A method without stated claims is judged
+    by all; a claim to be symplectic includes an energy that stays in its band, and volume.
     """
     claims = rule.claims
     if claims is None:
@@ -30,7 +29,7 @@ def not_claimed(rule: Discretisation, what: str) -> str:
 
 
 def claimed_names(rule: Discretisation, names: Iterable[str]) -> list[str]:
-    """The names of those quantities that are judged."""
+    """Return the names of those quantities that are judged."""
     claims = rule.claims
     if claims is None or EVERY in claims.keeps:
         return list(names)
@@ -38,7 +37,7 @@ def claimed_names(rule: Discretisation, names: Iterable[str]) -> list[str]:
 
 
 def claiming(rule: Discretisation, study: str) -> Discretisation:
-    """The rule with the claim that a study judges, for who asserts it."""
+    """Return the rule with the claim that a study judges, for an assertion of it."""
     claims = rule.claims
     if claims is None:
         return rule

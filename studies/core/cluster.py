@@ -1,4 +1,4 @@
-"""Measuring on the workers of a Dask scheduler: the same tasks, by the same text and versions."""
+"""Measuring on the workers of a Dask scheduler: the same tasks, with the same text and versions."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Cluster:
 
     @contextmanager
     def pool(self) -> Iterator[Executor]:
-        """Its workers as an executor; what one was at when it died is given to another.
+        """Yield its workers as an executor; the task of a worker that dies is given to another.
 
-        Raises `BadInput` where nobody answers, there is no worker, or one has other versions.
+        Raises `BadInput` if no scheduler answers, it has no worker, or a worker has other versions.
         """
         try:
             from distributed import Client, KilledWorker
@@ -57,13 +57,13 @@ class Cluster:
 
 
 class _Checked(Executor):
-    """Workers may join later: each task looks for itself whether its worker is as expected."""
+    """An executor of workers that may join later: each task checks its own worker."""
 
     def __init__(self, inner: Executor, expected: dict[str, Any]) -> None:
         self.inner, self.expected = inner, expected
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **more: Any) -> Future[Any]:
-        """The call, on a worker."""
+        """Submit the call to a worker."""
         return self.inner.submit(_on_worker, self.expected, function, *args, **more)
 
 
@@ -77,12 +77,12 @@ def _on_worker(
         _refuse_others(name, expected, _here())
         try:
             return function(*args, **more)
-        except BadInput as error:  # a file that is not there, say
+        except BadInput as error:  # such as a missing file
             raise BadInput(f"the worker {name}: {error}") from None
 
 
 def _here() -> dict[str, Any]:
-    """Versions, and the text of the bench, of this process."""
+    """Return the versions, and the text of the bench, of this process."""
     return {**versions(), "text": of_everything()}
 
 

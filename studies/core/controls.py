@@ -1,6 +1,6 @@
-"""Methods that are not symplectic, and structure that is wrong: what the study has to catch.
+"""Methods that are not symplectic, and wrong structures, which the study has to catch.
 
-A bench that never says no proves nothing, so these run beside the real schemes.
+A bench that never fails a method proves nothing, so these run beside the real schemes.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ DAMPING = "1e-6"
 
 
 def runge_kutta_defects(flow: Flow, name: str, points: int) -> list[float]:
-    """Poisson defects of a Runge–Kutta method along its own trajectory, at the flow's step."""
+    """Return Poisson defects of a Runge–Kutta method along its own trajectory, at the flow's
+    step."""
     own = scheme_of(flow.scheme.scene, RUNGE_KUTTA[name]).flow(flow.step, flow.digits)
     exactly, start, defects = own.context.exactly, flow.trajectory(0), list[float]()
     geometry: Any = exactly.geometry
@@ -41,14 +42,15 @@ def runge_kutta_defects(flow: Flow, name: str, points: int) -> list[float]:
             except (ArithmeticError, ValueError):
                 break
             if not defect < math.inf:
-                break  # it blows up at this step: there is nothing left to compare
+                break  # it blows up at this step: no more rows to compare
             defects.append(defect)
             x, mu, _ = step
     return defects
 
 
 def damped_defect(flow: Flow, x: Any, u: Any) -> float:
-    """Pullback defect of the evolution with F⁻(y, v) = (1 − δ) F⁺(x, u), through its own TΨ."""
+    """Return the pullback defect of the evolution with F⁻(y, v) = (1 − δ) F⁺(x, u), by its own
+    TΨ."""
     exactly, v = flow.context.exactly, flow.evolve(x, u)[1]
     geometry, numbers = exactly.geometry, exactly.numbers
     with numbers.working():

@@ -1,4 +1,4 @@
-"""Settings that libraries and processes read when they are loaded or begun."""
+"""Settings that libraries and processes read when they are loaded or started."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SETTINGS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLI
 
 @contextmanager
 def environment(settings: Mapping[str, str]) -> Iterator[None]:
-    """Set environment variables meanwhile."""
+    """Set environment variables within the context."""
     before = {name: os.environ.get(name) for name in settings}
     os.environ.update(settings)
     try:
@@ -28,20 +28,20 @@ def environment(settings: Mapping[str, str]) -> Iterator[None]:
 
 
 def one_thread() -> AbstractContextManager[None]:
-    """Where none is set, what is loaded or begun meanwhile has one thread of linear algebra.
+    """Give linear algebra one thread in libraries loaded and processes started within the context.
 
-    Cases run side by side as processes, and matrices here are small. On busy cores threads that
-    wait for each other make products of them twenty times as slow (optimal control of a
-    reorientation by gauss-2).
+    It changes nothing if a number of threads is set. Cases run side by side as processes, and
+    matrices here are small. On busy cores threads that wait for each other make products of them
+    twenty times as slow (optimal control of a reorientation by gauss-2).
     """
     return environment({} if set(SETTINGS) & set(os.environ) else dict.fromkeys(SETTINGS, "1"))
 
 
 def collect_rarely() -> None:
-    """Let the garbage collector look less often, in a process that is ours, and not at its end.
+    """Make the garbage collector run less often in a process of ours, and not at its end.
 
-    Expressions are many small objects that stay: looked through at every turn of the collector
-    they cost a tenth of the processor time, and at the end half a second.
+    Expressions are many small objects that stay: going through them at every run of the collector
+    costs a tenth of the processor time, and at the end half a second.
     """
     gc.set_threshold(200_000, 50, 100)
     atexit.register(gc.freeze)

@@ -1,6 +1,6 @@
-"""Rules of orders 4 to 8 that join where nothing is chosen: one scene of each kind of groupoid.
+"""Rules of orders 4 to 8 that are added if nothing is chosen: one scene of each kind of groupoid.
 
-The built-in rules are of order 1 and 2, but for `imex`; beside them, at 50 digits, stand those that
+The built-in rules are of order 1 and 2, except `imex`; beside them, at 50 digits, are rules that
 are used for accuracy. Runs are short, for a step costs as much as its order.
 """
 
@@ -17,7 +17,7 @@ FAMILY = {
                        "kahan-li-8:midpoint"),
 }  # fmt: skip
 DIGITS = 50
-#: of these the forms and momenta are judged too, where the other rules of the family say no more
+#: the forms and momenta of these are judged too; the family's other rules show nothing more there
 KEPT = {
     "pendulum": ("gauss-2", "lobatto-3", "triple-jump:midpoint", "kahan-li-8:midpoint"),
     "rigid-body": ("lobatto-3", "triple-jump:midpoint", "kahan-li-8:midpoint"),

@@ -1,9 +1,9 @@
-"""What a measurement depends on, as one digest: a kept one is used only where all of it agrees.
+"""One digest of all that a measurement depends on: a kept one is used only if all of it agrees.
 
 Of our own text all of the mathematics counts, and all that measures: the folder of the study, those
-of the studies that it imports, and what all studies share. What judges, what shows and the limits
-of a study are no part of it: they are asked anew each time. Single scenes and rules are data, so
-each case has the text of its own.
+of the studies that it imports, and the shared folders. Files that judge or show, and the limits of
+a study, do not count: they are applied anew each time. Single scenes and rules are data, so each
+case has the text of its own.
 """
 
 from __future__ import annotations
@@ -32,20 +32,21 @@ from .userfile import loaded
 
 ROOT = Path(__file__).resolve().parents[2]
 STUDIES = (ROOT / "studies", ROOT / "tests" / "bench")
-#: what is data of single scenes and rules: each has its own text in the keys of its cases
+#: the data of single scenes and rules: each has its own text in the keys of its cases
 SIMPLE, GALERKIN = (Path("integrators/rules") / name for name in ("simple.py", "galerkin.py"))
 DATA = (Path("integrators/scenes"), SIMPLE, GALERKIN, Path("reference/tables"))
-SHARED = ("causes", "core", "evidence", "systems")  # folders of what all studies measure with
-SHOWING = ("command", "report", "user")  # folders of what only shows results
+SHARED = ("causes", "core", "evidence", "systems")  # folders by which all studies measure
+SHOWING = ("command", "report", "user")  # folders that only show results
 #: files of a study that measure nothing
 NOT_MEASURING = ("__init__.py", "judging*.py", "plot*.py", "view.py")
 
 
 def of_case(study: Study, case: Case, timed: bool) -> str:
-    """Of one case: the text that measures it, the case's words, its scene and rules, all versions,
-    and the processor, on whose instructions the last bits depend.
+    """Return the digest of one case.
 
-    timed: the result is a time, so the machine counts as well.
+    It has the text that measures it, the case's words, its scene and rules, all versions, and the
+    processor, whose instructions change the last bits. timed: the result is a time, so the machine
+    counts as well.
     """
     rules: Iterable[Discretisation] = getattr(case, "rules", (case.rule,))
     words = [study.name, case.label, case.command, str(versions()), processor()]
@@ -57,9 +58,10 @@ def of_case(study: Study, case: Case, timed: bool) -> str:
 
 
 def text_of_study(study: Study) -> str:
-    """Of the bench's own study what it measures with; else all of the bench and its own text.
+    """Return the digest of the text by which a study measures.
 
-    Of a study in a package the text of all files of its folder count.
+    For a study that is not the bench's own it has all of the bench and the study's own text; for
+    one in a package, the text of all files of its folder.
     """
     if isinstance(study, StudyFolder):
         return text_of(ROOT.joinpath(*study.package.split(".")[1:]))
@@ -75,16 +77,16 @@ def text_of_study(study: Study) -> str:
 
 
 def known_by_text(case: Case) -> bool:
-    """Whether the key needs nothing derived: scene and rules are the bench's own."""
+    """True if the key needs nothing derived: scene and rules are the bench's own."""
     rules = getattr(case, "rules", (case.rule,))
     return is_ours(case.scene) and all(map(is_ours, rules))
 
 
 def of_scene(scene: Scene) -> Iterator[str]:
-    """All fields of a scene or lattice, with what its functions read beside their arguments, and
-    the text that defines a scene of the bench's own.
+    """Yield all fields of a scene or lattice, with the values that its functions read.
 
-    Raises `Opaque` where something in it hides what it holds.
+    For a scene of the bench's own also the text that defines it. Raises `Opaque` if some part hides
+    its contents.
     """
     yield reads(scene)
     if is_ours(scene) and not isinstance(scene, Lattice):
@@ -92,13 +94,13 @@ def of_scene(scene: Scene) -> Iterator[str]:
 
 
 def of_rule(scene: Scene, rule: Discretisation) -> Iterator[str]:
-    """A rule's facts, and the text of one of the bench's own; else the equations that it makes.
+    """Yield a rule's facts, and the text of one of the bench's own, otherwise its equations.
 
-    What a user's file imports or reads is in the equations and the numbers, or has no effect; what
-    the formula reads counts all the same, as a number that is asked for at each precision.
+    The imports of a user's file are in the equations and the numbers, or have no effect; values
+    that the formula reads count all the same, such as a number that is read at each precision.
     """
     yield from _facts(rule)
-    if rule.is_formula:  # another integrator says itself what it depends on
+    if rule.is_formula:  # another integrator lists itself what it depends on
         yield reads(rule)
     if not (is_ours(rule) and is_ours(scene)):
         yield _derived(scheme_of(scene, rule))
@@ -118,14 +120,14 @@ def _facts(rule: Discretisation) -> Iterator[str]:
 
 
 def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation) -> str:
-    """Of what a function that shows says about a scheme."""
+    """Return the digest of the answer of a function that shows a scheme."""
     words = (about.__qualname__, str(versions()), processor(), rule.source)
     text = (_text_of_mathematics(), _text_of_showing())
     return _digest(*words, *text, *of_scene(scene), *of_rule(scene, rule))
 
 
 def is_ours(thing: Scene | Discretisation) -> bool:
-    """Whether the bench itself defines the scene or rule, values and composition aside."""
+    """True if the bench itself defines the scene or rule, except its values and composition."""
     if isinstance(thing, Lattice):
         return thing.name in systems.NAMES and systems.get(thing.name) is thing
     if isinstance(thing, Scene):
@@ -138,7 +140,7 @@ def is_ours(thing: Scene | Discretisation) -> bool:
 
 @lru_cache(maxsize=64)  # cases of one scheme ask in turn
 def _derived(scheme: Scheme) -> str:
-    """The equations of a step, the groupoid, the Lagrangian and the conserved quantities."""
+    """Return the text of a step's equations, the groupoid, the Lagrangian and the quantities."""
     if isinstance(scheme, LatticeScheme):
         return text_key(scheme.system, _values_of(scheme.system))
     s, scene = scheme.s, scheme.scene
@@ -171,7 +173,8 @@ def _derived(scheme: Scheme) -> str:
 
 
 def _values_of(system: Any) -> str:
-    """The constants of a step, which are numbers of a rule that no equation shows."""
+    """Return the constants of a step, which are numbers of a rule that its equations do not
+    show."""
     return repr([str(value(60)) for value in getattr(system, "constants", {}).values()])
 
 
@@ -179,12 +182,12 @@ def _values_of(system: Any) -> str:
 
 
 def of_everything(*words: str) -> str:
-    """Of some words and the whole text of the bench: for what tests the bench itself."""
+    """Return the digest of some words and the whole text of the bench, for tests of the bench."""
     return _digest(*words, str(versions()), _text_of_all())
 
 
 def of_views(*words: str) -> str:
-    """Of some words and the text of all that shows results: for pictures."""
+    """Return the digest of some words and the text of all that shows results, for plots."""
     return _digest(*words, _text_of_showing(), version("matplotlib"))
 
 
@@ -211,7 +214,8 @@ def _text_of_showing() -> str:
 
 @cache
 def text_of(folder: Path) -> str:
-    """Of all that the study in a folder measures with: its own files and what they import."""
+    """Return the digest of the files by which the study in a folder measures, and of their
+    imports."""
     parts, found = [STUDIES[0] / name for name in SHARED], dict[Path, list[Path]]()
     pending = [folder]
     while pending:
@@ -219,7 +223,7 @@ def text_of(folder: Path) -> str:
         if place in (*found, *parts) or place.name in SHOWING or not place.is_dir():
             continue
         files = [p for p in place.glob("*.py") if not any(map(p.match, NOT_MEASURING))]
-        found[place] = [*files, *place.glob("*.c")]  # what it compiles
+        found[place] = [*files, *place.glob("*.c")]  # C files that it compiles
         for file in files:
             text = file.read_text("utf-8")
             beside = re.findall(r"^\s*from \.\.(\w+)", text, re.M)
@@ -234,7 +238,8 @@ def text_of(folder: Path) -> str:
 
 @cache
 def _text_of_scene(name: str) -> str:
-    """Of its file and of the scenes that it builds on, and of its table of reference digits."""
+    """Return the digest of a scene's file, of the scenes it builds on, and of its reference
+    digits."""
     folder, found = (
         ROOT / "integrators" / "scenes",
         [ROOT / "reference" / "tables" / f"{name}.json"],
@@ -251,8 +256,11 @@ def _text_of_scene(name: str) -> str:
 
 @cache
 def _text_of_rule(rule: Discretisation) -> str:
-    """Of one of the simple rules its instructions, and those and the values that it names in its
-    file; of any other the text of the Galerkin rules, on which some of them are built."""
+    """Return the digest of a rule's instructions, and of those and the values that they use.
+
+    For a rule that is not one of the simple ones it is that of the Galerkin rules' text, on which
+    some of them are built.
+    """
     module = str(rule.formula.__module__)
     if not module.endswith(f".rules.{SIMPLE.stem}"):
         return _text([ROOT / GALERKIN])
@@ -270,7 +278,7 @@ def _text_of_rule(rule: Discretisation) -> str:
 
 
 def _text(files: Iterable[Path]) -> str:
-    """Of files, by their names and texts."""
+    """Return the digest of files, by their names and texts."""
     return _digest(*(f"{p.relative_to(ROOT)}\n{p.read_text('utf-8')}" for p in sorted(set(files))))
 
 

@@ -25,7 +25,7 @@ class Line:
 def fit_line(
     x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray, level: float = 0.95
 ) -> Line:
-    """Least squares through at least three points; raises `CannotMeasure` if there are fewer.
+    """Return a least-squares line through at least three points; raises `CannotMeasure` for fewer.
 
     The interval of that level is for residuals that are independent of one another.
     """
@@ -34,7 +34,7 @@ def fit_line(
     from scipy.special import stdtrit
 
     xs, ys = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    size = _power_of_two(ys)  # squares of what grows without end are no doubles
+    size = _power_of_two(ys)  # squares of values that grow without end are no doubles
     ys = ys / size
     dx = xs - xs.mean()
     slope = float(dx @ (ys - ys.mean()) / (dx @ dx))
@@ -47,12 +47,12 @@ def fit_line(
 
 
 def _power_of_two(values: np.ndarray) -> float:
-    """The largest power of two that is no more than the largest value; 1 where there is none."""
+    """Return the largest power of two up to the largest value; 1 without one."""
     most = np.abs(values).max(initial=0.0)
     return float(2.0 ** np.floor(np.log2(most))) if 0 < most < np.inf else 1.0
 
 
-#: parts whose means stand for a series, the most first
+#: numbers of parts whose means represent a series, the largest first
 BATCHES = (64, 32, 16, 8)
 
 
@@ -63,12 +63,12 @@ def batch_line(
     of: Callable[..., Any] = np.mean,
     batches: Sequence[int] = BATCHES,
 ) -> Line:
-    """The line through the means of equal parts of a series whose neighbours are correlated.
+    """Return the line through the means of equal parts of a series with correlated neighbours.
 
-    (Batch means: Law, Simulation Modeling and Analysis, 9.5.) Errors of consecutive steps follow
-    one another, so as single points they promise a slope far better than it is known. Parts are
-    joined until what is left beside the line is uncorrelated, |r₁| ≤ 2/√parts. of: minima or maxima
-    of the parts instead. Of a series too short for parts each value is one.
+    (Batch means: Law, Simulation Modeling and Analysis, 9.5.) Errors of consecutive steps depend on
+    one another, so as single points they would give the slope a far too small interval. Parts are
+    joined until the residuals are uncorrelated, |r₁| ≤ 2/√parts. of: minima or maxima of the parts
+    instead. If a series is too short for parts, each value is one.
     """
     line = None
     for count in batches:
@@ -88,9 +88,9 @@ def batch_line(
 
 
 def steadiness(values: np.ndarray) -> float:
-    """How far values go, over the way that they take: 1 if always the same way.
+    """Return the distance from first to last value over the length of the way: 1 if monotonic.
 
-    A drift goes one way, even where it slows down; what wanders goes to and fro.
+    A drift goes one way, even where it slows down; a random walk goes to and fro.
     """
     way = np.diff(values)
     taken = np.abs(way).sum()
@@ -99,12 +99,13 @@ def steadiness(values: np.ndarray) -> float:
 
 #: round-off of many steps (√N units) still bends errors that are this many floors large: 2¹² floors
 #: of 32 ε are the farthest point, (5/√3)√N ε, of a walk of 1.4·10⁵ roundings where that is a 120th
-#: of the error and so moves log₂ of it by 0.012
+#: of the error and so changes log₂ of it by 0.012
 BENT = 2**12
 
 
 def bent_below(round_off: float, straight: float) -> float:
-    """The error below which round-off of that size moves its log₂ by more than `straight`."""
+    """Return the error below which round-off of that size changes its log₂ by more than
+    `straight`."""
     return round_off / (2**straight - 1)
 
 

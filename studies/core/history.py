@@ -1,7 +1,7 @@
-"""What the last runs of the report found: of each case its figure and its verdict.
+"""The results of the last runs of the report: the figure and the verdict of each case.
 
 Each run is a row of the store, named by its time: two reports at once lose nothing, and a damaged
-run takes no other with it. They are shown beside the newest numbers and judge nothing.
+run does not affect the others. They are shown beside the newest numbers and judge nothing.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from .baseline import identity
 from .record import record
 from .store import Store
 
-MOST = 50  # runs; the oldest go first
+MOST = 50  # runs that are kept; the oldest are removed first
 #: bytes of them all: a run of the whole bench takes 57,000 (1,087 cases), so 50 of them 2.9 million
 LARGEST = 4_000_000
 KEPT = ("date", "commit", "clean", "discmech", "machine", "cpu")
 
 
 class Found(NamedTuple):
-    """What a run found of a case."""
+    """The result of a case in a run."""
 
     date: str
     commit: str
@@ -32,9 +32,9 @@ class Found(NamedTuple):
 
 
 class History:
-    """The runs that a store has, the oldest first; what goes wrong is the store's trouble.
+    """The runs in a store, the oldest first; errors are added to the store's troubles.
 
-    A fresh store has its history too: it is of what was measured, not instead of measuring.
+    A fresh store has its history too: the history does not replace measuring.
     """
 
     def __init__(self, store: Store) -> None:
@@ -58,7 +58,7 @@ class History:
         results: Iterable[Mapping[str, Any]],
         figure: Callable[[str, dict[str, Any]], str],
     ) -> None:
-        """This run; figure says in words what was found of a study's case."""
+        """Add this run; figure: (study, case) ↦ the result in words."""
         made = record(0.0, {})
         cases = {
             _name(case): (figure(result["study"], case), case["verdict"])
@@ -68,7 +68,7 @@ class History:
         self.runs = [*self.runs[1 - MOST :], {key: made[key] for key in KEPT} | {"cases": cases}]
 
     def of(self, case: dict[str, Any]) -> list[Found]:
-        """What the runs found of a case, those that had it."""
+        """Return the results of a case in the runs that had it."""
         name = _name(case)
         return [
             Found(str(run["date"]), _commit(run), *run["cases"][name])
@@ -76,7 +76,7 @@ class History:
         ]  # fmt: skip
 
     def keep(self) -> None:
-        """Write the newest run, and remove what is more than is kept."""
+        """Write the newest run, and remove the oldest ones beyond the limits."""
         try:
             self.store.save("run", f"{time.time_ns():020}", self.runs[-1])
         except OSError as error:
@@ -92,7 +92,7 @@ class History:
 
 
 def _name(case: dict[str, Any]) -> str:
-    """Of a case's identity, short: of a thousand no two share 80 bits."""
+    """Return a short name of a case's identity: of a thousand no two share 80 bits."""
     return hashlib.sha256("\n".join(identity(case)).encode()).hexdigest()[:20]
 
 

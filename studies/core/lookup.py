@@ -21,25 +21,26 @@ _Thing = TypeVar("_Thing", Discretisation, Scene)
 
 
 def rules(words: Sequence[str]) -> tuple[Discretisation, ...]:
-    """The rules that words such as these name, each once:
+    """Return the rules that words such as these name, each once:
 
     midpoint, gauss-3, kahan-li-8:midpoint, my.py:two_thirds, triple-jump:my.py:two_thirds, my.py.
-    Raises `BadInput` for names that nothing has and for two rules of one name.
+    Raises `BadInput` for unknown names and for two rules of one name.
     """
     found = dict.fromkeys(rule for word in words for rule in _rules(word))
     return _told_apart(found, "rules")
 
 
 def scenes_of(words: Sequence[str]) -> tuple[Scene, ...]:
-    """The scenes that words such as pendulum, my.py:my-scene, my.py name; like `rules`."""
+    """Return the scenes that words such as pendulum, my.py:my-scene, my.py name; like `rules`."""
     found = dict.fromkeys(scene for word in words for scene in _scenes(word))
     return _told_apart(found, "scenes")
 
 
 def named(word: str) -> tuple[tuple[Discretisation, ...], tuple[Scene, ...]]:
-    """The rules and the scenes that a word names: of FILE.py all, of FILE.py:NAME those so called.
+    """Return the rules and the scenes that a word names: of FILE.py all, of FILE.py:NAME by the
+    name.
 
-    Any other word is a rule's. Raises `BadInput` as `rules`.
+    Any other word is a rule's. Raises the errors of `rules`.
     """
     if word.partition(":")[0] in (*METHODS, *WAYS):
         return _rules(word), ()
@@ -55,12 +56,12 @@ def named(word: str) -> tuple[tuple[Discretisation, ...], tuple[Scene, ...]]:
 
 
 def rule(word: str) -> Discretisation:
-    """The one rule of that name; raises `BadInput` if a file has several."""
+    """Return the one rule of that name; raises `BadInput` if a file has several."""
     return _only(rules([word]), word, "rules")
 
 
 def scene(thing: Scene | str) -> Scene:
-    """`scene_given`, but no lattice, for which it raises `BadInput`."""
+    """Return `scene_given`, but raise `BadInput` for a lattice."""
     found = scene_given(thing)
     if isinstance(found, Lattice):
         word = thing if isinstance(thing, str) else found.name
@@ -72,7 +73,8 @@ def scene(thing: Scene | str) -> Scene:
 
 
 def control(word: str) -> Any:
-    """The problem of optimal control of that name: a built-in one's scene, or FILE.py:VARIABLE."""
+    """Return the optimal control problem of that name: a built-in one's scene, or
+    FILE.py:VARIABLE."""
     from discmech.integrators import control as room
 
     file, name = in_file(word)
@@ -83,7 +85,8 @@ def control(word: str) -> Any:
 
 
 def problem_of(scene: Scene) -> Any:
-    """The problem of optimal control with that scene, in any chart; None if there is none."""
+    """Return the problem of optimal control with that scene, in any chart; None if there is
+    none."""
     from discmech.integrators import control as room
 
     if scene.name in room.NAMES and room.get(scene.name).scene.laws == scene.laws:
@@ -102,19 +105,20 @@ def problem_of(scene: Scene) -> Any:
 
 
 def rule_given(thing: Any) -> Discretisation:
-    """A rule, or the one that a word names; raises `BadInput` for anything else."""
+    """Return a rule, or the one that a word names; raises `BadInput` for anything else."""
     return _given(thing, Discretisation, rule, "rule")
 
 
 def scene_given(thing: Any) -> Scene:
-    """A scene (or lattice), or the one that a word names; raises `BadInput` for anything else."""
+    """Return a scene or lattice, or the one that a word names; raises `BadInput` for anything
+    else."""
     if isinstance(thing, Lattice):
         return thing  # type: ignore[return-value]
     return _given(thing, Scene, lambda word: _only(scenes_of([word]), word, "scenes"), "scene")
 
 
 def word_for(thing: Discretisation | Scene) -> str:
-    """The word that `rule` or `scene` finds it by: with its file, if it comes from one."""
+    """Return the word by which `rule` or `scene` finds it: with its file, if it comes from one."""
     file = file_of(thing)
     if file is not None:
         return f"{file.path}:{thing.name}"
@@ -126,9 +130,9 @@ def word_for(thing: Discretisation | Scene) -> str:
 
 
 def address_of(thing: Discretisation | Scene) -> str:
-    """The word by which a command finds it: `word_for`, or the file of a script or of a notebook.
+    """Return the word by which a command finds it: `word_for`, or the file of a script or notebook.
 
-    What neither a name nor a file gives again is called by its name.
+    An object that neither a name nor a file gives again is called by its name.
     """
     word = word_for(thing)
     if file_of(thing) is not None or isinstance(thing, Composition):
@@ -139,14 +143,14 @@ def address_of(thing: Discretisation | Scene) -> str:
 
 
 def stamp(thing: Discretisation | Scene) -> str:
-    """The word with what tells the text of its file from any other."""
+    """Return the word together with a digest of the text of its file."""
     base = thing.base if isinstance(thing, Composition) and file_of(thing) is None else thing
     file = file_of(base)
     return word_for(thing) if file is None else f"{word_for(thing)} {file.digest}"
 
 
 def file_of(thing: Discretisation | Scene) -> UserFile | None:
-    """The file that defines it, if one that was loaded does; a scene in any chart."""
+    """Return the loaded file that defines it, or None; a scene may be in any chart."""
     for file in reversed(loaded()):
         if isinstance(thing, Discretisation):
             if file.rules.get(thing.name) == thing:
@@ -157,7 +161,7 @@ def file_of(thing: Discretisation | Scene) -> UserFile | None:
 
 
 def _same(held: Any, thing: Any) -> bool:
-    """Whether both are one system, values aside; a lattice is only itself."""
+    """True if both are one system, except for values; a lattice is only itself."""
     if isinstance(held, Lattice) or isinstance(thing, Lattice):
         return held is thing
     return bool(held.laws == thing.laws)
@@ -171,7 +175,7 @@ def _given(thing: Any, kind: type[_Thing], named: Callable[[str], _Thing], noun:
     if isinstance(thing, Scene | Discretisation):
         raise misplaced(thing.name, "rule" if noun == "scene" else "scene", noun)
     if kind is Discretisation and callable(thing):
-        discretisations.check_rule(thing)  # which says how a function becomes one
+        discretisations.check_rule(thing)  # the error says how a function becomes a rule
     raise BadInput(f"{shown(thing)} is no {noun}: give one, or its name.")
 
 
@@ -198,7 +202,8 @@ def _scenes(word: str) -> tuple[Scene, ...]:
 
 
 def _called(word: str, kind: str) -> Any:
-    """The rule or scene of that name; raises `BadInput` for what has none, and says what it is."""
+    """Return the rule or scene of that name; raises `BadInput` for others, and says what they
+    are."""
     get: dict[str, Callable[[str], Any]] = {"rule": discretisations.get, "scene": _scene_called}
     (other,) = {*get} - {kind}
     try:
@@ -208,13 +213,13 @@ def _called(word: str, kind: str) -> Any:
     try:
         said = misplaced(get[other](word).name, other, kind)
     except BadInput:
-        if word and Path(word).exists():  # an empty one is this folder's
+        if word and Path(word).exists():  # an empty word is this folder's
             said = BadInput(f"{word} is no Python file: name a .py file with rules or scenes.")
     raise said
 
 
 def _scene_called(word: str) -> Any:
-    """The scene of that name, of a problem of control too, or the lattice."""
+    """Return the scene of that name, also of a problem of control, or the lattice."""
     if word in scenes.every_name():
         return scenes.get(word)
     from discmech.integrators import control as room
@@ -227,7 +232,7 @@ def _scene_called(word: str) -> Any:
 
 
 def in_file(word: str) -> tuple[UserFile | None, str]:
-    """(the file, the name in it) of FILE.py:NAME or FILE.py; no file for any other word."""
+    """Return (the file, the name in it) of FILE.py:NAME or FILE.py; no file for any other word."""
     path, found, name = word.partition(".py:")
     path += ".py" if found else ""
     if not path.endswith(".py"):
@@ -239,9 +244,9 @@ def in_file(word: str) -> tuple[UserFile | None, str]:
 
 
 def of_file(file: UserFile, held: Mapping[str, _Held], name: str, kind: str) -> tuple[_Held, ...]:
-    """What is held by that name, or by the name of its variable; all where no name is given.
+    """Return the objects of that name, or of its variable's name; all without a name.
 
-    Raises `BadInput` for a name that nothing of this kind has.
+    Raises `BadInput` for a name that no object of this kind has.
     """
     variable = getattr(file.variables.get(name), "name", "")
     names = (name, variable, name.replace("_", "-"))

@@ -1,8 +1,8 @@
-"""How much energy moves in a scene: the scale of errors of energy.
+"""The energy that moves in a scene: the scale of errors of energy.
 
-A constant in the potential changes no motion, and the terms of H that do not move say nothing of
-what a method does; so the scale is the kinetic energy, at its largest along the motion itself. It
-is made without any run of a method that is judged.
+A constant in the potential changes no motion, and the terms of H that do not move do not depend on
+the method; so the scale is the kinetic energy, at its largest along the motion itself. It is
+computed without any run of a method that is judged.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from discmech.integrators.scene import remembered
 
 from .modified_energy import NUMBERS, dual_of
 
-PRECISE = 1e-6  # of the motion that is looked at: a scale is no figure
-MOST = 300  # steps of it
-TIMES = 32  # at which a certified motion is looked at, where there is no plain field
+PRECISE = 1e-6  # relative tolerance of the motion: a scale is not a figure
+MOST = 300  # largest number of its steps
+TIMES = 32  # number of times on a certified motion, if there is no plain field
 
 
 @remembered(maxsize=256)
 def moving_energy(scene: Scene) -> float:
-    """Half the largest Σ |(μ − μ⁰)_i ξ_i| along the motion over the scene's duration.
+    """Return half the largest Σ |(μ − μ⁰)_i ξ_i| along the motion over the scene's duration.
 
-    μ⁰ = ∂l/∂ξ(x, 0). It is the kinetic energy where that is a sum of squares. 0 where nothing
-    moves, or where no motion is known.
+    μ⁰ = ∂l/∂ξ(x, 0). It is the kinetic energy if that is a sum of squares. It is 0 if nothing
+    moves, or if no motion is known.
     """
     if scene.lagrangian is None:
         return 0.0
@@ -61,7 +61,7 @@ def moving_energy(scene: Scene) -> float:
 
 
 def _start(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(x, μ, ξ) at the start, one row each, x with its time where it has one."""
+    """Return (x, μ, ξ) at the start, one row each, x with its time if it has one."""
     s = SceneSymbols(scene)
     x, xi = ([float(NUMBERS.number(e)) for e in part]
              for part in (s.with_time(scene.x0, 0), scene.v0))  # fmt: skip
@@ -74,7 +74,7 @@ def _start(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def motion(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(x, μ, ξ) along the motion, a row each."""
+    """Return (x, μ, ξ) along the motion, a row each."""
     dual = dual_of(scene)
     if dual is not None and scene.mu0 is None:
         z, _ = _followed(scene)
@@ -90,9 +90,9 @@ def motion(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def may_end(scene: Scene) -> bool:
-    """Whether the rough motion stops before the scene's duration, perhaps in a singularity.
+    """True if the rough motion stops before the scene's duration, perhaps in a singularity.
 
-    There more energy moves than a scale should be: errors after it look small.
+    There more energy moves than a scale should contain: errors after it look small.
     """
     if dual_of(scene) is None or scene.mu0 is not None:
         return False
@@ -104,9 +104,9 @@ def may_end(scene: Scene) -> bool:
 
 @remembered(maxsize=64)
 def _followed(scene: Scene) -> tuple[np.ndarray, float]:
-    """The motion's (x, μ), a row each, and the time to which it came.
+    """Return the motion's (x, μ), a row each, and the time that it reached.
 
-    By a Runge–Kutta method of order 8, as far as it comes in `MOST` steps.
+    It is computed by a Runge–Kutta method of order 8, with at most `MOST` steps.
     """
     dual = dual_of(scene)
     assert dual is not None

@@ -1,7 +1,7 @@
 """The text of a rule or scene that a notebook or a script defines, so that a command can name it.
 
-A command runs in a process of its own. What was defined in cells is written to a file of the user's
-cache: the imports of all cells, and of everything else only the statements on which it depends.
+A command runs in a process of its own. Definitions in cells are written to a file in the user's
+cache: the imports of all cells, and of the rest only the statements on which they depend.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from discmech.integrators.compiler import cache_folder, digest, make_private, wr
 
 
 def place_of(thing: Any, function: Any) -> str | None:
-    """FILE.py of what the function's script or the notebook's cells define; None of other things,
-    and where the disk takes no file.
+    """Return FILE.py of an object that the function's script or the notebook's cells define.
 
-    function: what makes the thing: a rule's formula, a scene's Lagrangian.
+    None for other objects, and if the disk takes no file. function: the one that makes the object:
+    a rule's formula, a scene's Lagrangian.
     """
     code = getattr(function, "__code__", None)
     if code is None:
@@ -35,7 +35,7 @@ def place_of(thing: Any, function: Any) -> str | None:
         return None
     path = cache_folder() / "notebooks" / f"{digest(text)[:16]}.py"
     try:
-        if not path.is_file() or path.read_bytes() != text.encode():  # damaged, or not there
+        if not path.is_file() or path.read_bytes() != text.encode():  # damaged or missing
             make_private(path.parent)
             write_atomically(path, text)
     except OSError:  # a full disk: there is no file to name
@@ -44,17 +44,17 @@ def place_of(thing: Any, function: Any) -> str | None:
 
 
 def _names_of_notebook() -> dict[str, Any]:
-    """The names of the running notebook, with its cells as "In"; empty where there is none."""
+    """Return the names of the running notebook, with its cells as "In"; empty without one."""
     ask = getattr(sys.modules.get("IPython"), "get_ipython", None)
     shell = ask() if ask is not None else None
     return dict(getattr(shell, "user_ns", {}))
 
 
 def text_of(name: str, cells: Sequence[str]) -> str:
-    """The program that defines a name: all imports, and the statements that it depends on.
+    """Return the program that defines a name: all imports, and the statements that it depends on.
 
-    Of several statements that bind a name the last one before its use counts. Expressions, whose
-    values nobody keeps, are left out. Empty where no cell binds the name.
+    If several statements bind a name, the last one before its use counts. Expressions, whose values
+    are not kept, are left out. It is empty if no cell binds the name.
     """
     statements = list(_statements(cells))
     bound: dict[str, list[int]] = {}
@@ -69,7 +69,8 @@ def text_of(name: str, cells: Sequence[str]) -> str:
             continue
         needed.add(k)
         node = statements[k]
-        later = isinstance(node, ast.FunctionDef | ast.ClassDef)  # its names are read when called
+        # its names are read when it is called
+        later = isinstance(node, ast.FunctionDef | ast.ClassDef)
         read = (
             e for e in ast.walk(node) if isinstance(e, ast.Name) and isinstance(e.ctx, ast.Load)
         )
@@ -82,7 +83,8 @@ def text_of(name: str, cells: Sequence[str]) -> str:
 
 
 def _statements(cells: Sequence[str]) -> Iterator[ast.stmt]:
-    """Of all cells in turn; lines for the notebook itself (%, !) and cells with errors are none."""
+    """Yield the statements of all cells in turn, without notebook lines (%, !) and cells with
+    errors."""
     for cell in cells:
         lines = [e for e in cell.splitlines() if not e.lstrip().startswith(("%", "!"))]
         try:
@@ -92,7 +94,7 @@ def _statements(cells: Sequence[str]) -> Iterator[ast.stmt]:
 
 
 def _binds(node: ast.stmt) -> list[str]:
-    """The names that a statement binds in its cell."""
+    """Return the names that a statement binds in its cell."""
     if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
         return [node.name]
     if isinstance(node, ast.Expr):

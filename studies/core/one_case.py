@@ -1,4 +1,4 @@
-"""One case: measured, then judged, with what is looked for only where it did not pass."""
+"""One case: measured, then judged; the cause is sought only if it did not pass."""
 
 from __future__ import annotations
 
@@ -17,20 +17,19 @@ from .record import provenance
 from .runs import refuse_ended
 from .study import Study
 
-#: what is kept of a case, JSON-able: "measurement" of the study, or "failed", [verdict, reason],
-#: where it cannot be measured; "unusable" where that is bad input; "order" of the rule on the
-#: scene, where it was asked for; "more" once `Study.measure_more` was asked; "seconds", and
-#: "measured_at"
+#: the JSON-able record of a case: "measurement" of the study, or "failed", [verdict, reason], if it
+#: cannot be measured; "unusable" if that is bad input; "order" of the rule on the scene, if it was
+#: needed; "more" once `Study.measure_more` was called; "seconds", and "measured_at"
 Found = dict[str, Any]
 
 
 def run_case(
     study: Study, case: Case, progress: Progress = silent, *, causes: bool = True
 ) -> dict[str, Any]:
-    """One case's result; a step that fails marks the case and is not raised.
+    """Return one case's result; a step that fails marks the case and is not raised.
 
     So does a rule that cannot be used on the scene: the case is then also marked `unusable`.
-    causes: whether the cause of what did not pass is looked for.
+    causes: True to seek the cause if it did not pass.
     """
     found = measured_case(study, case, progress)
     verdict = judged(study, case, found)
@@ -42,7 +41,7 @@ def run_case(
 
 
 def measured_case(study: Study, case: Case, progress: Progress = silent) -> Found:
-    """What is measured of a case, in numbers of its digits, or why it cannot be."""
+    """Return the measurement of a case, in numbers of its digits, or why it cannot be measured."""
     from discmech.reference import progress_to
 
     def along(_: str, share: float) -> None:
@@ -60,7 +59,7 @@ def measured_case(study: Study, case: Case, progress: Progress = silent) -> Foun
 
 
 def judged(study: Study, case: Case, found: Found) -> Verdict:
-    """The verdict, made anew of what was measured."""
+    """Return the verdict, made anew from the measurement."""
     if "order" in found:
         case.know_order(found["order"])
     if "measurement" in found:
@@ -74,13 +73,13 @@ def judged(study: Study, case: Case, found: Found) -> Verdict:
 
 
 def asks_more(study: Study, found: Found, verdict: Verdict) -> bool:
-    """Whether more has to be measured before that verdict can be given."""
+    """True if more has to be measured before that verdict can be given."""
     asked = "more" in found or "measurement" not in found
     return verdict.verdict != "pass" and study.measures_more and not asked
 
 
 def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found:
-    """The same with what is measured only where the first verdict is no pass."""
+    """Return the record with measurements that are made only if the first verdict is not a pass."""
     begun = time.perf_counter()
 
     def measure() -> Found:
@@ -94,12 +93,12 @@ def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found
 
 
 def asks_cause(study: Study, case: Case, verdict: Verdict) -> bool:
-    """Whether the cause of a verdict is looked for."""
+    """True if the cause of a verdict is to be sought."""
     return verdict.verdict != "pass" and study.tells_causes and case.control is None
 
 
 def diagnosed(study: Study, case: Case, found: Found) -> dict[str, Any] | None:
-    """The cause of what did not pass, where one can be told."""
+    """Return the cause of a verdict that is not a pass, if it can be found."""
     from discmech.reference import ReferenceFailure
 
     if "measurement" not in found:
@@ -113,7 +112,7 @@ def diagnosed(study: Study, case: Case, found: Found) -> dict[str, Any] | None:
 def result_of(
     case: Case, found: Found, verdict: Verdict, cause: dict[str, Any] | None
 ) -> dict[str, Any]:
-    """What is said of a case: JSON-able, as it is shown, written and compared."""
+    """Return the result of a case: JSON-able, as it is shown, written and compared."""
     measurement = found.get("measurement", {"measured": {}, "rows": []})
     told = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""
     return {
@@ -141,7 +140,7 @@ def _order_of(case: Case) -> Found:
 
 
 def _or_why(case: Case, make: Callable[[], Found]) -> Found:
-    """What a function makes, or what is said where it cannot."""
+    """Return the result of a function, or the record of why it failed."""
     from discmech.reference import ReferenceFailure
 
     try:

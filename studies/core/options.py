@@ -1,4 +1,4 @@
-"""What a study may be asked beside its cases, and how words of a command become values."""
+"""Options of a study beside its cases, and readers of a command's words as values."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typing import Any, NoReturn
 class Option:
     """An option of a study.
 
-    metavar: how help calls the value; a switch has none. read: text → value; it raises `BadInput`.
-    repeated: it may be given several times, and its value is the tuple of all.
+    metavar: the name of the value in help; a switch has none. read: text → value; it raises
+    `BadInput`. repeated: True if it may be given several times; then its value is the tuple of all.
     """
 
     flag: str
@@ -28,7 +28,7 @@ class Option:
         return self.flag.strip("-")
 
     def words(self, value: Any) -> list[str]:
-        """The words of a command that give it this value; none for that of who does not ask."""
+        """Return the words of a command that give it this value; none for its default."""
         if self.metavar is None:
             return [self.flag] if value else []
         values = value if self.repeated else () if value is None else (value,)
@@ -37,30 +37,30 @@ class Option:
 
 
 def refuse(sentence: str) -> NoReturn:
-    """Raise `BadInput`; who only declares an option does not load the mathematics."""
+    """Raise `BadInput`, without loading the mathematics before."""
     from discmech.integrators import BadInput
 
     raise BadInput(sentence)
 
 
 def listed(what: str, given: Any) -> list[Any]:
-    """The entries of a list; a word, or anything else that is none, is the only one; () is all."""
+    """Return the entries of a list; a word or another single object is the only one; () is all."""
     if given is None:
         refuse(f"{what} is None: give a list.")
     if isinstance(given, str):
         return [given]
     try:
         entries = iter(given)
-    except TypeError:  # an array without axes too, which says that it can be iterated
+    except TypeError:  # also for an array without axes, which claims to be iterable
         return [given]
     found = list(entries)
-    if not (found or isinstance(given, tuple)):  # a filter that let nothing through, say
+    if not (found or isinstance(given, tuple)):  # such as a filter that let nothing through
         refuse(f"{what} is an empty list: leave it out for all of them.")
     return found
 
 
 def whole(what: str, most: int = 2**53) -> Callable[[str], int]:
-    """A reader of whole numbers from 1, up to `most`: double precision counts to 2⁵³."""
+    """Return a reader of whole numbers from 1, up to `most`: double precision counts to 2⁵³."""
 
     def read(text: str) -> int:
         try:
@@ -78,7 +78,7 @@ def whole(what: str, most: int = 2**53) -> Callable[[str], int]:
 
 
 def digits_in(text: str) -> int:
-    """A precision."""
+    """Return a precision."""
     from discmech.integrators.numbers import MOST_DIGITS
 
     value = whole("--digits")(text)
@@ -88,7 +88,7 @@ def digits_in(text: str) -> int:
 
 
 def seconds(what: str) -> Callable[[str], float]:
-    """A reader of times."""
+    """Return a reader of times in seconds."""
 
     def read(text: str) -> float:
         try:
@@ -105,7 +105,7 @@ def seconds(what: str) -> Callable[[str], float]:
 
 
 def control_option(what: str, names: Callable[[], Iterable[str]]) -> Option:
-    """`--control NAME` of a study whose controls are `what` and have these names."""
+    """Return `--control NAME` for a study whose controls are `what` and have these names."""
 
     def read(text: str) -> str:
         known = tuple(names())

@@ -1,4 +1,4 @@
-"""A `Study` of the user's: what its functions give may be anything, and is looked through here."""
+"""A user's own `Study`: its functions may return anything, and their answers are checked here."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 
 
 def measured_by(study: Any, case: Case, progress: Progress) -> dict[str, Any]:
-    """`Study.measure` with the case's digits, as numbers that JSON can hold.
+    """Return `Study.measure` with the case's digits, as numbers that JSON can hold.
 
-    Raises `BadInput` for an error in it, and for what is no {"measured": {name: number}}.
+    Raises `BadInput` for an error in it, and for an answer that is not {"measured": {name:
+    number}}.
     """
     with arithmetic(case.digits).working():
         given = _asked(study, study.measure, case, progress)
@@ -30,7 +31,8 @@ def measured_by(study: Any, case: Case, progress: Progress) -> dict[str, Any]:
 
 
 def judged_by(study: Any, case: Case, measurement: dict[str, Any]) -> Verdict:
-    """`Study.judge`; raises `BadInput` for an error in it, and for what is no verdict."""
+    """Return `Study.judge`; raises `BadInput` for an error in it or another answer than a
+    verdict."""
     from .case import VERDICTS, Verdict
 
     said = _asked(study, study.judge, case, measurement)
@@ -61,7 +63,7 @@ def _asked(study: Any, function: Callable[..., Any], *given: Any) -> Any:
 
 
 def _plain(study: Any, name: str, value: Any) -> Any:
-    """The value in Python's own numbers, words, lists and dicts."""
+    """Return the value in Python's own numbers, words, lists and dicts."""
     if value is None or isinstance(value, bool | str | int | float):
         return float(value) if isinstance(value, float) else value
     if isinstance(value, Mapping):

@@ -1,4 +1,4 @@
-"""What is to be done: the cases of some studies, and the tasks that they make, one a scheme."""
+"""The plan of a run: the cases of some studies, and their tasks, one per scheme."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .study import Study
 
 Place = tuple[int, int]  # study, case
 
-MANY = 16  # unknowns; of a dense chain of 32 the forms at 50 digits take 12 s, a run 5 s
+MANY = 16  # unknowns; for a dense chain of 32 the forms at 50 digits take 12 s, a run 5 s
 
 
 @dataclass(frozen=True)
 class Task:
-    """All that is to be done with one scheme: its cases, and its place among the chosen pairs.
+    """All the work with one scheme: its cases, and its place among the chosen pairs.
 
-    Or all that is compared with each other: a race, which is no pair.
+    Or all cases that are compared with each other: a race, which is no pair.
     """
 
     places: tuple[Place, ...]
@@ -37,20 +37,21 @@ class Plan:
         self.pairs = list(choice.pairs())
 
     def case(self, place: Place) -> Case:
-        """The case at a place."""
+        """Return the case at a place."""
         return self.cases[place[0]][place[1]]
 
     def places(self) -> Iterator[tuple[Place, Case]]:
-        """Every case with its place."""
+        """Yield every case with its place."""
         for i, cases in enumerate(self.cases):
             for k, case in enumerate(cases):
                 yield (i, k), case
 
     def tasks(self, done: set[Place], answered: set[int], elsewhere: bool = False) -> list[Task]:
-        """What is left of the studies that may run side by side, one task a scheme or race.
+        """Return the remaining cases of studies that may run side by side, one task per scheme or
+        race.
 
-        answered: the pairs of which nothing else is asked. elsewhere: on other machines, whose
-        times are not wanted. What is compared in a race is disturbed alike by what runs beside it.
+        answered: the pairs without other open questions. elsewhere: on other machines, whose times
+        are not wanted. In a race all are disturbed alike by other processes.
         """
         groups: dict[Any, list[Place]] = {}
         pairs: dict[Any, int] = {
@@ -72,20 +73,23 @@ class Plan:
         return [Task(tuple(places), pairs.get(key)) for key, places in groups.items()]
 
     def _turn(self, place: Place) -> tuple[bool, bool, int]:
-        """Verdicts come soon: what waits for a reference last, what needs no compiling first.
+        """Return the rank of a case: cases that wait for a reference last, those without compiling
+        first.
 
-        Of many unknowns compiled runs come first: matrices of many digits take longer than they.
-        Momentum's and energy's runs of a million steps are the same, and next to each other.
+        So verdicts come soon. With many unknowns compiled runs come first: matrices of many digits
+        take longer. Runs of a million steps for momentum and energy are the same, and next to each
+        other.
         """
         turn, case = self.studies[place[0]].turn, self.case(place)
         return turn > 1, (case.digits == 16) != (case.scene.groupoid.dim_u >= MANY), turn
 
     def spread(self, tasks: Sequence[Task]) -> list[Task]:
-        """The same in an order for several workers: a short one, then those of many cases first.
+        """Return the tasks in an order for several workers: a short one, then those of many cases
+        first.
 
-        Of as many cases the large scenes come first. So no worker is left with a long one at the
-        end, and schemes of one scene are far apart: what one worker computes of the scene is there
-        for the next.
+        With equal numbers of cases the large scenes come first. So no worker is left with a long
+        task at the end, and schemes of one scene are far apart: the values that one worker computes
+        for the scene are there for the next.
         """
         scenes = [
             self.case(task.places[0]).scene if task.pair is None else self.pairs[task.pair][0]

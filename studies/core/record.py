@@ -1,4 +1,4 @@
-"""Where and with what a result was made."""
+"""The place, time and versions with which a result was made."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any
 
 
 def record(seconds: float, settings: dict[str, Any]) -> dict[str, Any]:
-    """Machine, versions, commit and settings of a run, JSON-able."""
+    """Return machine, versions, commit and settings of a run, JSON-able."""
     return {
         **_environment(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -24,13 +24,13 @@ def record(seconds: float, settings: dict[str, Any]) -> dict[str, Any]:
 
 
 def provenance() -> dict[str, Any]:
-    """Date and commit of what is measured now; clean: whether the checkout is that commit's."""
+    """Return date and commit of a measurement now; clean: True if the checkout is that commit's."""
     return {"date": datetime.now(UTC).isoformat(timespec="seconds"), **_commit()}
 
 
 @cache
 def versions() -> dict[str, Any]:
-    """Of Python and of all that numbers come from."""
+    """Return the versions of Python and of all packages that produce numbers."""
     packages = ("numpy", "scipy", "mpmath", "sympy", "llvmlite", "gmpy2", "python-flint")
     return {
         "python": platform.python_version(),
@@ -42,7 +42,7 @@ def versions() -> dict[str, Any]:
 
 @cache
 def machine() -> dict[str, Any]:
-    """What times depend on besides, with the versions of other people's integrators."""
+    """Return the other facts on which times depend, with the versions of other integrators."""
     peers = {
         name: found for name in ("heyoka", "diffrax", "jax", "rebound") if (found := _version(name))
     }
@@ -56,7 +56,7 @@ def machine() -> dict[str, Any]:
 
 @cache
 def processor() -> str:
-    """What it is and which instructions it has: fused ones round once, wide ones add in turn."""
+    """Return the processor and its instructions: fused ones round once, wide ones add in turn."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
         flags = next(line for line in lines if line.startswith(("flags", "Features")))
@@ -111,7 +111,7 @@ def _cpu() -> str:
 
 
 def _git(*arguments: str) -> str | None:
-    """Output of git in the project's own checkout, None where there is none."""
+    """Return the output of git in the project's own checkout, None without one."""
     here = Path(__file__).resolve().parents[2]
     if not (here / ".git").exists():
         return None

@@ -1,8 +1,8 @@
-"""Running studies: every case measured and judged, on all cores, and never lost.
+"""Running studies: every case is measured and judged, on all cores, and never lost.
 
-Cases are done scheme by scheme, whatever the study, so that each scheme is derived and compiled
-once. A case that cannot be measured is marked with the reason; the others go on. What was measured
-before, with all that it depends on unchanged, is taken from the store.
+Cases are done scheme by scheme, for all studies, so that each scheme is derived and compiled once.
+A case that cannot be measured is marked with the reason; the others continue. Earlier measurements,
+with all that they depend on unchanged, are taken from the store.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Told = Callable[[str, dict[str, Any]], None]
 
 
 def unheard(study: str, result: dict[str, Any]) -> None:
-    """Nobody wants to hear of single cases."""
+    """Ignore single cases."""
 
 
 def run_study(
@@ -54,13 +54,14 @@ def run_studies(
     also: Callable[[Scheme], Any] | None = None,
     told: Told = unheard,
 ) -> tuple[list[dict[str, Any]], list[Any]]:
-    """(results of the studies, what `also` says of each scheme in the order of the choice).
+    """Return (results of the studies, the answers of `also` for each scheme in the choice's order).
 
-    A study's verdict is the worst of its cases'. With a `store`, each finished case is kept at
-    once and none is measured twice, so a run that was interrupted goes on where it stopped. `jobs`
-    processes work side by side (None: one a core), or the workers of a `Cluster`, on scenes and
-    rules known by name; what takes times by itself, not in a race, runs alone afterwards, here.
-    `told` hears of each case as it is finished.
+    A study's verdict is the worst of its cases'. With a `store`, each finished case is kept at once
+    and none is measured twice, so an interrupted run continues where it stopped. `jobs` processes
+    work side by side (None: one per core), or the workers of a `Cluster`, on scenes and rules known
+    by name; studies of times, except races, run alone afterwards, here. `told` is called with each
+    case as it is finished.
+
     Raises `BadInput` if a study applies to nothing that was chosen, or can use nothing of it.
     """
     plan = Plan(studies, choice)
@@ -117,7 +118,7 @@ def run_studies(
             case = plan.case(places[-1])
             within(f"{case.scene.name} {case.label}", 0.0)
     for place, case in plan.places():
-        if place not in found:  # a study that wants the machine for itself
+        if place not in found:  # a study that needs the machine alone
             done([place], [measured(studies[place[0]], case, within, store)])
     if found and all(result.get("unusable") for result in found.values()):
         raise BadInput(next(iter(found.values()))["reason"])
@@ -150,8 +151,10 @@ def run_studies(
 
 
 def _dropped(study: Study, choice: Choice, cases: Sequence[Case]) -> list[str]:
-    """A sentence for each chosen rule that the study has no case of, and none has spoken of."""
-    seen = {name for case in cases for name in (case.rule.name, case.label)}  # a race's are labels
+    """Return a sentence for each chosen rule without a case of the study that no other note
+    names."""
+    # those of a race are labels
+    seen = {name for case in cases for name in (case.rule.name, case.label)}
     spoken = " ".join((*choice.unheeded(), *apart(choice, study), *study.notes(choice)))
     found = []
     for rule in choice.rules:
@@ -164,7 +167,7 @@ def _dropped(study: Study, choice: Choice, cases: Sequence[Case]) -> list[str]:
 
 
 def about_remembered(remembered: int, cases: int) -> list[str]:
-    """How many cases were not measured now, where some were not."""
+    """Return a sentence with the number of cases that were not measured now, if there are any."""
     if not remembered:
         return []
     return [
@@ -174,7 +177,7 @@ def about_remembered(remembered: int, cases: int) -> list[str]:
 
 
 def _stored_results(plan: Plan, store: Store, all_: bool) -> Iterator[tuple[Place, dict[str, Any]]]:
-    """What the store has of the bench's own scenes and rules; others, if `all_`, are derived."""
+    """Yield the store's results for the bench's own scenes and rules, and if `all_`, for others."""
     for place, case in plan.places():
         if all_ or fingerprint.known_by_text(case):
             study = plan.studies[place[0]]
@@ -184,7 +187,7 @@ def _stored_results(plan: Plan, store: Store, all_: bool) -> Iterator[tuple[Plac
 
 
 def _stored_answers(plan: Plan, also: Callable[[Scheme], Any], store: Store) -> dict[int, Any]:
-    """What the store has of what `also` says, by pair."""
+    """Return the store's answers of `also`, by pair."""
     found = {}
     for i, pair in enumerate(plan.pairs):
         if all(fingerprint.is_ours(thing) for thing in pair):

@@ -1,4 +1,4 @@
-"""Runs that several studies make: long ones kept at intervals, and the largest stable step."""
+"""Runs that several studies need: long ones kept at intervals, and the largest stable step."""
 
 from __future__ import annotations
 
@@ -34,31 +34,31 @@ if TYPE_CHECKING:
     from discmech.reference import MotionEnds
 
 MOST_ROWS = 10**6
-FAR = 4  # times the sum of the energy's terms at the start: such an error is an escape
+FAR = 4  # an error of so many times the sum of the energy's terms at the start is an escape
 COLUMN = 2**14  # rows that are evaluated at once
 
 
 def interval(steps: int) -> int:
-    """Each how-many-th row is kept: all of a million, so memory stays bounded."""
+    """Return k so that every k-th row is kept: all of a million, so memory stays bounded."""
     return -(-steps // MOST_ROWS) if steps > MOST_ROWS else 1
 
 
-#: the run that was made last, for the study that asks for the same one next; one, for it is large
+#: the latest run, for the study that asks for the same one next; only one, for it is large
 _latest: dict[tuple[Any, ...], Trajectory] = {}
 
 
 def long_run(case: Case, scheme: Scheme, steps: int, progress: Progress) -> Trajectory:
-    """`steps` steps at the scene's step, up to a million rows kept, with progress.
+    """Return `steps` steps at the scene's step, up to a million rows kept, with progress.
 
-    Of recorded runs it is the one of the smallest step. The run that was made last is not made
-    again, once: so that of momentum serves energy too.
-    Raises `CannotMeasure` where the motion itself leaves every bound (`follow`).
+    For recorded runs it is the one of the smallest step. The latest run is returned again, once: so
+    that of momentum serves energy too. Raises `CannotMeasure` if the motion itself leaves every
+    bound (`follow`).
     """
     if case.rule.is_recorded:
         return scheme.runs[-1]
     key = (scheme, case.scene.step, steps, case.digits)
     latest = _latest.pop(key, None)
-    _latest.clear()  # before the next takes its room
+    _latest.clear()  # before the next run needs the memory
     if latest is not None:
         return latest
     flow = scheme.flow(case.scene.step, case.digits)
@@ -75,10 +75,10 @@ def long_run(case: Case, scheme: Scheme, steps: int, progress: Progress) -> Traj
 
 
 def follow(case: Case, flow: Flow, steps: int, *how: Any, **also: Any) -> Trajectory:
-    """flow.trajectory(steps, ...); raises `CannotMeasure` where it ends for the motion's sake.
+    """Return flow.trajectory(steps, ...); raises `CannotMeasure` if the motion itself ends.
 
-    A geodesic that runs to the boundary does; what a method makes of a bounded motion is its own
-    failure, the `StepFailure` that is raised.
+    A geodesic that runs to the boundary ends; a method that fails on a bounded motion is raised as
+    its own `StepFailure`.
     """
     try:
         return flow.trajectory(steps, *how, **also)
@@ -88,15 +88,16 @@ def follow(case: Case, flow: Flow, steps: int, *how: Any, **also: Any) -> Trajec
         raise
 
 
-GROWN, ESCAPED = 1e3, 1e6  # times its size at the start: the motion grows, it ends out of bounds
-BEYOND = 1e100  # a run that ends there is near to overflow
+# factors of its size at the start: the motion grows, it ends out of bounds
+GROWN, ESCAPED = 1e3, 1e6
+BEYOND = 1e100  # a run that ends beyond this is near to overflow
 ALIKE = 0.1  # relative difference of runs of two step sizes that grow alike
 #: rows from GROWN to ESCAPED of which one is a part of about ALIKE; in fewer any two runs agree
 RESOLVED = 5
 
 
 def _growth(run: Trajectory, rows: slice = slice(None)) -> np.ndarray:
-    """Per row: the largest entry of x, or of μ, over the largest of the first hundredth."""
+    """Return per row the largest entry of x, or of μ, over the largest of the first hundredth."""
     found = np.ones(len(run.t[rows]))
     for part in (run.x, run.mu):
         start, sizes = (_largest(np.abs(np.asarray(part[which], dtype=float)))
@@ -107,17 +108,17 @@ def _growth(run: Trajectory, rows: slice = slice(None)) -> np.ndarray:
 
 
 def _largest(rows: np.ndarray) -> np.ndarray:
-    """The largest entry ≥ 0 of each row; by columns, of which there are few."""
+    """Return the largest entry ≥ 0 of each row; by columns, of which there are few."""
     return reduce(np.maximum, rows.T, np.zeros(len(rows), rows.dtype))
 
 
 def _refuse_unbounded(case: Case, flow: Flow, run: Trajectory) -> None:
-    """Raise `CannotMeasure` if the motion of a run that ended is unbounded, and not the method.
+    """Raise `CannotMeasure` if a run ended because the motion, not the method, is unbounded.
 
     It grew to ESCAPED times its size, and a run of half the step is in the same place where this
-    one was GROWN times, or takes as long from GROWN to ESCAPED: out of an unstable equilibrium
-    when it leaves is round-off's, and how fast the motion's. Growth of an unstable method is
-    another at another step.
+    one was GROWN times, or takes as long from GROWN to ESCAPED: out of an unstable equilibrium the
+    time of leaving is given by round-off, and the speed by the motion. An unstable method grows
+    differently at another step.
     """
     growth = _growth(run) if len(run.t) > 1 else np.zeros(1)
     if not np.nanmax(growth) >= ESCAPED:
@@ -149,7 +150,7 @@ def _refuse_unbounded(case: Case, flow: Flow, run: Trajectory) -> None:
 
 
 def _same_place(run: Trajectory, other: Trajectory, row: int) -> bool:
-    """Whether two runs are in one place in that row, to a share of its size."""
+    """True if two runs are in one place in that row, to a share of its size."""
     for name in ("x", "mu"):
         here, there = (np.asarray(getattr(r, name)[row], dtype=float) for r in (run, other))
         size = np.abs(here).max(initial=0)
@@ -162,7 +163,7 @@ def refuse_ended(case: Case, time: float) -> None:
     """Raise `MotionEnds` if the motion itself (to a collision, a pole) ends before twice that time.
 
     A method that stops in the first half of the way there stops by itself. A reference that cannot
-    be had, or beyond the scene's duration takes too many steps, says nothing.
+    be computed, or takes too many steps beyond the scene's duration, decides nothing.
     """
     if "equations" not in parts_of(case.scene) or case.scene.lagrangian is None:
         return
@@ -171,9 +172,9 @@ def refuse_ended(case: Case, time: float) -> None:
         raise copy(end)  # a traceback would keep the run
 
 
-@remembered(maxsize=64)  # rules of one scene, and faults of one rule, ask alike
+@remembered(maxsize=64)  # rules of one scene, and faults of one rule, ask for the same
 def _end_of(scene: Scene, time: float) -> MotionEnds | None:
-    """Where the motion ends on the way to a time, if a reference tells."""
+    """Return the end of the motion on the way to a time, if a reference finds one."""
     from discmech import reference
 
     try:
@@ -181,20 +182,23 @@ def _end_of(scene: Scene, time: float) -> MotionEnds | None:
         if time > scene.duration:
             reference.follow(scene, time)
     except reference.MotionEnds as end:
-        return copy(end)  # its traceback would keep what asked first
+        return copy(end)  # its traceback would keep the first caller
     except (reference.ReferenceFailure, BadInput):
         pass
     return None
 
 
 def recorded_run(case: Case) -> Trajectory | None:
-    """The run that stands for long ones where runs were recorded: that of the smallest step."""
+    """Return the run that stands for long ones if runs were recorded: that of the smallest step."""
     return case.scheme.runs[-1] if case.rule.is_recorded else None
 
 
 def usual_steps(case: Case, claimed: bool = True) -> int:
-    """The steps of a long run in double precision: a million; of a program what it can make soon,
-    or the scene's duration where nothing is claimed."""
+    """Return the steps of a long run in double precision: a million for a formula.
+
+    For a program it is the number that it can make soon, or the scene's duration if nothing is
+    claimed.
+    """
     if case.rule.is_formula:
         return 10**6
     if not claimed:
@@ -207,8 +211,10 @@ Rows = Callable[[Trajectory], tuple[np.ndarray, np.ndarray]]
 
 
 def with_terms(scheme: DiscretisedScene, quantity: Any, digits: int) -> Rows:
-    """A function of a run that gives, per row, a quantity's components and their sums of
-    absolute terms, (r, k) each. The quantity is given in x, μ and the parameters."""
+    """Return a function of a run: (components, sums of absolute terms) of a quantity, (r, k) each.
+
+    The quantity is given in x, μ and the parameters.
+    """
     entries = list(quantity) if hasattr(quantity, "shape") else [quantity]
     entries = [scheme.s.scalar(e, "conserved quantity") for e in entries]
     numbers = arithmetic(digits)
@@ -217,9 +223,10 @@ def with_terms(scheme: DiscretisedScene, quantity: Any, digits: int) -> Rows:
 
 
 def energy_with_terms(scheme: DiscretisedScene, digits: int) -> Rows:
-    """A function of a run that gives, per row, H and the sum of its absolute terms, (r, 1) each.
+    """Return a function of a run that gives, per row, H and the sum of its absolute terms, (r, 1)
+    each.
 
-    H = ⟨μ, ξ⟩ − l(x, ξ), where ξ solves μ = ∂l/∂ξ(x, ξ): any regular Lagrangian will do.
+    H = ⟨μ, ξ⟩ − l(x, ξ), where ξ solves μ = ∂l/∂ξ(x, ξ), for any regular Lagrangian.
     """
     if scheme.scene.in_numbers:
         return lambda run: _energy_in_numbers(scheme, run)
@@ -229,7 +236,7 @@ def energy_with_terms(scheme: DiscretisedScene, digits: int) -> Rows:
 
 
 def _energy_in_numbers(scheme: Any, run: Any) -> tuple[np.ndarray, np.ndarray]:
-    """H of a scene in numbers, per row, and |H| + |p·∂H/∂p|, which its terms are at least."""
+    """Return H of a scene in numbers, per row, and |H| + |p·∂H/∂p|, a lower bound of its terms."""
     system = scheme.flow(scheme.scene.step).system
     values = np.array([system.H(x, mu) for x, mu in zip(run.x, run.mu, strict=True)])[:, None]
     moved = np.abs((run.mu * run.u).sum(axis=1))[:, None]
@@ -242,7 +249,8 @@ def _energy(s: SceneSymbols, numbers: Arithmetic) -> Any:
 
 
 def of_states(s: SceneSymbols, values: list[Any], terms: list[Any], numbers: Arithmetic) -> Any:
-    """f(x, ξ, μ, parameters) → (values, terms), x with its time; columns in double precision."""
+    """Return f(x, ξ, μ, parameters) → (values, terms), x with its time; columns in double
+    precision."""
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return numeric(letters, [values, terms], numbers, columns=isinstance(numbers, Double))
 
@@ -250,7 +258,7 @@ def of_states(s: SceneSymbols, values: list[Any], terms: list[Any], numbers: Ari
 def in_rows(
     scheme: DiscretisedScene, f: Any, run: Any, numbers: Arithmetic, inverse: Any = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """f in every row of a run; with ξ(x, μ) where the inverse Legendre map is given."""
+    """Return f in every row of a run; with ξ(x, μ) if the inverse Legendre map is given."""
     double = isinstance(numbers, Double)
 
     def of(column: Any) -> np.ndarray:
@@ -263,7 +271,7 @@ def in_rows(
         p = [numbers.number(v) for v in scheme.scene.parameter_values]
         x, mu = of(getattr(run, "base", run.x)), of(run.mu)
         start: Any = None
-        if inverse is not None:  # u is near to ξ; states that another method made come without it
+        if inverse is not None:  # u is near to ξ; states that another method made have none
             near = getattr(run, "u", None)
             start = np.broadcast_to(of(scheme.scene.v0), mu.shape) if near is None else of(near)
         if not double:
@@ -271,7 +279,7 @@ def in_rows(
             found = [f(*at, p) for at in zip(x, xi, mu, strict=True)]
             return np.array([v for v, _ in found]), np.array([t for _, t in found])
         columns: list[np.ndarray] = []
-        for first in range(0, max(1, len(mu)), COLUMN):  # what a processor holds near
+        for first in range(0, max(1, len(mu)), COLUMN):  # as many rows as fit a processor's cache
             at = slice(first, first + COLUMN)
             b, m = (np.ascontiguousarray(e[at].T) for e in (x, mu))
             given = f(b, m if inverse is None else inverse(x[at], mu[at], p, start[at]).T, m, p)
@@ -283,10 +291,11 @@ def in_rows(
 
 
 def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.ndarray:
-    """Per row: largest |J − J₀| over the components, over their largest sum of absolute terms.
+    """Return per row the largest |J − J₀| over the components, over their largest absolute terms'
+    sum.
 
-    `found` is what `with_terms` gives. The sum is that row's or the start's, whichever is larger:
-    terms that grow later hide nothing.
+    `found` is the result of `with_terms`. The sum is that row's or the start's, whichever is
+    larger, so that terms that grow later hide nothing.
     """
     values, terms = found
     with arithmetic(digits).working():
@@ -299,9 +308,9 @@ def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.nda
 
 
 def energy_errors(scheme: DiscretisedScene, run: Trajectory, digits: int = 16) -> np.ndarray:
-    """(H − H₀)/scale per row, signed; scale: the energy that moves (`moving_energy`).
+    """Return (H − H₀)/scale per row, signed; scale: the energy that moves (`moving_energy`).
 
-    Where nothing moves it is the sum of absolute terms of H at the start.
+    If nothing moves it is the sum of absolute terms of H at the start.
     """
     values, terms = energy_with_terms(scheme, digits)(run)
     scale = moving_energy(scheme.scene) or float(terms[0].max()) or 1.0
@@ -313,13 +322,14 @@ def energy_errors(scheme: DiscretisedScene, run: Trajectory, digits: int = 16) -
 
 
 def bins(length: int, most: int) -> list[tuple[int, int]]:
-    """At most `most` stretches [first, last) of about equal length that cover range(length)."""
+    """Return at most `most` stretches [first, last) of about equal length that cover
+    range(length)."""
     edges = np.unique(np.linspace(0, length, min(length, most) + 1).astype(int)).tolist()
     return list(itertools.pairwise(edges))
 
 
 def largest_stable_step(scheme: Scheme, steps: int = 200) -> Fraction:
-    """The largest of step·2^k, k ≤ 6, at which a short run goes through with bounded energy.
+    """Return the largest of step·2^k, k ≤ 6, at which a short run has bounded energy.
 
     Bounded: the error stays below a quarter of the largest sum of the energy's absolute terms, and
     below FAR times the sum at the start, for terms that grow without end would hide it.

@@ -1,8 +1,8 @@
-"""A failing case made small: the simplest scene and the fewest steps that still fail.
+"""Make a failing case small: the simplest scene and the fewest steps that still fail.
 
-A smaller case counts if the study says no there too, for the same cause where one is known, and
-says no such thing of the midpoint rule: a scene or a number of steps that fails every method tells
-nothing of this one.
+A smaller case counts if the study fails it too, for the same cause if one is known, and does not
+fail the midpoint rule there: a scene or a number of steps that fails every method says nothing
+about this one.
 """
 
 from __future__ import annotations
@@ -29,17 +29,18 @@ from .study import Study
 
 LEAST = 1.0  # seconds of processor time; a case that took longer to fail may be tried as long
 MOST_STEPS = 2**20
-Run = Callable[..., Mapping[str, Any]]  # run_case, or what takes the same
+Run = Callable[..., Mapping[str, Any]]  # `run_case`, or a function with the same arguments
 
 
 def shrunk(
     plan: Plan, found: Mapping[Place, dict[str, Any]], run: Run, store: Store | None
 ) -> dict[Place, dict[str, Any]]:
-    """The failing results, with the smallest case that fails too: one a study and method."""
+    """Return the failing results, with the smallest case that fails too: one per study and
+    method."""
     groups: dict[tuple[Any, ...], list[Place]] = {}
     for place, case in plan.places():
         study = plan.studies[place[0]]
-        if case.rule.is_recorded or "sites" in parts_of(case.scene):  # there is nothing smaller
+        if case.rule.is_recorded or "sites" in parts_of(case.scene):  # there is no smaller case
             continue
         if found[place]["verdict"] == "fail" and study.usual and not (case.control or study.alone):
             groups.setdefault((study.name, case.label, case.digits), []).append(place)
@@ -59,17 +60,18 @@ def shrunk(
 def smallest(
     study: Study, case: Case, result: Mapping[str, Any], run: Run
 ) -> dict[str, Any] | None:
-    """{"scene", "steps", "command", "reason", "whatever"} of the smallest case found; None if the
-    case is as small already. whatever: the parameters that may as well be 1.
+    """Return {"scene", "steps", "command", "reason", "whatever"} of the smallest case found, or
+    None.
 
-    run: what measures and judges a case and looks for the cause (`run_case`). No try begins once
+    None: the case is as small already. whatever: the parameters that may as well be 1. run: a
+    function that measures and judges a case and seeks the cause (`run_case`). No try begins once
     they took longer than the case itself.
     """
     ends = time.process_time() + max(LEAST, result["seconds"])
     cause, plain = _cause(result), partial(run, causes=False)
 
     def fails(tried: Case) -> Mapping[str, Any] | None:
-        """The result, if it is a failure of this method and of the same kind."""
+        """Return the result, if it is a failure of this method and of the same kind."""
         found = _tried(plain, study, tried)
         if found is None or bool(found["measured"]) != bool(result["measured"]):
             return None
@@ -108,17 +110,17 @@ def smallest(
 
 
 def _cause(result: Mapping[str, Any]) -> str | None:
-    """The kind of defect that a result was told to have."""
+    """Return the kind of defect that a result has."""
     return (result.get("diagnosis") or {}).get("cause")
 
 
 def _listed(*asked: Any) -> list[dict[str, Any] | None]:
-    """What `smallest` says, as a store can tell it from what it has not."""
+    """Return the answer of `smallest` in a list, so that a store can tell it from a missing one."""
     return [smallest(*asked)]
 
 
 def _tried(run: Run, study: Study, case: Case) -> Mapping[str, Any] | None:
-    """The result if it is a failure."""
+    """Return the result if it is a failure."""
     try:
         found = run(study, case)
     except DiscmechError:  # so few steps, or this scene, make no case
@@ -127,21 +129,21 @@ def _tried(run: Run, study: Study, case: Case) -> Mapping[str, Any] | None:
 
 
 def size(scene: Scene) -> tuple[int, int]:
-    """How large a scene is: its variables, then its parameters."""
+    """Return the size of a scene: the numbers of its variables and of its parameters."""
     return scene.groupoid.dim_x + scene.groupoid.dim_u, len(scene.parameter_values)
 
 
 def _on_simpler_scenes(study: Study, case: Case) -> Iterator[Case]:
-    """The same on the bench's own scenes that have fewer variables, the fewest first."""
+    """Yield the case on the bench's own scenes that have fewer variables, the fewest first."""
     simpler = [scene for scene in scenes.all_scenes() if size(scene) < size(case.scene)]
-    if not simpler:  # a choice of no scene is one of all
+    if not simpler:  # a choice of no scene means all scenes
         return
     choice = Choice(tuple(sorted(simpler, key=size)), (case.rule,), (), (case.digits,), case.steps)
     yield from (found for found in study.cases(choice) if not found.control)
 
 
 def _with_fewer_steps(case: Case, result: Mapping[str, Any]) -> Iterator[Case]:
-    """1, 2, 4, ... steps, up to what was run."""
+    """Yield the case with 1, 2, 4, ... steps, up to those of the run."""
     rows: Sequence[Mapping[str, Any]] = result["rows"]
     run = [row["steps"] for row in rows if isinstance(row.get("steps"), int)]
     most = case.steps or max(run, default=MOST_STEPS)

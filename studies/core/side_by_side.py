@@ -37,15 +37,16 @@ from .study_lookup import study_called, word_of
 from .userfile import expect_unchanged, stamps
 from .workers import tell, worker_pool
 
-REMEMBERED = "remembered"  # what a result that was found in the store says, until it is counted
+REMEMBERED = "remembered"  # key that marks a result found in the store, until it is counted
 WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
-#: places with their results, and what `also` says, by pair
+#: places with their results, and the answers of `also`, by pair
 Finished: TypeAlias = tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]
 Also: TypeAlias = Callable[[Scheme], Any] | None
 
 
 def key_of(study: Study, case: Case) -> str | None:
-    """The fingerprint of a case; None where its result says why it has none."""
+    """Return the fingerprint of a case; None if there is none, for which its result gives the
+    reason."""
     try:
         return fingerprint.of_case(study, case, timed=study.timed(case))
     except (BadInput, StepFailure, CannotMeasure, Opaque):
@@ -55,9 +56,9 @@ def key_of(study: Study, case: Case) -> str | None:
 def found_by(
     store: Store | Carried, study: Study, case: Case, key: str | None, *, only: bool = False
 ) -> dict[str, Any] | None:
-    """The result of a case whose measurement the store has, judged anew; None where it has none.
+    """Return the result of a case whose measurement is stored, judged anew, or None.
 
-    only: None also where anything would have to be measured before that verdict is complete.
+    only: None also if anything would have to be measured before that verdict is complete.
     """
     found = None if key is None else store.find("measurement", key)
     if key is None or found is None:
@@ -68,7 +69,7 @@ def found_by(
 def _completed(
     store: Store | Carried, study: Study, case: Case, key: str, found: Found, only: bool = False
 ) -> dict[str, Any] | None:
-    """The result of what was measured; see `found_by`."""
+    """Return the result of a measurement; see `found_by`."""
     verdict, cause = judged(study, case, found), None
     if asks_more(study, found, verdict):
         if only:
@@ -89,7 +90,7 @@ def _completed(
 def measured(
     study: Study, case: Case, progress: Progress = silent, store: Store | Carried | None = None
 ) -> dict[str, Any]:
-    """The case's result, of a measurement from the store, or of one made now and kept there."""
+    """Return the case's result, from a stored measurement, or from one made now and stored."""
     key = None if store is None else key_of(study, case)
     if store is None or key is None:
         return run_case(study, case, progress)
@@ -113,12 +114,12 @@ def finished(
     store: Store | None,
     heard: Callable[[tuple[Place, dict[str, Any]]], None] | None = None,
 ) -> Iterator[Finished]:
-    """Places with their results, as they are finished, and what `also` says, by pair.
+    """Yield places with their results, as they are finished, and the answers of `also`, by pair.
 
-    heard: is called with a place and its result of another process here at once, in a thread of its
-    own; it comes again with its task. This process is one of those that work: it takes a short task
-    first, so that verdicts come soon. A cluster's workers have no part in the store here: what they
-    measured is kept as it comes.
+    heard: is called at once with a place and its result from another process here, in a thread of
+    its own; the result comes again with its task. This process works too: it takes a short task
+    first, so that verdicts come soon. A cluster's workers do not use the store here: their
+    measurements are kept as they come.
     """
     elsewhere = isinstance(jobs, Cluster)
     workers = jobs if isinstance(jobs, Cluster) else min(jobs or cores(), len(tasks)) - 1
@@ -134,7 +135,7 @@ def finished(
 
     def following() -> Task | None:
         try:
-            return left.popleft()  # which a thread of the pool may just have emptied
+            return left.popleft()  # a thread of the pool may just have emptied it
         except IndexError:
             return None
 
@@ -145,7 +146,7 @@ def finished(
             except RuntimeError as error:  # the pool has ended, or has no thread for it
                 future = Future()
                 future.set_exception(error)
-                ended.put((task, future))  # or it would be waited for without end
+                ended.put((task, future))  # otherwise it would be waited for without end
             else:
                 future.add_done_callback(partial(end, pool, task))
 
@@ -200,7 +201,7 @@ def _in_turn(
     progress: Progress,
     store: Store | None,
 ) -> Iterator[Finished]:
-    """The same in this process, case by case."""
+    """Yield the same in this process, case by case."""
     for task in tasks:
         for i, k in task.places:
             yield [(i, k)], [measured(plan.studies[i], plan.cases[i][k], progress, store)], {}
@@ -208,7 +209,7 @@ def _in_turn(
 
 
 def _said(plan: Plan, task: Task, also: Also, store: Store | Carried | None) -> dict[int, Any]:
-    """What `also` says of the task's scheme, by its place among the pairs."""
+    """Return the answer of `also` for the task's scheme, by its place among the pairs."""
     if also is None or task.pair is None:
         return {}
     pair = plan.pairs[task.pair]
@@ -221,14 +222,14 @@ def _said(plan: Plan, task: Task, also: Also, store: Store | Carried | None) -> 
         except Opaque:
             return {task.pair: make()}
         return {task.pair: store.remembered("answer", key, make)}
-    except BadInput:  # the cases say so
+    except BadInput:  # the cases report it
         return {}
 
 
 def _packed(plan: Plan) -> tuple[bytes, tuple[tuple[str, str], ...]] | None:
-    """The studies and the choice for another process, and the files of the user's that it needs.
+    """Return the studies and the choice for another process, and the user's files that it needs.
 
-    None where something cannot go there: functions of a notebook, or of the script that runs.
+    None if some part cannot go there: functions of a notebook, or of the script that runs.
     """
     try:
         packed = pickle.dumps((list(map(word_of, plan.studies)), plan.choice))
@@ -244,8 +245,8 @@ def _in_worker(
     also: Also,
     store: Store | Carried | None,
 ) -> tuple[list[dict[str, Any]], dict[int, Any], list[Found | None]]:
-    """Results, what `also` says, and of another machine what is to be kept of each case."""
-    expect_unchanged(files)  # which loads them: the plan has things of theirs
+    """Return results, the answers of `also`, and on another machine the records to be kept."""
+    expect_unchanged(files)  # this loads them: the plan has objects of theirs
     plan = _plan(packed)
     results, founds = [], []
     for i, k in task.places:
@@ -257,6 +258,6 @@ def _in_worker(
 
 @lru_cache(maxsize=1)
 def _plan(packed: bytes) -> Plan:
-    """The same plan again, of which a worker has all tasks one after another."""
+    """Return the plan again; a worker gets all tasks of one plan one after another."""
     words, choice = pickle.loads(packed)
     return Plan(list(map(study_called, words)), choice)

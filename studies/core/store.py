@@ -1,10 +1,10 @@
-"""One sqlite file of what was measured: found again by its key, re-judged, compared, remembered.
+"""One sqlite file of measurements: found again by key, judged anew, compared, remembered.
 
-A row has a kind, a name that is unique in its kind, and JSON behind the digest of all three.
-"measurement", "cause", "smallest", "answer" and "figure" are named by what they depend on
-(`fingerprint`), and made again where they are missing; "baseline" is named by the user, "run" by
-its time. Nothing here is believed that was not checked, and a file that cannot be written to costs
-no more than the time of measuring again.
+A row has a kind, a name that is unique in its kind, and JSON with the digest of all three.
+"measurement", "cause", "smallest", "answer" and "figure" are named by all that they depend on
+(`fingerprint`), and made again if they are missing; "baseline" is named by the user, "run" by its
+time. Every row is checked before use, and a file that cannot be written to costs no more than the
+time of measuring again.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 
 from discmech.integrators.compiler import cache_folder, cache_folders, make_private, of_others
 
-VERSION = 1  # of the table
-MOST = 20_000  # rows that can be made again; of more, the longest unused half goes
+VERSION = 1  # version of the table
+MOST = 20_000  # rows that can be made again; beyond this, the longest unused half is removed
 LASTING = ("baseline", "run")  # kinds that cannot be made again
 PATIENCE = 60.0  # seconds to wait for another process that writes
 DAY = 86400.0
@@ -34,7 +34,7 @@ _RUINED = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 
 class Damaged(Exception):
-    """A row that is not what was written."""
+    """A row that differs from the one that was written."""
 
 
 class _Open(NamedTuple):
@@ -46,10 +46,10 @@ class _Open(NamedTuple):
 
 
 class Store:
-    """The rows of the user's cache folder, and of the one that may only be read, if there is one.
+    """The rows of the user's cache folder, and of a read-only one, if there is one.
 
-    fresh: nothing that can be made again is found, so that all is measured anew (and then kept).
-    troubles: a sentence for each kind of thing that went wrong.
+    fresh: True to find no rows that can be made again, so that all is measured anew (and then
+    kept). troubles: a sentence for each kind of trouble.
     """
 
     def __init__(self, fresh: bool = False) -> None:
@@ -60,11 +60,11 @@ class Store:
         self._used: list[tuple[float, str, str]] = []
 
     def __getstate__(self) -> dict[str, Any]:
-        """For another process, which opens the files itself."""
+        """Return the state for another process, which opens the files itself."""
         return {**vars(self), "_open": {}, "_used": []}
 
     def find(self, kind: str, name: str) -> Any | None:
-        """The content of a row that can be made again, or None; a damaged one is removed."""
+        """Return the content of a row that can be made again, or None; a damaged one is removed."""
         if self.fresh:
             return None
         try:
@@ -73,14 +73,12 @@ class Store:
             self.troubles["damaged"] = (
                 f"a stored result was damaged ({self.path}); it was measured again."
             )
-            with suppress(
-                sqlite3.Error, OSError
-            ):  # what is measured now takes its place, if it can
+            with suppress(sqlite3.Error, OSError):  # a new measurement takes its place, if possible
                 self._write("DELETE FROM entry WHERE kind = ? AND name = ?", (kind, name))
             return None
 
     def read(self, kind: str, name: str) -> Any | None:
-        """The content of a row, or None if there is none; raises `Damaged`."""
+        """Return the content of a row, or None if there is none; raises `Damaged`."""
         asked = "SELECT used, seal, content FROM entry WHERE kind = ? AND name = ?"
         for path in (self.path, *self._others):
             for used, seal, content in self._rows(path, asked, (kind, name)):
@@ -90,26 +88,26 @@ class Store:
         return None
 
     def keep(self, kind: str, name: str, content: Any) -> Any:
-        """Write a row, if that can be; returns the content as it will be found."""
+        """Write a row, if possible; return the content as it will be found."""
         text = json.dumps(content)
         with suppress(OSError):
             self._kept(kind, name, text)
         return json.loads(text)
 
     def save(self, kind: str, name: str, content: Any) -> None:
-        """Write a row, to the disk itself; raises `OSError` where it does not take it."""
-        with suppress(sqlite3.Error, OSError):  # which the write then says
+        """Write a row, to the disk itself; raises `OSError` if the disk does not take it."""
+        with suppress(sqlite3.Error, OSError):  # the write then reports it
             self._opened(self.path).execute("PRAGMA synchronous = FULL")
         self._kept(kind, name, json.dumps(content))
         self.close()
 
     def remembered(self, kind: str, name: str, make: Callable[[], Any]) -> Any:
-        """The content of a row, or what is made now and kept."""
+        """Return the content of a row, or make it now and keep it."""
         earlier = self.find(kind, name)
         return self.keep(kind, name, make()) if earlier is None else earlier
 
     def all(self, kind: str) -> Iterator[tuple[str, Any | None, int]]:
-        """(name, content, size) of all rows of a kind, the last name first; None: damaged."""
+        """Yield (name, content, size) of all rows of a kind, the last name first; None: damaged."""
         asked = "SELECT name, seal, content FROM entry WHERE kind = ? ORDER BY name DESC"
         for name, seal, content in self._rows(self.path, asked, (kind,)):
             try:
@@ -118,16 +116,17 @@ class Store:
                 yield name, None, 0
 
     def remove(self, kind: str, names: list[str]) -> None:
-        """Remove rows, if that can be."""
+        """Remove rows, if possible."""
         with suppress(sqlite3.Error, OSError):
             for name in names:
                 self._write("DELETE FROM entry WHERE kind = ? AND name = ?", (kind, name))
 
     def prune(self) -> None:
-        """Note which rows were of use, remove the longest unused where they are too many; close."""
+        """Note the rows that were used, remove the longest unused ones beyond the limit, and
+        close."""
         lasting = ", ".join(f"'{kind}'" for kind in LASTING)
         count = self._rows(self.path, f"SELECT count(*) FROM entry WHERE kind NOT IN ({lasting})")
-        with suppress(sqlite3.Error, OSError):  # a folder that may only be read
+        with suppress(sqlite3.Error, OSError):  # a read-only folder
             if self._used:
                 self._write("UPDATE entry SET used = ? WHERE kind = ? AND name = ?", *self._used)
             if any(number > MOST for (number,) in count):
@@ -139,7 +138,7 @@ class Store:
         self.close()
 
     def close(self) -> None:
-        """Close the files, until something is asked again: all rows are in the one file then."""
+        """Close the files until the next use: all rows are in the one file then."""
         for opened in self._open.values():
             if opened.process == os.getpid():
                 opened.file.close()
@@ -156,7 +155,8 @@ class Store:
     # -- the file -------------------------------------------------------------------------
 
     def _rows(self, path: Path, asked: str, given: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-        """What a question finds in a file; nothing where there is none, or it cannot be read."""
+        """Return the rows that a query finds in a file; [] if there is no file, or it cannot be
+        read."""
         if not path.exists():
             return []
         try:
@@ -169,7 +169,7 @@ class Store:
             return []
 
     def _write(self, statement: str, *given: tuple[Any, ...]) -> None:
-        """A change of the file, whole or not at all; in a new file where this one is ruined."""
+        """Change the file, as a whole or not at all; use a new file if this one is ruined."""
         for again in (True, False):
             try:
                 file = self._opened(self.path)
@@ -182,7 +182,7 @@ class Store:
                 self._put_aside(self.path, "damaged")
 
     def _opened(self, path: Path) -> sqlite3.Connection:
-        """The file, of our version, and that which has this name now."""
+        """Return the file, of our version, that has this name now."""
         known = self._open.get(path)
         with suppress(OSError):
             if known and known.process == os.getpid() and known.inode == path.stat().st_ino:
@@ -200,13 +200,13 @@ class Store:
         (version,) = file.execute("PRAGMA user_version").fetchone()
         file.execute("PRAGMA synchronous = NORMAL")
         if version == 0 and path == self.path:
-            with suppress(sqlite3.OperationalError):  # another process is at it
+            with suppress(sqlite3.OperationalError):  # another process is doing it
                 file.execute("PRAGMA journal_mode = WAL")  # a write waits for no disk or reader
             with file:
                 file.execute("BEGIN IMMEDIATE")
                 file.execute(_TABLE)
                 file.execute(f"PRAGMA user_version = {VERSION}")
-            for old in path.parent.glob("??"):  # entries of before, a file each
+            for old in path.parent.glob("??"):  # earlier versions had a file per entry
                 shutil.rmtree(old, ignore_errors=True)
         elif version != VERSION and path == self.path:
             self._put_aside(path, f"version-{version}")
@@ -214,7 +214,7 @@ class Store:
         return file
 
     def _put_aside(self, path: Path, why: str) -> None:
-        """Give a file that is not to be used another name; what is whole in a damaged one stays."""
+        """Rename a file that is not to be used; copy the whole rows of a damaged one."""
         known = self._open.pop(path, None)
         if known is not None:
             known.file.close()
@@ -225,7 +225,7 @@ class Store:
         while (aside := path.with_name(f"{path.stem}-{why}-{number}{path.suffix}")).exists():
             number += 1
         path.rename(aside)
-        with suppress(OSError):  # what was written last
+        with suppress(OSError):  # the rows that were written last
             path.with_name(path.name + "-wal").rename(aside.with_name(aside.name + "-wal"))
         path.with_name(path.name + "-shm").unlink(missing_ok=True)
         self.troubles["aside"] = (
@@ -246,25 +246,25 @@ class Store:
 
 
 class Carried:
-    """What a worker of another machine measures, to be kept where it was asked for."""
+    """The measurements of a worker on another machine, to be kept by the machine that asked."""
 
     def __init__(self) -> None:
         self.rows: list[tuple[str, Any]] = []
 
     def find(self, kind: str, name: str) -> None:
-        """Nothing: what is known is known there."""
+        """Find nothing: rows are found on the machine that asked."""
 
     def keep(self, kind: str, name: str, content: Any) -> Any:
-        """Carry it; returns it as it will be found."""
+        """Carry the content; return it as it will be found."""
         self.rows.append((kind, again := json.loads(json.dumps(content))))
         return again
 
     def remembered(self, kind: str, name: str, make: Callable[[], Any]) -> Any:
-        """What is made now."""
+        """Make the content now."""
         return make()
 
     def taken(self) -> Any | None:
-        """The measurement that was kept last, once; None if there is none."""
+        """Return the latest measurement, once; None if there is none."""
         found = [content for kind, content in self.rows if kind == "measurement"]
         self.rows = []
         return found[-1] if found else None
@@ -286,7 +286,7 @@ def _seal(kind: str, name: str, text: str) -> str:
 
 
 def _checked(kind: Any, name: Any, seal: Any, content: Any) -> Any:
-    """What a row holds; raises `Damaged` where it is not what was written."""
+    """Return the content of a row; raises `Damaged` if it differs from the one that was written."""
     try:
         if seal == _seal(kind, name, content):
             return json.loads(content)

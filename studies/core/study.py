@@ -1,7 +1,7 @@
-"""A study: one property of a method. All that is said of it, anywhere, comes from this one object.
+"""A study: one property of a method. All its texts, everywhere, come from this one object.
 
-A study of a user's own is a subclass of `Study` in a file, or in a package that names it under the
-entry point "discmech.studies". Those of the bench are folders beside this one (`StudyFolder`).
+A user's own study is a subclass of `Study` in a file, or in a package that names it under the entry
+point "discmech.studies". Those of the bench are folders beside this one (`StudyFolder`).
 """
 
 from __future__ import annotations
@@ -27,28 +27,29 @@ if TYPE_CHECKING:
 
     from .case import Case, Choice, Progress, Verdict
 
-#: behind the name of a rule whose steps were chosen for tolerances
+#: suffix of the name of a rule whose steps were chosen for tolerances
 BY_TOLERANCE = ", tolerance"
 FOLDER = Path(__file__).resolve().parents[1]
-OF_THE_BENCH = FOLDER.parent / "tests" / "bench"  # what tests the bench itself
-NAME = r"[a-z][a-z0-9]*(-[a-z0-9]+)*"  # of a study, and of what `discmech new` writes
+OF_THE_BENCH = FOLDER.parent / "tests" / "bench"  # studies that test the bench itself
+# the name of a study, and of a file that `discmech new` writes
+NAME = r"[a-z][a-z0-9]*(-[a-z0-9]+)*"
 
 
 class Study:
-    """A property of a method: its words, what is measured of which cases, and what that means.
+    """A property of a method: its words, the measured quantities of which cases, and their
+    judgement.
 
-    Of a study of one's own `name` and `measure` are needed, and `limits` or `judge`.
+    A user's own study needs `name` and `measure`, and `limits` or `judge`.
 
-    title, about: the heading and a paragraph of its page. summary: a line of help; asks,
-    measured, judged: the columns of docs/judged.md. place: where it comes
-    in the report. digits: the precisions that are measured if none is asked for. limits: the most
-    that each measured quantity may be in a case that passes. needs: a sentence that says why it may
-    apply to nothing that was chosen. alone: it takes times, so its cases, or those that are
-    `timed`, have the machine for themselves, but for those that are compared with each other, run
-    by run in turn (`together`). usual: it is a command that takes scenes and rules; the others are
-    about the bench itself, or are measured for an assertion alone. turn: among the cases of a
-    scheme, 0 is quick on scenes of any size, 2 waits for a reference. asks_for: what it needs of a
-    system, one of `parts.PARTS`.
+    title, about: the heading and a paragraph of its page. summary: a line of help; asks, measured,
+    judged: the columns of docs/judged.md. place: its place in the report. digits: the precisions
+    that are measured by default. limits: the largest value of each measured quantity in a case that
+    passes. needs: a sentence with the reason why it may apply to nothing that was chosen. alone: it
+    measures times, so its cases, or those that are `timed`, have the machine alone, except those
+    that are compared with each other, run by run in turn (`together`). usual: it is a command that
+    takes scenes and rules; the others are about the bench itself, or are measured only for an
+    assertion. turn: among the cases of a scheme, 0 is quick on scenes of any size, 2 waits for a
+    reference. asks_for: the part of a system that it needs, one of `parts.PARTS`.
     """
 
     name: str = ""
@@ -66,20 +67,20 @@ class Study:
     options: tuple[Option, ...] = ()
     digits: tuple[int, ...] = (16,)
     limits: ClassVar[Mapping[str, float]] = {}
-    is_study: ClassVar[bool] = True  # to a file of the user's, which is read without this module
+    is_study: ClassVar[bool] = True  # marks it for a user's file, which is read without this module
 
     @property
     def needs(self) -> str:
-        """Why it may apply to nothing that was chosen."""
+        """The reason why it may apply to nothing that was chosen."""
         return "no chosen rule can be used there."
 
     @cached_property
     def view(self) -> Any:
-        """How its numbers are shown: a `report.view.View`."""
+        """How its numbers are shown, as a `report.view.View`."""
         return _plain_view()
 
     def cases(self, choice: Choice) -> list[Case]:
-        """The cases of a choice: every scene by every rule at every precision."""
+        """Return the cases of a choice: every scene with every rule at every precision."""
         from discmech.integrators.scenes import all_scenes
 
         from .case import plain_cases
@@ -89,33 +90,34 @@ class Study:
         return [c for c in found if self._of(c)]
 
     def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
-        """The numbers of a case: {"measured": {name: number}, "rows": [{...}]}; no verdict.
+        """Return the numbers of a case, {"measured": {name: number}, "rows": [{...}]}, without
+        verdict.
 
-        Numbers of the case's digits keep these while it runs.
+        Numbers have the case's digits while it runs.
         """
         raise NotImplementedError
 
     def judge(self, case: Case, measurement: dict[str, Any]) -> Verdict:
-        """What the numbers mean, without measuring: by default, none is above its limit."""
+        """Judge the numbers without measuring: by default, none may be above its limit."""
         return _within_limits(self, measurement["measured"])
 
     def measurement(self, case: Case, progress: Progress) -> dict[str, Any]:
-        """`measure`, looked through: what a file of the user's gives may be anything.
+        """Return `measure`, checked: a function of a user's file may return anything.
 
-        Raises `BadInput`, with the line, for an error in it and for numbers that are none.
+        Raises `BadInput`, with the line, for an error in it and for entries that are not numbers.
         """
         from .own_study import measured_by
 
         return measured_by(self, case, progress)
 
     def verdict(self, case: Case, measurement: dict[str, Any]) -> Verdict:
-        """`judge`, looked through in the same way."""
+        """Return `judge`, checked in the same way."""
         from .own_study import judged_by
 
         return judged_by(self, case, measurement)
 
     def trouble(self) -> str:
-        """Why it cannot be used, without a full stop; "" if it can."""
+        """Return why it cannot be used, without a full stop; "" if it can."""
         if not isinstance(self.name, str) or not re.fullmatch(NAME, self.name):
             return f"its name is {self.name!r}: use small letters, digits and dashes between them"
         if type(self).measure is Study.measure:
@@ -123,56 +125,58 @@ class Study:
         return ""
 
     def clash(self) -> str:
-        """Why its name cannot be that of a study in a file, without a full stop; "" if it can."""
+        """Return why its name cannot be that of a study in a file, without a full stop; "" if it
+        can."""
         taken = every_study().get(self.name, self) is not self
         return f"the name {self.name} is taken; choose another name" if taken else ""
 
     def timed(self, case: Case) -> bool:
-        """Whether a case takes times, so that the machine counts."""
+        """True if a case measures times, so that the machine counts."""
         return self.alone
 
     def together(self, case: Case) -> Any:
-        """What one process has to measure with other cases, as a race; None if it is no part."""
+        """Return the key of a race, whose cases one process measures together; None for a single
+        case."""
         return None
 
     def measure_more(
         self, case: Case, measurement: dict[str, Any], said: Verdict
     ) -> dict[str, Any]:
-        """What is measured, and joins the measurement, only where the first verdict is no pass."""
+        """Return further measurements that are made only if the first verdict is not a pass."""
         return {}
 
     @property
     def measures_more(self) -> bool:
-        """Whether it may measure more where the first verdict is no pass."""
+        """True if it may measure more after a first verdict that is not a pass."""
         return type(self).measure_more is not Study.measure_more
 
     def diagnose(self, case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
-        """The cause of what did not pass, where one can be told."""
+        """Return the cause of a verdict that is not a pass, if it can be found."""
         return None
 
     @property
     def tells_causes(self) -> bool:
-        """Whether it looks for the cause of what did not pass."""
+        """True if it seeks the cause of a verdict that is not a pass."""
         return type(self).diagnose is not Study.diagnose
 
     def depends_on(self, case: Case) -> str:
-        """What a result depends on beside the case's scene, rule and command."""
+        """Return the text on which a result depends beside the case's scene, rule and command."""
         return ""
 
     def rules_beside(self, case: Case) -> list[Discretisation]:
-        """The bench's own rules that it is measured with beside the case's."""
+        """Return the bench's own rules that it measures beside the case's."""
         return []
 
     def notes(self, choice: Choice) -> list[str]:
-        """What is to be said of the whole study, of the chosen systems that it is for."""
+        """Return sentences about the whole study for the chosen systems."""
         return []
 
     def completed(self, result: dict[str, Any]) -> dict[str, Any]:
-        """The result of all cases, with what is said of them together."""
+        """Return the result of all cases, with entries about them together."""
         return result
 
     def _own(self, choice: Choice) -> Choice:
-        """The choice without systems that lack what this study asks for."""
+        """Return the choice without systems that lack the part that this study asks for."""
         from .parts import parts_of
 
         held = tuple(s for s in choice.scenes if self.asks_for in parts_of(s))
@@ -187,13 +191,14 @@ class Study:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyFolder(Study):
-    """A study of the bench: a folder of `studies/`, whose `__init__` says this and loads nothing.
+    """A study of the bench: a folder of `studies/`, whose `__init__` has its words and loads
+    nothing.
 
     package: the folder's import name. `measuring` there has `NEEDS`, `cases(choice)` and
-    `measure(case, progress)`, and may have functions called as other methods of `Study`, and
-    `complete(result)`. `judging` has `judge(case, measurement)` and, where causes are told,
-    `diagnose(case, measurement)`: a change there measures nothing anew. `view`, where there is
-    one, has `VIEW`.
+    `measure(case, progress)`, and may have functions named as other methods of `Study`, and
+    `complete(result)`. `judging` has `judge(case, measurement)` and, if it finds causes,
+    `diagnose(case, measurement)`: a change there measures nothing anew. `view`, if there is one,
+    has `VIEW`.
     """
 
     name: str
@@ -213,57 +218,59 @@ class StudyFolder(Study):
 
     @cached_property
     def measuring(self) -> ModuleType:
-        """The module that measures and judges."""
+        """The module that measures."""
         return import_module(f"{self.package}.measuring")
 
     @cached_property
     def judging(self) -> ModuleType:
-        """The module that judges, and tells causes; where there is none, the one that measures."""
+        """The module that judges and finds causes; without one, the module that measures."""
         name = f"{self.package}.judging"
         return self.measuring if find_spec(name) is None else import_module(name)
 
     @property
     def needs(self) -> str:
-        """Why it may apply to nothing that was chosen."""
+        """The reason why it may apply to nothing that was chosen."""
         return str(self.measuring.NEEDS)
 
     @cached_property
     def view(self) -> Any:
-        """How its numbers are shown: a `report.view.View`."""
+        """How its numbers are shown, as a `report.view.View`."""
         if find_spec(f"{self.package}.view") is None:
             return _plain_view()
         return import_module(f"{self.package}.view").VIEW
 
     def cases(self, choice: Choice) -> list[Case]:
-        """The cases of a choice, of the systems that have what it asks for (`parts.PARTS`)."""
+        """Return the cases of a choice, of the systems that have the part it asks for
+        (`parts.PARTS`)."""
         own = self._own(choice) if choice.scenes else choice
         if choice.scenes and not own.scenes:
             return []
         return [c for c in self.measuring.cases(own) if self._of(c)]
 
     def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
-        """The numbers of a case: {"measured": {...}, "rows": [...], ...}."""
+        """Return the numbers of a case: {"measured": {...}, "rows": [...], ...}."""
         return dict(self.measuring.measure(case, progress))
 
     measurement = measure
 
     def judge(self, case: Case, measurement: dict[str, Any]) -> Verdict:
-        """What the numbers mean; no measuring."""
+        """Judge the numbers without measuring."""
         verdict: Verdict = self.judging.judge(case, measurement)
         return verdict
 
     verdict = judge
 
     def timed(self, case: Case) -> bool:
-        """Whether a case takes times, so that the machine counts."""
+        """True if a case measures times, so that the machine counts."""
         return self.alone and bool(self._said("timed", True, case))
 
     def together(self, case: Case) -> Any:
-        """What one process has to measure with other cases, as a race; None if it is no part."""
+        """Return the key of a race, whose cases one process measures together; None for a single
+        case."""
         return self._said("together", None, case)
 
     def diagnose(self, case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
-        """The cause of what did not pass, where one can be told."""
+        """Return the cause of a verdict that is not a pass, if it can be found."""
         from .parts import parts_of
 
         if "sites" in parts_of(case.scene):  # causes are found in the equations of a scene
@@ -273,34 +280,34 @@ class StudyFolder(Study):
 
     @property
     def tells_causes(self) -> bool:
-        """Whether it looks for the cause of what did not pass."""
+        """True if it seeks the cause of a verdict that is not a pass."""
         return hasattr(self.judging, "diagnose")
 
     def measure_more(
         self, case: Case, measurement: dict[str, Any], said: Verdict
     ) -> dict[str, Any]:
-        """What is measured, and joins the measurement, only where the first verdict is no pass."""
+        """Return further measurements that are made only if the first verdict is not a pass."""
         return dict(self.measuring.measure_more(case, measurement, said))
 
     @property
     def measures_more(self) -> bool:
-        """Whether it may measure more where the first verdict is no pass."""
+        """True if it may measure more after a first verdict that is not a pass."""
         return hasattr(self.measuring, "measure_more")
 
     def depends_on(self, case: Case) -> str:
-        """What a result depends on beside the case's scene, rule and command."""
+        """Return the text on which a result depends beside the case's scene, rule and command."""
         return str(self._said("depends_on", "", case))
 
     def rules_beside(self, case: Case) -> list[Discretisation]:
-        """The bench's own rules that it is measured with beside the case's."""
+        """Return the bench's own rules that it measures beside the case's."""
         return list(self._said("rules_beside", [], case))
 
     def notes(self, choice: Choice) -> list[str]:
-        """What is to be said of the whole study, of the chosen systems that it is for."""
+        """Return sentences about the whole study for the chosen systems."""
         return list(self._said("notes", [], self._own(choice)))
 
     def completed(self, result: dict[str, Any]) -> dict[str, Any]:
-        """The result of all cases, with what is said of them together."""
+        """Return the result of all cases, with entries about them together."""
         return {**result, **self._said("complete", {}, result)}
 
     def _said(self, name: str, otherwise: Any, *given: Any) -> Any:
@@ -325,13 +332,14 @@ def _within_limits(study: Study, measured: Mapping[str, Any]) -> Verdict:
 
 
 def counts(case: Mapping[str, Any]) -> bool:
-    """Whether a result is one of ours: what somebody else's integrator does says nothing of us."""
+    """True if a result is one of ours: another program's result does not count for us."""
     return case.get("kind") != "peer"
 
 
 @cache
 def every_study() -> dict[str, Study]:
-    """All studies by name, in the order of the report: those of folders, and those of packages."""
+    """Return all studies by name, in the order of the report: those of folders, then of
+    packages."""
     found = {}
     for folder, package in ((FOLDER, _PARENT), (OF_THE_BENCH, f"{_ROOT}.tests.bench")):
         for file in sorted(folder.glob("*/__init__.py")):
@@ -342,7 +350,7 @@ def every_study() -> dict[str, Study]:
         try:
             study = point.load()
             trouble = refusal(study) or (f"the name {study.name} is taken" * (study.name in found))
-        except Exception as error:  # whatever somebody's package does when it is loaded
+        except Exception as error:  # any error of another package that is loaded
             trouble = f"{type(error).__name__}: {error}"
         if trouble:
             whose = f"the study {point.value} of another package is left out"
@@ -353,7 +361,7 @@ def every_study() -> dict[str, Study]:
 
 
 def refusal(study: Any) -> str:
-    """Why something can be no study, without a full stop; "" if it can be one."""
+    """Return why an object can be no study, without a full stop; "" if it can be one."""
     if isinstance(study, Study):
         return study.trouble()
     made = isinstance(study, type) and issubclass(study, Study)
@@ -361,16 +369,16 @@ def refusal(study: Any) -> str:
 
 
 def known_study(name: str) -> Study | None:
-    """The study of that name: one of all, or of a file of the user's that was loaded."""
+    """Return the study of that name: one of all, or of a user's file that was loaded."""
     found = every_study().get(name)
-    files = sys.modules.get(f"{_PARENT}.core.userfile")  # else none was
+    files = sys.modules.get(f"{_PARENT}.core.userfile")  # otherwise no file was loaded
     for file in files.loaded() if found is None and files is not None else ():
         found = file.studies.get(name, found)
     return found
 
 
 def view_of(name: str) -> Any:
-    """How the numbers of the study of that name are shown; of an unknown one, plainly."""
+    """Return the view of the study of that name; a plain one if it is unknown."""
     study = known_study(name)
     return _plain_view() if study is None else study.view
 

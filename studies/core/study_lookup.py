@@ -13,7 +13,7 @@ from .userfile import word_for_study
 
 
 def study_called(word: str) -> Study:
-    """The study of that name, or of FILE.py:NAME; raises `BadInput` for an unknown one."""
+    """Return the study of that name, or of FILE.py:NAME; raises `BadInput` for an unknown one."""
     file, name = in_file(word)
     if file is None:
         known = every_study()
@@ -28,7 +28,7 @@ def study_called(word: str) -> Study:
 
 
 def word_of(study: Study) -> str:
-    """The word that finds the study in another process.
+    """Return the word that finds the study in another process.
 
     Raises `pickle.PicklingError` for one that is in no file and in no package.
     """

@@ -14,7 +14,7 @@ from discmech.integrators.scene import Conserved, Scene
 
 
 def in_unit_of_action(scene: Scene, power: int) -> Scene:
-    """The scene with its Lagrangian and its force times 10^power, and the same quantities.
+    """Return the scene with its Lagrangian and its force times 10^power, and the same quantities.
 
     Momenta are as many times larger; at 10^±150 products of two of them are no doubles.
     """

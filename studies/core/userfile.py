@@ -1,4 +1,4 @@
-"""A file of the user's: the rules, scenes and studies that it defines, errors with their line."""
+"""A user's file: the rules, scenes and studies that it defines, errors with their line."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ from discmech.integrators.lattices import systems
 
 @dataclass(frozen=True)
 class UserFile:
-    """What a file defines at its top level, by the names that rules, scenes and studies have.
+    """The definitions at a file's top level, by the names of rules, scenes and studies.
 
-    Lattices are among the scenes. `path` is as it was first given, `digest` tells its text (and
-    that of neighbours which it imports) from any other.
+    Lattices are among the scenes. `path` is as it was first given, `digest` identifies its text
+    (and that of neighbours which it imports).
     """
 
     path: str
     digest: str
     rules: dict[str, Discretisation]
     scenes: dict[str, Scene]
-    studies: dict[str, Any]  # `Study`, which says what it is itself
-    variables: dict[str, Any]  # all that the file's variables hold
+    studies: dict[str, Any]  # instances of `Study`
+    variables: dict[str, Any]  # the values of all variables of the file
 
 
 _loaded: dict[tuple[Path, bytes], UserFile] = {}
 
 
 def loaded() -> tuple[UserFile, ...]:
-    """The files that this process has run; the one that was asked for last is the last."""
+    """Return the files that this process has run, the most recently used last."""
     return tuple(_loaded.values())
 
 
 def word_for_study(name: str) -> str:
-    """The word that finds the study of that name: with its file, if it is in one."""
+    """Return the word that finds the study of that name: with its file, if it is in one."""
     for file in reversed(loaded()):
         if name in file.studies:
             return f"{file.path}:{name}"
@@ -52,10 +52,10 @@ def word_for_study(name: str) -> str:
 
 
 def stamps(packed: bytes) -> tuple[tuple[str, str], ...]:
-    """(path, digest) of the files whose things are among what was pickled.
+    """Return (path, digest) of the files whose objects are in a pickle.
 
-    For `expect_unchanged` in another process, which needs no other file. Raises
-    `pickle.PicklingError` for things of a text that is not its file's last one.
+    They are for `expect_unchanged` in another process, which needs no other file. Raises
+    `pickle.PicklingError` for objects of an earlier text of a file.
     """
     last = {file.path: file for file in loaded()}
     needed = [f for f in loaded() if f.variables["__name__"].encode() in packed]
@@ -73,10 +73,10 @@ def expect_unchanged(files: Iterable[tuple[str, str]]) -> None:
 
 
 def load(path: str) -> UserFile:
-    """Run the file and collect its rules and scenes; a text that was run is not run again.
+    """Run the file and collect its rules and scenes; a text is run only once.
 
-    A file that imports those of discmech does not define them. Raises `BadInput`, with the line,
-    if the file cannot be read or run, defines neither, or gives one name to two things.
+    A file that imports those of discmech does not define them. Raises `BadInput`, with the line, if
+    the file cannot be read or run, defines neither, or gives one name to two objects.
     """
     file = Path(path).absolute()
     try:
@@ -149,7 +149,7 @@ def _collect(
 
 
 def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType]:
-    """Run the source; what it prints goes to standard error. Returns (digest, module)."""
+    """Run the source, with its output on standard error; return (digest, module)."""
     digest = hashlib.sha256(source)
     module = ModuleType(f"discmech_user_{file.stem}_{digest.hexdigest()[:8]}")
     module.__file__ = str(file)
@@ -165,7 +165,7 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType]:
     except RAISED as error:
         what = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
         if isinstance(error, BadInput) and what.startswith(f"{file.name}, line "):
-            raise  # the line is in it
+            raise  # the line is in the message
         line = _line_in(file, error)
         raise BadInput(f"{path}{f', line {line}' if line else ''}: {what}") from None
     finally:
@@ -178,6 +178,6 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType]:
 
 
 def _line_in(file: Path, error: BaseException) -> int | None:
-    """The last line of the file that was being run when the error came."""
+    """Return the last line of the file that was run when the error arose."""
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
     return lines[-1] if lines else None

@@ -15,12 +15,12 @@ from typing import Any
 from .cluster import Cluster
 from .environment import collect_rarely, environment, one_thread
 
-#: what a process of a pool tells the first one before its task ends; None in that one itself
+#: the queue by which a process of a pool sends news before its task ends; None in the first one
 _news: Any = None
 
 
 def tell(news: Any) -> None:
-    """Send something to whoever listens to the pool that this process belongs to."""
+    """Send an object to the listener of the pool that this process belongs to."""
     if _news is not None:
         _news.put(news)
 
@@ -29,19 +29,19 @@ def tell(news: Any) -> None:
 def worker_pool(
     workers: int | Cluster, heard: Callable[[Any], None] | None = None
 ) -> Iterator[Executor]:
-    """A pool of processes, killed at once where an exception (an interrupt, say) leaves it.
+    """Yield a pool of processes, killed at once if an exception (such as an interrupt) leaves it.
 
-    What they finished is in the store, so nothing is lost but what they were at. Workers of a
-    cluster are not ours to kill: they are told to forget what is left.
-    heard: is called, in a thread of its own, with what processes here `tell`.
+    Their finished results are in the store, so only the current tasks are lost. Workers of a
+    cluster are not ours to kill: they are asked to drop the remaining tasks. heard: is called, in a
+    thread of its own, with the objects that processes here `tell`.
     """
     if isinstance(workers, Cluster):
         with workers.pool() as pool:
             yield pool
         return
     others = set(active_children())
-    # the resource tracker, which begins here, removes the semaphores of a process that was ended
-    # at once (`command.interrupts`), and would tell the user of each
+    # the resource tracker, which starts here, removes the semaphores of a process that was ended at
+    # once (`command.interrupts`), and would report each to the user
     filters = os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker:UserWarning"
     with environment({"PYTHONWARNINGS": ",".join(filter(None, filters))}):
         news = None if heard is None else get_context("spawn").SimpleQueue()
@@ -50,7 +50,7 @@ def worker_pool(
         listener = Thread(target=_listen, args=(news, heard), daemon=True)
         listener.start()
     try:
-        # a process that begins keeps what its parent blocks, and its settings
+        # a new process keeps its parent's blocked signals, and its settings
         with _interrupts_wait(), one_thread():
             for _ in range(workers):
                 own.submit(os.getpid)
@@ -67,19 +67,20 @@ def worker_pool(
 
 
 def _listen(news: Any, heard: Callable[[Any], None]) -> None:
-    """Hand on what is told, until there is None, or it cannot be heard: a task tells it again."""
+    """Pass on the news until there is None, or the listener fails: a task sends it again."""
     listening = True
     while (told := news.get()) is not None:
         try:
             if listening:
                 heard(told)
         except Exception:
-            listening = False  # a reader has gone, say: the first thread will meet that, too
+            # such as a reader that has gone: the first thread will meet that, too
+            listening = False
 
 
 @contextmanager
 def _interrupts_wait() -> Iterator[None]:
-    """Block interrupts, where the system can: one that comes meanwhile comes afterwards."""
+    """Block interrupts, if the system can: one that comes meanwhile comes afterwards."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -91,7 +92,7 @@ def _interrupts_wait() -> Iterator[None]:
 
 
 def _begin(news: Any) -> None:
-    """Interrupts are the first process's business; its end is this one's too."""
+    """Leave interrupts to the first process, and end with it."""
     global _news
     _news = news
     collect_rarely()
