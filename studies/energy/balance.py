@@ -1,10 +1,10 @@
-"""The energy of a forced or time-dependent motion against the work that is done on it.
+"""Compare the energy of a forced or time-dependent motion with the work that is done on it.
 
     dH/dt = f·ξ − ∂l/∂t
 
-holds along the motion, and no discrete law stands behind it: the balance of a run, H less the work
-so far, is off by the method's error and by that of the sum that the work is (trapezoidal rule). So
-it is asked how this sinks with the step.
+holds along the motion, without a discrete law for it: the balance of a run, H less the work so far,
+is off by the method's error and by that of the sum for the work (trapezoidal rule). So it is judged
+by how it sinks with the step.
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ from ..core.case import Case, Progress
 from ..core.moving_energy import motion, moving_energy
 from ..core.runs import in_rows, of_states
 
-HALVINGS, MOST_HALVINGS = 3, 5  # runs, and as many where their orders do not agree yet
-TOLERANCE = 0.05  # of an order, as the study of order has it in double precision
+HALVINGS, MOST_HALVINGS = 3, 5  # number of runs, and the most if their orders do not agree yet
+TOLERANCE = 0.05  # tolerance of an order, as in the study of order in double precision
 
 
 def applies(case: Case) -> bool:
-    """Whether the energy may be changed by a force or by the time, as the scene is written."""
+    """True if the energy may be changed by a force or by the time, as the scene is written."""
     return case.scene.force is not None or case.scene.timed
 
 
 @remembered(maxsize=64)
 def acts(scene: Scene, duration: float) -> bool:
-    """Whether the force, or the time, does more to the energy in that time than round-off would.
+    """True if the force, or the time, changes the energy in that time by more than round-off.
 
-    Of a force each component counts, for one that does no work as a whole moves energy too.
+    Each component of a force counts, for one that does no work as a whole moves energy too.
     """
     s = SceneSymbols(scene)
     try:
@@ -69,7 +69,7 @@ def acts(scene: Scene, duration: float) -> bool:
 
 @lru_cache(maxsize=64)
 def left_alone(scene: Scene) -> Scene:
-    """The scene without its force, its Lagrangian as it is at the time 0."""
+    """Return the scene without its force, and with its Lagrangian at the time 0."""
     given = scene.hamiltonian or scene.lagrangian
     assert given is not None
     held = (lambda x, v, p: given(x, v, p, 0)) if takes_fourth(given) else given
@@ -78,7 +78,8 @@ def left_alone(scene: Scene) -> Scene:
 
 
 def balance(scheme: Scheme, run: Trajectory, digits: int) -> np.ndarray:
-    """(H − H₀ − work)/scale per row, signed, scale the largest sum of H's absolute terms."""
+    """Return (H − H₀ − work)/scale per row, signed; scale: the largest sum of H's absolute
+    terms."""
     numbers = arithmetic(digits)
     f, inverse = _rates(scheme.s, numbers), legendre_inverse(scheme.s, numbers)
     values, terms = in_rows(scheme, f, run, numbers, inverse)
@@ -96,14 +97,15 @@ def _rates(s: SceneSymbols, numbers: Arithmetic) -> Any:
 
 
 def measure(case: Case, progress: Progress) -> dict[str, Any]:
-    """Rows {time, error} at the smallest step; measured: band, slope and the balance's order.
+    """Return rows {time, error} at the smallest step; measured: band, slope and the balance's
+    order.
 
-    Over the scene's duration, or so many of its steps as were asked for; these are halved twice,
-    and on while the order is neither reached nor missed, as where chaotic runs part.
+    Over the scene's duration, or the chosen number of its steps; these are halved twice, and
+    further while the order is neither reached nor missed, as when chaotic runs separate.
     """
     first = case.steps or case.scene.steps_for(case.scene.step)
     size = case.scene.step if case.steps else case.scene.duration / first
-    ways = []  # how far the balance moves: of chaotic motion its ends are chance, this sum is not
+    ways = []  # how far the balance moves: in chaotic motion its ends are random, this sum is not
     orders: list[float] = []
     for k in range(MOST_HALVINGS):
         if k >= HALVINGS and not unsettled(orders, wanted(case)["balance_order"]):
@@ -131,7 +133,7 @@ def measure(case: Case, progress: Progress) -> dict[str, Any]:
 
 
 def unsettled(orders: list[float], least: float) -> bool:
-    """Whether the last order is short by no more than it differs from the one before (Richardson).
+    """True if the last order is short by at most its difference from the one before (Richardson).
 
     That difference is about what the next term of the error still adds to it.
     """
@@ -140,8 +142,8 @@ def unsettled(orders: list[float], least: float) -> bool:
 
 
 def wanted(case: Case) -> dict[str, Any]:
-    """The least order of the balance: the method's, or 2, which is that of the sum.
+    """Return the least order of the balance: the method's, or 2, which is that of the sum.
 
-    Of a rule that declares none it is 1: who is consistent balances energy and work in the limit.
+    It is 1 for a rule that declares none: a consistent one balances energy and work in the limit.
     """
     return {"balance_order": min(case.order or 1, 2) - TOLERANCE}

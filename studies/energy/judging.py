@@ -1,4 +1,4 @@
-"""The judge of energy: no drift, but what stands between two edges."""
+"""The judge of energy: no drift, but a band between two steady edges."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from ..evidence.verdicts import demand_consistency
 from . import balance, modified
 from .measuring import WIDE, judge_errors
 
-#: by which the balance of energy and work may move a step: two energies of a few operations each
+#: largest change of the balance of energy and work per step: two energies of a few operations each
 ROUND_OFFS = 16
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """No secular drift: over the run the slope accounts for at most a tenth of the band.
+    """Judge the secular drift: over the run the slope may account for at most a tenth of the band.
 
-    A method that loses or gains energy steadily has a band that is all slope. Where the mean only
-    wanders between two edges that stand by that measure, nothing drifts either. But a drift that is
-    certain, and goes on alike in a run eight times as long, is one however small it is beside the
-    band: no variational integrator has it. One that is certain in one run only is told by neither.
-    An error that is large beside the energy's terms, and is not there in the first half of the run,
-    has no band: a line through all rows does not see what grows exponentially. Nor does it see what
-    is lost at the start and never comes back (`_settled`).
+    A method that loses or gains energy steadily has a band that is all slope. If the mean only
+    wanders between two edges that are steady by that measure, there is no drift either. But a drift
+    that is certain, and is the same in a run eight times as long, is one however small it is beside
+    the band: no variational integrator has it. One that is certain in one run only is undecided. An
+    error that is large beside the energy's terms, and is not there in the first half of the run,
+    has no band: a line through all rows does not show exponential growth. Nor does it show energy
+    that is lost at the start and never comes back (`_settled`).
 
     And the steps have to be consistent: a method of another motion may keep an energy near this
     one's for ever.
@@ -36,18 +36,18 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Of the run alone."""
+    """Judge the run alone."""
     if reason := not_claimed(case.rule, "energy"):
         return Verdict("pass", "", {"not_demanded": reason})
     if "balance_order" in measurement["measured"]:
         return _judge_balance(case, measurement)
     if "slopes" in measurement:
         return _of_long_runs(case, measurement)
-    kept = case.scene.nonholonomic is None  # else no modified energy stands behind its band
+    kept = case.scene.nonholonomic is None  # otherwise its band has no modified energy
     told = judge_errors(case, measurement, kept)
     if kept and np.isfinite(measurement["measured"]["band"]):
         told = modified.judged(measurement, told)
-    if case.rule.is_recorded:  # whoever recorded runs can ask for no steps
+    if case.rule.is_recorded:  # recorded runs cannot take other steps
         told.reason = told.reason.replace("take more --steps", "record longer runs")
     measured = measurement["measured"]
     drift = abs(measured.get("drift", measured["slope"] * measurement["duration"]))
@@ -58,8 +58,11 @@ def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def _of_long_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """A narrow band drifts where the last two runs do alike: within a factor of two, and the same
-    way. What comes and goes changes its slope as runs get eight times as long."""
+    """Judge a narrow band by the last two runs: it drifts if their slopes are alike.
+
+    They are alike within a factor of two, and of one sign. An energy that comes and goes changes
+    its slope as runs get eight times as long.
+    """
     told, slopes = judge_errors(case, measurement), [float(s) for s in measurement["slopes"]]
     alike = not np.isfinite(slopes[-1])
     alike = alike or (len(slopes) > 1 and 0.5 <= slopes[-1] / slopes[-2] <= 2)
@@ -70,12 +73,12 @@ def _of_long_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def _judge_balance(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """The balance of energy and work sinks with the step as the method's order has it.
+    """Judge the balance of energy and work: it has to sink with the step by the method's order.
 
-    Of two orders at steps halved twice the difference is about what the next term of the error
+    The difference of two orders at steps halved twice is about what the next term of the error
     still adds to the last one (Richardson): a shortfall of that size is inconclusive, a larger one
-    fails. What moves by a few roundings a step has no order, and passes. And where nothing acts,
-    the energy has to stand: a weak force is no reason to look away from a method that loses it.
+    fails. A balance that moves by a few roundings a step has no order, and passes. And if nothing
+    acts, the energy has to stay: a weak force does not excuse a method that loses it.
     """
     told = _sinks(case, measurement)
     if told.verdict == "fail" or "alone" not in measurement:
@@ -88,7 +91,7 @@ def _judge_balance(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def _sinks(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Whether the balance sinks as the order has it."""
+    """Judge that the balance sinks with its order."""
     band, order = (measurement["measured"][k] for k in ("band", "balance_order"))
     expected = balance.wanted(case)
     least = expected["balance_order"]

@@ -28,25 +28,25 @@ NAME = "energy"
 NEEDS = "it needs a Lagrangian."
 DIGITS = (16,)
 ROWS = 2000
-#: of the coordinate that turns most often: in a shorter run the motion has not come back. Two
+#: turns of the coordinate that turns most often: in a shorter run the motion has not come back. Two
 #: periods, each of which has two
 TURNS = 4
-STRETCH = 4096  # rows that are looked at before the next
+STRETCH = 4096  # rows that are examined before the next
 ALONE = 20_000  # steps of a forced scene without its force
-WIDE = 0.1  # of the energy that moves: a wider band is called unresolved where it is shown
-SHARE = 0.1  # of the band that a slope may explain
-LONGER = (1, 8, 32)  # times the steps, until it is told
-PARTS, STEADY = 8, 0.8  # a drift takes the means of so many parts of the run one way
+WIDE = 0.1  # share of the energy that moves: a wider band is called unresolved where it is shown
+SHARE = 0.1  # share of the band that a slope may explain
+LONGER = (1, 8, 32)  # factors of the steps, until the verdict is clear
+PARTS, STEADY = 8, 0.8  # a drift moves the means of so many parts of the run one way
 ErrorsOf = Callable[[int], tuple[np.ndarray, np.ndarray]]
-CERTAIN = 0.999  # level of the intervals of mean and edges that a drift must leave 0 out of
-#: parts of a drift's run, in eighths of `BATCHES`. Where a whole number of periods is nearly a part
-#: of the run, means of the parts rise slowly and steadily with no drift (aliasing): where the run
-#: is so many periods to within a quarter, one in 16 with 8 parts, one in 1000 with 7, 8 and 9
+CERTAIN = 0.999  # level of the intervals of mean and edges, which must not contain 0 in a drift
+#: parts of a drift's run, in eighths of `BATCHES`. If a whole number of periods is nearly a part of
+#: the run, means of the parts rise slowly and steadily without a drift (aliasing): where the run is
+#: so many periods to within a quarter, one in 16 with 8 parts, one in 1000 with 7, 8 and 9
 PARTITIONS = (8, 7, 9)
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every scene with a Lagrangian by every rule, in double precision unless asked otherwise."""
+    """Return every scene with a Lagrangian with every rule, in double precision by default."""
     found = [
         c
         for c in plain_cases(NAME, choice, DIGITS)
@@ -56,28 +56,26 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """What the run shows (`_measure`), and whether single steps are consistent."""
-    _ = case.scheme  # what is wrong with scene or rule is said of it, before parts of it are asked
+    """Return the result of the run (`_measure`), and the consistency of single steps."""
+    _ = case.scheme  # errors of scene or rule are reported before parts of it are derived
     return {**_measure(case, progress), CONSISTENCY: consistency_of(case)}
 
 
 def _measure(case: Case, progress: Progress) -> dict[str, Any]:
-    """Rows {time, error}: (H − H₀) over the energy that moves (`moving_energy`), signed.
+    """Return rows {time, error}: (H − H₀) over the energy that moves (`moving_energy`), signed.
 
-    Of each stretch of the run the rows keep the smallest and the largest error, in order, so the
-    band of all steps is seen. band: largest minus smallest; slope: per unit of time through all
-    steps, with its 95 % interval from batch means.
-
-    edge_slopes: of the lines through the minima and the maxima of the run's parts; None of a run
-    too short to have parts, or without end.
+    In each stretch of the run the rows keep the smallest and the largest error, in order, so the
+    band of all steps shows. band: largest minus smallest; slope: per unit of time through all
+    steps, with its 95 % interval from batch means. edge_slopes: those of the lines through the
+    minima and the maxima of the run's parts; None for a run too short to have parts, or not finite.
 
     In a chaotic scene the mean of the band wanders, slowly and to a side that depends on round-off.
-    Where its edges seem to move as well, and not steadily, the case runs eight times as long, and
-    32 times: what wanders shrinks against the band. Where a drift is certain (`certain_drift`) but
-    less than a share of the band, the case runs eight times as long too: a drift goes on.
-    drifts: the certain ones, as [duration, slope, low, high], one a run.
+    If its edges seem to move as well, and not steadily, the case runs eight times as long, and 32
+    times: wandering shrinks against the band. If a drift is certain (`certain_drift`) but less than
+    a share of the band, the case runs eight times as long too: a drift continues. drifts: the
+    certain ones, as [duration, slope, low, high], one per run.
 
-    Where a force or the time changes the energy, it is measured against their work (`balance`).
+    If a force or the time changes the energy, it is compared with their work (`balance`).
     """
     system = system_of(case)
     if "modified_energy" in system.lacks:
@@ -93,7 +91,7 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
                 "recorded runs have no further steps."
             )
         found = balance.measure(case, progress)
-        with suppress(CannotMeasure, StepFailure):  # another motion, of which nothing may be known
+        with suppress(CannotMeasure, StepFailure):  # another motion, which may be unknown
             found["alone"] = _measure(replace(alone, steps=case.steps or ALONE), progress)
         return found
 
@@ -103,7 +101,7 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     def errors_of(more: int) -> tuple[np.ndarray, np.ndarray]:
         run = system.long_run(more * steps, progress)
         times, errors = np.asarray(run.t, dtype=float), system.energy_errors(run)
-        # behind a collision it is wide, or the scale is that of the collision
+        # beyond a collision it is wide, or the scale is that of the collision
         if not np.ptp(errors) <= WIDE or may_end(case.scene):
             refuse_ended(case, float(times[-1]))
         also["still"], also["turns"] = _comes_to_rest(run), _turns(run)
@@ -123,9 +121,9 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
 
 
 def measure_more(case: Case, measurement: dict[str, Any], said: Verdict) -> dict[str, Any]:
-    """lost: what the energy may drift by because the rule's own formulas lose digits.
+    """Return lost: the possible drift of the energy if the rule's own formulas lose digits.
 
-    Of a case under a force that of the run without it, if there was one.
+    Under a force it is that of the run without it, if there was one.
     """
     if "modified_energy" in system_of(case).lacks:
         return {}
@@ -140,7 +138,7 @@ def measure_more(case: Case, measurement: dict[str, Any], said: Verdict) -> dict
 
 
 def _alone(case: Case) -> Case:
-    """The case without its force, and with its time held."""
+    """Return the case without its force, and with its time held."""
     return replace(case, scene=balance.left_alone(case.scene))
 
 
@@ -154,9 +152,9 @@ def _steps(case: Case) -> int:
 
 
 def _by_long_runs(case: Case, system: System, progress: Progress) -> dict[str, Any]:
-    """`_measure` of what has no modified energy: runs that get longer until they tell.
+    """Return `_measure` of a system without a modified energy: runs get longer until they decide.
 
-    slopes: of each of them.
+    slopes: those of each run.
     """
     steps, slopes = case.steps or system.usual_steps(), dict[float, float]()
     for times in system.slower:
@@ -175,11 +173,11 @@ def _by_long_runs(case: Case, system: System, progress: Progress) -> dict[str, A
 
 
 def _comes_to_rest(run: Trajectory) -> bool:
-    """Whether the second half of a run moves less than a quarter as far as the first, x and μ.
+    """True if the second half of a run moves less than a quarter as far as the first, x and μ.
 
-    What preserves volume and stays in a bounded region comes back (Poincaré), and a free flight
-    moves on. Without a base μ alone may end in a point, as it does on a group that is not
-    unimodular, so nothing is said there.
+    A motion that preserves volume and stays in a bounded region comes back (Poincaré), and a free
+    flight moves on. Without a base μ alone may end in a point, as on a group that is not
+    unimodular, so it is False there.
     """
     x, mu = (np.asarray(part, dtype=float) for part in (run.x, run.mu))
     half = len(x) // 2
@@ -190,10 +188,10 @@ def _comes_to_rest(run: Trajectory) -> bool:
 
 
 def _turns(run: Trajectory) -> int:
-    """How often the coordinate that turns most often turns round in a run, as far as `TURNS`."""
+    """Return how often the coordinate that turns most often turns in a run, counted to `TURNS`."""
     parts = [np.asarray(part) for part in (run.x, run.mu)]
     found = np.zeros(sum(part.shape[1] for part in parts), dtype=int)
-    for first in range(0, len(parts[1]) - 2, STRETCH):  # the first stretch mostly tells
+    for first in range(0, len(parts[1]) - 2, STRETCH):  # the first stretch is mostly enough
         rows = slice(first, first + STRETCH + 2)
         ways = np.sign(np.diff(np.hstack([part[rows] for part in parts]).astype(float), axis=0))
         found += (np.diff(ways, axis=0) != 0).sum(axis=0)
@@ -203,7 +201,8 @@ def _turns(run: Trajectory) -> int:
 
 
 def _say_drift(found: dict[str, Any]) -> None:
-    """Add to `measured` the drift over the run: of the modified energy, else along the slope."""
+    """Add to `measured` the drift over the run: of the modified energy, otherwise along the
+    slope."""
     measured = found["measured"]
     rows = modified.resolved(found["modified"], measured["band"])
     slope = measured["slope"] * found["duration"]
@@ -213,9 +212,10 @@ def _say_drift(found: dict[str, Any]) -> None:
 def measured_errors(
     case: Case, errors_of: ErrorsOf, told: Callable[[float, float], bool] | None = None
 ) -> dict[str, Any]:
-    """`measure` of whatever gives (times, errors) of a run that is so many times as long.
+    """Return `measure` for a function that gives (times, errors) of a run that is so many times as
+    long.
 
-    told: whether a run of that band and duration needs no longer one.
+    told: (band, duration) ↦ True if no longer run is needed.
     """
     drifts: list[list[float]] = []
     for more in LONGER[:1] if case.rule.is_recorded else LONGER:
@@ -254,7 +254,7 @@ def measured_errors(
 
 
 def _interval(line: Line, times: np.ndarray, errors: np.ndarray) -> list[float]:
-    """The slope's 95 % interval, as wide as that of the line through batch means."""
+    """Return the slope's 95 % interval, as wide as that of the line through batch means."""
     if not np.isfinite(errors).all():
         return list(line.interval)
     low, high = batch_line(times, errors).interval
@@ -263,10 +263,10 @@ def _interval(line: Line, times: np.ndarray, errors: np.ndarray) -> list[float]:
 
 
 def certain_drift(case: Case, times: np.ndarray, errors: np.ndarray) -> Line | None:
-    """The line through the means of the run's parts, if no chance makes it rise or fall as it does.
+    """Return the line through the means of the run's parts, if its slope cannot be random, or None.
 
-    Mean, minima and maxima of the parts go the same way, each with an interval that leaves out 0,
-    and steadily, however the run is parted (`PARTITIONS`); and it is more than round-off.
+    Mean, minima and maxima of the parts go the same way, each with an interval without 0, and
+    steadily, for every division of the run (`PARTITIONS`); and it is more than round-off.
     """
     if len(errors) < 256 or not np.isfinite(errors).all() or _steadiness(errors) < STEADY:
         return None
@@ -280,7 +280,7 @@ def certain_drift(case: Case, times: np.ndarray, errors: np.ndarray) -> Line | N
 
 
 def _goes_on(drifts: list[list[float]]) -> bool:
-    """Whether a longer run has the same drift: slopes whose intervals meet."""
+    """True if a longer run has the same drift: slopes whose intervals meet."""
     if len(drifts) < 2:
         return False
     (*_, low, high), (*_, lowest, highest) = drifts[:2]
@@ -288,12 +288,12 @@ def _goes_on(drifts: list[list[float]]) -> bool:
 
 
 def _allowed(case: Case, band: float, round_off: float = 0.0) -> float:
-    """What a slope may add up to over the run: a share of the band, or round-off."""
+    """Return the largest rise of a slope over the run: a share of the band, or round-off."""
     return max(band * SHARE, 1e4 * case.rule.unit(case.digits), round_off)
 
 
 def _steadiness(errors: np.ndarray) -> float:
-    """How far the means of the parts go, over the way that they take: 1 if always the same way.
+    """Return the distance of the parts' means over the length of their way: 1 if monotonic.
 
     A drift goes one way, even where it slows down; a band that wanders, as in chaotic motion, goes
     to and fro.
@@ -302,10 +302,10 @@ def _steadiness(errors: np.ndarray) -> float:
 
 
 def _edge_slopes(times: np.ndarray, errors: np.ndarray) -> list[float] | None:
-    """Slopes of the lines through the minima and the maxima of the parts, per unit of time.
+    """Return slopes of the lines through the minima and the maxima of the parts, per unit of time.
 
     A secular drift c t moves the extremes of every part along by c t, and the mean in between may
-    wander: edges that stand rule a drift out.
+    wander: steady edges rule a drift out.
     """
     parts = bins(len(errors), PARTS)
     if len(parts) < PARTS or not np.isfinite(errors).all():
@@ -320,7 +320,7 @@ def _stand(edge_slopes: list[float] | None, allowed: float) -> bool:
 
 
 def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> Verdict:
-    """`judge` of what `measured_errors` gave; kept: whether anything is demanded."""
+    """Return the verdict on a result of `measured_errors`; kept: False if nothing is demanded."""
     band, slope = measurement["measured"]["band"], measurement["measured"]["slope"]
     duration = measurement["duration"]
     round_off = max((r["round_off"] for r in measurement.get("modified") or []), default=0.0)
@@ -363,10 +363,10 @@ def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> 
 
 
 def _settled(measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict | None:
-    """What is to be said of a large error that the first half of the run made for good.
+    """Return the verdict on a large error that stays after the first half of the run, or None.
 
-    A band is filled again and again. Where the motion ends with it, the method has taken its
-    energy; where the motion goes on, it may be a flight away from where errors are made.
+    A band is filled again and again. If the motion ends with it, the method has taken its energy;
+    if the motion continues, it may be a flight away from the place of the errors.
     """
     band, quarters = measurement["measured"]["band"], measurement.get("quarters") or []
     if not (len(quarters) == 4 and FAR * max(quarters[2:]) < band):

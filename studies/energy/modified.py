@@ -1,4 +1,4 @@
-"""What the modified energy says of a run, and of runs from places beside the motion."""
+"""The verdict of the modified energy on a run, and on runs from places beside the motion."""
 
 from __future__ import annotations
 
@@ -19,29 +19,31 @@ from ..core.modified_energy import NUMBERS, STATES, changes, dual_of
 from ..core.moving_energy import moving_energy
 from ..core.runs import usual_steps
 
-SHARE, KNOWN = 0.1, 0.5  # of the band that the modified energy may change by, and be known to
-STEADY = 0.8  # as of the means of a run's parts
-ELSEWHERE = 3  # times the band, that H̃ − H may change by on a way
-#: times ∫ |α·(f̃ − f)| ds, by which a state that has not come back may change the energy
+# shares of the band by which the modified energy may change, and to which it has to be known
+SHARE, KNOWN = 0.1, 0.5
+STEADY = 0.8  # as for the means of a run's parts
+ELSEWHERE = 3  # in units of the band: the largest change of H̃ − H on a way
+#: in units of ∫ |α·(f̃ − f)| ds: change of the energy by a state that has not come back
 BEYOND = 4
-QUICK = 10**5  # steps of the usual run of a rule whose steps cost little
-MANY, STRAIGHT = 8, 0.1  # states, and how far they are off a line, of the last
+QUICK = 10**5  # steps of the usual run of a rule with cheap steps
+MANY, STRAIGHT = 8, 0.1  # states, and their largest distance from a line, over the last
 PLACES, STEPS, STATES_BESIDE = 2, 2000, 8  # places beside the motion, and the runs from there
-ASIDE = 0.02, 0.1  # of a coordinate's size, by which they lie beside it
-#: of the energy that moves: a larger error is that of no motion that is resolved
+ASIDE = 0.02, 0.1  # shares of a coordinate's size by which they lie beside it
+#: share of the energy that moves: a larger error is that of a motion that is not resolved
 WHOLE = 1.0
 NOT_BACK = (
     "the energy goes one way, and so it may with a part of the motion that has not come back: take "
     "more --steps."
 )
-STEP = 0.55, 0.95  # of the scene's step
+STEP = 0.55, 0.95  # shares of the scene's step
 Row = dict[str, float]
 
 
 def measured(case: Case, run: Trajectory, steps: int) -> list[Row]:
-    """`Changes.rows` over the energy that moves, of a run of the scene's step; none if unknown.
+    """Return `Changes.rows` over the energy that moves, of a run of the scene's step; [] if
+    unknown.
 
-    A program that makes no long run soon is not asked for some hundred short ones either.
+    A program that cannot make a long run soon is not run for some hundred short ones either.
     """
     if usual_steps(case) < QUICK:
         return []
@@ -51,9 +53,9 @@ def measured(case: Case, run: Trajectory, steps: int) -> list[Row]:
 def _rows(
     case: Case, step: Fraction, run: Trajectory, steps: int, states: int = STATES
 ) -> tuple[list[Row], float]:
-    """(`Changes.rows` over the energy that moves, the band of these states).
+    """Return (`Changes.rows` over the energy that moves, the band of these states).
 
-    Only of a run that seems to drift it is asked whether the method keeps another form.
+    Another form that the method may keep is sought only if a run seems to drift.
     """
     scale = moving_energy(case.scene) or 1.0
     found = changes(case.scheme, step, run, steps, states)
@@ -65,16 +67,18 @@ def _rows(
 
 
 def _seems_to_drift(rows: list[Row]) -> bool:
-    """Whether the modified energy goes one way, or drifts for certain, if the form is canonical."""
+    """True if the modified energy goes one way, or drifts for certain, with the canonical form."""
     beyond = abs(rows[-1]["modified"]) > rows[-1]["bound"]
     return (beyond and _goes_one_way(rows)) or certain_drift(rows) is not None
 
 
 def beside(case: Case) -> list[dict[str, Any]]:
-    """{"place", "step", "band", "rows"} of short runs from places that lie beside the motion.
+    """Return {"place", "step", "band", "rows"} of short runs from places that lie beside the
+    motion.
 
-    Off it in every coordinate, so off its planes of symmetry, with steps that are no h·2⁻ᵏ: what
-    the scene's own run cannot show. They are drawn from a seed that scene and rule make.
+    They lie off it in every coordinate, so off its planes of symmetry, with steps that are no
+    h·2⁻ᵏ, which the scene's own run cannot show. They are drawn from a seed that scene and rule
+    make.
     """
     dual, scene = dual_of(case.scene), case.scene
     if dual is None or not case.rule.is_formula:
@@ -110,9 +114,9 @@ def _start(case: Case) -> list[Any]:
 
 
 def resolved(rows: list[Row], band: float) -> list[Row]:
-    """The rows whose change is known to a part of the band, or to round-off.
+    """Return the rows whose change is known to a share of the band, or to round-off.
 
-    On a way that changes H̃ − H by more than the band does, something else is met than on the run.
+    A way that changes H̃ − H by more than the band does shows something else than the run.
     """
     return [
         r for r in rows
@@ -122,13 +126,14 @@ def resolved(rows: list[Row], band: float) -> list[Row]:
 
 
 def certain_drift(rows: list[Row]) -> Row | None:
-    """The last of resolved rows if the modified energy goes one way, more than states can make up.
+    """Return the last resolved row if the modified energy goes one way, beyond any effect of
+    states.
 
-    Of a symplectic method the changes vanish; of one that keeps another form they are within a few
-    times `form` (Newmark's β = 1/4 on an orbit that turns slowly). Of another one they are as good
-    as those of the energy where the state has come back, and are off by no more than `path` where
-    it has not. Or each of MANY states has gone farther than the one before, along a line, and they
-    come back as near as before: no walk is so straight, and a slow part of the motion goes away.
+    For a symplectic method the changes vanish; if it keeps another form they are within a few times
+    `form` (Newmark's β = 1/4 on an orbit that turns slowly). For another method they are as good as
+    those of the energy where the state has come back, and are off by at most `path` where it has
+    not. Or each of MANY states has gone farther than the one before, along a line, and they come
+    back as near as before: no walk is so straight, and a slow part of the motion goes away.
     """
     if len(rows) < 3:
         return None
@@ -147,7 +152,8 @@ def certain_drift(rows: list[Row]) -> Row | None:
 
 
 def drift_beside(places: list[dict[str, Any]]) -> tuple[dict[str, Any], Row] | None:
-    """The first place from which the energy drifts for certain, and the row that shows it."""
+    """Return the first place from which the energy drifts for certain, and the row that shows
+    it."""
     for place in places:
         drift = certain_drift(resolved(place["rows"], place["band"]))
         if drift is not None:
@@ -156,14 +162,14 @@ def drift_beside(places: list[dict[str, Any]]) -> tuple[dict[str, Any], Row] | N
 
 
 def stands(rows: list[Row], band: float) -> bool:
-    """Whether the modified energy stays within what it is known to, in every one of these rows."""
+    """True if the modified energy stays within its uncertainty, in every one of these rows."""
     return bool(rows) and all(
         abs(r["modified"]) <= min(r["bound"], max(SHARE * band, 2 * r["round_off"])) for r in rows
     )
 
 
 def covers(rows: list[Row], duration: float) -> bool:
-    """Whether rows tell of the whole run, to its last quarter."""
+    """True if rows cover the whole run, to its last quarter."""
     return bool(rows) and rows[-1]["time"] >= 0.75 * duration
 
 
@@ -172,12 +178,13 @@ def _goes_one_way(rows: list[Row]) -> bool:
 
 
 def judged(measurement: dict[str, Any], told: Verdict) -> Verdict:
-    """The verdict with what the modified energy says; told: that of the energy's band alone.
+    """Return the verdict with the modified energy; told: that of the energy's band alone.
 
-    It stands along the run: nothing drifts, whatever part of the motion the run was too short for.
-    It goes one way, farther than any state on the way makes up: a drift, however small beside the
-    band. In between, a drift of the energy may be a slow part of the motion, which is not failed,
-    and an energy that seems to stand is believed only if the modified one does not go one way.
+    If it stays along the run, there is no drift, for any part of the motion that the run is too
+    short for. If it goes one way, farther than any state on the way explains, that is a drift,
+    however small beside the band. In between, a drift of the energy may be a slow part of the
+    motion, which is not failed, and an energy that seems to stay is trusted only if the modified
+    one does not go one way.
     """
     band, duration = measurement["measured"]["band"], measurement["duration"]
     given = measurement.get("modified") or []
@@ -187,9 +194,9 @@ def judged(measurement: dict[str, Any], told: Verdict) -> Verdict:
         change, line = drift["modified"], measurement["measured"]["slope"] * duration
         said = 2 * abs(line) >= abs(change) or measurement.get("still")
         if told.verdict == "fail" and said:
-            return told  # the line through all rows says as much, and a rest says why
+            return told  # the line through all rows shows the same, and rest is the reason
         return Verdict("fail", _drifts(change, drift["time"]), told.expected)
-    if band <= WHOLE:  # a quadratic modified energy stands beyond the limit of stability too
+    if band <= WHOLE:  # a quadratic modified energy stays beyond the limit of stability too
         told = _of_run(told, rows, bool(given), band, duration)
     found = drift_beside(measurement.get("beside") or [])
     if found is not None and told.verdict != "fail":
@@ -201,7 +208,7 @@ def judged(measurement: dict[str, Any], told: Verdict) -> Verdict:
 
 
 def _of_run(told: Verdict, rows: list[Row], given: bool, band: float, duration: float) -> Verdict:
-    """The verdict on the scene's own run, where its modified energy has no certain drift."""
+    """Return the verdict on the scene's own run, if its modified energy has no certain drift."""
     if not rows or not covers(rows, duration):
         if told.verdict == "fail" and given:
             return Verdict("inconclusive", NOT_BACK, told.expected)

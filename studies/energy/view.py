@@ -1,4 +1,4 @@
-"""How energy errors are shown."""
+"""The page of energy: how errors are shown."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _edges(measured: dict[str, Any]) -> str:
 
 
 def _band(measured: dict[str, Any]) -> str:
-    """The band. A verdict is on drift alone: one that resolves nothing is called so beside it."""
+    """Return the band; the verdict is on drift alone, so a band that resolves nothing is marked."""
     band = number(measured.get("band"))
     wide = band is not None and band > RESOLVED and "balance_order" not in measured
     return scientific(band) + (" (too wide to be resolved)" if wide else "")
@@ -59,7 +59,7 @@ def _slope(measured: dict[str, Any]) -> str:
 
 
 def _drift(measured: dict[str, Any]) -> str:
-    """What the energy went to one side by; of a force's balance there is none."""
+    """Return the drift of the energy to one side; a force's balance has none."""
     return scientific(measured.get("drift")) if "drift" in measured else NONE
 
 
@@ -72,7 +72,7 @@ def _got(measured: dict[str, Any]) -> str:
 
 
 def _short(measured: dict[str, Any]) -> str:
-    """The oscillation; of an energy that drifts by more than a tenth of that, the drift."""
+    """Return the oscillation; if the energy drifts by more than a tenth of it, the drift."""
     drift, band = number(measured.get("drift")), number(measured.get("band"))
     if drift is not None and band is not None and not abs(drift) <= RESOLVED * band:
         return f"drifts by {scientific(drift)}"
@@ -80,7 +80,7 @@ def _short(measured: dict[str, Any]) -> str:
 
 
 def _line(case: Case) -> str:
-    """With the time that the run came to: one that seems to drift is made longer."""
+    """Return the result with the duration of the run: one that seems to drift is made longer."""
     time = number(case.get("duration"))
     return _got(mapping(case, "measured")) + (f", to t = {time:g}" if time is not None else "")
 

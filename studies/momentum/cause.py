@@ -1,4 +1,5 @@
-"""Why a quantity drifts: the scene, its coordinates, the discrete Lagrangian, or the run."""
+"""The cause of a drift of a quantity: the scene, its coordinates, the discrete Lagrangian, or the
+run."""
 
 from __future__ import annotations
 
@@ -21,13 +22,13 @@ from .quantities import formula_of, kept_in, scheme_for
 
 
 def cause_of_drift(case: Case, drift: dict[str, float]) -> dict[str, Any] | None:
-    """Whether the scene, its coordinates, L_d or the run is to blame for the largest of these.
+    """Return which is to blame for the largest drift: the scene, its coordinates, L_d or the run.
 
-    drift: of quantities that no force changes and that drift. First the certified motion is asked
-    whether it keeps the quantity: else the scene is wrong, whatever the method. A step from
+    drift: of quantities that drift although no force changes them. First it is checked that the
+    certified motion keeps the quantity: otherwise the scene is wrong, for any method. A step from
     (x, F⁻/h) leads to (b, F⁺/h), so a quantity that the method keeps has one value at both ends of
-    every arrow (discrete Noether theorem). That is asked with 30 digits, at arrows of a run; None
-    where it needs the attitude, or where there is no L_d(x, u).
+    every arrow (discrete Noether theorem). That is checked with 30 digits, at arrows of a run; None
+    if it needs the attitude, or if there is no L_d(x, u).
     """
     kept = [q for q in kept_in(case) if q.name in drift]
     if not kept:
@@ -85,8 +86,10 @@ def cause_of_drift(case: Case, drift: dict[str, float]) -> dict[str, Any] | None
 
 
 def _of_motion(scheme: Scheme, rows_of: Any) -> float:
-    """How far a quantity moves along the certified solution in some steps, relative to its terms;
-    0 where there is no solution."""
+    """Return the change of a quantity along the certified solution in some steps, over its terms.
+
+    It is 0 without a solution.
+    """
     scene, s = scheme.scene, scheme.s
     times = [k * scene.step for k in (0, 1, ROWS)]
     try:
@@ -102,7 +105,7 @@ def _of_motion(scheme: Scheme, rows_of: Any) -> float:
 
 
 def _is_bent(scheme: Scheme, formula: Any) -> bool:
-    """Whether ξ(x) = ∂J/∂μ of pairs is no affine function of x."""
+    """True if ξ(x) = ∂J/∂μ on pairs is not an affine function of x."""
     s = scheme.s
     if s.groupoid.kind != "pair":
         return False

@@ -1,4 +1,4 @@
-"""The judge of momenta: what round-off may do, and nothing more."""
+"""The judge of momenta: a drift may be round-off, and nothing more."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from ..evidence.verdicts import demand_consistency
 from .cause import cause_of_drift
 from .measuring import _claimed, _epsilon, _over, limits_of, walks_of
 
-#: a limit above which a quantity is not known to be kept: round-off alone may change it so
+#: above this limit it is unknown whether a quantity is kept: round-off alone may change it so
 BLIND = 1e-3
-#: of the terms of dJ/dt: a sum that is 0 but for round-off, of up to 10⁶ sites, is far below
+#: share of the terms of dJ/dt: a sum that is 0 to round-off, for up to 10⁶ sites, is far below
 NO_RATE = 2.0**-30
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Round-off: the walk of c·ε·√N that one rounding of x and μ a step makes, and J's own.
+    """Judge a drift by round-off: the walk c·ε·√N of one rounding of x and μ per step, and J's own.
 
     A rounding of relative size ε at most is ε/√3 in the mean square, and N of them leave a walk
     whose farthest point is beyond FARTHEST standard deviations once in a million runs (Feller,
-    XIV). ``limits`` and ``over`` say what each quantity was allowed, over how many steps; ``limit``
-    is the largest. The bare walk ε√N stands beside it, N the most steps that one was followed.
+    XIV). ``limits`` and ``over`` give the limit and the number of steps of each quantity; ``limit``
+    is the largest. The bare walk ε√N is beside it, N the most steps of any quantity.
 
     A pass needs more: single steps beside the motion that keep it too, a limit below BLIND, and a
-    seeded fault of one step that would have failed (`sight`). Of a quantity that never changes, or
-    whose value is all round-off, nothing is known.
+    seeded fault of one step that would have failed (`sight`). A quantity that never changes, or
+    whose value is all round-off, is undecided.
 
-    And the steps have to be consistent: a method of another motion may keep all of them.
+    And the steps have to be consistent: a method of another motion may keep all quantities.
     """
     return demand_consistency(measurement, _judge(case, measurement))
 
@@ -71,7 +71,7 @@ def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 def _believed(
     measurement: dict[str, Any], judged: list[str], limits: dict[str, float], expected: Any
 ) -> Verdict:
-    """The verdict where nothing drifts: whether a fault would have been seen."""
+    """Return the verdict without a drift: it depends on whether a fault would have shown."""
     for name, one in (measurement.get("beside") or {}).items():
         if name in judged and not one["change"] <= one["limit"]:
             said = (
@@ -99,7 +99,8 @@ def _believed(
 
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
-    """The cause of a drift beyond its limit (`cause_of_drift`); None of what a force changes."""
+    """Return the cause of a drift beyond its limit (`cause_of_drift`); None if a force changes
+    it."""
     drift = measurement["measured"]["drift"]
     limits = judge(case, measurement).expected.get("limits", {})
     return cause_of_drift(case, {k: v for k, v in drift.items() if not v <= limits.get(k, 0)})

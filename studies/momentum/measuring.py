@@ -49,16 +49,16 @@ DIGITS = (16, 50)
 ROWS = 400
 MOST_STRETCHES = 2000
 FAMILY_STEPS = 20
-SHORT = 32  # steps of a run at which a fault is seeded where there is no long one
-WORKED = 200  # steps at each of which a quantity that a force changes is held against its work
-FARTHEST = 5  # standard deviations that the farthest point of a walk stays within
+SHORT = 32  # steps of a run at which a fault is seeded if there is no long one
+WORKED = 200  # steps at each of which a quantity that a force changes is compared with its work
+FARTHEST = 5  # the farthest point of a walk stays within so many standard deviations
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every scene with a quantity that is kept to round-off, by every rule.
+    """Return every scene with a quantity that is kept to round-off, with every rule.
 
-    What a force changes is measured against its work; a composition does not say the work of its
-    substeps, and a one-step map none.
+    A quantity that a force changes is compared with its work; a composition does not give the work
+    of its substeps, and a one-step map gives none.
     """
     found = plain_cases(NAME, choice, DIGITS) + lattice_cases(NAME, choice)
     found += family_cases(NAME, choice, FAMILY_STEPS, KEPT)
@@ -66,15 +66,16 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {step, time, drift: {name: worst so far in its stretch}}; measured: the worst of each.
+    """Return rows {step, time, drift: {name: worst so far in its stretch}}; measured: the worst of
+    each.
 
-    A drift is |J_k − J_0| over the sum of the absolute values of J's terms, but for constants.
+    A drift is |J_k − J_0| over the sum of the absolute values of J's terms without constants.
     Quantities of the attitude run on the scene with the attitude as base; the others do without it.
-    units: {name: (of a step, of the value)}, what round-off does, relative to the same sum, in ε.
-    lost, of what would fail: what it does if the rule's own formulas lose digits (`lost_one_way`).
-    fault: {name: (relative size of a seeded fault of one step, what it changes)} (`sight.seen`).
-    beside: the change of each in single steps from drawn places (`sight.beside`).
-    Raises `BadInput` where nothing can be measured.
+    units: {name: (of a step, of the value)}, the effect of round-off, relative to the same sum, in
+    ε. lost, if it would fail: the drift if the rule's own formulas lose digits (`lost_one_way`).
+    fault: {name: (relative size of a seeded fault of one step, the change by it)} (`sight.seen`).
+    beside: the change of each in single steps from drawn places (`sight.beside`). Raises `BadInput`
+    if nothing can be measured.
     """
     if not measured_in(case):
         raise BadInput(f"{case.scene.name} with {case.label}: momentum cannot be measured: {NEEDS}")
@@ -93,7 +94,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         limit = limits_of(case, walks, units)[q.name]
         faults[q.name] = seen(rows_of, run, limit, case.digits, f"{case.scene.name} {q.name}")
 
-    for attitude in (True, False):  # the energy's run last: it is there when energy is measured
+    for attitude in (True, False):  # the energy's run comes last, so that the energy study finds it
         whole = [q for q in kept if q.attitude is attitude and q.stretch is None]
         if whole:
             scheme = scheme_for(case, attitude)
@@ -106,7 +107,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
                 drifts[q.name] = relative_drifts(found, case.digits)
                 units[q.name] = round_offs(scheme, formula, run, found[1], case.digits)
                 look(q, run, rows_of)
-            series = drifts | series  # those of the attitude are shown behind
+            series = drifts | series  # those of the attitude are shown after the others
     for q in kept:
         if q.stretch is not None:
             series[q.name], units[q.name] = _over_stretches(case, q, steps, progress)
@@ -135,14 +136,15 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def measure_more(case: Case, measurement: dict[str, Any], said: Verdict) -> dict[str, Any]:
-    """lost: what a quantity may drift by because the rule's own formulas lose digits."""
+    """Return lost: the possible drift of a quantity if the rule's own formulas lose digits."""
     if said.verdict != "fail" or system_of(case).momenta is not None:
         return {}
     return {"lost": lost_one_way(case, measurement["steps"])}
 
 
 def _of_sums(case: Case, system: System, progress: Progress) -> dict[str, Any]:
-    """`measure` of momenta that are sums over sites, along a run of which few rows are kept.
+    """Return `measure` for momenta that are sums over sites, along a run of which few rows are
+    kept.
 
     rate: |dJ/dt| of those that symmetries give, by the equations of motion.
     """
@@ -161,22 +163,22 @@ def _of_sums(case: Case, system: System, progress: Progress) -> dict[str, Any]:
 
 
 def depends_on(case: Case) -> str:
-    """The momenta that no equation of a step holds."""
+    """Return the momenta that the equations of a step do not contain."""
     return system_of(case).text
 
 
 def _claimed(case: Case) -> list[str]:
-    """The names of the quantities that the rule is judged by."""
+    """Return the names of the quantities by which the rule is judged."""
     return claimed_names(case.rule, [q.name for q in measured_in(case)])
 
 
 def _steps_of(q: Conserved, steps: int) -> int:
-    """The steps that are made for a quantity: of one in stretches perhaps fewer."""
+    """Return the steps that are made for a quantity: fewer perhaps for one in stretches."""
     return steps if q.stretch is None else min(steps, MOST_STRETCHES * q.stretch)
 
 
 def _worst(drift: np.ndarray, first: int, last: int) -> float | None:
-    """The largest of a stretch; None where nothing was measured in it."""
+    """Return the largest of a stretch; None if it has no measurement."""
     part = drift[first:last]
     return float(part.max()) if len(part) else None
 
@@ -184,9 +186,10 @@ def _worst(drift: np.ndarray, first: int, last: int) -> float | None:
 def _over_stretches(
     case: Case, q: Conserved, steps: int, progress: Progress
 ) -> tuple[np.ndarray, tuple[float, float]]:
-    """Per step: the drift since the stretch began, with x (the attitude) as at the start there.
+    """Return per step the drift since the stretch began, with x (the attitude) as at the start
+    there.
 
-    And what round-off does (`round_offs`), the most of all stretches.
+    And the effect of round-off (`round_offs`), the largest of all stretches.
     """
     assert q.stretch is not None
     scheme = scheme_for(case, q.attitude)
@@ -212,13 +215,13 @@ def _epsilon(case: Case) -> float:
 
 
 def _over(case: Case, steps: int) -> dict[str, int]:
-    """The steps over which each quantity was followed."""
+    """Return the steps over which each quantity was followed."""
     over = {q.name: _steps_of(q, steps) for q in kept_in(case)}
     return over | {q.name: 1 for q in measured_in(case) if q.name not in over}  # step by step
 
 
 def walks_of(case: Case, steps: int) -> dict[str, int]:
-    """How many roundings in turn each quantity has behind it: steps, of substeps each."""
+    """Return how many successive roundings each quantity has had: steps, of substeps each."""
     over = _over(case, steps)
     substeps = max(1, len(case.scheme.substeps))
     return {q.name: substeps * min(over[q.name], q.stretch or over[q.name])
@@ -228,7 +231,7 @@ def walks_of(case: Case, steps: int) -> dict[str, int]:
 def limits_of(
     case: Case, walks: dict[str, int], units: dict[str, tuple[float, float]]
 ) -> dict[str, float]:
-    """What round-off may do to each quantity in so many roundings (`judge`)."""
+    """Return the effect of round-off on each quantity in so many roundings (`judge`)."""
     units = dict.fromkeys(walks, (1.0, 1.0)) | units
     return {name: _epsilon(case) * (FARTHEST / math.sqrt(3) * math.sqrt(n) * units[name][0]
                                     + 2 * units[name][1]) for name, n in walks.items()}  # fmt: skip

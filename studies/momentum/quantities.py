@@ -1,4 +1,4 @@
-"""The quantities that a scene declares: which can be measured, their formulas, their round-off."""
+"""A scene's declared quantities: which can be measured, their formulas, their round-off."""
 
 from __future__ import annotations
 
@@ -30,27 +30,29 @@ SAMPLES = 16  # rows whose round-off is analysed
 
 
 def measured_in(case: Case) -> list[Any]:
-    """The quantities that have something to be held against."""
+    """Return the quantities that can be compared with a value."""
     if (sums := system_of(case).momenta) is not None:
         return [*sums]
     composed = isinstance(case.rule, Composition | OneStepMap) or not case.rule.is_formula
     exact = [q for q in case.scene.symmetries if q.to_roundoff]
     if not case.rule.is_formula:  # a program moves x and μ, and no attitude beside them
         exact = [q for q in exact if not q.attitude]
-    if case.rule.is_recorded:  # nor can steps be made that begin anew
+    if case.rule.is_recorded:  # no steps can be made that start anew
         exact = [q for q in exact if q.stretch is None]
     return [q for q in exact if not (composed and _worked(case, q))]
 
 
 def kept_in(case: Case) -> list[Any]:
-    """Those of them that do not change."""
-    sums = system_of(case).momenta is not None  # of which no force does work
+    """Return those of them that do not change."""
+    sums = system_of(case).momenta is not None  # no force does work on these
     return [q for q in measured_in(case) if sums or not _worked(case, q)]
 
 
 def _worked(case: Case, q: Conserved) -> bool:
-    """Whether a quantity has a change to be held against: its own equation, or a force's work, so
-    that ∂J/∂μ·f is not zero everywhere."""
+    """True if a quantity changes by its own equation, or a force's work.
+
+    A force's work needs that ∂J/∂μ·f is not zero everywhere.
+    """
     if q.kind == KIND:
         return True
     return case.scene.force is not None and _moved(scheme_for(case, q.attitude), q)
@@ -67,14 +69,14 @@ def _moved(scheme: Scheme, q: Conserved) -> bool:
 
 
 def scheme_for(case: Case, attitude: bool) -> Scheme:
-    """The case's scheme, with the attitude as base if a quantity needs it."""
+    """Return the case's scheme, with the attitude as base if a quantity needs it."""
     return case.scheme_on(case.scene.with_attitude() if attitude else case.scene)
 
 
 def formula_of(scheme: Scheme, q: Conserved, step: Any) -> Any:
-    """The quantity in the scheme's symbols; an attitude is handed on as a matrix.
+    """Return the quantity in the scheme's symbols; an attitude is passed on as a matrix.
 
-    Without its constant terms: they change nothing, and would hide what changes.
+    Its constant terms are left out: they change nothing, and would hide changes.
     """
     x: Any = scheme.s.position
     if q.attitude:
@@ -88,7 +90,7 @@ def formula_of(scheme: Scheme, q: Conserved, step: Any) -> Any:
 
 
 def _varying(e: Any, letters: list[Any]) -> Any:
-    """The expression without the terms that hold none of the letters."""
+    """Return the expression without the terms that contain none of the letters."""
     multiplied = sympy.expand(e) if e.is_polynomial(*letters) else e
     constant = multiplied.as_independent(*letters, as_Add=True)[0]
     return e - constant if constant != 0 else e
@@ -97,9 +99,9 @@ def _varying(e: Any, letters: list[Any]) -> Any:
 def round_offs(
     scheme: Scheme, formula: Any, run: Any, terms: np.ndarray, digits: int
 ) -> tuple[float, float]:
-    """What round-off does to a quantity: (where x and μ are rounded once, in its own evaluation).
+    """Return the effect of round-off: (of one rounding of x and μ, of the formula's evaluation).
 
-    In units ε of the sum of absolute terms; the most at SAMPLES rows (`running_error`).
+    It is in units ε of the sum of absolute terms; the largest at SAMPLES rows (`running_error`).
     """
     numbers, s = arithmetic(digits), scheme.s
     letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}

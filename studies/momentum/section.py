@@ -1,4 +1,4 @@
-"""The nonholonomic momentum equation, discretely: what a step does to J = ⟨μ, ξ(x)⟩.
+"""The nonholonomic momentum equation, discretely: the change of J = ⟨μ, ξ(x)⟩ in a step.
 
 ξ is a section whose values the constraints allow, A(x) ξ(x) = 0. The multipliers do no work on it,
 so ⟨μ, ξ(x)⟩ = ⟨F⁻, ξ(x)⟩/h and ⟨μ′, ξ(y)⟩ = ⟨F⁺, ξ(y)⟩/h, and
@@ -43,7 +43,8 @@ def check(scheme: Scheme, q: Conserved, slope: Any) -> None:
 
 
 def change(flow: Flow, run: Any, rows_of: Any, slope: Any) -> tuple[np.ndarray, np.ndarray]:
-    """(J(y, μ′) − J(x, μ) less what the equation says, absolute terms) per step; slope: ∂J/∂μ."""
+    """Return (J(y, μ′) − J(x, μ) less the equation's value, absolute terms) per step; slope:
+    ∂J/∂μ."""
     s, discrete = flow.scheme.s, flow.scheme.equations.discrete
     g, h = s.groupoid, s.h
     y = g.target(s.x, s.u, h)

@@ -1,4 +1,5 @@
-"""What a verdict on a momentum could see: seeded faults, and single steps beside the motion."""
+"""The faults that a verdict on a momentum can see: seeded ones, and single steps beside the
+motion."""
 
 from __future__ import annotations
 
@@ -20,20 +21,20 @@ from ..core.runs import Rows, with_terms
 from ..evidence import evidence_of
 from .quantities import formula_of, round_offs, scheme_for
 
-FAULT = 16  # times the limit: the relative size of the fault that a verdict has to see
-DRAWS, PLACES = 4, 16  # directions of a fault, and the rows of a run at which it is made
-DIGITS = 30  # of single steps
+FAULT = 16  # relative size of the fault that a verdict has to see, in units of the limit
+DRAWS, PLACES = 4, 16  # directions of a fault, and the number of rows of a run at which it is made
+DIGITS = 30  # digits of single steps
 #: round-offs that a step of `DIGITS` may be off by: 64 of a step's own bound, 16 for a quantity
 #: whose terms grow in it
 ALLOWED = 2**10
 
 
 def seen(rows_of: Rows, run: Any, limit: float, digits: int, seed: str) -> dict[str, float]:
-    """{"size", "change"}: what a fault of one step would do to a quantity, relative to its terms.
+    """Return {"size", "change"}: the effect of a fault of one step on a quantity, over its terms.
 
-    The fault moves each entry of x and μ by `FAULT` limits of its size, up or down as the seed has
-    it. change: the median over rows of the run of the most that one of `DRAWS` such faults makes.
-    A quantity that does not depend on the state, or whose terms hide what does, sees nothing.
+    The fault moves each entry of x and μ by `FAULT` limits of its size, up or down as the seed
+    gives it. change: the median over rows of the run of the largest effect of `DRAWS` such faults.
+    A quantity that does not depend on the state, or whose terms hide the dependence, sees nothing.
     """
     drawn, numbers = random.Random(seed), arithmetic(digits)
     size = FAULT * max(limit, float(numbers.eps))
@@ -66,10 +67,12 @@ def _moved(part: Any, size: float, drawn: random.Random, numbers: Any) -> Any:
 
 
 def beside(case: Case, quantities: Sequence[Conserved]) -> dict[str, dict[str, Any]]:
-    """{name: {"change", "limit", "step", "place"}} of single steps from drawn places, the worst.
+    """Return the worst of single steps from drawn places, {name: {"change", "limit", "step",
+    "place"}}.
 
-    On the motion and off it, with steps that no method can know (`evidence`), at 30 digits; of
-    quantities that no force changes and that need no attitude. Empty where there is no evidence.
+    Places are on the motion and off it, with steps that no method can know (`evidence`), at 30
+    digits; for quantities that no force changes and that need no attitude. It is empty without
+    evidence.
     """
     found: dict[str, dict[str, Any]] = {}
     plain = [q for q in quantities if not q.attitude and q.stretch is None]

@@ -1,4 +1,4 @@
-"""How drifts of momenta are shown."""
+"""The page of momenta: how drifts are shown."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DRIFT = (
 
 
 def _drifts(case: Case) -> str:
-    """Each with its number of steps where that is less than of the others."""
+    """Return each drift, with its number of steps if that is less than for the others."""
     drift = mapping(case, "measured").get("drift") or {}
     over = mapping(case, "expected").get("over") or {}
     most = max(over.values(), default=0)

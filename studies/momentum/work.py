@@ -1,4 +1,4 @@
-"""What a step does to a quantity, less what the force, or its own equation, does to it."""
+"""The change of a quantity in a step, less that by the force or by its own equation."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ from .quantities import formula_of, round_offs, scheme_for
 
 
 def less_work(case: Case, q: Conserved, steps: int) -> tuple[np.ndarray, tuple[float, float]]:
-    """Per step: how far a quantity's change is from what the force does to it, relative to the
-    absolute terms (`_change`, `_change_along_orbit`; of a nonholonomic momentum from its equation,
-    `section`). And what round-off does (`round_offs`).
+    """Return per step the change of a quantity less the force's part, relative to the absolute
+    terms.
+
+    See `_change`, `_change_along_orbit`; a nonholonomic momentum is compared with its equation,
+    `section`. And the effect of round-off (`round_offs`).
     """
     scheme = scheme_for(case, q.attitude)
     flow = scheme.flow(case.scene.step, case.digits)
@@ -46,9 +48,10 @@ def less_work(case: Case, q: Conserved, steps: int) -> tuple[np.ndarray, tuple[f
 
 
 def _change(flow: Flow, run: Any, rows_of: Any, slope: Any) -> tuple[np.ndarray, np.ndarray]:
-    """(J(y, μ′) − J(x, μ) less the work Σ ω_i ∂J/∂μ(x_i) f(x_i, ξ_i), absolute terms) per step.
+    """Return (J(y, μ′) − J(x, μ) less the work Σ ω_i ∂J/∂μ(x_i) f(x_i, ξ_i), absolute terms) per
+    step.
 
-    For a momentum map: its symmetry moves every point x_i where the rule asks for L, with the
+    For a momentum map: its symmetry moves every point x_i where the rule evaluates L, with the
     weight ω_i, as it moves the ends (discrete Noether theorem with forces, Marsden, West 2001,
     3.2.5). slope: ∂J/∂μ, without μ. Nothing of F± is used.
     """
@@ -68,7 +71,7 @@ def _change(flow: Flow, run: Any, rows_of: Any, slope: Any) -> tuple[np.ndarray,
 
 
 def _change_along_orbit(flow: Flow, run: Any, rows_of: Any) -> tuple[np.ndarray, np.ndarray]:
-    """(J(y, μ′ − f⁺) − J(x, μ − f⁻), absolute terms) per step, f± what the force adds to F±/h.
+    """Return (J(y, μ′ − f⁺) − J(x, μ − f⁻), absolute terms) per step; f±: the force's part of F±/h.
 
     For a Casimir that is no linear function of μ: without the force an arrow has one J at both
     ends. f± come from the displacement of points, not from F± (`discrete_force`).

@@ -2,7 +2,7 @@
 
 from ..core.study import StudyFolder
 
-#: how far an order may be from the expected one, to both sides: in double precision, else
+#: how far an order may be from the expected one, above or below: in double precision, otherwise
 TOLERANCE = {True: 0.05, False: 0.01}
 
 STUDY = StudyFolder(

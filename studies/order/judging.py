@@ -1,4 +1,4 @@
-"""The judge of orders, from both sides."""
+"""The judge of orders, above and below."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from .window import (
     not_converging,
 )
 
-#: errors that no longer sink above this are no ordinary round-off
+#: errors that stop sinking above this are no ordinary round-off
 STUCK = 1e-11
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """From both sides: an order above the expected one is as suspicious as one below.
+    """Judge on both sides: an order above the expected one is as suspicious as one below.
 
-    What runs cannot tell, or tell well, one very small step may still deny: of an order that is
-    lower in any component an error is only small, or hidden by this final time.
+    One very small step may still deny the runs: an order that is lower in any component may have
+    only a small error, or one that this final time hides.
     """
     told = _judge_runs(case, measurement)
     told = _with_multipliers(case, measurement, told)
@@ -47,10 +47,11 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
     order = measurement["measured"]["order"]
     tolerance = TOLERANCE[case.digits == 16]
     expected = {"order": case.order, "tolerance": tolerance}
-    if "agreed" in measurement:  # the digits in which the two references of a scene in numbers do
+    # the digits in which the two references of a scene in numbers agree
+    if "agreed" in measurement:
         expected["agreed"] = measurement["agreed"]
     if case.rule.order and expected["order"] and case.rule.order > expected["order"]:
-        expected["declared"] = case.rule.order  # this chart takes it away: see Scheme.order
+        expected["declared"] = case.rule.order  # this chart lowers it: see Scheme.order
     fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
     rows, certain = measurement["rows"], measurement["certain"]
     if order is None:
@@ -101,7 +102,8 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
-    """The cause of an order below the expected one, or of errors that stop sinking too early."""
+    """Return the cause of an order below the expected one, or of errors that stop sinking too
+    early."""
     of_step = (measurement.get("local") or {}).get("order")
     as_wanted = of_step is not None and of_step >= (case.order or 1) - BESIDE
     if case.scheme.one_step and not (as_wanted and case.rule.is_formula):
@@ -133,11 +135,12 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def _with_multipliers(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
-    """What multipliers make of the verdict of (x, μ): they may deny it, and nothing else."""
+    """Return the verdict of (x, μ) after the multipliers: they may deny it, and change nothing
+    else."""
     rows = [r for r in measurement["rows"] if "multipliers" in r]
     if not rows or told.expected["order"] is None:
         return told
-    # their mean is even in h: an error of order 2, but for that of the row itself
+    # their mean is even in h: an error of order 2, except for that of the row itself
     least = told.expected["multipliers"] = min(2, told.expected["order"])
     found = measurement["measured"]["multipliers"]
     errors = [r["multipliers"] for r in rows if r["multipliers"] is not None]
@@ -159,7 +162,7 @@ def _with_multipliers(case: Case, measurement: dict[str, Any], told: Verdict) ->
 
 
 def _of_recorded(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
-    """What is said of runs, in the words of who can only record more of them."""
+    """Return the verdict on runs, in words for a user who can only record more of them."""
     if len(measurement["rows"]) < FEWEST and measurement["measured"]["order"] is None:
         told.verdict = "inconclusive"
         told.reason = (

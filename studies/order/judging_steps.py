@@ -1,4 +1,4 @@
-"""What single steps make of the verdict of the runs: a pass needs both."""
+"""The verdict of the runs combined with single steps: a pass needs both."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 from ..core.case import Case, Verdict
 from ..evidence import NEAR
 
-UNRESOLVED = 0.02  # of the final state: errors at the finest step that are not yet small
+UNRESOLVED = 0.02  # share of the final state: larger errors at the finest step are not small yet
 
 
 def judge(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
-    """The verdict of the runs with what single steps say of them."""
+    """Return the verdict of the runs combined with that of single steps."""
     local = measurement.get("local") or {}
     expected, wanted = told.expected, told.expected["order"]
     order, least = local.get("order"), wanted or 1
@@ -44,7 +44,7 @@ def judge(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
 
 
 def judge_effective(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
-    """The verdict of the order with that of the effective one, where the rule declares one."""
+    """Return the verdict of the order and of the effective order, if the rule declares one."""
     if case.rule.effective is None or told.verdict != "pass":
         return told
     found = (measurement.get("local") or {}).get("effective")
@@ -60,7 +60,7 @@ def judge_effective(case: Case, measurement: dict[str, Any], told: Verdict) -> V
 
 
 def _of_exact(told: Verdict) -> Verdict:
-    """A method without any error: every step, from every place, is the motion to round-off."""
+    """Return the verdict on a method whose every step, from every place, is exact to round-off."""
     if told.verdict == "inconclusive":
         told = Verdict("pass", "", told.expected)
     if told.verdict == "pass":
@@ -72,7 +72,8 @@ def _of_exact(told: Verdict) -> Verdict:
 
 
 def _of_lower(local: dict[str, Any], told: Verdict, order: float, least: int) -> Verdict:
-    """Steps of an order that is lower than the expected one, or inconsistent."""
+    """Return the verdict on steps whose order is below the expected one, or that are
+    inconsistent."""
     floats = local.get("floats") or {}
     if floats.get("explain"):
         values = ", ".join(f"{v!r}" for v in floats["values"][:3])
@@ -107,7 +108,8 @@ def _of_lower(local: dict[str, Any], told: Verdict, order: float, least: int) ->
 def _of_higher(
     measurement: dict[str, Any], local: dict[str, Any], told: Verdict, wanted: int
 ) -> Verdict:
-    """Runs of a higher order than the expected one: by this final time, this scene, or the rule."""
+    """Return the verdict on runs above the expected order: by this final time, this scene, or the
+    rule."""
     order, runs = local["order"], measurement["measured"]["order"]
     if order <= wanted + NEAR:
         said = (
@@ -126,7 +128,7 @@ def _of_higher(
 
 
 def _unresolved(case: Case, measurement: dict[str, Any], local: dict[str, Any]) -> str:
-    """Why the runs' errors are no small ones yet, where single steps have the order; else empty."""
+    """Return why the runs' errors are not small yet although single steps have the order; or ""."""
     steps = [row["step"] for row in measurement["rows"] if row["error"] is not None]
     if not steps or not local.get("rate"):
         return ""

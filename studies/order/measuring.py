@@ -39,25 +39,25 @@ DIGITS = (16, 50)
 RUNGS, MOST_RUNGS = {True: 9, False: 4}, {True: 16, False: 7}  # in double precision or not
 
 
-#: times of a program's run of which the mean error counts: at one of them it may pass through 0,
-#: and there are no more digits that would tell so
+#: times of a program's run whose mean error counts: at one of them it may pass through 0, and there
+#: are no more digits that would show it
 CHECKED = 4
 ERRORS = ("error", "error_x", "error_mu")
-LARGE = 1e-4  # an error above which the next powers of the step still count
-BESIDE_EARLY = 0.25  # of an order that such errors may be beside the one they come to
+LARGE = 1e-4  # above this error the next powers of the step still count
+BESIDE_EARLY = 0.25  # distance of an order from its limit that such errors may cause
 #: rungs of a program's ladder, √2 apart, so that many are above round-off; it ends where errors are
 FEWEST, PROGRAM_RUNGS, MOST_PROGRAM_RUNGS = 8, 13, 24
-#: rules of higher order meet round-off after two or three halvings: 50 digits judge them
+#: rules of higher order reach round-off after two or three halvings: 50 digits judge them
 HIGHEST_IN_DOUBLE = 4
-#: from here on few steps are many: each halving takes three digits and more
+#: from here on few steps are enough: each halving takes three digits and more
 HIGH = 8
-FAMILY_STEPS = 8  # of the coarsest run of the family: few, as above `HIGH`
+FAMILY_STEPS = 8  # steps of the family's coarsest run: few, as above `HIGH`
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every scene with a Lagrangian by every rule, in double precision too up to order 4.
+    """Return every scene with a Lagrangian with every rule; in double precision too up to order 4.
 
-    Precisions that are asked for are run whatever the order.
+    Chosen precisions are run for any order.
     """
     found = [
         c
@@ -73,7 +73,7 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def notes(choice: Choice) -> list[str]:
-    """Which rules double precision leaves out."""
+    """Return a note on the rules that double precision leaves out."""
     high = [r.name for r in choice.rules
             if (r.order or 0) > HIGHEST_IN_DOUBLE and r.runs_at(50)]  # fmt: skip
     if choice.digits or not high:
@@ -85,12 +85,12 @@ def notes(choice: Choice) -> list[str]:
 
 
 def ladder(case: Case, system: System | None = None) -> Ladder:
-    """The runs of a case: to a time T, each of twice the steps of the one before.
+    """Return the runs of a case to a time T, each with twice the steps of the one before.
 
-    Double precision runs the scene's whole duration from its own step on, which suits order 2,
-    and from coarser ones at higher order; more digits run a fortieth of it in 128 to 1024 steps,
-    where there is no round-off to wait for, and above order 8 in 8 to 64. A motion that such steps
-    do not resolve gets a shorter time and shorter ones (`single_steps.resolved`).
+    Double precision runs the scene's whole duration from its own step on, which suits order 2, and
+    from coarser ones at higher order; more digits run a fortieth of it in 128 to 1024 steps, where
+    round-off does not interfere, and above order 8 in 8 to 64. A motion that such steps do not
+    resolve gets a shorter time and shorter ones (`single_steps.resolved`).
     """
     if (own := (system or system_of(case)).ladder) is not None:
         return own
@@ -100,7 +100,7 @@ def ladder(case: Case, system: System | None = None) -> Ladder:
     if case.digits > 16:
         found = duration / 40, 8 if (case.order or 0) > HIGH else 128
     elif program:
-        # no more digits to go on to: a short time and coarse steps, so that less round-off adds up
+        # without more digits: a short time and coarse steps, so that less round-off adds up
         coarser = 8 if (case.order or 0) <= 2 else 32
         found = duration / 4, max(8, case.scene.steps_for(case.scene.step) // coarser)
     else:
@@ -110,14 +110,14 @@ def ladder(case: Case, system: System | None = None) -> Ladder:
     elif not program:
         found = single_steps.resolved(case, *found)
     duration, first = found
-    if program:  # each rung a whole number of parts, and more of them than the one before
+    if program:  # each rung has a whole number of parts, and more than the one before
         return Ladder(duration, partial(_in_parts, first), PROGRAM_RUNGS, MOST_PROGRAM_RUNGS)
     double = case.digits == 16
     return Ladder(duration, lambda k: first * 2**k, RUNGS[double], MOST_RUNGS[double])
 
 
 def _in_parts(first: int, rung: int) -> int:
-    """Steps of a rung, a factor √2 apart, in as many parts as there are times to be checked."""
+    """Return the steps of a rung, a factor √2 apart, as a multiple of the times to be checked."""
     parts = 0
     for k in range(rung + 1):
         parts = max(parts + 1 if k else 0, round(first * 2 ** (k / 2) / CHECKED))
@@ -125,18 +125,19 @@ def _in_parts(first: int, rung: int) -> int:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {steps, step, error, error_x, error_mu, used, why_not}; measured order and interval.
+    """Return rows {steps, step, error, error_x, error_mu, used, why_not}; measured order and
+    interval.
 
-    error = ‖(x, μ) − (x̂, μ̂)‖₂ / ‖(x̂, μ̂)‖₂ at the same time T (of a program the mean of four times
-    up to T). Under constraints, with more than 16
-    digits (in 16 a multiplier is known to round-off over h, for it is what impulses are a step's
-    part of), also multipliers, the same of λ (`mean_multipliers`; None where its step back fails),
-    and its order in `measured`. With 16 digits, where runs have no order, also round_off.
+    error = ‖(x, μ) − (x̂, μ̂)‖₂ / ‖(x̂, μ̂)‖₂ at the same time T (for a program the mean of four
+    times up to T). Under constraints, with more than 16 digits (in 16 a multiplier is known to
+    round-off over h, for impulses are a step's part of it), also multipliers, the same of λ
+    (`mean_multipliers`; None if its step back fails), and its order in `measured`. With 16 digits,
+    if runs have no order, also round_off.
     """
     if case.rule.is_recorded:
         return recorded.measure(case)
     system = system_of(case)
-    _ = case.scheme  # what is wrong with scene or rule is said of it, before parts of it are asked
+    _ = case.scheme  # errors of scene or rule are reported before parts of it are derived
     progress(f"{case.scene.name} {case.label}: reference", 0.0)
     made = ladder(case, system)
     duration, rungs, most = made.duration, made.rungs, made.most
@@ -149,9 +150,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     known = case.digits > 16 and case.scene.constrained
     forces = reference.multipliers(case.scene, exact.answer) if known else None
     rows: list[dict[str, Any]] = []
-    before: End | None = None  # where no other method tells the end, that of the run before
+    before: End | None = None  # if no other method knows the end, the end of the run before
     for i in range(most):
-        # go on only while the asymptotic window has not been reached, and may yet be
+        # continue only while the asymptotic window has not been reached, and still may be
         if program and i >= FEWEST and _sunk(case, rows, certain):
             break
         early = program and _early(case, rows, certain)
@@ -192,7 +193,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
                 except CannotMeasure:  # its adjoint meets no constraints, so only (x, μ) is judged
                     forces = None
     if exact.x is None:
-        rows.pop()  # the finest is held against no finer one
+        rows.pop()  # the finest run is compared with no finer one
     result = {"rows": rows, **fit(case, rows, certain)}
     if case.digits == 16 and system.runs_at(50):
         if result["measured"]["order"] is None:
@@ -212,7 +213,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def _early(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
-    """Whether errors are so large still that a slope beside the expected order says nothing."""
+    """True if errors are still so large that a slope beside the expected order decides nothing."""
     order, wanted = fit(case, rows, certain)["measured"]["order"], case.order
     last = rows[-1]["error"] if rows else None
     if wanted is None or last is None:
@@ -225,12 +226,12 @@ def _early(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
 
 
 def _mean(errors: Any) -> float | None:
-    """The quadratic mean; None of what is None."""
+    """Return the quadratic mean of the known errors, or None."""
     known = [e for e in errors if e is not None]
     return math.sqrt(math.fsum(e * e for e in known) / len(known)) if known else None
 
 
 def _sunk(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
-    """Whether the last errors are at round-off, below which no smaller step leads."""
+    """True if the last errors are at round-off, below which no smaller step leads."""
     last = [row["error"] for row in rows[-2:]]
     return all(e is not None and e <= 10 * floor(case, certain) for e in last)

@@ -1,4 +1,4 @@
-"""The multipliers of constraints: how far they are off on the ladder, and what that denies."""
+"""The multipliers of constraints: their errors on the ladder, and the verdict that these deny."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from .window import floor, slope
 
 
 def error(flow: Flow, run: Trajectory, forces: Any) -> float | None:
-    """Relative error of the mean multipliers at a run's end; None where its step back fails."""
+    """Return the relative error of mean multipliers at a run's end; None if its step back fails."""
     try:
         off, size = gap(mean_multipliers(flow, run)[-1], forces)
-    except StepFailure:  # says nothing of (x, μ)
+    except StepFailure:  # this does not concern (x, μ)
         return None
     return float(off / size)
 
 
 def decided(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
-    """Whether multipliers have a slope, or none to have."""
+    """True if multipliers have a slope, or are exact."""
     errors = [e for r in rows if (e := r.get("multipliers")) is not None]
     exact = max(errors, default=0.0) <= floor(case, certain)
     return exact or slope(case, rows, "multipliers", certain) is not None

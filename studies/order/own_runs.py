@@ -1,4 +1,4 @@
-"""Order without any scene: by a method's own runs, whose limit nothing says to be right."""
+"""Order without any scene: by a method's own runs, whose limit may be another motion."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from discmech.integrators.numbers import Vector, exact_rational
 
 from .recorded import common_time
 
-RUNS = 8  # of a function, each of half the step of the one before
-CLEAR = 1000  # roundings of the state above which a difference is the method's
-ALIKE = 0.1  # by which the last two orders may differ, for the next power of h still counts
+RUNS = 8  # runs of a function, each with half the step of the one before
+CLEAR = 1000  # a difference above so many roundings of the state is the method's
+ALIKE = 0.1  # largest difference of the last two orders, for the next power of h still counts
 UNKNOWN = (
     "no scene is known, so nothing says that the limit of these runs is right: a wrong sign or "
     "mass has the same order"
@@ -29,10 +29,10 @@ UNKNOWN = (
 
 @dataclass(frozen=True)
 class OwnOrder:
-    """An order that was told from differences of runs alone; None where they tell none.
+    """An order from differences of runs alone; None if they show none.
 
-    steps: of the runs, the largest first. differences: between each run and the next at the same
-    time, relative to the state. sentence: what they say, and what they cannot.
+    steps: those of the runs, the largest first. differences: between each run and the next at the
+    same time, relative to the state. sentence: their answer and its limits.
     """
 
     order: float | None
@@ -48,12 +48,12 @@ class OwnOrder:
 def own_order(
     method: BlackBox, q: Any = None, p: Any = None, step: Any = None, steps: int = 16
 ) -> OwnOrder:
-    """The order of a black box or of recorded runs by its own runs, each of half the step.
+    """Return the order of a black box or of recorded runs by its own runs, each of half the step.
 
-    Of recorded runs nothing else is given: their steps have to be halves of one another. Of a
-    function: q (n,) and p (m,), where it starts, the largest step, and how many of these are made.
-    It gets no scene, so it has to know its own forces. Raises `BadInput` for runs or functions of
-    another kind, and `CannotMeasure` for a function that raises or needs the scene in numbers.
+    Recorded runs need no other argument: their steps have to be halves of one another. A function
+    needs q (n,) and p (m,), its start, the largest step, and how many of these are made. It gets no
+    scene, so it has to know its own forces. Raises `BadInput` for runs or functions of another
+    kind, and `CannotMeasure` for a function that raises or needs the scene in numbers.
     """
     if not isinstance(method, BlackBox):
         raise BadInput(f"own_order is of a black box or of recorded runs, not of {shown(method)}.")
@@ -79,7 +79,7 @@ def own_order(
 
 
 class _NoScene(SimpleNamespace):
-    """In the place of the scene in numbers: says that there is none."""
+    """An object in place of the scene in numbers, which reports that there is none."""
 
     def __getattr__(self, name: str) -> Any:
         raise CannotMeasure(
@@ -89,7 +89,7 @@ class _NoScene(SimpleNamespace):
 
 
 def _end(method: BlackBox, q: Any, p: Any, h: float, steps: int) -> Vector:
-    """The state after so many steps."""
+    """Return the state after so many steps."""
     kind = np.float32 if method.numbers == "float32" else float
     q, p = (np.atleast_1d(np.array(part, dtype=kind)) for part in (q, p))
     system = _NoScene(t=0.0, n=len(q), m=len(p), name="no scene", parameters={}, _clocked=False)

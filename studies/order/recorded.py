@@ -14,14 +14,15 @@ from ..causes.round_off import gap
 from ..core.case import Case
 from .window import fit
 
-FEWEST = 4  # runs: as many points has a straight line that is told from a bent one
+FEWEST = 4  # fewest runs: as many points tell a straight line from a bent one
 
 
 def measure(case: Case) -> dict[str, Any]:
-    """Rows as of `measuring.measure`, a recorded run each, against the reference from their start.
+    """Return rows as `measuring.measure` does, one per recorded run, with the reference from its
+    start.
 
-    Raises `CannotMeasure` where the runs have no later time in common, or begin at a time other
-    than 0 of a scene that depends on time.
+    Raises `CannotMeasure` if the runs have no later time in common, or begin at a time other than 0
+    for a scene that depends on time.
     """
     scheme: Any = case.scheme
     assert isinstance(scheme, RecordedScheme)
@@ -48,7 +49,7 @@ def measure(case: Case) -> dict[str, Any]:
 
 
 def common_time(rule: Recorded) -> tuple[Fraction, list[int]]:
-    """(the last time after the start that all runs have, its row in each)."""
+    """Return (the last time after the start that all runs have, its row in each)."""
     recordings = rule.recordings
     coarse = max(recordings, key=lambda run: run.interval)
     for row in range(len(coarse.t) - 1, 0, -1):

@@ -1,9 +1,9 @@
-"""What single steps make of the verdict of the runs: `studies/evidence`.
+"""Single steps for the verdict of the runs, from `studies/evidence`.
 
 A pass needs both. Runs see one trajectory at one final time, where errors may cancel, be hidden by
 round-off or not be resolved; single steps see every component at many states, but no run. So steps
-of a lower order deny what the runs say; and runs that depart from the declared order, where steps
-have it, are asked whether something else than the method explains them.
+of a lower order deny the runs' verdict; and if runs depart from the declared order while steps have
+it, another explanation than the method is sought.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from ..evidence import NEAR, Evidence, evidence_of
 from ..systems import system_of
 from .window import REACHED
 
-#: of the final time's state: errors of the declared order that add up to more at the coarsest step
-#: leave no step of a ladder in which they are small
+#: share of the final state: errors of the declared order that add up to more at the coarsest step
+#: are small at no step of a ladder
 RESOLVED = 20.0
-LONGEST = 2  # lengths (`Surroundings.length`) of a coarsest step, as it is
-SHORTENED = Fraction(1, 2)  # lengths of a step where the ladder has to be another
-FEWEST = 8  # steps of a coarsest run
+LONGEST = 2  # lengths (`Surroundings.length`) of a coarsest step that is used as given
+SHORTENED = Fraction(1, 2)  # lengths of a step if the ladder has to be another
+FEWEST = 8  # fewest steps of a coarsest run
 #: standard deviations of a walk of roundings
 WALK = 5
 
 
 def measured(case: Case) -> dict[str, Any] | None:
-    """What single steps say, as it is kept in a measurement; None where they say nothing."""
+    """Return the result of single steps for a measurement; None if there is none."""
     try:
         scheme = system_of(case).single_steps()
     except (BadInput, CannotMeasure) as error:
@@ -61,9 +61,9 @@ def measured(case: Case) -> dict[str, Any] | None:
 
 
 def rate(case: Case, evidence: Evidence) -> float | None:
-    """The c of errors c h^p of a unit of time, relative to the state, p the expected order.
+    """Return c of the errors c h^p per unit of time, relative to the state, p the expected order.
 
-    From the components of that order at the places; None where there is none.
+    It comes from the components of that order at the places; None without any.
     """
     expected = case.order or 2
     worst = 0.0
@@ -76,10 +76,12 @@ def rate(case: Case, evidence: Evidence) -> float | None:
 
 
 def resolved(case: Case, duration: Fraction, first: int) -> tuple[Fraction, int]:
-    """A ladder (final time, steps of the coarsest run) in which errors of the order can be small.
+    """Return a ladder (final time, steps of the coarsest run) in which errors of the order are
+    small.
 
-    As it is given, unless its coarsest step is longer than the motion is a polynomial, or errors of
-    the declared order would add up to more than the state: then shorter, with shorter steps.
+    It is the given one, unless its coarsest step is longer than the motion is a polynomial, or
+    errors of the declared order would add up to more than the state: then it is shorter, with
+    shorter steps.
     """
     evidence = evidence_of(case.scheme)
     found, expected = evidence.order, case.order or 2
@@ -99,16 +101,16 @@ def resolved(case: Case, duration: Fraction, first: int) -> tuple[Fraction, int]
 
 
 def amplified(case: Case, duration: Fraction, steps: int) -> float | None:
-    """What a walk of so many roundings of doubles may come to at the end, relative to the state.
+    """Return the effect at the end of a walk of so many roundings, relative to the state.
 
-    By the motion's own conditioning: what it makes of a relative change of its start. None where a
-    rough integration does not reach the end.
+    It follows from the motion's own conditioning: the growth of a relative change of its start.
+    None if a rough integration does not reach the end.
     """
     grown = surroundings(case.scene).conditioning(duration)
     return None if grown is None else WALK * grown * 2.0**-53 * math.sqrt(steps)
 
 
 def below(case: Case, found: dict[str, Any]) -> bool:
-    """Whether the runs' order is below the expected one by more than its tolerance."""
+    """True if the runs' order is below the expected one by more than its tolerance."""
     order, wanted = found["measured"]["order"], case.order
     return order is not None and wanted is not None and order < wanted - REACHED[case.digits == 16]

@@ -1,4 +1,4 @@
-"""How orders are shown."""
+"""The page of orders: how they are shown."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CONVERGENCE = (
     "the line has the colours of all of them in turn and the marks lie within one another."
 )
 
-DIGITS = 50  # of the family's runs
+DIGITS = 50  # digits of the family's runs
 FAMILY_CAPTION = (
     "Error in (x, μ) against step size at 50 digits, to the same time: rules of order 1 to 8 on a "
     "scene of each kind of groupoid (pair, group, action, product). " + CONVERGENCE
@@ -66,7 +66,7 @@ def _multipliers(case: Case) -> str:
 
 
 def _points(case: Case) -> str:
-    """Points of the fit, and why others were left out."""
+    """Return the points of the fit, and why others were left out."""
     every, used = rows(case), mapping(case, "measured").get("points")
     why = Counter(str(row.get("why_not") or "left out") for row in every if not row.get("used"))
     if used is None:
@@ -76,14 +76,14 @@ def _points(case: Case) -> str:
 
 
 def _compared(case: Case) -> dict[str, Any]:
-    # below a thousand roundings an error is not the method's any more
+    # below a thousand roundings an error is no longer the method's
     least = 1e3 * (2.0**-53 if case["digits"] == 16 else 10.0 ** -case["digits"])
     errors = {r["step"]: r["error"] for r in case["rows"] if r["error"] and r["error"] > least}
     return {"order": case["measured"].get("order"), "errors": errors, "time": case.get("duration")}
 
 
 def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:
-    """A wider margin where names of rules carry their retraction."""
+    """Return a sheet with a wider margin if names of rules carry their retraction."""
     more = 0.24 if any(map(in_unusual_chart, cases)) else 0.0
     return replace(sheet, width=sheet.width + more, right=sheet.right + more)
 
@@ -106,7 +106,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 def _of_family(case: Case) -> bool:
-    """Whether it is one of the short runs that join where nothing is chosen (`family_cases`)."""
+    """True for one of the short runs that are added if nothing is chosen (`family_cases`)."""
     return int(case.get("digits") or 16) == DIGITS and " --steps " in str(case.get("command"))
 
 

@@ -1,4 +1,4 @@
-"""The asymptotic window of errors on a ladder of steps, and what errors beside a line say."""
+"""The asymptotic window of errors on a ladder of steps, and the meaning of errors beside a line."""
 
 from __future__ import annotations
 
@@ -9,24 +9,25 @@ from typing import Any
 from ..core.case import Case
 from ..core.fitting import BENT, Window, asymptotic_window, bent_below
 
-#: in double precision or not: a ladder ends where its order is so near to the expected one
+#: in double precision or not: a ladder ends when its order is so near to the expected one
 REACHED = {True: 0.05, False: 0.01}
-STRAIGHT = {True: 0.012, False: 0.005}  # how far logarithms of errors may be beside their line
+STRAIGHT = {True: 0.012, False: 0.005}  # largest distance of logarithms of errors from their line
 NOWHERE = 1e-2  # relative error at the finest step of a run that does not converge
-AWAY = 0.1  # of a local order that is not the expected one
-TINY = 1e-9  # relative error that no method has by steps which are too long for the motion
-LEAST_POINTS = 4  # of a line
-NEAR = 0.05  # of an order that may still come to the expected one at smaller steps
+AWAY = 0.1  # distance of a local order that is not the expected one
+TINY = 1e-9  # relative error that no method has with steps that are too long for the motion
+LEAST_POINTS = 4  # fewest points of a line
+NEAR = 0.05  # distance of an order that may still reach the expected one at smaller steps
 
 
 def floor(case: Case, certain: float) -> float:
-    """A run of N steps collects a few √N units of round-off; nothing below is the method's."""
+    """Return the round-off of a run, a few √N units for N steps; a smaller error is not the
+    method's."""
     least = 32 * case.rule.unit(16) if case.digits == 16 else 10.0 ** (3 - case.digits)
     return max(least, 10.0 ** (2 - certain))
 
 
 def decided(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
-    """Whether smaller steps would change nothing."""
+    """True if smaller steps would change nothing."""
     order = fit(case, rows, certain)["measured"]["order"]
     if order is None:
         return only_round_off(rows) or bool(departure(case, rows, certain))
@@ -34,10 +35,10 @@ def decided(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
 
 
 def only_round_off(rows: list[dict[str, Any]]) -> bool:
-    """Whether the last three halvings of the step have not brought small errors down by half.
+    """True if the last three halvings of the step did not halve small errors.
 
-    Round-off does not sink with the step, so no further rung will; errors that are not small may be
-    those of steps that are too long.
+    Round-off does not sink with the step, so no further rung helps; errors that are not small may
+    come from steps that are too long.
     """
     last = [r["error"] for r in rows[-4:]]
     if len(last) < 4 or any(e is None or e > TINY for e in last):
@@ -46,18 +47,16 @@ def only_round_off(rows: list[dict[str, Any]]) -> bool:
 
 
 def above_floor(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
-    """Whether so many errors are above the floor that a line may be fitted."""
+    """True if enough errors are above the floor to fit a line."""
     least = floor(case, certain)
     return sum(r["error"] is not None and r["error"] > least for r in rows) >= LEAST_POINTS
 
 
 def approaches(case: Case, rows: list[dict[str, Any]], order: float, within: float) -> bool:
-    """Whether the slope misses the expected order by little, and the local orders run towards it.
+    """True if the slope misses the expected order by little, and the local orders approach it.
 
-    within: by which it does not miss it.
-
-    A line through the first steps of a method of order p, straight as it looks, may have a slope
-    that is off by the next term of the error.
+    within: the distance at which it is not missed. A line through the first steps of a method of
+    order p, though it looks straight, may have a slope that is off by the next term of the error.
     """
     expected = case.order
     if expected is None or not within < abs(order - expected) <= NEAR:
@@ -73,11 +72,11 @@ def _local_orders(rows: list[dict[str, Any]]) -> list[float]:
 
 
 def departure(case: Case, rows: list[dict[str, Any]], certain: float) -> str:
-    """Why errors on no straight line cannot be those of the expected order; empty if they can.
+    """Return why errors beside a straight line cannot be those of the expected order; "" if they
+    can.
 
-    Local orders of a method of order p come nearer to p at ever smaller steps. Three that miss it
-    and go away, or agree with each other, belong to another; so do errors that all the steps did
-    not bring down.
+    Local orders of a method of order p approach p at ever smaller steps. Three that miss it and go
+    away, or agree with each other, belong to another order; so do errors that no step reduced.
     """
     order = case.order
     bent = BENT * floor(case, certain)
@@ -89,7 +88,7 @@ def departure(case: Case, rows: list[dict[str, Any]], certain: float) -> str:
         return f"the runs {stuck}"
     local = _local_orders(clear[-4:])
     missed = [abs(p - order) for p in local]
-    one_side = len({p > order for p in local}) == 1  # round-off goes to both
+    one_side = len({p > order for p in local}) == 1  # round-off goes to both sides
     away = one_side and missed[0] <= missed[1] <= missed[2]
     settled = max(local) - min(local) < min(missed) / 4
     if min(missed) > AWAY and (away or settled):
@@ -101,19 +100,21 @@ def departure(case: Case, rows: list[dict[str, Any]], certain: float) -> str:
 
 
 def finest_order(case: Case, measurement: dict[str, Any]) -> float | None:
-    """The local order of the two finest runs whose errors are clear of round-off, if there are."""
+    """Return the local order of the two finest runs with errors above round-off, if there are
+    two."""
     bent = BENT * floor(case, measurement["certain"])
     clear = [r for r in measurement["rows"] if r["error"] is not None and r["error"] > bent]
     return _local_orders(clear[-2:])[0] if len(clear) > 1 else None
 
 
 def is_bent(case: Case, row: dict[str, Any]) -> bool:
-    """Whether round-off, where it was measured, moves log₂ of the error by more than a line may."""
+    """True if measured round-off changes log₂ of the error by more than a line may be off."""
     return bool(row["error"] <= bent_below(row.get("round_off", 0.0), STRAIGHT[case.digits == 16]))
 
 
 def not_converging(rows: list[dict[str, Any]], order: float, key: str) -> str:
-    """How errors did not sink, of at least two rows; empty if they did, or are small."""
+    """Return a sentence on errors that did not sink, of at least two rows; "" if they did or are
+    small."""
     known = [r for r in rows if r[key] is not None]
     if len(known) < 2 or known[-1][key] <= NOWHERE:
         return ""
@@ -128,7 +129,7 @@ def not_converging(rows: list[dict[str, Any]], order: float, key: str) -> str:
 
 
 def fit(case: Case, rows: list[dict[str, Any]], certain: float) -> dict[str, Any]:
-    """Find the asymptotic window; say of every other point why it is left out."""
+    """Find the asymptotic window; note for every other point why it is left out."""
     window = _window(case, rows, "error", certain, [r.get("round_off", 0.0) for r in rows])
     for i, row in enumerate(rows):
         row["used"], row["why_not"] = False, row["why_not"] if row["error"] is None else ""
@@ -146,7 +147,7 @@ def fit(case: Case, rows: list[dict[str, Any]], certain: float) -> dict[str, Any
 
 
 def slope(case: Case, rows: list[dict[str, Any]], key: str, certain: float) -> float | None:
-    """The slope of the errors of that name in their asymptotic window, if they have one."""
+    """Return the slope of the errors of that name in their asymptotic window, or None."""
     window = _window(case, rows, key, certain)
     return None if window is None else window.line.slope
 
