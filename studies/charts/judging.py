@@ -1,4 +1,4 @@
-"""The judge of charts: right, or stopped where nothing is; never silent."""
+"""The judge of charts: a run is right, or stops where it has to; it is never silently wrong."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from .measuring import LIMITS, SINGULAR
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Right, or stopped beside the singular set of FL or where no solution is; never silent."""
+    """Judge that runs are right, or stop beside the singular set of FL or where no solution
+    exists."""
     unit = 10.0 ** (16 - case.digits)
     limits = {name: limit * unit for name, limit in LIMITS.items()}
     expected: dict[str, Any] = {"limits": limits, "singular": SINGULAR}

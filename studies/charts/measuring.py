@@ -1,8 +1,8 @@
 """Charts: steps of every size on the group, beside the method that is bound to one chart.
 
 An ensemble of first steps g, rotations from 0.01 to 0.99 of a turn about axes spread over a plane,
-and some about axes that are drawn:
-the run goes on through the translates of a cover (paper, section 4.3).
+and some about random axes: the run continues through the translates of a cover (paper, section
+4.3).
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ AXES = 6
 DRAWN = 6  # starts whose turn and axis are drawn from the whole sphere, off PLANE
 #: an orthonormal pair, in general position to the body's axes
 PLANE = ((0.8, 0.36, 0.48), (-0.6, 0.48, 0.64))
-STEP = 1  # of time: rotations are given a step
+STEP = 1  # unit of time: rotations are per step
 STEPS, MILLION = 100, 10**6
-LOOKED_AT = 8  # arrows of a run whose defects are taken, beside those at changes of chart
-SIDE = 41  # points across the picture of the ball of rotations
+LOOKED_AT = 8  # arrows of a run whose defects are computed, beside those at changes of chart
+SIDE = 41  # points across the plot of the ball of rotations
 RESIDUAL, DEFECT = 1e-13, 1e-12
-#: of each law in double precision
+#: limits of each law in double precision
 LIMITS = {"residual": RESIDUAL, "pullback": DEFECT, "poisson": DEFECT,
           "factorisation": RESIDUAL, "distance": RESIDUAL, "operator": RESIDUAL}  # fmt: skip
-WELL = 1e-2  # regularity from which g′ itself is compared, to the same bound
-EDGE = 1e-5  # |det(e + g)| below which coordinates in the chart of e are left alone
-SINGULAR = 1e-3  # a run may stop where FL is as near to singular as that
+WELL = 1e-2  # regularity above which g′ itself is compared, to the same bound
+EDGE = 1e-5  # |det(e + g)| below which coordinates in the chart of e are not used
+SINGULAR = 1e-3  # a run may stop where FL is as near to singular as this
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every scene with a discrete Lagrangian given on SO(3)."""
+    """Return every scene with a discrete Lagrangian given on SO(3)."""
     return [c for c in plain_cases(NAME, choice, DIGITS, choice.thorough) if _fits(c.scene)]
 
 
@@ -62,14 +62,16 @@ def _fits(scene: Scene) -> bool:
 
 
 def axis_of(number: int) -> np.ndarray:
-    """The unit vectors of the ensemble, over half a circle: turns beyond a half go round it."""
+    """Return the unit vectors of the ensemble, over half a circle: turns beyond a half go round
+    it."""
     angle = math.pi * number / AXES
     p, q = np.array(PLANE)
     return np.asarray(math.cos(angle) * p + math.sin(angle) * q)
 
 
 def drawn_starts(seed: int) -> list[tuple[float, np.ndarray]]:
-    """`DRAWN` turns from 0.01 to 0.99 about unit vectors of the whole sphere, from a seed."""
+    """Return `DRAWN` turns from 0.01 to 0.99 about unit vectors of the whole sphere, from a
+    seed."""
     drawn = random.Random(seed)
     found = []
     for _ in range(DRAWN):
@@ -79,7 +81,7 @@ def drawn_starts(seed: int) -> list[tuple[float, np.ndarray]]:
 
 
 def rotation(vector: Any, digits: int = 16) -> np.ndarray:
-    """exp of the rotation vector, 3×3; beyond 16 digits in mpmath's numbers."""
+    """Return exp of the rotation vector, 3×3; beyond 16 digits in mpmath's numbers."""
     if digits == 16:
         return np.asarray(transform.Rotation.from_rotvec(vector).as_matrix())
     with mpmath.workdps(digits + 10):
@@ -88,23 +90,24 @@ def rotation(vector: Any, digits: int = 16) -> np.ndarray:
 
 
 def rules_beside(case: Case) -> list[Discretisation]:
-    """The chart-bound method."""
+    """Return the chart-bound method."""
     return [discretisations.rectangle]
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """One row a start: {turn, axis, steps, outcome, margin, newton_mean, newton_max, changes,
-    translates, residual, pullback, poisson, momentum, factorisation, operator, regularity,
-    chart_turn, chart_margin, cause}; axis is None where it was drawn. measured: the worst of each,
-    how many stopped, the seed.
+    """Return one row per start.
+
+    A row has {turn, axis, steps, outcome, margin, newton_mean, newton_max, changes, translates,
+    residual, pullback, poisson, momentum, factorisation, operator, regularity, chart_turn,
+    chart_margin, cause}; axis is None if it was drawn. measured: the worst of each, the number of
+    stopped runs, the seed.
 
     pullback, poisson: the worst at every change of chart and at arrows spread over the run;
-    factorisation: ‖g′ − ĝ′‖ against `reference.moser_veselov`, times the regularity, for round-off
-    of μ is divided by that; distance: ‖g′ − ĝ′‖ as it is, where the regularity is at least WELL;
-    operator: ‖g′ − ĝ′‖ of the first step against the evolution operator through bisections near
-    its arrows, times the regularity; solutions: where it stopped, how many the search through the
-    cover finds at that μ;
-    chart_turn: the rotation that the chart-bound method makes of the same spin.
+    factorisation: ‖g′ − ĝ′‖ with ĝ′ of `reference.moser_veselov`, times the regularity, by which
+    round-off of μ is divided; distance: ‖g′ − ĝ′‖ itself, if the regularity is at least WELL;
+    operator: ‖g′ − ĝ′‖ of the first step with the evolution operator through bisections near its
+    arrows, times the regularity; solutions: where it stopped, how many the search through the cover
+    finds at that μ; chart_turn: the rotation that the chart-bound method makes of the same spin.
     """
     starts: list[tuple[float, int | None, np.ndarray]]
     starts = [(turn, k, axis_of(k)) for k in range(AXES) for turn in TURNS]
@@ -122,13 +125,13 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 @remembered(maxsize=8)
 def _scheme(scene: Scene) -> Scheme:
-    """With the attitude as base where that is a group: the spatial momentum needs it."""
+    """Return the scheme with the attitude as base on a group: the spatial momentum needs it."""
     whole = scene.with_attitude() if scene.groupoid.kind == "group" else scene
     return Scheme(whole, discretisations.own)
 
 
 def _run(case: Case, g: np.ndarray, steps: int) -> dict[str, Any]:
-    """What one run shows."""
+    """Return the results of one run."""
     scheme = _scheme(case.scene)
     flow = scheme.flow(STEP, case.digits, on_edge="bisect")
     row: dict[str, Any] = dict.fromkeys(
@@ -172,9 +175,9 @@ def _run(case: Case, g: np.ndarray, steps: int) -> dict[str, Any]:
 
 
 def _through_bisections(flow: Flow, run: Trajectory, elements: np.ndarray) -> float | None:
-    """‖g′ − ĝ′‖ × regularity: ĝ′ by the evolution operator through bisections near g and g′.
+    """Return ‖g′ − ĝ′‖ × regularity, ĝ′ by the evolution operator through bisections near g and g′.
 
-    Its arrows are written in the chart of e: None where that holds one of them badly. Near the
+    Its arrows are written in the chart of e: None if that represents one of them badly. Near the
     singular set of FL two solutions are as near as the regularity, so the bisections are nearer.
     """
     context, chart = flow.context, flow.context.chart
@@ -196,7 +199,7 @@ def _through_bisections(flow: Flow, run: Trajectory, elements: np.ndarray) -> fl
 
 @lru_cache(maxsize=8)
 def _kept(scheme: Scheme, digits: int) -> list[Rows]:
-    """What is kept to round-off, as functions of a run."""
+    """Return the quantities that are kept to round-off, as functions of a run."""
     from ..momentum.quantities import formula_of
 
     kept = [q for q in scheme.scene.symmetries if q.to_roundoff and q.stretch is None]
@@ -204,13 +207,14 @@ def _kept(scheme: Scheme, digits: int) -> list[Rows]:
 
 
 def _drift(case: Case, scheme: Scheme, run: Any) -> float | None:
-    """The worst relative drift of what is kept to round-off."""
+    """Return the worst relative drift of the quantities that are kept to round-off."""
     drifts = [relative_drifts(rows(run), case.digits) for rows in _kept(scheme, case.digits)]
     return max((float(d.max()) for d in drifts), default=None)
 
 
 def _factorised(case: Case, g: Any, after: Any) -> float | None:
-    """The distance of a step from the factorisation's; None for other scenes, or on its edge."""
+    """Return the distance of a step from the factorisation's; None for other scenes, or on its
+    edge."""
     if case.scene.name != "moser-veselov":
         return None
     from discmech.reference.closed_forms.moser_veselov import step
@@ -227,7 +231,7 @@ def _factorised(case: Case, g: Any, after: Any) -> float | None:
 
 
 def _chart_bound(case: Case, vector: np.ndarray) -> dict[str, Any]:
-    """The rotation that h·l(τ⁻¹(g)/h) makes of the spin Ω with hΩ = vector, in turns."""
+    """Return the rotation that h·l(τ⁻¹(g)/h) makes of the spin Ω with hΩ = vector, in turns."""
     nothing = {"chart_turn": None, "chart_margin": None}
     if case.scene.lagrangian is None:
         return nothing
@@ -260,7 +264,8 @@ def _worst(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _slice(case: Case) -> dict[str, Any]:
-    """The disc of rotation vectors in PLANE, in turns: det FL and the best translate on a grid."""
+    """Return the disc of rotation vectors in PLANE, in turns: det FL and the best translate on a
+    grid."""
     flow = _scheme(case.scene).flow(STEP, 16, on_edge="bisect")
     across = np.linspace(-0.5, 0.5, SIDE)
     p, q = np.array(PLANE)
@@ -276,6 +281,6 @@ def _slice(case: Case) -> dict[str, Any]:
 
 
 def _sign(flow: Flow, g: np.ndarray, x: Any) -> tuple[float, int]:
-    """(`singular_sign` at an element g, the translate that holds it best)."""
+    """Return (`singular_sign` at an element g, the translate that represents it best)."""
     translate, u = flow.edge.place(g)
     return singular_sign(flow.context.arrow(x, 0 * u, u, translate)), translate

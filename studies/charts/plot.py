@@ -1,4 +1,4 @@
-"""Pictures of charts: what a run asks and gets over all rotations, and the ball of rotations."""
+"""Plots of charts: the rotations asked for and made by runs, and the ball of rotations."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STROKES = "x+"  # markers that are lines
 
 
 def panels(title: str, case: Case) -> list[Panel]:
-    """Four panels of one case."""
+    """Return the four panels of one case."""
     return [_rotations(title, case), _ball(case), _defects(case), _corrections(case)]
 
 
@@ -93,7 +93,7 @@ def _ball(case: Case) -> Panel:
 
 
 def _named(axes: Axes, k: int, cells: Any, at: Any) -> None:
-    """The number of a translate in the middle of where it is best (upper half of the disc)."""
+    """Write a translate's number in the middle of the region where it is best (upper half disc)."""
     if len(cells):
         row, column = cells.mean(axis=0)
         step = at[1] - at[0]
@@ -104,7 +104,7 @@ def _named(axes: Axes, k: int, cells: Any, at: Any) -> None:
 
 
 def _place(case: Case, row: dict[str, Any]) -> tuple[float, float]:
-    """Where a start lies in the disc: beyond half a turn on the other side."""
+    """Return the place of a start in the disc: beyond half a turn on the other side."""
     axes = 1 + max(int(r.get("axis") or 0) for r in rows(case))
     angle = math.pi * int(row.get("axis") or 0) / axes
     turn = float(row["turn"])
@@ -115,7 +115,8 @@ def _place(case: Case, row: dict[str, Any]) -> tuple[float, float]:
 def _marked(
     axes: Axes, case: Case, series: dict[str, tuple[str, str]], limits: tuple[float, float]
 ) -> None:
-    """Numbers of each run on a log axis, by name (colour, marker); zeros lie on its lower end."""
+    """Draw numbers of each run on a log axis, by name (colour, marker); zeros lie on its lower
+    end."""
     _across(axes)
     log_axis(axes, "y", limits)
     _across(axes)

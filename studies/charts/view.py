@@ -1,4 +1,4 @@
-"""How runs through several charts are shown."""
+"""The page of charts: how runs through several charts are shown."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _got(measured: dict[str, Any]) -> str:
 
 
 def _translates(case: Case) -> str:
-    """How many steps lay in the chart of each translate, e first."""
+    """Return the numbers of steps in the chart of each translate, e first."""
     counts = mapping(mapping(case, "measured"), "translates")
     return ", ".join(str(count) for count in counts.values()) or NONE
 

@@ -1,9 +1,9 @@
-"""What must hold of steps under contact: cones, energy, momentum, times of impacts."""
+"""The laws of steps under contact: cones, energy, momentum, times of impacts."""
 
 from ..core.options import control_option
 from ..core.study import StudyFolder
 
-#: steps with a fault in them, each of which breaks one of the laws
+#: steps with a fault, each of which breaks one of the laws
 STICKS, WRONG_SIGN, MISSED = "contact that sticks", "friction of the wrong sign", "missed impact"
 CONTROL = control_option("a contact", lambda: (STICKS, WRONG_SIGN, MISSED))
 

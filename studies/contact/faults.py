@@ -12,7 +12,7 @@ from discmech.integrators.flows import ContactFlow
 
 from . import MISSED, STICKS, WRONG_SIGN
 
-#: the scene that each control is run on, and with what values
+#: the scene on which each control runs, and its values
 CONTROLS: dict[str, tuple[str, dict[str, Any]]] = {
     STICKS: ("beads", {"restitution": 0}),
     WRONG_SIGN: ("sliding-block", {}),
@@ -21,14 +21,14 @@ CONTROLS: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 class Sticking(Gaps):
-    """Closed gaps stay closed, by impulses of either sign."""
+    """Gaps that stay closed, by impulses of either sign."""
 
     def impulses(self, W: np.ndarray, U0: np.ndarray, cones: Any, start: np.ndarray) -> np.ndarray:
         return self.numbers.solve(W, -U0)
 
 
 class PushingOn(Gaps):
-    """Friction along the slip, of its full size."""
+    """Gaps with friction along the slip, of its full size."""
 
     against = -1
 
@@ -40,7 +40,7 @@ class PushingOn(Gaps):
 
 
 class Overlooking(Gaps):
-    """No gap is ever seen to close."""
+    """Gaps that are never found to close."""
 
     def phi(self, rows: np.ndarray) -> np.ndarray:
         return super().phi(rows) * 0 + 1
@@ -51,7 +51,7 @@ class Overlooking(Gaps):
 
 
 def flow_with(control: str, scheme: Any, step: Any, digits: int) -> ContactFlow:
-    """The flow of a scheme with a faulty contact."""
+    """Return the flow of a scheme with a faulty contact."""
     flow = ContactFlow(scheme, step, digits, "refuse", scheme.flow_substeps)
     kinds = {STICKS: Sticking, WRONG_SIGN: PushingOn, MISSED: Overlooking}
     flow.gaps_kind = kinds[control]

@@ -15,9 +15,9 @@ from .measuring import FALLS, MODES, _free_of_work
 #: 1 − cos of the largest angle, 29°, by which a slip may leave those at both ends within a step
 TURN = 0.125
 #: an order may be less than the rule's by so much: two steps of which the finer is not yet fine,
-#: against one that has (1/8)^p of the error itself
+#: compared with one that has (1/8)^p of the error itself
 SLACK = 0.4
-#: and more than the rule's by so much: errors that fall by 2⁸ more are of one step that went wrong
+#: and more than the rule's by so much: with errors that fall by a further 2⁸ one step went wrong
 EXCESS = 8
 FORM = 1e-20
 WORDS = {
@@ -33,7 +33,7 @@ WORDS = {
 
 
 def does_not_fall(rises: list[float], allowed: float) -> str:
-    """A sentence where what rises does not vanish with the step (`falling`)."""
+    """Return a sentence if a rise does not vanish with the step (`falling`), otherwise ""."""
     if len(rises) == 1:
         return "" if rises[0] <= allowed else "the energy is no number."
     worst, last = max(rises[:-1]), rises[-1]
@@ -45,7 +45,7 @@ def does_not_fall(rises: list[float], allowed: float) -> str:
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Laws to round-off; energies that rise fall with the rule's order; times by the order.
+    """Judge laws by round-off; rises of energy, and times of impacts, by the rule's order.
 
     A control has to break one of the laws a thousandfold.
     """
@@ -57,7 +57,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     order = case.order
     expected = {"limit": allowed, "slip": TURN, "late": 1.0}
     if order is not None:
-        # while a gap stays closed the motion is of order 2, whatever the rule's order
+        # while a gap stays closed the motion is of order 2, for any order of the rule
         expected["order"] = (min(order, 2) if found["rests"] else order) - SLACK
     if reason := next(_broken(case, found, expected), ""):
         return Verdict("fail", reason, expected)
@@ -67,7 +67,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def _untold(found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
-    """A sentence for whatever leaves the verdict open."""
+    """Yield a sentence for each reason that leaves the verdict open."""
     if found.get("unsure"):
         yield unsure_gaps(found["unsure"])
     if not found["touched"]:
@@ -100,7 +100,7 @@ def _untold(found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
 
 
 def _broken(case: Case, found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
-    """A sentence for whatever does not hold."""
+    """Yield a sentence for each law that does not hold."""
     allowed = expected["limit"]
     still = _free_of_work(case)
     for mode in MODES:

@@ -1,6 +1,7 @@
-"""The laws of contact as numbers, of the rows and impacts of a run: each is 0 but for round-off.
+"""The laws of contact as numbers, for the rows and impacts of a run: each is 0 except for
+round-off.
 
-Gaps, slopes and velocities are evaluated anew, to twice the digits; no step has a part in them.
+Gaps, slopes and velocities are evaluated anew, to twice the digits, without any step.
 """
 
 from __future__ import annotations
@@ -13,27 +14,27 @@ from discmech.integrators.contact import ZENO, Gaps, length
 from discmech.integrators.flows import ContactTrajectory
 from discmech.integrators.numbers import arithmetic
 
-#: of what its round-off is a part of, the way of a step below which a contact sticks, and of the
-#: mean slip of the step, the slip at an end: round-off moves it too
+#: share of the size that determines its round-off: a shorter way of a step sticks; and share of the
+#: mean slip of the step for the slip at an end, which round-off changes too
 SLOW = 1e-10
 
 
 def defects(scheme: Any, run: ContactTrajectory, digits: int) -> dict[str, float]:
-    """Of a run: how far it is from each law, relative to numbers of its kind in the same step.
+    """Return the defect of a run in each law, relative to numbers of its kind in the same step.
 
-    No scale comes from another step, such as the hardest impulse of the run: that hides what one
-    step does wrongly behind another. Impulses are held against those of the same step, and those
+    No scale comes from another step, such as the hardest impulse of the run: it would hide a fault
+    of one step behind another. Impulses are compared with those of the same step, and with those
     that would move a gap by its own size in a step, whose round-off they have.
 
     penetration: −φ, of the sum of its terms and of the way of a step. pull: −P_n. complementarity:
     P_n φ, at impacts, and of gaps that are open at both ends of a step. cone: ‖P_t‖ − κ P_n. slip:
     the part of the full friction κ P_n that is against the way of a step, less than it would be
     against the slips at both ends, over steps that slip from end to end (0; 1 without friction, 2
-    along the slip). friction: the same of planes of one direction, which no slip turns in: what is
-    missing of κ P_n. impact_energy: what an impact adds. jump: μ⁺ − μ⁻ less the impulses.
-    restitution: P_n |U⁺ + e U⁻| of the normal velocities. impact_friction: |P_t |Ū| + κ P_n Ū| with
-    the slip Ū = (U⁺ + e U⁻)/(1 + e) of Moreau's law: 0 of what sticks, and of friction of its full
-    size against Ū.
+    along the slip). friction: the same for planes of one direction, in which no slip turns: the
+    missing part of κ P_n. impact_energy: the energy that an impact adds. jump: μ⁺ − μ⁻ less the
+    impulses. restitution: P_n |U⁺ + e U⁻| of the normal velocities. impact_friction: |P_t |Ū| + κ
+    P_n Ū| with the slip Ū = (U⁺ + e U⁻)/(1 + e) of Moreau's law: 0 for a sticking contact, and for
+    friction of its full size against Ū.
     """
     numbers = arithmetic(2 * digits)
     with numbers.working():
@@ -42,7 +43,7 @@ def defects(scheme: Any, run: ContactTrajectory, digits: int) -> dict[str, float
 
 
 def energies(scheme: Any, run: ContactTrajectory, digits: int) -> tuple[np.ndarray, np.ndarray]:
-    """H of the rows less the first, and the sizes of their terms, |H| + |μ·ξ|, each (r,)."""
+    """Return H of the rows less the first, and the sizes of their terms, |H| + |μ·ξ|, each (r,)."""
     numbers = arithmetic(2 * digits)
     with numbers.working():
         made = _Run(scheme, run, numbers, float(arithmetic(digits).eps))
@@ -52,7 +53,7 @@ def energies(scheme: Any, run: ContactTrajectory, digits: int) -> tuple[np.ndarr
 
 
 class _Run:
-    """A run in numbers of more digits; unit: ε of the numbers that it was made in."""
+    """A run in numbers of more digits; unit: ε of the run's own numbers."""
 
     def __init__(self, scheme: Any, run: ContactTrajectory, numbers: Any, unit: float) -> None:
         self.unit = unit
@@ -81,7 +82,7 @@ class _Run:
         return x, self.gaps.velocity(x, mu, self._array(near)), mu
 
     def defects(self) -> dict[str, Any]:
-        """As `laws.defects`."""
+        """Return the result of `laws.defects`."""
         places = [self.gaps.at(x) for x, _, _ in self.states]
         phi = np.array([place.phi for place in places])
         P = self._array(self.run.impulses)
@@ -90,7 +91,7 @@ class _Run:
                    for place, (_, xi, _) in zip(places, self.states, strict=True)]  # fmt: skip
         ways = [place.own + h * fastest
                 for place, (_, fastest) in zip(places, weights, strict=True)]  # fmt: skip
-        past = np.maximum.accumulate(ways)  # what is closed keeps the round-off of its past
+        past = np.maximum.accumulate(ways)  # a closed gap keeps the round-off of its past
         widest = [[e or 1 for e in way] for way in past]
         self.breadths = np.maximum.accumulate([place.breadth for place in places])
         hardest = [self._hardest(*row, h) for row in zip(places, past, weights, P, strict=True)]
@@ -111,13 +112,13 @@ class _Run:
         return found
 
     def _hardest(self, place: Any, way: Any, weights: Any, P: Any, h: Any) -> list[Any]:
-        """Of each gap, what its impulses in a step are held against."""
+        """Return for each gap the scale of its impulses in a step."""
         return [abs(P).max(initial=0) + ((way[i] + place.breadth[i]) / h / weight if weight else 0)
                 or 1 for i, weight in enumerate(weights[0])]  # fmt: skip
 
     @staticmethod
     def _most(found: dict[str, Any], name: str, value: Any) -> None:
-        """The larger; what is no number stays, so that it is not taken for 0."""
+        """Keep the larger value; one that is not a number stays, so that it is not taken for 0."""
         if found[name] == found[name] and not value <= found[name]:
             found[name] = value
 
@@ -131,7 +132,8 @@ class _Run:
         slips = [place.slip[i] @ self.states[j][1] for j, place in ((k, here), (k + 1, there))]
         moved, push = here.moved(i, there), P[1 : 1 + len(here.where[i])] @ here.bases[i]
         way, full = length(moved), kappa * P[0]
-        slow = SLOW * way / self.h * way  # a slip that ended in the step has a last one of noise
+        # after a slip that ended in the step the last one is noise
+        slow = SLOW * way / self.h * way
         slipping = way > SLOW * self.breadths[k + 1][i] and all(
             slip @ moved > slow for slip in slips
         )
@@ -185,12 +187,15 @@ class _Run:
                     unsure = self._turned(x, place)[i] @ (abs(after_xi) + self.e * abs(before_xi))
                     gap = gap * max(0, 1 - unsure / fastest / abs(gap))
                 if gap < 0 and not gaps.quadratic and gained > -SLOW * energy:
-                    continue  # more of a rebound would have added energy (`impacts`)
+                    continue  # a larger rebound would have added energy (`impacts`)
                 self._most(found, "restitution", abs(gap) * P[i, 0] / strong)
 
     def _turned(self, x: Any, place: Any) -> Any:
-        """How far normals, (K, m), may turn by round-off: x and what it is compared with, as the
-        centre of a post is, are each rounded, which turns the normals of a thin one by ε|x|/r."""
+        """Return how far normals, (K, m), may turn by round-off.
+
+        x and the point that it is compared with, such as the centre of a post, are each rounded,
+        which turns the normals of a thin post by ε|x|/r.
+        """
         turned = 0 * abs(place.normal)
         for j, size in enumerate(abs(x)):
             moved = x.copy()

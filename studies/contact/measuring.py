@@ -28,23 +28,25 @@ RULES = ("midpoint", "trapezoidal")
 MODES = ("stepped", "located")
 STEPS = 200
 #: a step across an impact is differentiated by central differences of DELTA of the size of x, and
-#: of μ: what they leave of a defect in these units is DELTA²
+#: of μ: their error of a defect in these units is DELTA²
 FORM_DIGITS, DELTA = 40, "1e-12"
-#: parts of the step at which it is: how large it is depends on where in its step an impact falls,
-#: and it is 0 at some shares, so one step is not compared with another, but two with a much finer
+#: parts of the step that are tried: the defect depends on the place of an impact in its step, and
+#: is 0 at some shares, so one step is not compared with another, but two with a much finer one
 ACROSS = 1, 2, 8
-#: with half the step, what is of order 1 or more falls by this at least
+#: with half the step, a value of order 1 or more falls by this at least
 FALLS = 1.5
-FINER = 2, 8  # parts of the step with which a rise of the energy is looked at again
-AWAY = 1e-9  # of its size and the way of a step: a gap is open, and stays so where DELTA moves it
-#: impacts of a gap that are less than so many steps apart accumulate: how many there are is the
-#: step's
+FINER = 2, 8  # parts of the step at which a rise of the energy is measured again
+# share of its size and the way of a step: a gap is open, and stays so if DELTA moves it
+AWAY = 1e-9
+#: impacts of a gap that are less than so many steps apart accumulate: their number depends on the
+#: step
 DENSE = 3
-LATER = 1.1  # times of first impacts, as a part of those with another step
+LATER = 1.1  # share by which first impacts may be later with another step
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every scene with contact by two rules, or those chosen, and the controls on their scenes."""
+    """Return every scene with contact with two rules, or the chosen ones, and the controls on
+    theirs."""
     chosen = choice.scenes or tuple(scenes.with_contact())
     rules = choice.rules or tuple(map(discretisations.get, RULES))
     found = (
@@ -68,12 +70,12 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {mode, time, energy}; measured: of each mode, the defects (`laws`), the largest rise of
-    the energy (`falling`), and the impacts; orders of times, and the defects of Ω.
+    """Return rows {mode, time, energy}; measured: for each mode the defects, rises and impacts.
 
-    rises: H − the least H before, over the largest sum of its terms. late: by how many steps the
-    first impact is, stepped. order: of the times of the first two impacts (of the last place, where
-    there is none) with h and h/2 against h/8, located; None where they are round-off.
+    Defects are those of `laws`, rises those of `falling`; also the orders of times, and the defects
+    of Ω. rises: H − the least H before, over the largest sum of its terms. late: the delay of the
+    first impact in steps, stepped. order: that of the times of the first two impacts (of the last
+    place, if there is none) with h and h/2 compared with h/8, located; None if they are round-off.
     """
     steps = case.steps or min(STEPS, case.scene.steps_for(case.scene.step))
     if case.control is not None:
@@ -120,29 +122,31 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def _flow(case: Case, part: int, mode: str) -> Any:
-    """The flow at a part of the scene's step."""
+    """Return the flow at a part of the scene's step."""
     return case.scheme.flow(case.scene.step / part, case.digits, impacts=mode)
 
 
 def rise(H: np.ndarray, sizes: Any = 0) -> float:
-    """The most that the energy of a row is above the least before; relative to the sizes of its
-    own terms and those of the start, where they are given."""
+    """Return the largest rise of the energy of a row above the least before.
+
+    It is relative to the sizes of its own terms and those of the start, if given.
+    """
     own = sizes + np.atleast_1d(sizes)[0]
     return float(((H - np.minimum.accumulate(H)) / np.where(own > 0, own, 1)).max())
 
 
 def _free_of_work(case: Case) -> bool:
-    """Whether nothing but the contact changes the energy."""
+    """True if only the contact changes the energy."""
     return case.scene.force is None and not case.scene.timed
 
 
 def falling(
     first: float, finer: Callable[[int], float], allowed: float, parts: tuple[int, ...] = FINER
 ) -> list[float]:
-    """How much the energy rises with h (the first), h/2 and, where that is no less, h/8.
+    """Return the rise of the energy with h (the first), h/2 and, if that is no less, h/8.
 
-    How large a rise is depends on where in their steps impacts fall, so that one step may have
-    little by chance. Of a rise that is round-off, or no number, only the first.
+    The size of a rise depends on where in their steps impacts fall, so one step may have little by
+    chance. For a rise that is round-off, or not a number, only the first is returned.
     """
     rises = [first]
     for part in parts if first > allowed else ():
@@ -158,7 +162,7 @@ def _rise_at(case: Case, mode: str, steps: int, part: int) -> float:
 
 
 def _lateness(stepped: Any, located: Any) -> float | None:
-    """By how many steps the first impact is late, stepped; None where it is not the same one."""
+    """Return the delay of the first impact in steps, stepped; None if it is not the same one."""
     if not len(stepped.impacts.t) or not len(located.impacts.t):
         return None
     i, j = (int(run.impacts.impulses[0, :, 0].argmax()) for run in (stepped, located))
@@ -168,13 +172,14 @@ def _lateness(stepped: Any, located: Any) -> float | None:
 
 
 def _apart(stepped: Any, located: Any) -> str:
-    """Where one of two runs that have gone together has an impact, which the other has not.
+    """Return a sentence on an impact of one of two runs that the other lacks, while they go
+    together.
 
     Impacts of a gap that accumulate count once. Each may be late by a step, and so rebound faster
-    or slower by what a step of its force makes; that changes the time to each later one by twice
+    or slower by the effect of its force in a step; that changes the time to each later one by twice
     as much, so that after m of them the next is late by (m + 1)² steps at most. A gap that pushes
-    in that time without an impact is touched too. What comes after the runs have gone apart, by
-    more than such delays do, is of other motions.
+    in that time without an impact is touched too. Later parts, after the runs have separated by
+    more than such delays explain, belong to other motions.
     """
     h, runs = float(located.step), (stepped, located)
     both = [_clusters(run) for run in runs]
@@ -185,7 +190,7 @@ def _apart(stepped: Any, located: Any) -> str:
         other = runs[1 - whose]
         near = abs(np.array(other.t, dtype=float) + h / 2 - t) <= late + h / 2
         at_once = any(w == whose and j != i and abs(s - t) <= h for s, j, w in found)
-        if at_once:  # which of two gaps is first, in one step, is the step's
+        if at_once:  # the order of two gaps in one step depends on the step
             return ""
         if (other.impulses[near, i, 0] > 0).any():
             continue
@@ -199,7 +204,7 @@ def _apart(stepped: Any, located: Any) -> str:
 
 
 def _clusters(run: Any) -> dict[int, list[float]]:
-    """Of each gap, the times of its impacts, of those that accumulate the first."""
+    """Return for each gap the times of its impacts; of those that accumulate only the first."""
     found: dict[int, list[float]] = {}
     last: dict[int, float] = {}
     for t, P in zip(run.impacts.t, run.impacts.impulses, strict=True):
@@ -212,7 +217,7 @@ def _clusters(run: Any) -> dict[int, list[float]]:
 
 
 def _gone_apart(stepped: Any, located: Any, t: float, before: int) -> bool:
-    """Whether two runs are further apart at t than so many impacts, late by a step, make them."""
+    """True if two runs are further apart at t than so many impacts, late by a step, explain."""
     h = float(located.step)
     k = max(0, min(int((t - float(located.t[0])) / h), len(located.x) - 1))
     way = np.abs(np.diff(np.array(located.x[: k + 1], dtype=float), axis=0)).max(initial=0)
@@ -220,7 +225,7 @@ def _gone_apart(stepped: Any, located: Any, t: float, before: int) -> bool:
 
 
 def _rests(run: Any, last: float | None) -> bool:
-    """Whether a gap stays closed for a step without an impact before that time."""
+    """True if a gap stays closed for a step without an impact before that time."""
     struck = {int((t - run.t[0]) // float(run.step)) + e for t in run.impacts.t for e in (-1, 0, 1)}
     pushed = (run.impulses[:-1, :, 0] > 0).any(axis=1)
     return any(p and k not in struck and (last is None or run.t[k] < last)
@@ -228,10 +233,10 @@ def _rests(run: Any, last: float | None) -> bool:
 
 
 def _unsure_times(flow: Any, run: Any, count: int) -> float:
-    """What round-off makes of the times of the first `count` impacts, the most.
+    """Return the largest effect of round-off on the times of the first `count` impacts.
 
     A gap is closed within `TOUCHING` round-offs of its size and of the way of a step, which it
-    passes at its rate: of two runs each may be off by so much. A gap that is no distance may be
+    passes at its rate: each of two runs may be off by so much. A gap that is no distance may be
     slow where it closes.
     """
     each, gaps, most = run.impacts, flow.gaps, 0.0
@@ -249,9 +254,10 @@ def _unsure_times(flow: Any, run: Any, count: int) -> float:
 
 
 def _times(case: Case, last: float | None, count: int, steps: int, unsure: float) -> dict[str, Any]:
-    """{"order", "time_error"}: of the times of the first `count` impacts, or of the last place.
+    """Return {"order", "time_error"} of the times of the first `count` impacts, or of the last
+    place.
 
-    unsure: what round-off makes of these times, below which their errors have no order.
+    unsure: the effect of round-off on these times, below which their errors have no order.
     """
     size = float(case.scene.step)
     if last is not None:  # with other steps they may be a little later
@@ -274,10 +280,10 @@ def _times(case: Case, last: float | None, count: int, steps: int, unsure: float
 
 
 def _between(case: Case) -> dict[str, Any]:
-    """{"local", "free"}: what single steps of the same scene without contact say of the rule.
+    """Return {"local", "free"}: single steps of the same scene without contact.
 
     local: {"order", "component", "place", "step", "exact", "unknown", "floats", "seed"}, free: the
-    largest defect of the form {"defect", "limit", "place"}, or None where none is kept.
+    largest defect of the form {"defect", "limit", "place"}, or None if none is kept.
     """
     evidence = evidence_of(case.scheme_on(case.scene.with_values(contact=None)))
     order, form = evidence.order, evidence.form
@@ -297,8 +303,11 @@ def _between(case: Case) -> dict[str, Any]:
 
 
 def _across(case: Case, located: Any) -> list[float | None] | None:
-    """The defects of Ω of a step with an elastic impact, at h, h/2 and h/8; None where it is not
-    demanded: friction, a force, e < 1. None of a step without a first impact from open gaps."""
+    """Return the defects of Ω of a step with an elastic impact, at h, h/2 and h/8.
+
+    None if it is not demanded: friction, a force, e < 1. An entry is None for a step without a
+    first impact from open gaps.
+    """
     scene = case.scene
     smooth = not any(np.atleast_1d(np.array(scene.friction) > 0))
     if scene.restitution != 1 or scene.force is not None or not smooth:
@@ -310,10 +319,11 @@ def _across(case: Case, located: Any) -> list[float | None] | None:
 
 
 def _across_one(case: Case, steps: int, part: int) -> float | None:
-    """The defect of M Π Mᵀ = Π′ of the step with the first impact, by differences at 40 digits.
+    """Return the defect of M Π Mᵀ = Π′ of the step with the first impact, by differences at 40
+    digits.
 
-    In units of the sizes of x and μ there, so that it is the same in any units. None where there is
-    no impact from an open gap.
+    It is in units of the sizes of x and μ there, so that it is the same in any units. None if there
+    is no impact from an open gap.
     """
     scheme, size = case.scheme, case.scene.step / part
     run = _flow(case, part, "located").trajectory(steps)

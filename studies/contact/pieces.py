@@ -1,4 +1,4 @@
-"""A run under contact in pieces: between impacts it moves by the rule's own free steps, or not."""
+"""A run under contact in pieces: between impacts it has to follow the rule's own free steps."""
 
 from __future__ import annotations
 
@@ -9,20 +9,21 @@ import numpy as np
 
 from discmech.integrators.flows import ContactTrajectory
 
-#: of the hardest impulse of a step: by more, there are impulses that are of no impact
+#: share of the hardest impulse of a step: above it, there are impulses that belong to no impact
 OTHERS = 1e-12
-FREE = 16  # steps without contact that are made again, beside all with impacts
-MOST = 64  # steps that are made again at most
+FREE = 16  # steps without contact that are repeated, beside all with impacts
+MOST = 64  # largest number of steps that are repeated
 
 
 def off_course(flow: Any, run: ContactTrajectory, located: bool) -> float:
-    """By how much the pieces of a run miss the free steps of its rule, relative to the states.
+    """Return how far the pieces of a run miss the free steps of its rule, relative to the states.
 
-    Of a step with impacts, from its row to the first impact, from there to the next, and to the
-    next row; of some steps without contact, from row to row. The share of a step is the time of its
-    impact, which is known to the round-off of t: so states are held against what they change in t.
-    Of a stepped run the impulse at the start bends its way to an impact: there an impact at the end
-    of a step has to leave the momentum of the next row, and one at its start a free step.
+    Pieces of a step with impacts go from its row to the first impact, from there to the next, and
+    to the next row; those of some steps without contact from row to row. The share of a step is the
+    time of its impact, which is known to the round-off of t: so states are compared with their
+    change in t. In a stepped run the impulse at the start bends its way to an impact: there an
+    impact at the end of a step has to leave the momentum of the next row, and one at its start a
+    free step.
     """
     h, t0 = float(run.step), float(run.t[0])
     struck: dict[int, list[int]] = {}
@@ -47,7 +48,7 @@ def off_course(flow: Any, run: ContactTrajectory, located: bool) -> float:
 
 
 def _still_to_come(run: ContactTrajectory, k: int, j: int) -> bool:
-    """Whether row k, at the time of impact j, is before it: its gap was open by round-off."""
+    """True if row k, at the time of impact j, is before it: its gap was open by round-off."""
     row, each = run.mu[k], run.impacts
     return bool(abs(row - each.before[j]).max() < abs(row - each.after[j]).max())
 
@@ -61,7 +62,7 @@ def _row(run: ContactTrajectory, k: int) -> tuple[float, Any, Any]:
 
 
 def _of_step(flow: Any, run: ContactTrajectory, k: int, impacts: list[int], located: bool) -> float:
-    """Of step k with these impacts."""
+    """Return the miss of step k with these impacts."""
     h, each, total = float(run.step), run.impacts, abs(run.impulses[k]).max()
     others = abs(run.impulses[k] - sum(each.impulses[j] for j in impacts)).max()
     ends = abs(float(each.t[impacts[-1]] - run.t[k + 1])) <= 1e-9 * h
@@ -74,7 +75,7 @@ def _of_step(flow: Any, run: ContactTrajectory, k: int, impacts: list[int], loca
         return 0.0
     else:
         worst = 0.0
-    if others > OTHERS * total:  # of gaps that stay closed
+    if others > OTHERS * total:  # those of gaps that stay closed
         return worst
     clock = len(run.base[k]) > len(each.x[impacts[0]])
     nodes = [(*_row(run, k)[:2], run.mu[k], run.mu[k])]
@@ -92,7 +93,7 @@ def _of_step(flow: Any, run: ContactTrajectory, k: int, impacts: list[int], loca
 
 
 def _piece(flow: Any, start: Any, end: Any, near: Any, share: float, h: float) -> float:
-    """By how much a free step of a share of h from a start misses an end."""
+    """Return how far a free step of a share of h from a start misses an end."""
     numbers = flow.numbers
 
     def array(values: Any) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""How what was measured of contacts is shown."""
+"""The page of contact: how measurements are shown."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MODES = ("stepped", "located")
 
 
 def _worst(measured: dict[str, Any], name: str) -> Any:
-    """The larger number of both modes, or of a control."""
+    """Return the larger number of both modes, or of a control."""
     found = [mapping(measured, mode).get(name) for mode in MODES] + [measured.get(name)]
     return max((e for e in found if isinstance(e, (int, float))), default=None)
 

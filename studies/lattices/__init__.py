@@ -3,7 +3,7 @@
 from ..core.options import THOROUGH, control_option
 from ..core.study import StudyFolder
 
-#: what has to be caught: a step whose momenta shrink, a wrong sign, a step without the law
+#: faults to be caught: a step whose momenta shrink, a wrong sign, a step without the law
 DAMPED, FLIPPED, RUNGE_KUTTA = "damped momenta", "flipped bracket", "classical Runge-Kutta"
 CONTROL = control_option("a step", lambda: (DAMPED, FLIPPED, RUNGE_KUTTA))
 

@@ -17,14 +17,15 @@ from ..systems.quantities import energies
 from .cost import costs, slopes
 
 STEPS = 400
-SIZES = (10_000, 30_000, 100_000)  # sites; with fewer, what does not grow is most of a step
+SIZES = (10_000, 30_000, 100_000)  # sites; with fewer, the constant part of a step is most of it
 
 
 def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str, Any]:
-    """Rows {run: time, energy; cost}; measured: "contact" {law: defect}, rises, impacts, grows.
+    """Return rows {run: time, energy; cost}; measured: "contact" {law: defect}, rises, impacts,
+    grows.
 
     rises: H − the least H before, over the largest sum of its terms (`contact.falling`).
-    free_steps: of the whole lattice, a step.
+    free_steps: the mean number of free steps of the whole lattice per step.
     """
     lattice: Any = case.scene
     steps = case.steps or STEPS
@@ -55,14 +56,13 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
 
 
 def defects(flow: Any, run: ContactLatticeTrajectory) -> dict[str, float]:
-    """Of a run with every row: how far it is from each law, over the largest number of its kind.
+    """Return the defect of a run with every row in each law, over the largest number of its kind.
 
-    penetration: −φ, over what round-off is a part of there: the terms of φ, its changes with the
-    largest coordinate, to which a step's solution is known, and with the way of a step, the most
-    that it has been up to the row (what is closed keeps the round-off of its past). pull: −P.
-    complementarity: P of gaps that are open at both ends of a step, times the smaller one over the
-    same. restitution: |U⁺ + e U⁻| where an impact pushes. missed: −U of gaps that
-    are closed in a row.
+    penetration: −φ, over the size that determines its round-off: the terms of φ, its changes with
+    the largest coordinate, to which a step's solution is known, and with the way of a step, the
+    longest up to the row (a closed gap keeps the round-off of its past). pull: −P. complementarity:
+    P of gaps that are open at both ends of a step, times the smaller one over the same.
+    restitution: |U⁺ + e U⁻| where an impact pushes. missed: −U of gaps that are closed in a row.
     """
     e, gaps = float(flow.lattice.restitution), flow.gaps
     hard = abs(run.impulses).max() or 1.0

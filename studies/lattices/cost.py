@@ -1,4 +1,4 @@
-"""What a step costs against the number of sites, beside plain C where there is a compiler."""
+"""The cost of a step against the number of sites, beside plain C if there is a compiler."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from discmech.integrators.lattices import Lattice, LatticeRun
 from ..core.fitting import fit_line
 
 SIZES = (100, 1_000, 10_000, 100_000)
-MILLION = 1_000_000  # sites, that are asked for too where time is no matter
-LARGE = 1_000  # sites, from which memory is fitted: below, what does not grow shows
+MILLION = 1_000_000  # sites of a further size if run time does not matter
+LARGE = 1_000  # sites from which memory is fitted: below, the constant part shows
 LONG = 0.01  # seconds of a timed run
 ROUNDS = 5
 LANDED = 25  # steps until some sites of a lattice with contact touch
@@ -39,11 +39,12 @@ def costs(
     thorough: bool = False,
     sizes: tuple[int, ...] = SIZES,
 ) -> list[dict[str, Any]]:
-    """Rows {kind, sites, nanoseconds, bytes, c}: of a site and step, and of a site beside the rows.
+    """Return rows {kind, sites, nanoseconds, bytes, c}: per site and step, and per site beside the
+    rows.
 
-    The least processor time of some runs, in nanoseconds; all sizes, and C, take their turns, so
-    what disturbs the process falls on all alike. c: that of C, of the chain "fput" by the two rules
-    of the file, else None. thorough: a million sites too.
+    Times are the least processor time of some runs, in nanoseconds; all sizes, and C, take turns,
+    so that disturbances affect all alike. c: the time of C, for the chain "fput" with the two rules
+    of the file, otherwise None. thorough: a million sites too.
     """
     timed = [_Timed(make(size), rule) for size in ((*sizes, MILLION) if thorough else sizes)]
     for _ in range(ROUNDS):
@@ -53,7 +54,7 @@ def costs(
 
 
 class _Timed:
-    """Some steps of a lattice, and the least seconds that a step took: of ours, and of C."""
+    """Some steps of a lattice, and the least seconds of a step: of ours, and of C."""
 
     def __init__(self, lattice: Lattice, rule: Any) -> None:
         known_in_c = lattice.name == "fput" and rule.name in IN_C
@@ -69,7 +70,8 @@ class _Timed:
         self.least = self.least_in_c = math.inf
 
     def run(self) -> None:
-        """Once, and once in C; a short run before it untimed, for others left caches cold."""
+        """Run once, and once in C, each after a short untimed run, for other runs leave caches
+        cold."""
         if self.steps > 1:
             self.advance(self.steps)
         self.least = min(self.least, _seconds(self.advance, self.steps) / self.steps)
@@ -78,7 +80,7 @@ class _Timed:
             self.least_in_c = min(self.least_in_c, seconds / self.steps)
 
     def row(self) -> dict[str, Any]:
-        """Of a site and step."""
+        """Return the row of costs per site and step."""
         N = self.sites
         return {"kind": "cost", "sites": N, "nanoseconds": self.least / N * 1e9,
                 "bytes": _bytes(self.flow) / N,
@@ -86,7 +88,7 @@ class _Timed:
 
 
 def slopes(rows: list[dict[str, Any]]) -> dict[str, float]:
-    """{"time", "memory"}: powers of N with which a step's time and a run's memory grow."""
+    """Return {"time", "memory"}: powers of N with which a step's time and a run's memory grow."""
     found = {}
     for name, key, least in (("time", "nanoseconds", 0), ("memory", "bytes", LARGE // 2)):
         sizes = [(r["sites"], r[key] * r["sites"]) for r in rows if r["sites"] >= least]
@@ -101,7 +103,8 @@ def _start(flow: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _steps_of(flow: Any) -> Callable[[int], Any]:
-    """What takes so many steps, going on from the last; with contact from where some touch."""
+    """Return a function that takes so many further steps; with contact from where some sites
+    touch."""
     if flow.lattice.contact is not None:
         there = flow.trajectory(LANDED, LANDED)
         return lambda steps: flow.trajectory(steps, steps, x0=there.x[-1], mu0=there.mu[-1])
@@ -116,7 +119,7 @@ def _seconds(advance: Callable[[int], Any], steps: int) -> float:
 
 
 def _bytes(flow: Any) -> int:
-    """The most that a run holds at once, beside its rows."""
+    """Return the most bytes that a run holds at once, beside its rows."""
     x, mu = _start(flow)
     tracemalloc.start()
     try:
@@ -131,7 +134,7 @@ def _bytes(flow: Any) -> int:
 
 @cache
 def c_library() -> Any:
-    """The C file as a library; None where there is no compiler."""
+    """Return the C file as a library; None if there is no compiler."""
     compiler = shutil.which("cc")
     if compiler is None:
         return None
@@ -145,7 +148,7 @@ def c_library() -> Any:
 def c_states(
     library: Any, rule: str, x: np.ndarray, p: np.ndarray, steps: int
 ) -> tuple[float, np.ndarray, np.ndarray]:
-    """(seconds, x, p) after so many steps of size C_STEP from x and p, (N,) each."""
+    """Return (seconds, x, p) after so many steps of size C_STEP from x and p, (N,) each."""
     x, p, sites = x.copy(), p.copy(), len(x)
     arrays = [x, p, *([p.copy(), np.zeros(2 * sites)] if rule == "midpoint" else [])]
     numbers = map(ctypes.c_double, (C_STEP, 0.25, 0.1))

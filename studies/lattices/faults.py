@@ -12,34 +12,34 @@ from discmech.integrators.numbers import Double, jacobian, numeric
 
 from . import DAMPED, FLIPPED, RUNGE_KUTTA
 
-#: the lattice that each control is run on, its rule and step: Runge–Kutta's method breaks the law
-#: by h⁵, so that its step is long
+#: the lattice on which each control runs, its rule and step: the Runge–Kutta method breaks the law
+#: by h⁵, so its step is long
 CONTROLS = {DAMPED: ("rotors", "midpoint", "1/20"), FLIPPED: ("bodies", "trapezoidal", "1/20"),
             RUNGE_KUTTA: ("breather", "midpoint", "1/8")}  # fmt: skip
-KEPT = 1 - 1e-6  # of the momenta, in a damped step
+KEPT = 1 - 1e-6  # share of the momenta that a damped step keeps
 
 
 class DampedStep(DualStep):
-    """μ′ is a little less than it should be."""
+    """A step whose μ′ is a little too small."""
 
     def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
         super().__init__(flow, x, mu)
         self.after = self.after[0], KEPT * self.after[1]
 
     def applied(self, variation: Covector) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """As of a `DualStep`."""
+        """Return the result of a `DualStep`, damped."""
         dx, dmu, dw = super().applied(variation)
         return dx, KEPT * dmu, dw
 
     def transposed(self, alpha: Covector) -> Covector:
-        """As of a `DualStep`."""
+        """Return the result of a `DualStep`, damped."""
         return super().transposed((alpha[0], KEPT * alpha[1]))
 
 
 class RungeKuttaStep:
     """The classical method of order 4 on a lattice on pairs whose masses do not depend on x.
 
-    What goes through a bond is weighted as the stages are: h Σ b_j δX_j ∧ δF_j.
+    The flux through a bond is weighted as the stages are: h Σ b_j δX_j ∧ δF_j.
     """
 
     def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
@@ -71,7 +71,7 @@ class RungeKuttaStep:
         return self.h / 6 * (a + 2 * b + 2 * c + d)
 
     def _forces(self, x: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Forces and their slopes of sites, (N, 1) and (N, 1, 1), and of bonds, (B, 2), …"""
+        """Return forces and their slopes of sites, (N, 1) and (N, 1, 1), and of bonds, (B, 2), …"""
         found = []
         for f, p, ends in self.maps:
             force, slope = of_all(f, len(ends), *at_ends(ends, x), p)
@@ -84,7 +84,7 @@ class RungeKuttaStep:
         return found
 
     def _varied(self, variation: Covector) -> tuple[list[Any], list[Any], list[Any]]:
-        """Rates of a variation, its places and what bonds do to it, at each stage."""
+        """Return rates of a variation, its x, and the forces of bonds on it, at each stage."""
         dx, dmu = variation
         rates: list[Any] = []
         places, ties = [], []
@@ -99,13 +99,13 @@ class RungeKuttaStep:
         return rates, places, ties
 
     def applied(self, variation: Covector) -> tuple[np.ndarray, np.ndarray, None]:
-        """As of a `DualStep`."""
+        """Return the same as a `DualStep`."""
         rates, _, _ = self._varied(variation)
         dx, dmu = (self._mean([r[k] for r in rates]) for k in (0, 1))
         return variation[0] + dx, variation[1] + dmu, None
 
     def fluxes(self, one: Covector, other: Covector) -> np.ndarray:
-        """As of a `DualStep`."""
+        """Return the same as a `DualStep`."""
         (_, X, F), (_, Y, G) = self._varied(one), self._varied(other)
         pairs = self.lattice.pairs
         return self._mean([x[pairs][:, :, 0] * g - y[pairs][:, :, 0] * f

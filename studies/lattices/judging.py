@@ -14,15 +14,15 @@ from ..systems.known import known_of
 from . import DAMPED, FLIPPED, RUNGE_KUTTA
 from .measuring import SPACE_ORDER
 
-#: what must see each control
+#: the measurements that must show each control
 SEEN = {DAMPED: ("poisson", "patch", "drift"), FLIPPED: ("poisson",), RUNGE_KUTTA: ("patch",)}
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Order in space from both sides, the law on patches to round-off, single steps of the rule's
-    order. Times are not judged.
+    """Judge order in space on both sides, the law on patches by round-off, single steps by the
+    order.
 
-    A control has to be seen a thousandfold by all that should see it.
+    Times are not judged. A control has to show a thousandfold in all its measurements.
     """
     found, allowed = measurement["measured"], limit(16)
     if case.control is not None:
@@ -67,7 +67,8 @@ WORDS |= {"missed": "a gap is closed and closing after a step"}
 
 
 def _judge_contact(measured: dict[str, Any]) -> Verdict:
-    """Laws to round-off; energy that rises falls with the step. Times are not judged."""
+    """Judge laws by round-off, and rises of energy by their fall with the step; times are not
+    judged."""
     allowed = limit(16)
     expected = {"laws": allowed}
     for name, words in WORDS.items():

@@ -28,16 +28,17 @@ NEEDS = (
     "it needs a lattice, in double precision, and a rule of values of L. (Of a beam single steps "
     "are judged by --thorough; order, energy, momentum and symplecticity judge every lattice.)"
 )
-SPACE_ORDER = 2  # of central differences
+SPACE_ORDER = 2  # the order of central differences
 LAWS = ("bond", "patch")
-PAIRS = 2  # by which Ω is tested at a state
+PAIRS = 2  # pairs by which Ω is tested at a state
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every lattice by three rules, or those chosen, and the controls on lattices of their own."""
+    """Return every lattice with three rules, or the chosen ones, and the controls on their
+    lattices."""
     if choice.digits and 16 not in choice.digits:
         return []
-    if choice.rules and not choice.scenes:  # here, where no scene is asked, all of them are tried
+    if choice.rules and not choice.scenes:  # without a chosen scene all lattices are tried
         choice = replace(choice, scenes=usual_lattices())  # type: ignore[arg-type]
     chosen = choice.scenes or usual_lattices()
     found = [] if choice.controls else [c for c in lattice_cases(NAME, choice) if _has_some(c)]
@@ -57,7 +58,7 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def _has_some(case: Case) -> bool:
-    """Whether anything of a lattice is judged here in the time that there is."""
+    """True if any part of a lattice is judged here in the usual time."""
     lattice: Any = case.scene
     if "single_steps" not in system_of(case).lacks:
         return True
@@ -65,13 +66,13 @@ def _has_some(case: Case) -> bool:
 
 
 def _on_patches(lattice: Any) -> bool:
-    """Whether variations go through its bonds, so that there is a law on patches."""
+    """True if variations go through its bonds, so that there is a law on patches."""
     free = lattice.contact is None and lattice.constraint is None
     return bool(free and lattice.groupoid.kind == "pair")
 
 
 def notes(choice: Choice) -> list[str]:
-    """A sentence for each lattice of yours whose constraints leave a usual rule out."""
+    """Return a sentence for each user's lattice whose constraints leave a usual rule out."""
     given: Any = choice.scenes
     left = {s.name: [name for name in RULES if name not in usual_rules(s)] for s in given
             if not (choice.rules or choice.controls or is_built_in(s))}  # fmt: skip
@@ -80,7 +81,7 @@ def notes(choice: Choice) -> list[str]:
 
 
 def timed(case: Case) -> bool:
-    """Whether the cost against N is measured: of lattices that may have any number of sites."""
+    """True if the cost against N is measured: for lattices that may have any number of sites."""
     lattice: Any = case.scene
     sized = case.control is None and known_of(lattice).sized is not None
     later = is_built_in(lattice) and lattice.name in LATER and not case.thorough
@@ -88,17 +89,17 @@ def timed(case: Case) -> bool:
 
 
 def together(case: Case) -> Case | None:
-    """The case itself where cost is measured: its sizes take turns, disturbed alike."""
+    """Return the case itself if cost is measured: its sizes take turns, disturbed alike."""
     return case if timed(case) else None
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows of four kinds. local, laws: the numbers of `measured`. space: {step, error, used,
-    why_not}, coarse to fine; step is that of the grid. cost: of `cost.costs`.
+    """Return rows of four kinds.
 
-    measured: local, the order of single steps; space_order, of fields; bond and patch
-    (`patch_defects`), None on other groupoids than pair(n), with constraints and of compositions;
-    grows, the powers of N.
+    local, laws: the numbers of `measured`. space: {step, error, used, why_not}, coarse to fine;
+    step is that of the grid. cost: that of `cost.costs`. measured: local, the order of single
+    steps; space_order, of fields; bond and patch (`patch_defects`), None on other groupoids than
+    pair(n), with constraints and for compositions; grows, the powers of N.
     """
     lattice: Any = case.scene
     if case.control is not None:
@@ -130,7 +131,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def _laws(case: Case, lattice: Any, progress: Progress) -> dict[str, float]:
-    """{"bond", "patch"} from the end of a long run; nothing of compositions."""
+    """Return {"bond", "patch"} from the end of a long run; {} for compositions."""
     system = system_of(case)
     states = system.states(progress)
     assert states is not None
@@ -143,7 +144,7 @@ def _laws(case: Case, lattice: Any, progress: Progress) -> dict[str, float]:
 
 
 def _measured_control(case: Case, lattice: Any) -> dict[str, Any]:
-    """{"poisson", "bond", "patch", "drift"} of a control, as far as it has them."""
+    """Return {"poisson", "bond", "patch", "drift"} of a control, as far as it has them."""
     flow = case.scheme.flow(CONTROLS[str(case.control)][2])
     start = flow.trajectory(4, 4)
     x, mu = start.x[-1], start.mu[-1]

@@ -1,4 +1,4 @@
-"""The multisymplectic law: what ω of a patch gains is what goes through the bonds at its rim."""
+"""The multisymplectic law: the gain of ω in a patch is the flux through the bonds at its rim."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ def patch_defects(
     mu: np.ndarray,
     seed: int = 0,
 ) -> dict[str, float]:
-    """{"bond", "patch"} of two random variations over STEPS steps from (x, μ).
+    """Return {"bond", "patch"} of two random variations over STEPS steps from (x, μ).
 
     make(x, μ): the step from there, with `after`, `applied` and `fluxes` (`DualStep`). bond: the
-    most of Φ_i + Φ_j, over the largest Φ. patch: |the gain of Σ ω_i − Σ Φ_i through the rim|, the
-    most of three patches, over the sum of all |Φ| in the steps and all |ω_i|.
+    largest Φ_i + Φ_j, over the largest Φ. patch: |the gain of Σ ω_i − Σ Φ_i through the rim|, the
+    largest of three patches, over the sum of all |Φ| in the steps and all |ω_i|.
     """
     random, free = np.random.default_rng(seed), lattice.free[:, None]
     pair = [tuple(random.normal(size=e.shape) * free for e in (x, mu)) for _ in range(2)]
@@ -45,12 +45,12 @@ def patch_defects(
 
 
 def _wedges(one: Any, other: Any) -> np.ndarray:
-    """ω_i of two variations, (N,)."""
+    """Return ω_i of two variations, (N,)."""
     return np.asarray((one[0] * other[1] - other[0] * one[1]).sum(axis=1))
 
 
 def _patch(lattice: Any, share: float) -> np.ndarray:
-    """A share of the sites, in the middle of the list: of a net some of its rows; (N,)."""
+    """Return a share of the sites, (N,), in the middle of the list: some rows of a net."""
     inside = np.zeros(lattice.sites, dtype=bool)
     half = max(1, int(share * lattice.sites / 2))
     inside[lattice.sites // 2 - half : lattice.sites // 2 + half] = True

@@ -14,16 +14,16 @@ from ..systems.known import SPACING, Known
 from ..systems.lattice_system import LEAST
 
 TIME = 4
-FINER = 8  # a step is so small a part of the spacing
+FINER = 8  # the spacing is so many steps
 LEVELS = 4, 5
 STRAIGHT = 0.012  # as in the study of order
 
 
 def in_space(rule: Any, known: Known) -> tuple[list[dict[str, Any]], float | None]:
-    """Rows {kind, step, error, used, why_not}, coarse to fine, and the slope of their line.
+    """Return rows {kind, step, error, used, why_not}, coarse to fine, and the slope of their line.
 
-    The spacing of the grid, and with it the step, is halved and halved. error: the most that x or μ
-    is off, each over its largest.
+    The spacing of the grid, and with it the step, is halved repeatedly. error: the largest error of
+    x or μ, each over its largest value.
     """
     points, window = list[tuple[float, float]](), None
     for levels in LEVELS:
@@ -43,7 +43,7 @@ def in_space(rule: Any, known: Known) -> tuple[list[dict[str, Any]], float | Non
 
 
 def _error(rule: Any, known: Known, halvings: int) -> tuple[float, float]:
-    """(spacing, error) on the grid that is so many times halved; momenta are those of a site."""
+    """Return (spacing, error) on the grid halved so many times; momenta are those of a site."""
     assert known.refined is not None and known.exact is not None
     spacing = SPACING / 2**halvings
     lattice = known.refined(spacing)

@@ -1,4 +1,4 @@
-"""How what was measured of lattices is shown."""
+"""The page of lattices: how measurements are shown."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ COST = (
     "turn, and the power of N with which a whole step grows (slope). Dashed: plain loops in C. "
     "Times are of this machine and are not judged."
 )
-FORMS = ("poisson", "patch")  # the first of controls alone
+FORMS = ("poisson", "patch")  # the first is for controls alone
 
 
 def _forms(measured: dict[str, Any]) -> str:
@@ -68,7 +68,7 @@ def _space(case: Case) -> str:
 
 
 def _of_kind(case: Case, kind: str) -> list[Any]:
-    """The rows of one kind."""
+    """Return the rows of one kind."""
     return [row for row in rows(case) if row.get("kind") == kind]
 
 
@@ -109,7 +109,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 def _costs(marks: dict[str, Mark], title: str, cases: Sequence[Case]) -> Panel:
-    """Time of a site and step of one lattice against its number of sites; beside C where known."""
+    """Return the panel of time per site and step against the number of sites; beside C if known."""
 
     def draw(axes: Axes) -> None:
         curves: list[tuple[list[tuple[float, float]], str, dict[str, Any]]] = []
@@ -144,7 +144,7 @@ def _points(case: Case, key: str) -> list[tuple[float, float]]:
 
 
 def _in_space(case: Case) -> Case:
-    """With the order in space in the place of that in time."""
+    """Return the case with the order in space in place of that in time."""
     measured, expected = mapping(case, "measured"), mapping(case, "expected")
     return {**case, "measured": {"order": measured.get("space_order")},
             "expected": {**expected, "order": expected.get("space_order")}}  # fmt: skip

@@ -1,4 +1,4 @@
-"""Errors of a run in all that can be asked of it, and the floor that rounding puts under them."""
+"""Errors of a run in every metric, and their floor by rounding."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ UNIT = 2.0**-53
 
 
 class Yardstick:
-    """What the states of a run are held against: reference, energy, momenta.
+    """The scale for the states of a run: reference, energy, momenta.
 
     Errors in (x, μ), x and μ are ‖got − wanted‖₂ over ‖(x̂, μ̂)‖₂ at the same time; energy and
-    momenta are relative to the sum of the absolute values of their terms. `floors` holds, metric
-    by metric, the error that is left when nothing but the start is rounded to double precision.
+    momenta are relative to the sum of the absolute values of their terms. `floors` has, metric by
+    metric, the error that remains when only the start is rounded to double precision.
     """
 
     def __init__(self, problem: Problem, equations: Any) -> None:
         self.problem, self.n = problem, len(problem.scheme.x)
         s = problem.scheme.s
-        #: where (x, μ) stand in a state: all of it but the time
+        #: the places of (x, μ) in a state: all except the time
         self.places = [i for i in range(self.n + len(s.mu)) if not s.clocked or i != self.n - 1]
         self.reference: np.ndarray | None = None
         self.floors: dict[str, float] = {}
@@ -44,10 +44,10 @@ class Yardstick:
             self.floors |= {name: UNIT, f"{name}-max": UNIT}
 
     def errors(self, states: States) -> dict[str, float]:
-        """Every metric that exists here, not finite where the run is not; and "growth".
+        """Return every metric that exists here, not finite where the run is not; and "growth".
 
         That is the power of time with which the largest energy error grows from half the run to all
-        of it: 0 of a band that stands, 1 of a drift.
+        of it: 0 for a steady band, 1 for a drift.
         """
         found: dict[str, float] = {}
         if self.reference is not None and len(states.checkpoints):
@@ -66,13 +66,13 @@ class Yardstick:
         return found
 
     def _reference_for(self, rows: np.ndarray) -> np.ndarray:
-        """The reference at as many equal distances as there are rows."""
+        """Return the reference at as many equal distances as there are rows."""
         assert self.reference is not None
         stride = len(self.reference) // len(rows)
         return self.reference[stride - 1 :: stride]
 
     def _against_reference(self, gap: np.ndarray) -> dict[str, float]:
-        """Metrics of differences in (x, μ) at the checkpoints, a row each."""
+        """Return metrics of differences in (x, μ) at the checkpoints, a row each."""
         size, n = np.linalg.norm(self._reference_for(gap), axis=1), self.problem.scheme.s.n
         parts = {"": gap, "-mu": gap[:, n:]} | ({"-x": gap[:, :n]} if n else {})
         found: dict[str, float] = {}
@@ -82,7 +82,7 @@ class Yardstick:
         return found
 
     def _rounded_start(self, equations: Any) -> dict[str, float]:
-        """The variational equation Ż = Df(z) Z tells what half a unit in each z₀ grows to."""
+        """Return the growth of half a unit in each z₀, by the variational equation Ż = Df(z) Z."""
         from scipy.integrate import solve_ivp
 
         start = self.problem.start
@@ -108,7 +108,7 @@ class Yardstick:
 
 
 def reference_of(problem: Problem) -> np.ndarray:
-    """Certified (x, μ) at the checkpoints, rounded once, (k, n+m)."""
+    """Return certified (x, μ) at the checkpoints, rounded once, (k, n+m)."""
     found = reference.solutions(problem.scene, problem.times, digits=20, proof=False)
     worst = min(s.certain_digits for s in found)
     if worst < 17:

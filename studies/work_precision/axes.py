@@ -1,4 +1,4 @@
-"""What can be on the axes of a work-precision diagram; `plot` has the words."""
+"""The possible axes of a work-precision diagram; `plot` has the words."""
 
 WORK = ("seconds", "steps", "evaluations", "iterations")
 #: relative errors (`accuracy.Yardstick`)

@@ -26,10 +26,10 @@ from .peers.equations import Equations, equations_of
 from .racing import LEAST, race
 from .standings import Climb, crossovers, summary
 
-#: times the budget that the timing may take: the least rounds of all runs use up one (a ladder ends
-#: there), the rest is for runs whose median they leave unknown, if there are any
+#: factor of the budget that the timing may take: the least rounds of all runs use up one (a ladder
+#: ends there), the rest is for runs whose median is still unknown
 REPEATING = 2
-GIVEN_UP = 4  # runs without an end within the budget: after as many no other is tried
+GIVEN_UP = 4  # after so many runs without an end within the budget no other is tried
 
 
 def hold_race(
@@ -44,11 +44,11 @@ def hold_race(
     first: int | None,
     progress: Progress,
 ) -> dict[str, dict[str, Any]]:
-    """Per method {rows, measured, floor, ...}; see `studies.work_precision.measure`.
+    """Return per method {rows, measured, floor, ...}; see `studies.work_precision.measure`.
 
     `budget`: seconds of the least timing of a method; all of them together may take `REPEATING`
-    times as many until their medians are known. by_tolerance: whether rules with stages take part
-    a second time, with steps chosen for tolerances. `first`: steps of the rules' first run.
+    times as many until their medians are known. by_tolerance: True if rules with stages take part a
+    second time, with steps chosen for tolerances. `first`: steps of the rules' first run.
     """
     scheme = scheme_of(scene, rules[0])
     equations = equations_of(scheme, timed=bool(peers))
@@ -88,7 +88,8 @@ def hold_race(
 
 
 def _one_method(rules: Sequence[RuleContestant | ToleranceContestant]) -> dict[str, str]:
-    """Rules whose step is that of an earlier one → its name; they run once, and share the rows."""
+    """Return rules with the step of an earlier one → its name; they run once, and share the
+    rows."""
     first: dict[str, str] = {}
     leaders = {rule.name: first.setdefault(rule.equations, rule.name) for rule in rules}
     return {name: leader for name, leader in leaders.items() if name != leader}
@@ -99,8 +100,8 @@ def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: flo
 
     The budget covers `LEAST` timed rounds of every run; a setting that would exceed it is cut, and
     the row says so. A rule may take `PATIENT` times as much for the `FEWEST` runs that its verdict
-    needs. What fails at one setting may go well at the next; but after `GIVEN_UP` runs that came to
-    no end within the budget, or as many that failed after one that went well, no other is tried.
+    needs. A method that fails at one setting may work at the next; but after `GIVEN_UP` runs
+    without an end within the budget, or as many that failed after a good one, no other is tried.
     """
     found = Climb(contestant)
     spent, before, growth = 0.0, 0.0, 2.0
@@ -145,10 +146,10 @@ def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: flo
 
 
 def characteristic_period(problem: Problem, equations: Equations) -> float:
-    """2π/ω, with ω² the mean over the components of z = (x, μ) of ⟨żᵢ²⟩ / ⟨(zᵢ − z̄ᵢ)²⟩.
+    """Return 2π/ω, with ω² the mean over the components of z = (x, μ) of ⟨żᵢ²⟩ / ⟨(zᵢ − z̄ᵢ)²⟩.
 
-    On the harmonic oscillator over whole periods this is its period. Components that stay
-    constant do not count.
+    On the harmonic oscillator over whole periods this is its period. Components that stay constant
+    do not count.
     """
     scene = problem.scene
     run = problem.scheme.flow(scene.step / 4).trajectory(4 * scene.steps_for(scene.step))

@@ -1,4 +1,4 @@
-"""Who takes part in a race: a rule of ours, or a peer; what a run of one hands out."""
+"""The contestants of a race: rules of ours, and peers, with their runs."""
 
 from __future__ import annotations
 
@@ -24,44 +24,44 @@ from ..core.study import BY_TOLERANCE
 from .enough import PATIENT
 
 CHECKPOINTS = 16  # times at which (x, μ) is compared with the reference
-MOST_ROWS = 2**14  # states kept of a run for its invariants
-MOST_DOUBLED = 8  # times that a ladder's first number of steps is doubled, for stages to contract
-TOLERANCES = [10.0**-k for k in range(2, 15)]  # for which a rule's step is chosen
+MOST_ROWS = 2**14  # states of a run that are kept for its invariants
+MOST_DOUBLED = 8  # how often a ladder's first number of steps is doubled, until stages contract
+TOLERANCES = [10.0**-k for k in range(2, 15)]  # tolerances for which a rule's step is chosen
 
 
 @dataclass(frozen=True)
 class Problem:
     """A scene from its start to `duration`, with `checkpoints` equal stretches.
 
-    patience: seconds after which a run that comes to no end is given up.
+    patience: seconds after which an unfinished run is given up.
     """
 
     scene: Scene
-    scheme: Scheme  # for its symbols and the equations of motion
+    scheme: Scheme  # it gives symbols and the equations of motion
     duration: Fraction
     checkpoints: int = CHECKPOINTS
     patience: float = math.inf
 
     @property
     def times(self) -> list[Fraction]:
-        """The checkpoints, the last of them the end."""
+        """The checkpoints; the last is the end."""
         return [self.duration * (k + 1) / self.checkpoints for k in range(self.checkpoints)]
 
     @property
     def start(self) -> np.ndarray:
-        """(x₀, μ₀) in double precision, (n+m,); where time enters it is the last entry of x."""
+        """(x₀, μ₀) in double precision, (n+m,); if time enters it is the last entry of x."""
         run = self.scheme.flow(self.scene.step).trajectory(0)
         return np.concatenate([run.base[0], run.mu[0]])
 
 
 @dataclass(frozen=True)
 class States:
-    """What an untimed run shows, and its work.
+    """The states of an untimed run, and its work.
 
     checkpoints (k, n+m): (x, μ) at the problem's times, or at each second, fourth, ... of them;
     path (r, n+m): states along the run, the first its start, the last its end. steps, evaluations
-    (of the right-hand side or of a kernel), iterations (Newton corrections): None where the method
-    does not tell. more: what else its row has.
+    (of the right-hand side or of a kernel), iterations (Newton corrections): None if the method
+    does not count them. more: further entries of its row.
     """
 
     checkpoints: np.ndarray
@@ -73,7 +73,8 @@ class States:
 
     @classmethod
     def along(cls, problem: Problem, path: np.ndarray, *work: Any) -> States:
-        """Of states at equal distances, the checkpoints among them (`steps_between`)."""
+        """Return the states of a path of equal distances that includes the checkpoints
+        (`steps_between`)."""
         if not problem.checkpoints:
             return cls(path[:0], path, *work)
         stride = (len(path) - 1) // math.gcd(problem.checkpoints, len(path) - 1)
@@ -81,7 +82,7 @@ class States:
 
 
 def steps_between(problem: Problem, steps: int) -> int:
-    """Each how-many-th of so many steps is kept: `MOST_ROWS` at most, the checkpoints among them.
+    """Return k to keep every k-th of so many steps: at most `MOST_ROWS`, including the checkpoints.
 
     A pilot's steps are a multiple of eight alone: there each second checkpoint is left out.
     """
@@ -93,14 +94,14 @@ def steps_between(problem: Problem, steps: int) -> int:
 
 
 class NoEnd(CannotMeasure):
-    """A run that did not come to its end within the problem's patience."""
+    """A run that did not reach its end within the problem's patience."""
 
     def __init__(self, name: str, more: str = "") -> None:
         super().__init__(f"{name} came to no end within the budget{more}")
 
 
 class Run:
-    """One run, prepared: calling it is what is timed, from the start to the end."""
+    """One prepared run: the timing covers a call, from the start to the end."""
 
     def __init__(self, contestant: Contestant, setting: Any) -> None:
         self.contestant, self.made = contestant, contestant.made(setting)
@@ -109,7 +110,7 @@ class Run:
         return self.contestant.solve(self.made)
 
     def states(self) -> States:
-        """The same run once more, with what has to be looked at."""
+        """Return the states of the same run, made once more."""
         found: States = self.contestant.states(self.made)
         return found
 
@@ -117,34 +118,34 @@ class Run:
 class Contestant:
     """One method in a race; its settings are numbers of steps (`int`) or tolerances.
 
-    made(setting): all that need not be timed; raises `BadInput` or `StepFailure` where there is no
-    such run. solve(made), states(made): as of a `Run`. setup: seconds to derive and compile. what:
-    how its tolerance is called.
+    made(setting): everything that need not be timed; raises `BadInput` or `StepFailure` if there is
+    no such run. solve(made), states(made): as in a `Run`. setup: seconds to derive and compile.
+    what: the name of its tolerance.
     """
 
     kind = "peer"
     name: str
     problem: Problem
     setup = 0.0
-    settings: Sequence[Any]  # cheapest first
+    settings: Sequence[Any]  # the cheapest first
     what = "rtol"
     solve: Any
     states: Any
 
     def made(self, setting: Any) -> Any:
-        """Nothing, where a run is solved with its setting alone."""
+        """Return the prepared part of a run; here the setting itself."""
         return setting
 
     def ladder(self) -> Iterator[Any]:
-        """Settings, cheapest first."""
+        """Yield settings, the cheapest first."""
         return iter(self.settings)
 
     def prepare(self, setting: Any) -> Run:
-        """The run with that setting."""
+        """Return the run with that setting."""
         return Run(self, setting)
 
     def told(self, setting: Any) -> dict[str, Any]:
-        """The setting in a row of the result."""
+        """Return the setting for a row of the result."""
         if isinstance(setting, int):
             step = float(self.problem.duration / setting)
             return {"setting": f"{setting} steps", "step": step}
@@ -152,14 +153,15 @@ class Contestant:
 
 
 class RuleContestant(Contestant):
-    """A rule of ours with its compiled flow; the settings are numbers of steps, each twice."""
+    """A rule of ours with its compiled flow; the settings are numbers of steps, each twice the
+    last."""
 
     kind = "rule"
 
     def __init__(self, problem: Problem, rule: Discretisation, first: int | None = None) -> None:
         self.problem, self.rule, self.name = problem, rule, rule.name
         self.scheme = scheme_of(problem.scene, rule)
-        # a rule of high order has its loose end at larger steps
+        # a rule of high order has its coarse end at larger steps
         order = rule.order or 2
         fewer = 4 if order <= 2 else 4 * order
         usual = math.floor(problem.duration / problem.scene.step) // fewer
@@ -168,13 +170,15 @@ class RuleContestant(Contestant):
         begun = time.perf_counter()
         if first is None:
             self._contract()
-        with suppress(StepFailure):  # compiled it is anyway; the ladder tells what fails
+        with suppress(StepFailure):  # it is compiled anyway; the ladder shows failures
             self.scheme.flow(problem.duration / self.first).trajectory(1)
         self.setup = time.perf_counter() - begun
 
     def _contract(self) -> None:
-        """Begin where the fixed point of stages contracts, if it does: what larger steps need,
-        Newton's method, is no cheaper and takes up to minutes to compile."""
+        """Start the ladder where the fixed point of stages contracts, if it does.
+
+        Larger steps need Newton's method, which is no cheaper and takes up to minutes to compile.
+        """
         for steps in (self.first * 2**k for k in range(MOST_DOUBLED)):
             flow = self.scheme.flow(self.problem.duration / steps)
             if flow.stages is None:
@@ -187,8 +191,8 @@ class RuleContestant(Contestant):
 
     @cached_property
     def equations(self) -> str:
-        """What tells its step from any other's: two rules with equal ones are one method here."""
-        if not self.rule.is_formula:  # of a program nothing tells but that it is itself
+        """The text that identifies its step: two rules with equal texts are one method here."""
+        if not self.rule.is_formula:  # a program has no text: it is only equal to itself
             return f"{self.rule.name} {id(self.rule)}"
         system = self.scheme.flow(self.problem.duration / self.first).system
         constants = [str(value(60)) for value in system.constants.values()]
@@ -196,24 +200,26 @@ class RuleContestant(Contestant):
         return text_key(system, *constants, *shares)
 
     def ladder(self) -> Iterator[int]:
-        """Numbers of steps, doubled on and on: first a quarter of what the scene's own step makes,
-        and for an order p > 2 the part 1/(4p) of it."""
+        """Yield numbers of steps, doubled repeatedly: first a quarter of the scene's own number.
+
+        For an order p > 2 it is the part 1/(4p).
+        """
         return (self.first * 2**k for k in range(40))
 
     def made(self, setting: Any, more: Any = None) -> Any:
-        """The flow, its coefficients computed; more: what stands in the row."""
+        """Return the flow, with its coefficients computed; more: further entries of the row."""
         flow = self.scheme.flow(self.problem.duration / setting)
         flow.trajectory(0)
         return flow, setting, more or {}
 
     def solve(self, made: Any) -> object:
-        """A trajectory that keeps the end alone, which peers have at hand when they return."""
+        """Return the end of a trajectory that keeps only it, as peers do."""
         flow, steps, _ = made
         run = flow.trajectory(steps, every=steps)
         return run.base[-1], run.mu[-1]
 
     def states(self, made: Any) -> States:
-        """Rows at equal distances, the checkpoints among them."""
+        """Return rows at equal distances, including the checkpoints."""
         flow, steps, more = made
         run = flow.trajectory(steps, every=steps_between(self.problem, steps))
         corrections = round(run.newton_mean * (steps + 1))
@@ -223,9 +229,9 @@ class RuleContestant(Contestant):
 
 
 class ToleranceContestant(RuleContestant):
-    """A rule of ours whose step is chosen for a tolerance, as a user does who asks for one.
+    """A rule of ours whose step is chosen for a tolerance, as for a user who gives one.
 
-    The pilot that chooses it has no part in the time of a run: its seconds stand in the row. Over
+    The pilot that chooses it does not count in the time of a run: its seconds are in the row. Over
     many periods the step is the one for the scene's own duration.
     """
 
@@ -236,17 +242,19 @@ class ToleranceContestant(RuleContestant):
         self.problem, self.rule, self.scheme = fixed.problem, fixed.rule, fixed.scheme
         self.fixed, self.name, self.spent = fixed, fixed.name + BY_TOLERANCE, 0.0
         begun = time.perf_counter()
-        with suppress(BadInput):  # what large steps need beside is compiled; the ladder tells more
+        # this also compiles the code for large steps; the ladder shows failures
+        with suppress(BadInput):
             self.scheme.flow(tolerance=TOLERANCES[0])
         self.setup = fixed.setup + time.perf_counter() - begun
 
     @property
     def equations(self) -> str:
-        """What tells its step from any other's."""
+        """The text that identifies its step."""
         return self.fixed.equations + BY_TOLERANCE
 
     def made(self, setting: Any, more: Any = None) -> Any:
-        """At the step that the pilot chose; raises `NoEnd` once pilots cost too much."""
+        """Return the run at the step that the pilot chose; raises `NoEnd` once pilots cost too
+        much."""
         problem = self.problem
         if self.spent > PATIENT * problem.patience:
             raise NoEnd(self.name, f": choosing steps took {self.spent:.2g} s")
@@ -258,7 +266,8 @@ class ToleranceContestant(RuleContestant):
             self.spent += pilot
         assert choice is not None
         steps = math.ceil(problem.duration / choice.step)
-        if not problem.checkpoints and steps > MOST_ROWS:  # rows at equal distances, the end too
+        # rows at equal distances, including the end
+        if not problem.checkpoints and steps > MOST_ROWS:
             steps = math.ceil(steps / MOST_ROWS) * MOST_ROWS
         chosen = {"step": float(problem.duration / steps), "promised": choice.error}
         return super().made(steps, {**chosen, "pilot": pilot})

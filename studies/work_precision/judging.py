@@ -7,15 +7,15 @@ from typing import Any
 from ..core.case import Case, Verdict
 from .enough import FEWEST, errors_of
 
-STALLED = 2.0**-26  # √ε: a method that ends above that, and above its floor, solves something else
+STALLED = 2.0**-26  # √ε: a method that ends above that, and above its floor, solves another problem
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """A method must come to the truth: its errors sink until rounding or the budget ends them.
+    """Judge that the errors of a method sink until rounding or the budget ends them.
 
-    Errors that stop above √ε, and a thousand times above the floor, belong to another problem.
-    Time is never judged: where the budget left fewer than `FEWEST` runs, and none of them is as
-    accurate, nothing is known of the method; two whose errors sink may be on their way anywhere.
+    Errors that stop above √ε, and a thousand times above the floor, belong to another problem. Time
+    is never judged: if the budget left fewer than `FEWEST` runs, and none of them is as accurate,
+    the verdict is open; two runs whose errors sink may converge to any limit.
     """
     metric = "error" if measurement["periods"] is None else "energy-max"
     limit = max(STALLED, 1000 * measurement["floor"].get(metric, 0.0))

@@ -1,4 +1,4 @@
-"""The work of a step's kernel: which savings it makes, and how many operations it takes."""
+"""The work of a step's kernel: its savings, and its number of operations."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from discmech.integrators.flows import Flow
 
 
 def savings_made(flow: Flow) -> dict[str, bool]:
-    """Which of `SAVINGS` the flow's kernels make."""
+    """Return {saving: True if the flow's kernels make it} for `SAVINGS`."""
     kernels = flow._kernels
     return {"direct": kernels.affine[0], "carried": kernels.layout.reused > 0, "coefficients": True}
 
 
 def operations(flow: Flow) -> tuple[int, int]:
-    """(of one correction, of one update): arithmetic operations and functions in the kernel."""
+    """Return (of one correction, of one update): arithmetic operations and functions in the
+    kernel."""
     text = kernel_text(flow.system, flow.without)
     counts = {}
     for node in ast.walk(ast.parse(text)):

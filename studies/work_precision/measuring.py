@@ -1,4 +1,4 @@
-"""Error against run time, steps and evaluations: every rule and its peers in one race a scene."""
+"""Error against run time, steps and evaluations: every rule and its peers in one race per scene."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from . import STUDY
 NAME = "work-precision"
 NEEDS = "it needs a Lagrangian without constraints, and double precision."
 DIGITS = (16,)
-BUDGET, LONG_BUDGET, THOROUGH = 0.12, 0.5, 50  # seconds of timing a method; times as much
-LONG = ("pendulum", "kepler", "heavy-top")  # scenes of the long race that the report has
+BUDGET, LONG_BUDGET, THOROUGH = 0.12, 0.5, 50  # seconds of timing per method; factor if thorough
+LONG = ("pendulum", "kepler", "heavy-top")  # scenes of the report's long race
 PERIODS = 1000
 #: beside the built-in rules: of fourth and of eighth order, on every groupoid
 HIGH_ORDER = ("suzuki:trapezoidal", "kahan-li-8:trapezoidal")
 
 
 class Race:
-    """All methods on one scene, measured together when the first of them is asked for."""
+    """All methods on one scene, measured together when the first of them is needed."""
 
     def __init__(
         self, scene: Scene, rules: list[Discretisation], choice: Choice, periods: int | None
@@ -41,13 +41,15 @@ class Race:
 
     @property
     def by_tolerance(self) -> bool:
-        """Whether rules with stages run with steps chosen for tolerances too; `compare` compares
-        methods, each once."""
+        """True if rules with stages run with steps chosen for tolerances too.
+
+        `compare` compares methods, each once.
+        """
         return self.choice.asked("also_periods") is None
 
     @property
     def methods(self) -> list[str]:
-        """The names of all that take part."""
+        """The names of all contestants."""
         ours = []
         for rule in self.rules:
             ours += [rule.name]
@@ -56,13 +58,13 @@ class Race:
 
     @property
     def axes(self) -> tuple[str, str]:
-        """What is drawn against what; over long times it is the energy that counts."""
+        """(x, y) of the diagram; over long times y is the energy's error."""
         x, y = self.choice.asked("x"), self.choice.asked("y")
         return x or "seconds", y or ("error" if self.periods is None else "energy-max")
 
     @property
     def command(self) -> str:
-        """The words that make this race alone."""
+        """The command of this race alone."""
         choice = self.choice
         words = ["discmech", NAME, shlex.quote(word_for(self.scene))]
         words += [w for r in choice.rules for w in ("--rule", shlex.quote(word_for(r)))]
@@ -74,7 +76,7 @@ class Race:
 
     @cached_property
     def results(self) -> dict[str, dict[str, Any]]:
-        """Per method what `measure` returns."""
+        """Return per method the result of `measure`."""
         from .contest import hold_race
 
         usual = BUDGET if self.periods is None else LONG_BUDGET
@@ -87,7 +89,7 @@ class Race:
 
 @dataclass(frozen=True)
 class Entry(Case):
-    """One method of a race; its command is that of the race, within which alone it is timed."""
+    """One method of a race; its command is that of the race, in which alone it is timed."""
 
     race: Race = field(kw_only=True)
     method: str = field(kw_only=True)
@@ -99,20 +101,21 @@ class Entry(Case):
 
     @property
     def rules(self) -> list[Discretisation]:
-        """All that take part: times are those of one race."""
+        """The rules of the race: times are those of one race."""
         return self.race.rules
 
     @property
     def command(self) -> str:
-        """What runs the race again."""
+        """The command that repeats the race."""
         return self.race.command
 
 
 def cases(choice: Choice) -> list[Case]:
-    """The methods of every scene's race: over its duration, or over `--periods` of its motion.
+    """Return the methods of every scene's race: over its duration, or over `--periods` of its
+    motion.
 
-    Where no scene is chosen, a few scenes run over a thousand periods as well; with the choice's
-    `also_periods` (of `compare`) all whose energy is kept do, over as many.
+    If no scene is chosen, a few scenes run over a thousand periods as well; with the choice's
+    `also_periods` (of `compare`) all scenes that keep their energy do, over as many.
     """
     if choice.digits and 16 not in choice.digits:
         return []
@@ -126,7 +129,7 @@ def cases(choice: Choice) -> list[Case]:
             chart = scene.name, scene.groupoid.retraction
             found.setdefault(chart, (scene, []))[1].append(rule)
     races = [Race(*each, choice, choice.asked("periods")) for each in found.values()]
-    if also := choice.asked("also_periods"):  # the energy is what counts there
+    if also := choice.asked("also_periods"):  # there the energy's error counts
         races += [Race(scene, rules, choice, also) for scene, rules in found.values()
                   if scene.force is None and not scene.timed]  # fmt: skip
     elif choice.asked("periods") is None and not choice.scenes:
@@ -139,7 +142,7 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def notes(choice: Choice) -> list[str]:
-    """What is to be said of the whole study: which peers are absent, and where."""
+    """Return sentences on the whole study: which peers are absent, and where."""
     from .peers import BODIES, SPLIT, SYMBOLIC, chosen, on
 
     present, absent = chosen(choice.asked("peer", ()))
@@ -158,21 +161,21 @@ def notes(choice: Choice) -> list[str]:
 
 
 def together(case: Case) -> Race:
-    """The race that a method takes part in: times of one race are compared, taken in turn."""
+    """Return the race of a method: times of one race are compared, taken in turn."""
     assert isinstance(case, Entry)
     return case.race
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows, one a setting: {setting, step or tolerance, `axes.ERRORS`, `axes.WORK`,
-    seconds_low, seconds_high (quartiles), samples, outliers, cause (of a failure)}.
+    """Return rows, one per setting.
 
-    measured: {x, y, best, cost: {accuracy: work or None}, ratio: {accuracy: to the best peer},
-    cut: what was left out, setup: seconds to derive and compile, spread: {accuracy: cost by the
-    quartiles of the times}, dearest: work of the longest run, equal_time: see
-    `standings.equal_time`, same_as: the rule whose rows these are, since it is the same method};
-    rows have the energy error's growth too (`Yardstick.errors`); floor: {metric: error};
-    kind: rule or peer; duration; periods.
+    A row has {setting, step or tolerance, `axes.ERRORS`, `axes.WORK`, seconds_low, seconds_high
+    (quartiles), samples, outliers, cause (of a failure)}, and the energy error's growth
+    (`Yardstick.errors`). measured: {x, y, best, cost: {accuracy: work or None}, ratio: {accuracy:
+    to the best peer}, cut: the settings that were left out, setup: seconds to derive and compile,
+    spread: {accuracy: cost by the quartiles of the times}, dearest: work of the longest run,
+    equal_time: see `standings.equal_time`, same_as: the rule whose rows these are, since it is the
+    same method}; floor: {metric: error}; kind: rule or peer; duration; periods.
     """
     assert isinstance(case, Entry)
     case.race.progress = progress

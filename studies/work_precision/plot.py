@@ -14,7 +14,7 @@ from ..report.wording import Case, mapping, number, rows, rule_name, verdict
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FLOOR = "rounding of the start"  # what the line of the floor is called
+FLOOR = "rounding of the start"  # name of the floor's line
 SHEET = Sheet(width=3.5, height=2.75, right=1.0)
 WORK = {
     "seconds": "run time in seconds",
@@ -38,7 +38,7 @@ Point = tuple[float, float, dict[str, Any]]
 
 
 def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
-    """One race; the axes are those that the race was held for."""
+    """Return the panel of one race; the axes are those of the race."""
     measured = mapping(cases[0], "measured")
     x, y = str(measured.get("x") or "seconds"), str(measured.get("y") or "error")
 
@@ -78,8 +78,7 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
 
 
 def _clear(axes: Axes, curves: Iterable[list[Point]], floor: float) -> float:
-    """Where on the floor's line, as a part of it, its words touch no curve; the left end, if
-    nowhere."""
+    """Return the share of the floor's line at which its label touches no curve, or the left end."""
     import numpy as np
 
     to_axes = axes.transData + axes.transAxes.inverted()
@@ -97,13 +96,13 @@ def _clear(axes: Axes, curves: Iterable[list[Point]], floor: float) -> float:
 
 
 def _points(case: Case, x: str, y: str) -> list[Point]:
-    """(work, error, row) in the order of the ladder; an error of zero cannot be drawn."""
+    """Return (work, error, row) in the order of the ladder; an error of zero cannot be drawn."""
     found = [(number(row.get(x)), number(row.get(y)), row) for row in rows(case)]
     return [(work, error, row) for work, error, row in found if work and error and error > 0]
 
 
 def _curve(axes: Axes, curve: list[Point], mark: Mark, x: str) -> None:
-    """The line, the quartiles of the times, hollow marks where outliers were seen."""
+    """Draw the line, the quartiles of the times, and hollow marks for runs with outliers."""
     style: dict[str, Any] = {"color": mark.colour, "zorder": 2.5}
     axes.plot(*zip(*(point[:2] for point in curve), strict=True), lw=0.9, ls=mark.dash, **style)
     if x == "seconds":

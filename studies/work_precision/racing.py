@@ -1,8 +1,8 @@
 """Timing many runs beside each other: interleaved rounds, medians with quartiles, outliers flagged.
 
-Processor time of this process is measured, which on a quiet machine is the time that passes and on
-a busy one does not count the others. What is left of them falls on all runs alike, so ratios are
-worth more than the times themselves. Nothing is judged by time.
+Processor time of this process is measured, which on a quiet machine is the elapsed time and on a
+busy one does not count other processes. Their remaining effect is the same for all runs, so ratios
+are better known than times. Nothing is judged by time.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ LEAST, MOST = 5, 31  # rounds
 SHORTEST = 1e-3  # seconds: a shorter run is repeated within a sample, against noise and the clock
 #: seconds: before each sample of a shorter run it is called once untimed. The first call after
 #: another run finds caches and branch predictors cold and takes 20 to 100 µs more: up to four times
-#: as long, and not the same from process to process. Of a longer run that is no more than `KNOWN`
+#: as long, and not the same from process to process. For a longer run that is no more than `KNOWN`
 WARM = 2.5e-3
-#: a median is known when half of the interval that holds it with this confidence is so much of it
+#: a median is known when half of the interval that contains it with this confidence is at most this
+#: share of it
 CONFIDENCE, KNOWN = 0.9, 0.04
 
 
@@ -34,8 +35,8 @@ class Timing:
     An outlier lies beyond three interquartile ranges above the upper quartile (or below the lower
     one); it is counted, and kept in the median. The median is `known` when half of its interval
     between order statistics (David, Nagaraja, Order Statistics, 7.1) is at most `KNOWN` of it. That
-    takes nothing for granted of how times scatter, and five samples must all agree: the quartiles
-    of so few are close to each other by chance too often to stop at.
+    assumes no distribution of times, and five samples must all agree: the quartiles of so few are
+    too often close by chance.
     """
 
     median: float
@@ -47,7 +48,7 @@ class Timing:
 
     @classmethod
     def of(cls, seconds: Sequence[float]) -> Timing:
-        """From samples."""
+        """Return the timing of samples."""
         low, median, high = (float(q) for q in np.percentile(seconds, (25, 50, 75)))
         reach = 3 * (high - low)
         outliers = sum(not low - reach <= s <= high + reach for s in seconds)
@@ -58,8 +59,10 @@ class Timing:
 
 @lru_cache(maxsize=64)
 def _rank(samples: int) -> int:
-    """The largest r such that the median lies, with `CONFIDENCE`, between the r-th smallest and the
-    r-th largest of so many samples; 0 if they are too few for any."""
+    """Return the largest r with the median between the r-th smallest and r-th largest sample.
+
+    It holds with `CONFIDENCE` for so many samples; 0 if they are too few for any.
+    """
     outside, rank = 0.0, 0
     while True:
         outside += 2 * math.comb(samples, rank) / 2**samples
@@ -75,7 +78,7 @@ def race(
 ) -> list[Timing]:
     """Time the runs in rounds, in an order that changes from round to round.
 
-    Each takes part in `LEAST` rounds at least; then those whose median is not yet known go on
+    Each takes part in `LEAST` rounds at least; then those whose median is not yet known continue
     among themselves, up to `MOST` rounds and until `budget` seconds are spent.
     """
     chance = random.Random("discmech")
@@ -106,10 +109,10 @@ def race(
 
 
 def _plan(run: Callable[[], object], clock: Callable[[], float]) -> tuple[bool, int]:
-    """Whether a run is called once untimed before a sample, and how often within it.
+    """Return (True if a run needs an untimed call before a sample, the number of calls within it).
 
-    By the fastest of three calls: the first is cold, and any may be disturbed. Of a long run one
-    tells enough.
+    It is found from the fastest of three calls: the first is cold, and any may be disturbed. For a
+    long run one call is enough.
     """
     fastest = math.inf
     for _ in range(3):

@@ -1,4 +1,5 @@
-"""What a race tells: the cost of each accuracy, ratios to the best peer, where leaders change."""
+"""The results of a race: the cost of each accuracy, ratios to the best peer, changes of the
+leader."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from typing import Any
 
 from .contestants import Contestant
 
-REACHED = (1e-4, 1e-8, 1e-12)  # accuracies whose cost is told
+REACHED = (1e-4, 1e-8, 1e-12)  # accuracies whose cost is reported
 
 
 @dataclass
@@ -24,7 +25,7 @@ class Climb:
 
 
 def summary(each: Climb, climbs: Sequence[Climb], axes: tuple[str, str]) -> dict[str, Any]:
-    """{rows, measured, kind}: what each accuracy costs, beside the best peer's cost.
+    """Return {rows, measured, kind}: the cost of each accuracy, beside the best peer's cost.
 
     cost, its quartiles (`spread`) and `equal_time` are read off the line through the runs; see
     `measuring.measure`.
@@ -56,7 +57,7 @@ def summary(each: Climb, climbs: Sequence[Climb], axes: tuple[str, str]) -> dict
 
 
 def _spread(rows: Sequence[dict[str, Any]], axes: tuple[str, str]) -> dict[str, list[float] | None]:
-    """Per accuracy the cost by the quartiles of all times; None where it is not a time."""
+    """Return per accuracy the cost by the quartiles of all times; {} if it is not a time."""
     if axes[0] != "seconds":
         return {}
     ends = [cost(rows, (f"seconds_{end}", axes[1])) for end in ("low", "high")]
@@ -67,10 +68,12 @@ def _spread(rows: Sequence[dict[str, Any]], axes: tuple[str, str]) -> dict[str, 
 def equal_time(
     own: Sequence[dict[str, Any]], every: Sequence[Sequence[dict[str, Any]]], metric: str
 ) -> dict[str, Any] | None:
-    """{seconds, error, spread, growth}: the least error within the time that all methods ran.
+    """Return {seconds, error, spread, growth}: the least error within the time that all methods
+    ran.
 
     That time is the shortest of the methods' longest runs. spread: the same by the quartiles of the
-    times. growth: of the energy error in the longest run within it. None if no run is as short.
+    times. growth: that of the energy error in the longest run within it. None if no run is as
+    short.
     """
     longest = [max((s for s, _ in _points(rows, ("seconds", metric))), default=None)
                for rows in every]  # fmt: skip
@@ -92,7 +95,7 @@ def equal_time(
 
 
 def _points(rows: Sequence[dict[str, Any]], axes: tuple[str, str]) -> list[tuple[float, float]]:
-    """(work, error) of the runs that came to their end, in the order of the ladder."""
+    """Return (work, error) of the finished runs, in the order of the ladder."""
     return [
         (row[axes[0]], max(row[axes[1]], 1e-300))
         for row in rows
@@ -101,10 +104,10 @@ def _points(rows: Sequence[dict[str, Any]], axes: tuple[str, str]) -> list[tuple
 
 
 def crossovers(climbs: Sequence[Climb], axes: tuple[str, str]) -> list[dict[str, Any]]:
-    """Where the fastest rule and the fastest peer change places: [{error, work, tighter}].
+    """Return where the fastest rule and the fastest peer change places: [{error, work, tighter}].
 
-    `tighter` is the kind that is faster at tighter accuracies. Only accuracies count that both
-    kinds reach, so what one of them cannot reach at all is no crossover.
+    `tighter` is the kind that is faster at tighter accuracies. Only accuracies that both kinds
+    reach count.
     """
     grid = [10.0 ** (-k / 8) for k in range(8 * 15)]
     best: dict[str, list[float]] = {}
@@ -132,10 +135,10 @@ def _key(accuracy: float) -> str:
 def cost(
     rows: Sequence[dict[str, Any]], axes: tuple[str, str], accuracies: Sequence[float] = REACHED
 ) -> dict[str, float | None]:
-    """Per accuracy the least work that reaches it; None if none does.
+    """Return per accuracy the least work that reaches it; None if none does.
 
-    That of the line through the runs in log–log, in the order of the ladder. In the order of work
-    two runs that take about as long would change places by chance, and the cost with them.
+    It is read off the line through the runs in log–log, in the order of the ladder. In the order of
+    work two runs of about the same time would change places by chance, and the cost with them.
     """
     points = _points(rows, axes)
     found: dict[str, float | None] = {}

@@ -1,4 +1,4 @@
-"""How races are shown."""
+"""The page of races: how they are shown."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ LONG_WORK = (
 
 
 def _span(case: Case) -> str:
-    """The time that a race runs over."""
+    """Return the duration of a race in words."""
     periods, end = case.get("periods"), number(case.get("duration"))
     return f"{periods} periods" if periods else f"T = {end:g}" if end else NONE
 
 
 def _cost(accuracy: str) -> Callable[[Case], str]:
-    """What an accuracy costs, and how many times the best peer's cost that is."""
+    """Return a function for the cost of an accuracy, and its ratio to the best peer's cost."""
 
     def text(case: Case) -> str:
         measured = mapping(case, "measured")
@@ -46,7 +46,8 @@ def _cost(accuracy: str) -> Callable[[Case], str]:
 
 
 def _best(case: Case) -> str:
-    """The smallest error that was reached, how many settings failed and why, what was cut."""
+    """Return the smallest error, the number and cause of failed settings, and the settings left
+    out."""
     measured = mapping(case, "measured")
     causes = [str(row["cause"]) for row in rows(case) if row.get("cause")]
     told = [f"{len(causes)} of {len(rows(case))} settings failed: {causes[-1]}"] if causes else []
@@ -57,7 +58,7 @@ def _best(case: Case) -> str:
 
 
 def _kept(settings: Sequence[Case]) -> list[str]:
-    """How much of a tolerance, at most, the error was of which a step was chosen for it."""
+    """Return the largest error over the tolerance, for steps chosen for a tolerance."""
     shares = [
         row["error-max"] / row["tolerance"]
         for row in settings
@@ -67,7 +68,7 @@ def _kept(settings: Sequence[Case]) -> list[str]:
 
 
 def _setup(case: Case) -> str:
-    """Seconds to derive and compile, apart from every run."""
+    """Return the seconds to derive and compile, apart from every run."""
     seconds = number(mapping(case, "measured").get("setup"))
     return NONE if seconds is None else duration(seconds)
 
@@ -96,7 +97,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 def _line(case: Case) -> str:
-    """The best of a race, with what it lasts where that is more than the scene's duration."""
+    """Return the best of a race, with its duration if that is more than the scene's."""
     periods = case.get("periods")
     return _got(mapping(case, "measured")) + (f" over {periods} periods" if periods else "")
 

@@ -1,7 +1,7 @@
 """Other people's integrators on the same equations of motion, each as its documentation advises.
 
-scipy is always there; heyoka, diffrax and rebound come with `pip install discmech[peers]`. Nothing
-but the comparison studies imports them.
+scipy is always present; heyoka, diffrax and rebound come with `pip install discmech[peers]`. Only
+the comparison studies import them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from discmech.integrators.scene import Scene, remembered
 from ..contestants import Contestant, Problem
 from .rebounds import bodies
 
-#: peer → (the package it needs, where it is driven)
+#: peer → (the package it needs, the class that runs it)
 PEERS = {
     "DOP853": ("scipy", "scipys.ScipyContestant"),
     "Radau": ("scipy", "scipys.ScipyContestant"),
@@ -31,17 +31,17 @@ PEERS = {
     "WHFast": ("rebound", "rebounds.WisdomHolman"),
     "IAS15": ("rebound", "rebounds.ReboundContestant"),
 }
-#: those that take the equations of motion as expressions
+#: peers that take the equations of motion as expressions
 SYMBOLIC = ("heyoka", "diffrax", "diffrax-tsit5", "diffrax-symplectic")
-SPLIT = ("diffrax-symplectic",)  # those that need ẋ = f(μ), μ̇ = g(x)
-BODIES = ("WHFast", "IAS15")  # those that know bodies that attract each other, and nothing else
+SPLIT = ("diffrax-symplectic",)  # peers that need ẋ = f(μ), μ̇ = g(x)
+BODIES = ("WHFast", "IAS15")  # peers for bodies that attract each other only
 NONE = "none"
 
 
 def chosen(names: Sequence[str]) -> tuple[list[str], list[str]]:
-    """(peers that take part, one sentence for each that is absent); all of them if none is named.
+    """Return (the peers of a race, one sentence for each absent one); all peers if none is named.
 
-    Raises `BadInput` for a name that is no peer, and for a peer asked for that is not installed.
+    Raises `BadInput` for a name that is not a peer's, and for a named peer that is not installed.
     """
     if list(names) == [NONE]:
         return [], []
@@ -61,7 +61,7 @@ def chosen(names: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def on(scene: Scene, names: Sequence[str]) -> list[str]:
-    """Those of the peers that can be used on a scene."""
+    """Return the peers that can be used on a scene."""
     return [
         name for name in names
         if not (name in SYMBOLIC and scene.lagrangian is not None and not _is_closed(scene))
@@ -72,13 +72,13 @@ def on(scene: Scene, names: Sequence[str]) -> list[str]:
 
 @remembered(maxsize=64)
 def _is_closed(scene: Scene) -> bool:
-    """Whether ξ(x, μ) has a short closed form."""
+    """True if ξ(x, μ) has a short closed form."""
     return closed_velocity(SceneSymbols(scene)) is not None
 
 
 @remembered(maxsize=64)
 def _splits(scene: Scene) -> bool:
-    """Whether L = T(v) − V(x) on a pair groupoid, without forces or time."""
+    """True if L = T(v) − V(x) on a pair groupoid, without forces or time."""
     if scene.groupoid.kind != "pair" or scene.force is not None or scene.clocked:
         return False
     s = SceneSymbols(scene)
@@ -86,7 +86,7 @@ def _splits(scene: Scene) -> bool:
 
 
 def peer(name: str, problem: Problem, equations: Any) -> Contestant:
-    """The peer on a problem, whose compiled equations of motion are `equations`."""
+    """Return the peer on a problem with the compiled equations of motion `equations`."""
     module, _, kind = PEERS[name][1].partition(".")
     made: Contestant = getattr(import_module(f".{module}", __name__), kind)(
         name, problem, equations

@@ -19,11 +19,12 @@ from discmech.integrators.numbers import sympy
 from ..contestants import MOST_ROWS, Contestant, NoEnd, Problem, States
 
 TOLERANCES = [10.0**-k for k in range(3, 14)]
-MOST_STEPS = 2**31 - 1  # as its counter allows
+MOST_STEPS = 2**31 - 1  # limit of its counter
 
 
 def _bound(steps: int) -> int:
-    """A power of four above a number of steps: each is compiled apart, so let them be few."""
+    """Return a power of four above a number of steps: each is compiled separately, so they are
+    few."""
     bound = 4
     while bound <= steps:
         bound *= 4
@@ -31,10 +32,10 @@ def _bound(steps: int) -> int:
 
 
 class DiffraxContestant(Contestant):
-    """diffeqsolve under jit, the setting an argument; the settings are tolerances."""
+    """diffeqsolve under jit, with the setting as an argument; the settings are tolerances."""
 
     settings = TOLERANCES
-    fastest = 2e-7  # seconds of a step, at least: it limits how many the patience allows
+    fastest = 2e-7  # least seconds of a step: it limits the number that the patience allows
 
     def __init__(self, name: str, problem: Problem, equations: Any) -> None:
         import jax
@@ -72,7 +73,7 @@ class DiffraxContestant(Contestant):
         self.setup = time.perf_counter() - begun
 
     def _state(self, start: Any) -> Any:
-        """(x, μ) in the shape that the method takes."""
+        """Return (x, μ) in the shape that the method takes."""
         return start
 
     def _terms(self, equations: Any) -> Any:
@@ -82,7 +83,7 @@ class DiffraxContestant(Contestant):
         return diffrax.ODETerm(lambda t, z, args: function(z))
 
     def _method(self, tolerance: Any) -> dict[str, Any]:
-        """The solver and its steps."""
+        """Return the solver and its steps."""
         import diffrax
 
         controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
@@ -90,19 +91,20 @@ class DiffraxContestant(Contestant):
         return {"solver": solver, "dt0": None, "stepsize_controller": controller}
 
     def solve(self, setting: Any) -> Any:
-        """One compiled solve; JAX answers at once, so the result is waited for."""
+        """Return one compiled solve; JAX returns at once, so the result is waited for."""
         import jax
 
         return jax.block_until_ready(self.end(setting, self.start)[0])
 
     def states(self, setting: Any) -> States:
-        """Its own steps; at the checkpoints before the end its dense output, as a user gets."""
+        """Return its own steps; at the checkpoints before the end its dense output, as a user
+        gets."""
         last, steps, fine = self.end(setting, self.start)
         if not bool(fine):
             raise NoEnd(self.name, f" ({self.most_steps} steps)")
         own, dense = self.look(setting, self.start, _bound(int(steps)))
         path, end = _joined(own), _joined(last)[-1:]
-        path = np.vstack([path[np.isfinite(path).all(axis=1)], end])  # what is not filled is ∞
+        path = np.vstack([path[np.isfinite(path).all(axis=1)], end])  # unfilled rows are ∞
         checkpoints = path[:0]
         if self.problem.checkpoints:
             checkpoints = _joined(dense)
@@ -136,19 +138,19 @@ class SymplecticContestant(DiffraxContestant):
         return {"solver": diffrax.SemiImplicitEuler(), "dt0": float(self.problem.duration) / steps}
 
     def ladder(self) -> Iterator[int]:
-        """The steps of the scene, doubled on and on while diffrax counts as many."""
+        """Yield the steps of the scene, doubled repeatedly while diffrax can count them."""
         first = max(1, math.floor(self.problem.duration / self.problem.scene.step))
         return (first * 2**k for k in range(40) if first * 2**k <= MOST_STEPS)
 
 
 def _joined(states: Any) -> np.ndarray:
-    """Rows (x, μ), whole or in its two parts."""
+    """Return rows (x, μ), given whole or in two parts."""
     parts = states if isinstance(states, tuple) else [states]
     return np.hstack([np.array(part) for part in parts])
 
 
 def _compiled(arguments: list[Any], entries: Any) -> Any:
-    """A function of one array for JAX."""
+    """Return a function of one array for JAX."""
     import jax.numpy as jnp
 
     function = sympy.lambdify(arguments, list(entries), "jax", cse=True)

@@ -13,14 +13,14 @@ from discmech.integrators.numbers import sympy
 from ..contestants import MOST_ROWS, Contestant, NoEnd, Problem, States
 
 TOLERANCES = [10.0**-k for k in range(3, 16, 2)] + [2.0**-52]  # the last is its own default
-#: below round-off and with compensated sums: what its documentation advises for long runs, so that
+#: below round-off and with compensated sums, as its documentation advises for long runs, so that
 #: the energy's error is a random walk (Brouwer's law)
 BROUWER = 1e-18
-MANY = 10_000  # steps between two looks at the clock
+MANY = 10_000  # steps between two checks of the clock
 
 
 def _expression(e: Any) -> Any:
-    """heyoka's expression of sympy's, whole powers above the square as products.
+    """Return heyoka's expression for sympy's, with whole powers above the square as products.
 
     Its own power of an x that is 0 is not finite from the third on (fpu at rest).
     """
@@ -38,7 +38,7 @@ def _expression(e: Any) -> Any:
 
 
 class HeyokaContestant(Contestant):
-    """taylor_adaptive, compiled once a tolerance; the settings are tolerances."""
+    """taylor_adaptive, compiled once per tolerance; the settings are tolerances."""
 
     what = "tol"
 
@@ -47,7 +47,7 @@ class HeyokaContestant(Contestant):
 
         self.name, self.problem, self.start = name, problem, problem.start
         self.end = float(problem.duration)
-        #: in a race without checkpoints below round-off too
+        #: in a race without checkpoints also below round-off
         self.settings = TOLERANCES if problem.checkpoints else [*TOLERANCES, BROUWER]
         variables = heyoka.make_vars(*map(str, equations.states))
         if len(equations.states) == 1:
@@ -55,13 +55,13 @@ class HeyokaContestant(Contestant):
         self.system = [(v, _expression(e)) for v, e in zip(variables, equations.field, strict=True)]
 
     def told(self, setting: float) -> dict[str, Any]:
-        """Its tolerance."""
+        """Return the tolerance for a row of the result."""
         told = super().told(setting)
         sums = ", compensated" if setting == BROUWER else ""
         return {**told, "setting": told["setting"] + sums}
 
     def made(self, tolerance: float) -> Any:
-        """The integrator, compiled for that tolerance; it is used again and again."""
+        """Return the integrator, compiled for that tolerance; it is used repeatedly."""
         import heyoka
 
         begun, exact = time.perf_counter(), tolerance == BROUWER
@@ -77,11 +77,11 @@ class HeyokaContestant(Contestant):
         return integrator
 
     def solve(self, integrator: Any) -> Any:
-        """propagate_until from the start."""
+        """Run propagate_until from the start."""
         return self._rewound(integrator).propagate_until(self.end)
 
     def _watched(self, integrator: Any) -> int:
-        """The same run with an end to the patience; returns its number of steps."""
+        """Do the same run within the patience; return its number of steps."""
         begun, steps = time.process_time(), 0
         self._rewound(integrator)
         while True:
@@ -95,7 +95,8 @@ class HeyokaContestant(Contestant):
                 raise NoEnd("heyoka")
 
     def states(self, integrator: Any) -> States:
-        """On a grid, by the Taylor polynomials of its steps: as accurate as the steps are."""
+        """Return states on a grid, by the Taylor polynomials of its steps: as accurate as the steps
+        are."""
         steps = self._watched(integrator)
         last = integrator.state.copy()
         parts = max(1, self.problem.checkpoints)

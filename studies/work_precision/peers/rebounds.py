@@ -1,7 +1,7 @@
-"""rebound: integrators for bodies that attract each other (Rein, Liu 2012), where a scene is that.
+"""rebound: integrators for scenes of bodies that attract each other (Rein, Liu 2012).
 
 WHFast is the symplectic map of Wisdom and Holman around the first body (Rein, Tamayo 2015), with
-its corrector of order 17 and synchronised at the end alone, as its documentation advises for
+its corrector of order 17 and synchronised only at the end, as its documentation advises for
 accuracy and speed; IAS15 is adaptive, of order 15 (Rein, Spiegel 2015).
 """
 
@@ -22,7 +22,7 @@ from discmech.integrators.scene import Scene, remembered
 
 from ..contestants import MOST_ROWS, Contestant, NoEnd, Problem, States, steps_between
 
-#: of IAS15; the last is its own default, and above the first its corrector does not converge
+#: for IAS15; the last is its own default, and above the first its corrector does not converge
 EPSILONS = [10.0**-k for k in range(3, 10)]
 
 
@@ -37,10 +37,10 @@ class Bodies:
 
 @remembered(maxsize=64)
 def bodies(scene: Scene) -> Bodies | None:
-    """The bodies that a scene is made of; None if its Lagrangian is not theirs.
+    """Return the bodies of a scene; None if its Lagrangian is not theirs.
 
-    They are asked for by name: parameters "masses" and "G" (1 where there is none), with the places
-    of the bodies one after another as x.
+    They are known by names: parameters "masses" and "G" (1 if there is none), with the positions of
+    the bodies one after another as x.
     """
     masses = scene.parameters.get("masses", ())
     count = len(masses) if isinstance(masses, tuple | list) else 0
@@ -72,7 +72,7 @@ class ReboundContestant(Contestant):
         import rebound
 
         found = bodies(problem.scene)
-        assert found is not None  # `peers.on` asks
+        assert found is not None  # `peers.on` has checked it
         self.name, self.problem, self.dim = name, problem, found.dim
         self.end = float(problem.duration)
         self.masses = np.array(found.masses)
@@ -86,26 +86,26 @@ class ReboundContestant(Contestant):
             self.start.add(m=m, **at)
 
     def state(self, simulation: Any) -> np.ndarray:
-        """(x, μ) of a simulation."""
+        """Return (x, μ) of a simulation."""
         x, v = np.zeros((2, len(self.masses), 3))
         simulation.serialize_particle_data(xyz=x, vxvyvz=v)
         mu = self.masses[:, None] * v
         return np.concatenate([x[:, : self.dim].ravel(), mu[:, : self.dim].ravel()])
 
     def made(self, setting: Any) -> Any:
-        """A simulation that waits at the start, and its setting."""
+        """Return a simulation at the start, and its setting."""
         simulation = self.start.copy()
         simulation.ri_ias15.epsilon = setting
         return simulation, setting
 
     def solve(self, made: Any) -> Any:
-        """A copy that runs to the end by its own steps."""
+        """Return a copy that ran to the end by its own steps."""
         simulation = made[0].copy()
         simulation.integrate(self.end)
         return simulation
 
     def _watched(self, made: Any, every: int) -> list[np.ndarray]:
-        """States every so many steps, with an end to the patience; the last is the timed run's."""
+        """Return states every so many steps, within the patience; the last is the timed run's."""
         begun, simulation = time.process_time(), made[0].copy()
         rows, reach = [self.state(simulation)], self.end * (1 - 2.0**-40)
         while simulation.t < reach:
@@ -117,7 +117,8 @@ class ReboundContestant(Contestant):
         return [*rows[:-1], self.state(self.solve(made))]
 
     def states(self, made: Any) -> States:
-        """Its own steps; at the checkpoints before the end by steps that are cut to end there."""
+        """Return its own steps; at the checkpoints before the end by steps that are cut to end
+        there."""
         path = self._watched(made, 1)
         steps, found, simulation = len(path) - 1, [], made[0].copy()
         for t in self.problem.times[:-1] if self.problem.checkpoints else ():
@@ -132,27 +133,27 @@ class WisdomHolman(ReboundContestant):
     """WHFast; the settings are numbers of steps, each twice the one before."""
 
     def ladder(self) -> Iterator[int]:
-        """From a quarter of the scene's own steps on."""
+        """Yield numbers of steps, from a quarter of the scene's own on."""
         parts = max(1, self.problem.checkpoints)
         usual = math.floor(self.problem.duration / self.problem.scene.step) // 4
         return (max(1, round(usual / parts)) * parts * 2**k for k in range(40))
 
     def made(self, steps: int) -> Any:
-        """A simulation that waits at the start, and its steps."""
+        """Return a simulation at the start, and its steps."""
         simulation = self.start.copy()
         simulation.ri_whfast.corrector, simulation.ri_whfast.safe_mode = 17, 0
-        simulation.ri_whfast.keep_unsynchronized = 1  # looking on does not change the run
+        simulation.ri_whfast.keep_unsynchronized = 1  # reading states does not change the run
         simulation.dt = self.end / steps
         return simulation, steps
 
     def solve(self, made: Any) -> Any:
-        """By a number of equal steps, synchronised at the end alone."""
+        """Run a number of equal steps, synchronised only at the end."""
         simulation = made[0].copy()
         simulation.steps(made[1])
         simulation.synchronize()
         return simulation
 
     def states(self, made: Any) -> States:
-        """At equal distances, the checkpoints among them."""
+        """Return states at equal distances, including the checkpoints."""
         path = np.array(self._watched(made, steps_between(self.problem, made[1])))
         return States.along(self.problem, path, made[1])

@@ -11,7 +11,7 @@ from discmech.integrators.errors import CannotMeasure
 
 from ..contestants import MOST_ROWS, Contestant, NoEnd, Problem, States
 
-IMPLICIT = ("Radau", "LSODA")  # those that take a Jacobian
+IMPLICIT = ("Radau", "LSODA")  # methods that take a Jacobian
 TOLERANCES = [10.0**-k for k in range(2, 14)]  # scipy takes no rtol below 100 units of round-off
 
 
@@ -26,20 +26,20 @@ class ScipyContestant(Contestant):
         begun = time.perf_counter()
         self.f(0.0, self.start), self.df(0.0, self.start)
         self.setup = time.perf_counter() - begun
-        # the absolute tolerance is that much of each block's own size: x and μ have their units
+        # the absolute tolerance is that share of each block's own size: x and μ have their units
         n = len(problem.scheme.x)
         sizes = [np.abs(self.start[part]).max(initial=0.0) for part in (slice(n), slice(n, None))]
         sizes = [size or max(sizes) for size in sizes]
         self.scale = np.repeat(sizes, [n, len(self.start) - n])
 
     def made(self, tolerance: float) -> dict[str, Any]:
-        """The options of the call."""
+        """Return the options of the call."""
         jacobian = {"jac": self.df} if self.name in IMPLICIT else {}
         atol = tolerance * self.scale
         return {"method": self.name, "rtol": tolerance, "atol": atol, **jacobian}
 
     def solve(self, options: dict[str, Any]) -> Any:
-        """Without output between: that is its fastest form."""
+        """Solve without output in between, its fastest form."""
         return self._solved(self.f, options)
 
     def _solved(self, f: Any, options: dict[str, Any]) -> Any:
@@ -48,11 +48,13 @@ class ScipyContestant(Contestant):
         return solve_ivp(f, (0.0, float(self.problem.duration)), self.start, **options)
 
     def states(self, options: dict[str, Any]) -> States:
-        """Its own steps; at the checkpoints before the end its own dense output, as a user gets."""
+        """Return its own steps; at the checkpoints before the end its dense output, as a user
+        gets."""
         problem, begun = self.problem, time.process_time()
 
         def watched(t: float, z: np.ndarray) -> Any:
-            """What falls into a centre, since its tolerance is loose, takes ever smaller steps."""
+            """Return f, and give up a run that takes ever smaller steps, such as a fall into a
+            centre."""
             if time.process_time() - begun > problem.patience:
                 raise NoEnd(self.name)
             return self.f(t, z)
