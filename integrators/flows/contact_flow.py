@@ -155,7 +155,7 @@ class _Run(ContactRun):
     def failure(self, failure: Exception, rows: Trajectory | None) -> StepFailure:
         """Return the failure of the coming step."""
         cause, m = getattr(failure, "cause", str(failure)), self.moment
-        state = {"x": m.place.x, "mu": m.mu}
+        state: dict[str, Numbers] = {"x": m.place.x, "mu": m.mu}
         found: StepFailure = self.flow.context.failure(cause, state, self.index, rows)
         return found
 

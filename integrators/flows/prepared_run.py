@@ -24,7 +24,7 @@ class PreparedRun:
     """
 
     def __init__(self, edge: EdgePolicy, start: Start, steps: int, every: int) -> None:
-        machine = edge.machine if edge.stages is None else edge.stages
+        machine: Any = edge.machine if edge.stages is None else edge.stages
         self.start_at, self.place = (
             partial(f, c=machine.c) for f in (machine.start_at, machine.place)
         )
@@ -151,7 +151,7 @@ class PreparedRuns:
 
     def prepare(self, edge: EdgePolicy, start: Start, steps: int, every: int) -> None:
         """Prepare later runs, unless they are long or not in machine code."""
-        machine = edge.machine if edge.stages is None else edge.stages
+        machine: Any = edge.machine if edge.stages is None else edge.stages
         mapped = edge.context.one_step  # its u is computed from its rows
         coded = not mapped and hasattr(machine.kernels.advance, "function")
         if not coded or steps // every >= SHORT or start.translate or start.t0:

@@ -145,7 +145,7 @@ def _laws(case: Case, lattice: Any, progress: Progress) -> dict[str, float]:
 
 def _measured_control(case: Case, lattice: Any) -> dict[str, Any]:
     """Return {"poisson", "bond", "patch", "drift"} of a control, as far as it has them."""
-    flow = case.scheme.flow(CONTROLS[str(case.control)][2])
+    flow: Any = case.scheme.flow(CONTROLS[str(case.control)][2])
     start = flow.trajectory(4, 4)
     x, mu = start.x[-1], start.mu[-1]
     found: dict[str, Any] = {}
