@@ -107,8 +107,9 @@ class Flow:
         steps done so far. Raises `StepFailure` (with the rows so far) if a step cannot be solved,
         `BadInput` for wrong shapes, counts and starts off a constraint.
         """
-        plain = u0 is None and element0 is None and progress is None and type(steps) is int
-        if plain and type(every) is type(t0) is int and t0 == 0 and (steps, every) in self._prepared:
+        plain = u0 is None and element0 is None and progress is None and type(t0) is int
+        whole = plain and t0 == 0 and type(steps) is type(every) is int
+        if whole and (steps, every) in self._prepared:
             ready = self.starting.at_once(x0, mu0)
             if ready and (run := self._prepared.run(steps, every, ready)) is not None:
                 return run
