@@ -109,7 +109,7 @@ class Checkpoint:
         return found
 
     def save(
-        self, state: Mapping[str, np.ndarray], rows: Sequence[np.ndarray], whole: int, at_once: bool
+        self, state: Mapping[str, np.ndarray], rows: Sequence[Any], whole: int, at_once: bool
     ) -> None:
         """Write the rows to disk, then the state; whole: the number of complete rows.
 
@@ -175,7 +175,7 @@ def _literal(name: str) -> str:
     return "".join(f"[{letter}]" if letter in "*?[" else letter for letter in name)
 
 
-def _create(path: Path, shape: tuple[int, ...]) -> np.memmap[Any, Any]:
+def _create(path: Path, shape: tuple[int, ...]) -> Any:
     """Return an array in a new file with its disk space reserved: a missing page ends the
     process."""
     made: Any = np.lib.format.open_memmap(path, "w+", np.float64, shape)
@@ -185,7 +185,7 @@ def _create(path: Path, shape: tuple[int, ...]) -> np.memmap[Any, Any]:
     return made
 
 
-def _open(path: Path, shape: tuple[int, ...]) -> np.memmap[Any, Any]:
+def _open(path: Path, shape: tuple[int, ...]) -> Any:
     """Return the array of doubles with that shape in a file, or None if the file differs.
 
     The file is opened for reading first: opened for writing, numpy would append the missing part.

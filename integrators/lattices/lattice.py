@@ -66,7 +66,7 @@ class Lattice:
     x0: Rows | None = None
     v0: Rows | None = None
     duration: Given = 10
-    step: Given | None = None
+    step: Given = None
     fixed_ends: bool = False
     fixed: Sequence[int] | np.ndarray = ()
     constraint: Callable[..., Any] | None = None

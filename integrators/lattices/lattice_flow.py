@@ -174,7 +174,8 @@ class LatticeFlow:
 
         if checkpoint is not None:
             counts = str((steps, every, self.lattice.shape))
-            made_of = self.scheme.stages.key if run.by_stages else (self.scheme.system,)
+            stages = self.scheme.stages if run.by_stages else None
+            made_of = (self.scheme.system,) if stages is None else stages.key
             key = text_key(*made_of, run.digest.hexdigest(), counts)
             kept = Checkpoint(checkpoint, key, self.lattice.name)
         state = None if kept is None else kept.state

@@ -28,7 +28,6 @@ from .lattice_run import LatticeRun
 
 if TYPE_CHECKING:
     from .lattice_flow import LatticeFlow
-    from .lattice_scheme import LatticeScheme
 
 sparse: Any = LazyModule("scipy.sparse")
 linalg: Any = LazyModule("scipy.sparse.linalg")
@@ -110,9 +109,7 @@ class Linearised:
     ∂p/∂ξ (Nm, Nm) of p = ∂l/∂ξ, rho (Nn, Nm). Columns of fixed sites are 0.
     """
 
-    def __init__(
-        self, scheme: LatticeScheme, x: Matrix, v: Matrix, impulses: Matrix | None = None
-    ) -> None:
+    def __init__(self, scheme: Any, x: Matrix, v: Matrix, impulses: Matrix | None = None) -> None:
         lattice, (self.N, self.m) = scheme.lattice, v.shape
         self.scheme, self.x, self.n = scheme, x, x.shape[1]
         self.pairs, free, k = lattice.pairs, lattice.free, scheme.equations.constraints.count
