@@ -96,9 +96,14 @@ class StepContext:
     def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
         """Return Newton's start for a step from (x, μ): the velocity nearby, or the map's own
         start."""
-        if isinstance(self.geometry, OneStepGeometry):
+        if not isinstance(self.geometry, OneStepGeometry):
+            return near
+        try:
             return self.geometry.start(x, mu, near)
-        return near
+        except (ArithmeticError, ValueError):  # the logarithm of what is negative
+            raise self.failure(
+                "the vector field has no value at the start", {"x": x, "mu": mu}
+            ) from None
 
     def geometry_in(self, translate: int) -> LocalGeometry:
         """Return the geometry in the chart of a translate B, by its number in the cover; 0 is e."""

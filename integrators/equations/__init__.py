@@ -13,11 +13,13 @@ from .constraints import (
 from .continuous import (
     closed_velocity,
     energy,
+    energy_gradient,
     field_parts,
     initial_momentum,
     mass_matrix,
     momentum,
     natural_structure,
+    poisson_tensor,
     power,
     rates,
     vector_field,
@@ -30,6 +32,7 @@ from .dual_system import DualSystem
 from .legendre_inverse import legendre_inverse
 from .nonsmooth import blamed, check_finite
 from .one_step_equations import OneStepEquations
+from .phase_space import inverse_two_form, orientation
 from .rule_view import answers_of
 from .stage_equations import no_stages, stage_source
 from .symbols import SceneSymbols, vector
@@ -41,8 +44,9 @@ __all__ = [
     "DualSystem", "OneStepEquations", "SceneSymbols", "absolute_terms", "answers_of", "blamed",
     "check_finite", "check_force", "check_momentum", "check_on_constraints", "check_regular",
     "check_start", "closed_velocity", "constraint", "constraint_matrix", "discrete_force", "energy",
-    "energy_terms", "field_parts",
-    "force_points", "initial_momentum", "legendre_inverse", "mass_matrix", "momentum",
-    "natural_structure", "no_stages", "on_constraints", "power", "rates", "stage_source",
-    "step_system", "times", "vanishing_at_states", "vanishing_in_a_step", "vector", "vector_field",
+    "energy_gradient", "energy_terms", "field_parts", "force_points", "initial_momentum",
+    "inverse_two_form", "legendre_inverse", "mass_matrix", "momentum", "natural_structure",
+    "no_stages", "on_constraints", "orientation", "poisson_tensor", "power", "rates",
+    "stage_source", "step_system", "times", "vanishing_at_states", "vanishing_in_a_step", "vector",
+    "vector_field",
 ]  # fmt: skip

@@ -34,6 +34,7 @@ from ..rules import Discretisation
 from ..scene import Scene
 from .continuous import mass_matrix, momentum
 from .legendre_maps import LegendreMaps
+from .phase_space import inverse_two_form, two_form
 from .symbols import SceneSymbols
 
 
@@ -86,7 +87,7 @@ def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:
     s, w = equations.s, equations.w
     of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
     mass = {}
-    if scene.has_lagrangian:
+    if scene.has_lagrangian and not s.degenerate:
         mass["the mass matrix ∂²l/∂ξ²", "ξ; every velocity"] = mass_matrix(s)
     found = singular(mass, s, s.x, w, scene)
     if mass and not found and rule.nodes is not None and s.given is None:
@@ -108,13 +109,13 @@ def singular(
     w: Column,
     scene: Scene,
     known: Sequence[Definition] = (),
-    alike: Sequence[Sequence[Letter]] = (),
+    alike: Sequence[dict[Letter, Letter]] = (),
 ) -> dict[Any, Any]:
     """{which: a direction that it takes to 0}, of matrices that are singular at three points.
 
     Two are random, in no unit. In the unit of a scene they may be so far from its motion that the
     matrix has lost all its digits there, so the third is of the sizes of the start (`start_sizes`).
-    alike: columns of w that are rates of (x, μ).
+    alike: entries of w that are rates, each with the entry of (x, μ) of which it is one.
     """
     found = dict.fromkeys(asked)
     for seed in range(3):
@@ -125,7 +126,7 @@ def singular(
             sizes = start_sizes(s, scene)
             time = to_sympy(scene.duration)
             for rates in alike:
-                sizes |= {e: sizes[z] / time for e, z in zip(rates, [*s.x, *s.mu], strict=True)}
+                sizes |= {e: sizes[z] / time for e, z in rates.items()}
             point = {e: value * sizes.get(e, 1) for e, value in point.items()}
         point |= s.exact_parameters(scene)
         if known or any(m.free_symbols & s.constants.keys() for m in asked.values()):
@@ -174,6 +175,8 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
     """
     check_force(s, scene)
     check_lagrangian(s, scene)
+    if s.degenerate:
+        check_two_form(s, scene)
     at = dict(zip([*s.position, *s.u], map(to_sympy, [*scene.x0, *scene.v0]), strict=True))
     for name, formula, wanted in _constraints(s, scene):
         if formula.free_symbols & set(s.mu):
@@ -226,10 +229,29 @@ def check_lagrangian(s: SceneSymbols, scene: Scene) -> None:
         return
     if not (value.is_real and value.is_finite):
         given = scene.hamiltonian is not None
-        noun, start = ("Hamiltonian", "mu0") if given else ("Lagrangian", "v0")
+        noun, start = ("Hamiltonian", "x0, mu0") if given else ("Lagrangian", "x0, v0")
         raise BadInput(
-            f"{scene.name}: its {noun} is no finite real number at x0, {start}; begin "
-            "elsewhere, or give other parameters."
+            f"{scene.name}: its {noun} is no finite real number at "
+            f"{'x0' if s.degenerate else start}; begin elsewhere, or give other parameters."
+        )
+
+
+def check_two_form(s: SceneSymbols, scene: Scene) -> None:
+    """Raise `BadInput` where dϑ is singular everywhere, or at the start, or has no value there."""
+    inverse_two_form(s)
+    try:
+        found = evaluate_matrix(two_form(s), 30, _at_start(s, scene))
+    except NotComputed:  # which a run says, with the function that is to be mended
+        return
+    if not all(e.is_real and e.is_finite for e in found):
+        raise BadInput(
+            f"{scene.name}: dϑ of its one-form is no finite real number at x0; begin elsewhere, or "
+            "give other parameters."
+        )
+    if (direction := null_direction(found)) is not None:
+        raise BadInput(
+            f"{scene.name}: dϑ of its one-form is singular at x0, in the direction "
+            f"({shown(direction)}), so no velocity follows from dϑ(ẋ, ·) = dH; begin elsewhere."
         )
 
 

@@ -15,6 +15,7 @@ from ..errors import BadInput, CannotMeasure
 from ..numbers import Arithmetic, jacobian, numeric, sympy
 from ..numbers.types import Column, Exact, Expression, Number, SymbolicMatrix
 from ..scene import Scene
+from .phase_space import dirac_tensor, inverse_two_form
 from .symbols import SceneSymbols
 
 CLOSED = 3  # velocities that the mass matrix ties together, solved for as letters
@@ -35,8 +36,11 @@ def closed_velocity(s: SceneSymbols) -> Column | None:
     """ξ(x, μ), m×1, as expressions; None where they do not exist or are long.
 
     They exist for a Lagrangian that is quadratic in the velocity, and are short where no more than
-    three velocities are tied together by the mass matrix. Of a Hamiltonian they are ∂H/∂μ.
+    three velocities are tied together by the mass matrix. Of a Hamiltonian they are ∂H/∂μ, and of a
+    degenerate Lagrangian B ∂H.
     """
+    if s.degenerate:
+        return inverse_two_form(s) * jacobian([s.hamiltonian], s.x).T
     if s.hamiltonian is not None:
         return jacobian([s.hamiltonian], s.mu).T
     mu, mass = momentum(s), mass_matrix(s)
@@ -52,8 +56,24 @@ def closed_velocity(s: SceneSymbols) -> Column | None:
 
 
 def energy(s: SceneSymbols) -> Expression:
-    """H = μ·ξ − l at (x, ξ, μ), ξ in the letters `s.u`: stationary in ξ where μ = ∂l/∂ξ."""
+    """H = μ·ξ − l at (x, ξ, μ), ξ in the letters `s.u`: stationary in ξ where μ = ∂l/∂ξ.
+
+    Of a degenerate Lagrangian H(x), wherever μ is.
+    """
+    if s.degenerate:
+        return s.hamiltonian
     return s.mu.dot(s.u) - s.phase_lagrangian
+
+
+def energy_gradient(s: SceneSymbols) -> tuple[Column, Column]:
+    """∂H/∂x = −∂l/∂x and ∂H/∂μ = ξ at (x, ξ), ξ in the letters `s.u`.
+
+    Of a degenerate Lagrangian that of H(x), and 0.
+    """
+    if s.degenerate:
+        return jacobian([s.hamiltonian], s.x).T, 0 * s.u
+    slope = -jacobian([s.phase_lagrangian], s.x).T if len(s.x) else sympy.zeros(0, 1)
+    return slope, s.u
 
 
 def power(s: SceneSymbols) -> Expression:
@@ -73,6 +93,20 @@ def natural_structure(s: SceneSymbols, x: Column) -> tuple[SymbolicMatrix, list[
     return over_step(s.groupoid.rho(x, s.h)), [over_step(c) for c in structure]
 
 
+def poisson_tensor(s: SceneSymbols, x: Column, mu: Column) -> SymbolicMatrix:
+    """The bracket of (x, μ), (n+m)×(n+m): {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ.
+
+    Of a degenerate Lagrangian it is Dirac's.
+    """
+    if s.degenerate:
+        return dirac_tensor(s).xreplace(dict(zip(s.x, x, strict=True)))
+    rho, structure = natural_structure(s, x)
+    bracket = sympy.zeros(len(mu))
+    for nu, c in enumerate(structure):
+        bracket -= c * mu[nu]
+    return sympy.zeros(len(x)).row_join(rho).col_join((-rho.T).row_join(bracket))
+
+
 def rates(s: SceneSymbols) -> Column:
     """(ẋ, μ̇) at (x, ξ, μ), ξ in the letters `s.u`, (n+m)×1."""
     rho, structure = natural_structure(s, s.x)
@@ -87,10 +121,13 @@ def rates(s: SceneSymbols) -> Column:
 
 def field_parts(s: SceneSymbols) -> list[Any]:
     """At (x, ξ, μ), ξ in the letters `s.u`: f = (ẋ, μ̇), its derivatives by z = (x, μ) and by ξ,
-    and ∂ξ/∂z·M = (−∂²l/∂ξ∂x, 1), M the mass matrix: columns of sympy."""
+    ∂ξ/∂z·M = (−∂²l/∂ξ∂x, 1), and M, the mass matrix (1 of a degenerate Lagrangian): columns of
+    sympy."""
     f, states = rates(s), [*s.x, *s.mu]
-    moving = (-jacobian(momentum(s), s.x)).row_join(sympy.eye(len(s.mu)))
-    return [list(f), jacobian(f, states), jacobian(f, s.u), moving]
+    moving, mass = (-jacobian(momentum(s), s.x)).row_join(sympy.eye(len(s.mu))), mass_matrix(s)
+    if s.degenerate:
+        moving, mass = jacobian(closed_velocity(s), states), sympy.eye(len(s.mu))  # type: ignore[arg-type]
+    return [list(f), jacobian(f, states), jacobian(f, s.u), moving, mass]
 
 
 def vector_field(s: SceneSymbols) -> Column:

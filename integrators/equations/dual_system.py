@@ -23,8 +23,17 @@ from ..numbers import (
     sympy,
 )
 from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
+from ..scene import halves
 from .chain_rule import Block, ChainRule, partials
-from .continuous import closed_velocity, energy, momentum, natural_structure, rates
+from .continuous import (
+    closed_velocity,
+    energy,
+    energy_gradient,
+    momentum,
+    poisson_tensor,
+    rates,
+)
+from .phase_space import inverse_two_form
 from .symbols import SceneSymbols, column, vector
 
 MOST_TERMS = 6  # of the series of a part's flow
@@ -58,6 +67,7 @@ class DualSystem:
     """The scene as a one-step map sees it, on the dual algebroid with states z = (x, μ).
 
     n, m: the lengths of x and μ; where something depends on the time, it is the last entry of x.
+    Of a degenerate Lagrangian ϑ(x)·v − H(x) the state is z = x, and m = 0.
     parameters: the scene's, by name. groupoid: the scene's. Answers have no formula: a map that
     differentiates one, or replaces something in it, is told so.
     """
@@ -66,7 +76,9 @@ class DualSystem:
         self._s, self.groupoid, self.parameters = s, s.groupoid, s.parameters
         #: a letter for an exact number, given as a function digits → mpf
         self.constant = s.constant
-        self.n, self.m = len(s.x), len(s.mu)
+        #: μ of the state
+        self._mu = s.mu[:0, :] if s.degenerate else s.mu
+        self.n, self.m = len(s.x), len(self._mu)
         self.chain = ChainRule()
         #: columns of letters that stand for nothing else
         self._given = [s.x, s.mu, *unknowns]
@@ -102,14 +114,14 @@ class DualSystem:
     def H(self, z: Column) -> Expression:
         """The energy ⟨μ, ξ⟩ − l(x, ξ) at z."""
         at = self._at(z)
-        by = [(at.x, self._force(at).T), (at.mu, at.xi.T)]
+        by = [(at.x, self._force(at).T), (at.mu, self._speed(at).T)]
         slopes = [part for part in by if len(part[0])]
         return self._shown(self._placed(at, "zh", lambda: [energy(self._s)], slopes))[0]
 
     def dH(self, z: Column) -> Column:
         """The gradient (∂H/∂x, ∂H/∂μ) of the energy at z, (n+m)×1; the second part is ξ."""
         at = self._at(z)
-        return self._shown(self._force(at).col_join(at.xi))
+        return self._shown(self._force(at).col_join(self._speed(at)))
 
     def force(self, z: Column) -> Column:
         """What the vector field has beside B dH at z, (n+m)×1: the scene's force on μ, the rate 1
@@ -123,15 +135,31 @@ class DualSystem:
     def B(self, z: Column) -> SymbolicMatrix:
         """The Poisson tensor at z, (n+m)×(n+m): the vector field is B dH + force.
 
-        {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ.
+        {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ; of a degenerate Lagrangian the inverse of dϑ.
         """
         s, at = self._s, self._at(z)
-        rho, structure = natural_structure(s, at.x)
-        bracket = sympy.zeros(self.m)
-        for nu, c in enumerate(structure):
-            bracket -= c * at.mu[nu]
-        top = sympy.zeros(self.n).row_join(rho)
-        return self._shown(top.col_join((-rho.T).row_join(bracket)))
+        if s.degenerate:
+            entries = self._placed(at, "zb", lambda: list(inverse_two_form(s)))
+            return self._shown(sympy.Matrix(self.n, self.n, list(entries)))
+        return self._shown(poisson_tensor(s, at.x, at.mu))
+
+    def theta(self, z: Column) -> Column:
+        """The one-form ϑ at z = x of a degenerate Lagrangian, n×1; `BadInput` of another scene."""
+        return self._shown(self._one_form(self._at(z)))
+
+    def dtheta(self, z: Column) -> SymbolicMatrix:
+        """∂ϑ_i/∂x_j at z = x, n×n; raises as `theta`."""
+        at = self._at(z)
+        self._one_form(at)
+        s = self._s
+        entries = self._placed(at, "zj", lambda: list(jacobian(s.one_form, s.x)))
+        return self._shown(sympy.Matrix(self.n, self.n, list(entries)))
+
+    @property
+    def halves(self) -> tuple[list[int], list[int]]:
+        """The places of x at which ϑ has a component, and the other half, where it vanishes."""
+        self._one_form(self._at(self._s.x))
+        return halves(self._s.one_form)  # the map's refusal has seen that they are halves
 
     def flow(self, part: Callable[..., Any], z: Column, h: Expression) -> Column:
         """The flow of a part(x, mu, p) of H for the time h, from z: its series in h, where it ends.
@@ -181,12 +209,7 @@ class DualSystem:
         if part not in self._parts:
             states = [*s.x, *s.mu]
             slope = jacobian([self._part(part)], states).T
-            rho, structure = natural_structure(s, s.x)
-            bracket = sympy.zeros(self.m)
-            for nu, c in enumerate(structure):
-                bracket -= c * s.mu[nu]
-            top = sympy.zeros(self.n).row_join(rho)
-            field = top.col_join((-rho.T).row_join(bracket)) * slope
+            field = poisson_tensor(s, s.x, s.mu) * slope
             found, term = list[Column](), field
             while first_violation(term) is not None:
                 if len(found) == MOST_TERMS:
@@ -304,7 +327,7 @@ class DualSystem:
         values = tuple(given)
         if values not in self._points:
             s = self._s
-            if values != (*s.x, *s.mu):
+            if values != (*s.x, *self._mu):
                 given = self._named("za", given)
             at = Point(given[: self.n, :], given[self.n :, :], s.u)
             closed = closed_velocity(s)
@@ -321,11 +344,23 @@ class DualSystem:
 
     def _field(self, at: Point) -> Column:
         """(ẋ, μ̇) at a point, as letters."""
-        return self._placed(at, "zf", lambda: rates(self._s))
+        return self._placed(at, "zf", lambda: rates(self._s)[: self.n + self.m, :])
 
     def _force(self, at: Point) -> Column:
-        """∂H/∂x = −∂l/∂x at a point, as letters, n×1."""
-        return self._placed(at, "zg", lambda: -jacobian([self._s.phase_lagrangian], self._s.x))
+        """∂H/∂x at a point, as letters, n×1."""
+        return self._placed(at, "zg", lambda: energy_gradient(self._s)[0])
+
+    def _speed(self, at: Point) -> Column:
+        """∂H/∂μ = ξ at a point, as letters, m×1."""
+        return at.xi[: self.m, :]
+
+    def _one_form(self, at: Point) -> Column:
+        if not self._s.degenerate:
+            raise BadInput(
+                f"it asks for the one-form of {self._s.name}, which has none: its Lagrangian is "
+                "not ϑ(x)·v − H(x), given by one_form= and hamiltonian=."
+            )
+        return self._placed(at, "zo", lambda: self._s.one_form)
 
     def _placed(self, at: Point, name: str, entries: Callable[[], Any], by: Any = None) -> Column:
         """Letters for entries in (x, ξ, μ) at a point, the same whenever they are asked for."""
@@ -336,7 +371,7 @@ class DualSystem:
 
     def _letters(self, at: Point) -> dict[Expression, Expression]:
         s = self._s
-        return dict(zip([*s.x, *s.u, *s.mu], [*at.x, *at.xi, *at.mu], strict=True))
+        return dict(zip([*s.x, *s.u, *self._mu], [*at.x, *at.xi, *at.mu], strict=True))
 
     def _named(self, name: str, values: Column, by: Any = None) -> Column:
         """Letters for the values; by: their derivatives, where these are known."""

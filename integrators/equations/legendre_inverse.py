@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ..numbers import Double, jacobian, newton, numeric
-from .continuous import mass_matrix, momentum
+from ..numbers import Double, newton, numeric
+from .continuous import closed_velocity, mass_matrix, momentum
 from .symbols import SceneSymbols
 
 MOST = 100  # corrections, and halvings of each
@@ -30,11 +30,11 @@ class LegendreInverse:
 
     def __init__(self, s: SceneSymbols, numbers: Any) -> None:
         self.numbers, self.double = numbers, isinstance(numbers, Double)
-        #: whether a Hamiltonian is given, and ξ = ∂H/∂μ
+        #: whether a Hamiltonian is given, and ξ = ∂H/∂μ, or B ∂H of a degenerate Lagrangian
         self.closed = s.hamiltonian is not None
         if self.closed:
             own = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
-            speed = list(jacobian([s.hamiltonian], s.mu))
+            speed = list(closed_velocity(s))  # type: ignore[arg-type]
             self._maps = numeric(own, [speed], numbers, columns=self.double)
             return
         mass = mass_matrix(s)

@@ -48,6 +48,8 @@ def check_finite(scene: Scene, s: SceneSymbols) -> tuple[str, Any]:
     given = s.hamiltonian
     noun, value = ("Lagrangian", s.lagrangian) if given is None else ("Hamiltonian", given)
     s.scalars([value], f"its {noun}", scene.lagrangian)
+    if s.degenerate:
+        _ = s.one_form
     return noun, value
 
 
@@ -59,6 +61,8 @@ def check_smooth(scene: Scene, s: SceneSymbols) -> None:
     letters = {*s.x, *s.u, *s.mu}
     if _breaks(value, letters):
         raise _refusal(f"the {noun} of {scene.name}", scene.lagrangian)
+    if s.degenerate and any(_breaks(e, letters) for e in s.one_form):
+        raise _refusal(f"the one-form of {scene.name}", scene.one_form)
     if any(_breaks(e, letters) for e in s.force):
         raise _refusal(f"the force of {scene.name}", scene.force)
 

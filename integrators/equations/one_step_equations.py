@@ -40,30 +40,34 @@ class OneStepEquations:
         self.s, self.rule, self.groupoid = s, rule, s.groupoid
         self.x, self.u, self.y, self.h = s.x, s.u, s.y, s.h
         self.z = column([*s.x, *s.mu])
-        size = len(self.z)
+        #: the state as the map sees it: x alone of a degenerate Lagrangian
+        self.state = s.x if s.degenerate else self.z
+        size = len(self.state)
         main = [vector(f"zd{k}", size) for k in range(max(1, rule.stages))]
         self.view = DualSystem(s, main)
         with_stages = rule.stages > 0
         self._place = line_of(rule.formula)
         if with_stages:
-            given = self._asked(self.z, self.h, main)
+            given = self._asked(self.state, self.h, main)
             pair = isinstance(given, tuple) and len(given) == 2
             if not pair or not hasattr(given[1], "__len__") or len(given[1]) != rule.stages:
                 raise self._bad(f"has stages: return Z, [{rule.stages} residuals]")
             rows = column([e for part in given[1] for e in self._state(part, "a residual")])
             new = self._state(given[0], "Z")
         else:
-            D, new = main[0], self.z + self.h * main[0]
+            D, new = main[0], self.state + self.h * main[0]
             if rule.implicit:
-                rows = self._state(self._asked(self.z, new, self.h), "its residual")
+                rows = self._state(self._asked(self.state, new, self.h), "its residual")
                 rows = over(rows, self.h)
             else:
-                value = self._state(self._asked(self.z, self.h), "Z")
-                rows = D - over(value - self.z, self.h)
+                value = self._state(self._asked(self.state, self.h), "Z")
+                rows = D - over(value - self.state, self.h)
         #: columns of unknowns, each of which starts at f(z), then those that start at ξ(z)
         self.slopes, self.velocities = main, self.view.velocities
         self.w = column([e for part in (*main, *self.velocities) for e in part])
         self.rows = column([e for part in (rows, *self.view.velocity_rows) for e in part])
+        if s.degenerate:  # μ is ϑ(x), wherever it began
+            new = column([*new, *self.view.letters(self.view.theta(new))])
         self.increment = new - self.z
         self._new = new
         self._check_letters()
@@ -146,7 +150,8 @@ class OneStepEquations:
     def check_regular(self, scene: Any) -> None:
         """Raise `BadInput` if the rows do not determine w: ∂rows/∂w singular at two points."""
         known = self.definitions(self.slope)
-        found = singular({"": self.slope}, self.s, self.z, self.w, scene, known, self.slopes)
+        alike = [dict(zip(part, self.state, strict=True)) for part in self.slopes]
+        found = singular({"": self.slope}, self.s, self.z, self.w, scene, known, alike)
         if not found:
             return
         unknowns = "its stages" if self.rule.stages else "the new Z"
@@ -165,14 +170,14 @@ class OneStepEquations:
         shape = getattr(given, "shape", None)
         several = hasattr(given, "__iter__") if shape is None else shape  # no entries without axes
         entries = list(given) if several else [given]
-        size = len(self.z)
+        size = len(self.state)
         if len(entries) != size or (shape is not None and 1 not in shape):
             found = f"{'×'.join(map(str, shape))}" if shape else f"{len(entries)}"
             found = "None" if given is None else f"of shape {found}"
-            raise self._bad(
-                f"gives {what} {found}; a state (x, μ) has {size} entries, "
-                f"{len(self.x)} of x and {len(self.u)} of μ"
-            )
+            parts = f"{len(self.x)} of x and {len(self.u)} of μ"
+            state = f"(x, μ) has {size} entries, {parts}"
+            state = f"x has {size} entries" if self.s.degenerate else state
+            raise self._bad(f"gives {what} {found}; a state {state}")
         if any(hasattr(e, "shape") or isinstance(e, list | tuple) for e in entries):
             raise self._bad(f"gives {what} as a list of columns; give one column of {size} numbers")
         scalars = self.s.scalars(entries, f"map {self.rule.name}: {what}", self.rule.formula)

@@ -50,6 +50,8 @@ def no_stages(equations: DiscreteEquations, alone: bool = True) -> str:
     if equations.mark or s.given is not None:
         return "the discrete equations are not those of the rule"
     state = s.x.col_join(s.u)
+    if s.degenerate:
+        return "the Lagrangian is linear in the velocity"
     if s.clocked:
         return "the time is one of the coordinates"
     if mass_matrix(s).free_symbols & set(s.u):

@@ -45,7 +45,8 @@ def column(entries: Iterable[Expression]) -> Column:
 
 def entries_of(given: Any) -> list[Any]:
     """What was given, as a list; of one entry where it is no collection."""
-    many = hasattr(given, "__iter__") and getattr(given, "shape", None) != ()
+    shape = getattr(given, "shape", None)
+    many = hasattr(given, "__iter__") if shape is None else shape != ()
     return list(given) if many else [given]
 
 
@@ -81,6 +82,9 @@ class SceneSymbols:
         self.given = scene.discrete_lagrangian
         self._lagrangian, self._fast, self._force = scene.lagrangian, scene.fast, scene.force
         self._hamiltonian = scene.hamiltonian
+        self._one_form = scene.one_form
+        #: whether x is a phase space with the form dϑ, and μ = ϑ(x)
+        self.degenerate = scene.one_form is not None
         self.forced = scene.force is not None
         #: the function of the constraints, and whether they are φ(x) = 0 (`constraints`)
         self.restricted = scene.holonomic or scene.nonholonomic
@@ -269,21 +273,30 @@ class SceneSymbols:
         if self._hamiltonian is None:
             return None
         found, what = self.hamiltonian_at(self.x, self.mu), "its Hamiltonian"
-        known = {*self.x, *self.mu}
-        self.refuse_unknown(column([found]), known, what, self._hamiltonian, "x, mu, p and t")
+        words, known = "x, mu, p and t", {*self.x, *self.mu}
+        if self.degenerate:
+            words, known = "x and p", {*self.x}
+        self.refuse_unknown(column([found]), known, what, self._hamiltonian, words)
         return found
 
     def hamiltonian_at(self, x: Column, mu: Column) -> Expression:
         """H at any columns x and μ, of a scene that gives it."""
         assert self._hamiltonian is not None
         arguments = self._at_point(self._hamiltonian, x, mu)
+        if self.degenerate:  # of x alone
+            arguments = (x, self.parameters)
         return self.call(self._hamiltonian, "its Hamiltonian", *arguments)
+
+    @cached_property
+    def one_form(self) -> Column:
+        """ϑ(x), n×1, of a degenerate scene; raises `BadInput` as `force`."""
+        return self._components(self._one_form, "its one-form", "x and p", self.x, self.parameters)
 
     @property
     def phase_lagrangian(self) -> Expression:
         """What has the slope ρ̂ᵀ∂/∂x of the force: l(x, u), or μ·u − H(x, μ) where H is given."""
         H = self.hamiltonian
-        return self.lagrangian if H is None else self.mu.dot(self.u) - H
+        return self.lagrangian if H is None or self.degenerate else self.mu.dot(self.u) - H
 
     def fast_at(self, x: Column) -> Expression:
         """The fast part of the potential at a column x; `CannotMeasure` if the scene names none."""
@@ -337,16 +350,20 @@ class SceneSymbols:
         """
         if self._force is None:
             return column(())
-        what = "its force"
-        self._refuse_attitude(self._force, what)
-        given = self.evaluated(self._force, what, *self._at_point(self._force, self.x, self.u))
-        found = self.scalars(entries_of(given), what, self._force)
+        self._refuse_attitude(self._force, "its force")
+        arguments = self._at_point(self._force, self.x, self.u)
+        return self._components(self._force, "its force", "x, v, p and t", *arguments)
+
+    def _components(self, function: Any, what: str, words: str, *arguments: Any) -> Column:
+        """The m components that a function of the user's gives, as finite expressions."""
+        given = self.evaluated(function, what, *arguments)
+        found = self.scalars(entries_of(given), what, function)
         if len(found) != len(self.u):
             raise BadInput(
-                f"{self._at(self._force, what)} has {len(found)} components, but the velocity has "
+                f"{self._at(function, what)} has {len(found)} components, but the velocity has "
                 f"{len(self.u)}: give one for each."
             )
-        self.refuse_unknown(found, {*self.x, *self.u}, what, self._force, "x, v, p and t")
+        self.refuse_unknown(found, {*self.x, *self.u}, what, function, words)
         return found
 
     def refuse_unknown(

@@ -292,6 +292,7 @@ def _refusal(scheme: Any) -> str:
         (scheme.scene.constrained, "has constraints"),
         (scheme.scene.timed, "depends on the time"),
         (scheme.scene.discrete_lagrangian is not None, "gives its discrete Lagrangian itself"),
+        (scheme.scene.one_form is not None, "has a form dϑ of its own"),
     ):
         if is_so:
             return f"{name} {why}: the modified equation is that of free motion, dz/dt = f(z)."

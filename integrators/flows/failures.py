@@ -2,13 +2,33 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
 from ..bisections import EdgePolicy, StepContext, edge_policies
 from ..compiler import NOT_CONVERGED, SINGULAR, Run
-from ..equations import mass_matrix
+from ..equations import SceneSymbols, inverse_two_form, mass_matrix, orientation
 from ..errors import SMALLER, StepFailure
-from ..numbers import Vector, evaluate_matrix, exact, null_direction, shown, sympy, to_sympy
+from ..numbers import (
+    NotComputed,
+    Vector,
+    arithmetic,
+    evaluate_matrix,
+    exact,
+    null_direction,
+    numeric,
+    shown,
+    sympy,
+    to_sympy,
+)
 from ..numbers.types import SymbolicMatrix
 
+#: factor of growth of (dϑ)⁻¹ since the start from which on the form counts as nearly singular
+LARGER = 1000
+BEFORE = "stop before, where the motion ends, or take a smaller step"
+PARASITIC = "take a method for one-forms such as projected-gauss-1"
 #: driver's status ↦ cause of the failure
 CAUSES = {
     **edge_policies.CAUSES,
@@ -29,12 +49,21 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> Ste
         last = {}  # the slope of a map is no velocity of an arrow
         if status == SINGULAR:
             cause = "a step is singular or the numbers are no longer finite"
+        if context.equations.s.degenerate:
+            state = x.copy()
+
+            def look() -> tuple[str, str]:
+                near = _grown(context, state) > LARGER
+                return (f"dϑ is nearly singular, and {cause}", BEFORE) if near else (cause, SMALLER)
+
     elif status not in edge_policies.CAUSES:
         # if Newton's start is not printed, F⁻ is affine and FL does not depend on u
         u = last.get("u", context.vectors(context.scene.x0, context.scene.v0)[1])
         at, translate = (context.parts[0], x.copy(), u.copy()), run.translate
 
         def look() -> tuple[str, str]:
+            if context.equations.s.degenerate:
+                return f"{cause}: parasitic modes may have grown", PARASITIC
             with context.numbers.working():
                 singular = singular_direction(*at, translate)
             if singular is None:
@@ -65,6 +94,43 @@ def singular_direction(
         if direction is not None:
             return f"{name} is singular in the direction ({shown(direction)}) of {letter}", fix
     return None
+
+
+def _grown(context: StepContext, x: Vector) -> float:
+    """The largest entry of (dϑ)⁻¹ at x over that at the start of the scene; 0 without a value."""
+    s, sizes = context.equations.s, []
+    for state in (context.scene.x0, x):
+        at = s.exact_parameters(context.scene)
+        try:
+            at |= {z: to_sympy(exact(e, "x")) for z, e in zip(s.x, state, strict=True)}
+            sizes.append(max(abs(e) for e in evaluate_matrix(inverse_two_form(s), 30, at)))
+        except (ArithmeticError, ValueError, TypeError, NotComputed):
+            return 0.0
+    return float(sizes[1] / sizes[0])
+
+
+def check_two_form(context: StepContext, rows: Any) -> None:
+    """Raise `StepFailure` where dϑ changes its orientation between two rows of a run.
+
+    No motion goes through a singular dϑ, but a step may.
+    """
+    found = _orientation(context.equations.s)(
+        np.asarray(rows.x, dtype=float).T, [float(e) for e in context.scene.parameter_values]
+    )
+    turned = np.flatnonzero(np.sign(np.broadcast_to(found, len(rows.x))) != np.sign(found).flat[0])
+    if len(turned):
+        k = int(turned[0])
+        state: dict[str, Any] = {"x": rows.x[k - 1], "mu": rows.mu[k - 1]}
+        passed = "the step passes a state where dϑ is singular"
+        index = round(float(rows.t[k]) / float(rows.step)) - 1
+        raise context.failure(passed, state, index, rows, BEFORE)
+
+
+@lru_cache(maxsize=64)
+def _orientation(s: SceneSymbols) -> Any:
+    return numeric(
+        {"x": s.x, "p": s.parameter_list}, [orientation(s)], arithmetic(16), columns=True
+    )
 
 
 def _FL(context: StepContext, x: Vector, u: Vector, translate: int) -> SymbolicMatrix | None:

@@ -123,7 +123,8 @@ class Flow:
             return self._run_from(start, steps, every, progress)
 
     def _run_from(self, start: Start, steps: int, every: int, progress: Progress) -> Trajectory:
-        if progress is None:
+        # no step of a degenerate Lagrangian may pass a singular dϑ, which `run_from` looks for
+        if progress is None and not self.scheme.s.degenerate:
             if (run := self._prepared.run(steps, every, start)) is not None:
                 return run
             self._prepared.prepare(self.edge, start, steps, every)

@@ -26,7 +26,7 @@ from ..geometry import OneStepGeometry
 from ..groupoids import margin_of
 from ..numbers import Arithmetic, Matrix, Numbers, Vector, finite
 from ..numbers.types import Exact
-from .failures import failure_of_run
+from .failures import check_two_form, failure_of_run
 from .initial_state import Start
 
 Progress: TypeAlias = Callable[[int], None] | None  # called with the number of steps so far
@@ -108,6 +108,8 @@ def run_from(
     rows = rows_of(edge, run, count, start.t0)
     if status:
         raise failure_of_run(edge, run, status, rows)
+    if edge.context.equations.s.degenerate:
+        check_two_form(edge.context, rows)
     return rows
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..equations import DiscretisedScene, SceneSymbols, field_parts, mass_matrix
+from ..equations import DiscretisedScene, SceneSymbols, field_parts
 from ..errors import BadInput, StepFailure, shown
 from ..numbers import Matrix, arithmetic, measure, numeric
 from ..numbers.types import Given
@@ -218,7 +218,7 @@ def fastest_rate(scheme: DiscretisedScene, run: Trajectory) -> float:
 def _linearised(s: SceneSymbols) -> Callable[..., list[Matrix]]:
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     _, *parts = field_parts(s)
-    return numeric(letters, [*parts, mass_matrix(s)], arithmetic(16))
+    return numeric(letters, parts, arithmetic(16))
 
 
 def _unresolved(scheme: DiscretisedScene, wanted: float, fastest: float, most: int) -> BadInput:

@@ -13,9 +13,10 @@ from ..equations import (
     closed_velocity,
     constraint,
     energy,
+    energy_gradient,
     legendre_inverse,
     momentum,
-    natural_structure,
+    poisson_tensor,
     rates,
 )
 from ..numbers import Arithmetic, Double, jacobian, numeric, sympy
@@ -213,7 +214,7 @@ def _formula(s: SceneSymbols, what: str) -> Any:
     if what == "H":
         return energy(s)
     if what == "gradient":
-        return [-e for e in jacobian([s.phase_lagrangian], s.position)]
+        return list(energy_gradient(s)[0])[: s.n]
     if what == "velocity":
         return list(s.u)
     assert what == "force"
@@ -222,14 +223,11 @@ def _formula(s: SceneSymbols, what: str) -> Any:
 
 @lru_cache(maxsize=128)
 def _tensor(s: SceneSymbols, numbers: Arithmetic, columns: bool = False) -> Any:
-    """Return {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, which the groupoid alone determines."""
-    rho, structure = natural_structure(s, s.x)
-    bracket = sympy.zeros(len(s.mu))
-    for nu, c in enumerate(structure):
-        bracket -= c * s.mu[nu]
-    rho = rho[: s.n, :]
-    top = sympy.zeros(s.n).row_join(rho)
-    whole = top.col_join((-rho.T).row_join(bracket))
+    """Return the Poisson tensor of (x, μ): that of the groupoid, or Dirac's."""
+    whole = poisson_tensor(s, s.x, s.mu)
+    if s.clocked:  # without the time
+        whole.row_del(s.n)
+        whole.col_del(s.n)
     letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
     return numeric(letters, [whole], numbers, columns=columns)
 

@@ -16,11 +16,13 @@ from ..equations import ConstrainedEquations, DiscreteEquations, OneStepEquation
 from ..numbers import arithmetic, random_point
 from .defects import in_round_offs
 from .local_geometry import LocalGeometry
-from .one_step_geometry import OneStepGeometry
+from .one_step_geometry import OneStepGeometry, StepNotFound
 
 #: many digits, because in unfavourable units the terms that distinguish a map from its adjoint may
 #: be tiny beside others, for example those of the potential at a random state
 DIGITS = 300
+#: steps of a map, each a quarter of the one before, of which one has to be found
+TRIES = 6
 
 
 @lru_cache(maxsize=512)
@@ -34,7 +36,7 @@ def is_self_adjoint(equations: DiscreteEquations) -> bool:
     """
     if isinstance(equations, ConstrainedEquations):
         return equations.symmetric and is_self_adjoint(equations.discrete)
-    gap = _gap_of_map if isinstance(equations, OneStepEquations) else _gap
+    gap = _gap_of_any_step if isinstance(equations, OneStepEquations) else _gap
     return all(gap(equations, seed) < 10.0 ** (10 - DIGITS) for seed in range(2))
 
 
@@ -53,7 +55,17 @@ def order_of_step(rule: Any, equations: Any, self_adjoint: Callable[[], bool]) -
     return int(order) + (groupoid._inversion is not None and self_adjoint())
 
 
-def _gap_of_map(equations: Any, seed: int) -> float:
+def _gap_of_any_step(equations: Any, seed: int) -> float:
+    """Return `_gap_of_map` at the longest step, of ever shorter ones, that Newton finds."""
+    for k in range(TRIES):
+        try:
+            return _gap_of_map(equations, seed, 4**k)
+        except StepNotFound:
+            continue
+    return _gap_of_map(equations, seed, 4**TRIES)
+
+
+def _gap_of_map(equations: Any, seed: int, shorter: int = 1) -> float:
     """Return how far Φ₋ₕ(Φₕ(z)) is from z at a random z.
 
     It is the largest component of the gap divided by the effect of round-off on it, times ε. So a
@@ -67,13 +79,14 @@ def _gap_of_map(equations: Any, seed: int) -> float:
         after, errors = (x, mu), 0 * abs(np.concatenate([x, mu]))
         for sign in (1, -1):
             parameters = [point[e] for e in s.parameter_list]
-            q = s.q_values(sign * point[s.h], parameters, numbers)
+            q = s.q_values(sign * point[s.h] / shorter, parameters, numbers)
             geometry = OneStepGeometry(equations, numbers, q)
             start = geometry.start(*after, near=0 * mu)
             errors = geometry.step_round_off(*after, start, errors)
             *after, _ = geometry.step(*after, start)  # type: ignore[assignment]
-        gap = np.concatenate(after) - np.concatenate([x, mu])
-        return float(in_round_offs(gap, errors))
+        kept = len(equations.state)  # of a degenerate Lagrangian μ is ϑ(x), wherever it began
+        gap = (np.concatenate(after) - np.concatenate([x, mu]))[:kept]
+        return float(in_round_offs(gap, errors[:kept]))
 
 
 def _gap(equations: DiscreteEquations, seed: int) -> float:

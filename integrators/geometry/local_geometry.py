@@ -185,7 +185,16 @@ class LocalGeometry:
         return _function(self.equations, self.numbers, what)(*arguments)
 
     def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Tracked:
-        """Return Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m)."""
+        """Return Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m).
+
+        Of a degenerate Lagrangian the bracket is Dirac's, and depends on x alone.
+        """
+        if self.equations.s.degenerate:
+            values = [self._value("bracket", x, self.q)]
+            (found,) = tracked_later(
+                values, lambda: [self._errors("bracket")(rounded(x, 0 * abs(x)), self._q)]
+            )
+            return found
         rho, c = self._natural(x)
         bracket = self._contracted(c, mu)
         anchor = self.numbers.zeros(self.n, self.n)

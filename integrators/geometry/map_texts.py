@@ -6,7 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from ..equations import DiscreteEquations, OneStepEquations, discrete_force, step_system
+from ..equations import (
+    DiscreteEquations,
+    OneStepEquations,
+    discrete_force,
+    poisson_tensor,
+    step_system,
+)
 from ..numbers import inlined, jacobian, numeric_text, sympy
 from ..numbers.types import Letters
 from .composed_arrows import composed_arrows, origin
@@ -59,6 +65,11 @@ def _natural_text(equations: DiscreteEquations) -> str:
     return text_of(equations, {"x": s.x}, [groupoid.rho(s.x, s.h) / s.h, structure])
 
 
+def _bracket_text(equations: DiscreteEquations) -> str:
+    s = equations.s
+    return text_of(equations, {"x": s.x}, [poisson_tensor(s, s.x, s.mu)])
+
+
 def _one_step_text(equations: Any) -> str:
     """Return the text for a one-step map: rows, ∂rows/∂w, ∂rows/∂z, Z − z, its derivatives by w,
     z."""
@@ -105,8 +116,8 @@ def _velocity_text(equations: DiscreteEquations) -> str:
 
 #: the parts of a scheme that are written as functions of numbers, by name
 TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
-          "natural": _natural_text, "one_step": _one_step_text, "values": _values_text,
-          "stage values": _stage_values_text, "force": _force_text,
+          "natural": _natural_text, "bracket": _bracket_text, "one_step": _one_step_text,
+          "values": _values_text, "stage values": _stage_values_text, "force": _force_text,
           "step": _step_text, "step slope": _step_slope_text, "action": _action_text,
           "velocity": _velocity_text}  # fmt: skip
 

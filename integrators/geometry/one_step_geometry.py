@@ -55,7 +55,9 @@ class OneStepGeometry(LocalGeometry):
             none = self.numbers.zeros(k)
             return np.concatenate([xi, none, xi, none])
         f = _rates(equations.s, self.numbers)(x, xi, mu, self.parameters)
-        parts = [f] * len(equations.slopes) + [xi] * len(equations.velocities)
+        parts = [f[: len(equations.state)]] * len(equations.slopes) + [xi] * len(
+            equations.velocities
+        )
         return np.concatenate(parts)
 
     def step(self, x: Vector, mu: Vector, start: Vector) -> tuple[Vector, Vector, Tracked]:

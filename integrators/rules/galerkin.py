@@ -90,6 +90,16 @@ def _galerkin(family: str, nodes: int) -> Discretisation:
     )
 
 
+def collocation_weight(G: Any, nodes: int, i: int, j: int) -> Expression:
+    """a_ij = ∫₀^{c_i} of node j's polynomial, on Gauss nodes, in Legendre's basis."""
+
+    def value(k: int, what: str, degree: int = 0) -> Expression:
+        return node_value(G, "gauss", nodes, k, what, degree)
+
+    higher = ((2 * d + 1) * value(j, "P", d) * value(i, "Q", d) for d in range(1, nodes))
+    return value(j, "b") * (value(i, "c") + sum(higher))
+
+
 def node_value(G: Any, family: str, nodes: int, i: int, what: str, degree: int = 0) -> Expression:
     """Return a number at node i: exact at the ends and the middle, mirrored in the right half.
 

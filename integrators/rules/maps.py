@@ -13,7 +13,8 @@ from typing import Any
 from ..errors import BadInput, shown
 from ..numbers import measure, sympy
 from ..numbers.types import Column, Letter
-from .galerkin import MOST_NODES, node_value
+from .degenerate import degenerate_euler, degenerate_gauss, projected_gauss
+from .galerkin import MOST_NODES, collocation_weight, node_value
 from .one_step import OneStepMap, one_step
 
 _HNW = "Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.1"
@@ -67,16 +68,11 @@ def dual_gauss(nodes: int) -> OneStepMap:
 def _dual_gauss(nodes: int) -> OneStepMap:
     @one_step(order=2 * nodes, stages=nodes, name=f"dual-gauss-{nodes}", source=f"{_HLW}, II.1.3")
     def collocation(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
-        def value(i: int, what: str, degree: int = 0) -> Any:
-            return node_value(s, "gauss", nodes, i, what, degree)
-
-        def a(i: int, j: int) -> Any:  # ∫₀^{c_i} of node j's polynomial, in Legendre's basis
-            higher = ((2 * d + 1) * value(j, "P", d) * value(i, "Q", d) for d in range(1, nodes))
-            return value(j, "b") * (value(i, "c") + sum(higher))
-
         each = range(nodes)
-        at = [z + h * sum((a(i, j) * K[j] for j in each), 0 * z) for i in each]
-        new = z + h * sum((value(j, "b") * K[j] for j in each), 0 * z)
+        at = [z + h * sum((collocation_weight(s, nodes, i, j) * K[j] for j in each), 0 * z)
+              for i in each]  # fmt: skip
+        b = [node_value(s, "gauss", nodes, j, "b") for j in each]
+        new = z + h * sum((b[j] * K[j] for j in each), 0 * z)
         return new, [K[i] - s.f(at[i]) for i in each]
 
     collocation.formula.__doc__ = dual_gauss.__doc__
@@ -205,16 +201,24 @@ def rkmk_4(s: Any, z: Column, h: Letter) -> Column:
 MAPS = {m.name: m for m in (
     implicit_midpoint, dual_gauss(2), dual_gauss(3), stoermer_verlet, newmark(),
     average_vector_field, discrete_gradient, rkmk_4, explicit_euler, heun, runge_kutta_4,
+    degenerate_euler, degenerate_gauss(1), degenerate_gauss(2), projected_gauss(1),
+    projected_gauss(2), projected_gauss(1, "midpoint"), projected_gauss(1, "standard"),
 )}  # fmt: skip
 
 
 def map_of(name: str) -> OneStepMap | None:
-    """Return the map of that name: of `MAPS`, dual-gauss-N, newmark-γ-β; None for other names."""
+    """Return the map of that name: of `MAPS`, a family with another N, newmark-γ-β; else None.
+
+    Families are dual-gauss-N, degenerate-gauss-N and projected-gauss-N, with a -projection.
+    """
     if name in MAPS:
         return MAPS[name]
     family, _, rest = name.partition("-gauss-")
-    if family == "dual" and rest.isdecimal():
-        return dual_gauss(int(rest))
+    count, _, projection = rest.partition("-")
+    if count.isdecimal() and family == "projected":
+        return projected_gauss(int(count), projection or "symmetric")
+    if rest.isdecimal() and family in ("dual", "degenerate"):
+        return (dual_gauss if family == "dual" else degenerate_gauss)(int(rest))
     parts = name.split("-")
     if parts[0] == "newmark" and len(parts) == 3:
         return newmark(*(part.replace("_", "/") for part in parts[1:]))

@@ -30,6 +30,8 @@ class OneStepMap(Discretisation):
     """
 
     implicit: bool = False
+    #: what it asks of a one-form ϑ: "" nothing, "any", or "half", that half of it vanishes
+    one_form: str = ""
 
     @property
     def asks_lagrangian(self) -> bool:
@@ -53,6 +55,22 @@ class OneStepMap(Discretisation):
                 f"{scene.name} has only a discrete Lagrangian, so {self.name} has no vector field "
                 "to follow."
             )
+        if self.one_form and scene.one_form is None:
+            return (
+                f"{self.name} is a method for Lagrangians ϑ(x)·v − H(x), given by one_form= and "
+                f"hamiltonian=, and that of {scene.name} is none."
+            )
+        if self.one_form == "half" and not scene.lagrangian.halved(scene):
+            return (
+                f"{self.name} needs coordinates in which half of the components of ϑ vanish, and "
+                f"those of {scene.name} do not: add the differential of a function to its one-form "
+                "that removes them, or take projected-gauss-1, which takes any."
+            )
+        if scene.one_form is not None and not self.one_form and self.groupoids:
+            return (
+                f"{self.name} knows positions and momenta, and x of {scene.name} is a phase space: "
+                "take implicit-midpoint, or a method for one-forms such as projected-gauss-1."
+            )
         return super().refusal(scene)
 
 
@@ -69,12 +87,15 @@ def one_step(
     reversible: bool | None = None,
     keeps: str | Sequence[str] = (),
     effective: int | None = None,
+    one_form: str = "",
 ) -> Callable[[Callable[..., Any]], OneStepMap]:
     """Decorator: make a one-step map from a function (s, z, h).
 
     With implicit=True the function is (s, z, Z, h) and gives the residual in the new Z; with
     stages=k it is (s, z, h, K) and gives (Z, residuals of the stages) (`OneStepMap`). groupoids and
     effective: see `discretisation`.
+    one_form: "any" for a method of degenerate Lagrangians alone, which asks for s.theta; "half" if
+    half of the components of ϑ have to vanish (s.halves says which).
 
     symplectic, reversible, keeps (some of "energy", "volume" and names of a scene's quantities):
     claims. A map with claims is judged by these, and everything else is only measured; a map
@@ -87,6 +108,8 @@ def one_step(
     if implicit and stages:
         raise BadInput("a one-step map with stages is implicit in these alone: leave implicit out.")
     check_effective("one-step map", order, effective)
+    if one_form not in ("", "any", "half"):
+        raise BadInput(f'one_step(one_form={shown(one_form)}): say "any" or "half", or leave it.')
     claims = Claims.of("one_step", symplectic, reversible, keeps)
     said = None if claims == Claims() else claims
     wanted = "(s, z, Z, h)" if implicit else "(s, z, h, K)" if stages else "(s, z, h)"
@@ -94,6 +117,6 @@ def one_step(
     def make(formula: Callable[..., Any]) -> OneStepMap:
         label, about = described("one-step map", formula, wanted, name, source)
         return OneStepMap(label, formula, order, about, stages, groupoids=where, implicit=implicit,
-                          claims=said, effective=effective)  # fmt: skip
+                          claims=said, effective=effective, one_form=one_form)  # fmt: skip
 
     return make

@@ -2,6 +2,7 @@
 
 from ..errors import BadInput
 from ..numbers import refuse_unwritten, short_numbers
+from .affine import halves
 from .pickled import Again, again, flow_of
 from .quantities import Conserved, OnGroup, arguments_of, on_group, takes_fourth
 from .reads import Opaque, reads, remembered
@@ -11,6 +12,6 @@ from .scene import Scene
 #: numbers are here too
 __all__ = [
     "Again", "BadInput", "Conserved", "OnGroup", "Opaque", "Scene", "again", "arguments_of",
-    "flow_of", "on_group", "reads", "refuse_unwritten", "remembered", "short_numbers",
+    "flow_of", "halves", "on_group", "reads", "refuse_unwritten", "remembered", "short_numbers",
     "takes_fourth",
 ]  # fmt: skip

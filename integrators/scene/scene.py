@@ -13,13 +13,14 @@ from typing import Any
 from ..errors import BadInput, check_function, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten, measure
+from .affine import AffineLagrangian
 from .legendre import LegendreTransform
 from .pickled import Again, again
 from .quantities import Conserved, OnGroup, takes_fourth
 
 #: fields of a scene that are functions, with their arguments
 _FUNCTIONS = (
-    ("hamiltonian", "(x, mu, p)", "(x, mu, p, t)"),
+    ("one_form", "(x, p)"),
     ("lagrangian", "(x, v, p)", "(x, v, p, t)"),
     ("force", "(x, v, p)", "(x, v, p, t)"),
     ("holonomic", "(x, p)"),
@@ -59,6 +60,8 @@ class Scene:
     and of the momentum mu (m×1, natural basis), with mu0: ẋ = ρ̂ ∂H/∂μ, μ̇ = −ρ̂ᵀ ∂H/∂x + ad* … .
     If v = ∂H/∂μ can be solved for μ in closed form, `lagrangian` is derived from it, and rules run
     on it; otherwise one-step maps and black boxes run.
+    one_form(x, p) → ϑ, a list as long as x, with hamiltonian(x, p), on pair(n) with n even: the
+    Lagrangian ϑ(x)·v − H(x), whose phase space is that of x: dϑ(ẋ, ·) = dH, and μ is ϑ(x).
     Numbers are exact (`exact`). `duration` is the time of a study's runs, `step` a step size that
     resolves the motion at second order (default: duration/1000).
 
@@ -90,6 +93,7 @@ class Scene:
     gradient: Callable[..., Any] | None = None
     hamiltonian: Callable[..., Any] | None = None
     sigma: Callable[..., Any] | None = None
+    one_form: Callable[..., Any] | None = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
@@ -106,10 +110,14 @@ class Scene:
             )
         if self.numeric_hamiltonian is not None or self.gradient is not None:
             self._check_numeric()
-        if self.hamiltonian is not None:
+        if self.one_form is not None:
+            put("lagrangian", AffineLagrangian(self.one_form, self._checked_energy()))
+            if isinstance(self.v0, tuple) and not self.v0:
+                put("v0", (0,) * self.groupoid.dim_u)
+        elif self.hamiltonian is not None:
             self._check_hamiltonian()
             put("lagrangian", LegendreTransform(self.hamiltonian))
-        elif isinstance(self.lagrangian, LegendreTransform):
+        elif isinstance(self.lagrangian, LegendreTransform | AffineLagrangian):
             raise BadInput(f"{self.name}: without hamiltonian= give a lagrangian=.")
         given = (self.lagrangian is not None) + (self.discrete_lagrangian is not None)
         given += self.in_numbers
@@ -120,7 +128,8 @@ class Scene:
                 f"{self.name}: force= acts beside a lagrangian=; a discrete Lagrangian has no "
                 "points that it could act at."
             )
-        for word, *wanted in _FUNCTIONS:
+        of_energy = ["(x, p)"] if self.one_form else ["(x, mu, p)", "(x, mu, p, t)"]
+        for word, *wanted in (("hamiltonian", *of_energy), *_FUNCTIONS):
             if getattr(self, word) is not None:
                 check_function(getattr(self, word), f"{self.name}: {word}=", *wanted)
         given_constraints = [f for f in (self.holonomic, self.nonholonomic) if f is not None]
@@ -155,6 +164,8 @@ class Scene:
                 raise BadInput(
                     f"{self.name}: mu0 follows from v0 by the Lagrangian; give v0 alone."
                 )
+            if self.one_form is not None:
+                raise BadInput(f"{self.name}: mu0 is ϑ(x0), by one_form=; leave mu0= out.")
             put("mu0", exact_vector(self.mu0, self.groupoid.dim_u, f"{self.name}: mu0"))
             if isinstance(self.v0, tuple) and not self.v0:
                 put("v0", (0,) * self.groupoid.dim_u)
@@ -181,16 +192,32 @@ class Scene:
                     f"{self.name}: {shown(quantity)} is no symmetry: give Conserved(...)."
                 )
 
-    def _check_hamiltonian(self) -> None:
-        """Raise `BadInput` unless a Hamiltonian is the only energy, with the momentum of the
-        start."""
+    def _checked_energy(self) -> Callable[..., Any]:
+        """Return H of a one-form; raises `BadInput` unless both stand alone, in even numbers."""
+        if self.hamiltonian is None:
+            raise BadInput(f"{self.name}: beside one_form= give hamiltonian=, a function (x, p).")
+        self._check_alone("one_form= and hamiltonian= stand", "force", "sigma")
+        if self.groupoid.kind != "pair" or self.groupoid.dim_x % 2:
+            raise BadInput(
+                f"{self.name}: one_form= makes a phase space of the x of a pair(n) with n even, "
+                f"where dϑ can be regular; {self.groupoid.name} is none."
+            )
+        return self.hamiltonian
+
+    def _check_alone(self, words: str, *more: str) -> None:
+        """Raise `BadInput` if anything stands beside a Hamiltonian that cannot."""
         others = ("discrete_lagrangian", "numeric_hamiltonian", "holonomic", "nonholonomic",
-                  "contact", "fast")  # fmt: skip
+                  "contact", "fast", *more)  # fmt: skip
         beside = [word for word in others if getattr(self, word) is not None]
-        if self.lagrangian is not None and not isinstance(self.lagrangian, LegendreTransform):
+        follows = isinstance(self.lagrangian, LegendreTransform | AffineLagrangian)
+        if self.lagrangian is not None and not follows:
             beside = ["lagrangian", *beside]
         if beside:
-            raise BadInput(f"{self.name}: hamiltonian= stands alone; leave {beside[0]}= out.")
+            raise BadInput(f"{self.name}: {words} alone; leave {beside[0]}= out.")
+
+    def _check_hamiltonian(self) -> None:
+        """Raise `BadInput` unless a Hamiltonian stands alone, with the momentum of the start."""
+        self._check_alone("hamiltonian= stands")
         if self.mu0 is None:
             raise BadInput(
                 f"{self.name}: a scene with hamiltonian= begins at x0= and mu0=; give the momentum "
@@ -288,7 +315,7 @@ class Scene:
         """All functions of the scene: scenes with equal laws differ only in numbers."""
         return (self.lagrangian, self.discrete_lagrangian, self.fast, self.force, self.holonomic,
                 self.nonholonomic, self.contact, self.symmetries, self.hamiltonian,
-                self.numeric_hamiltonian, self.gradient)  # fmt: skip
+                self.numeric_hamiltonian, self.gradient, self.one_form)  # fmt: skip
 
     @property
     def parameter_values(self) -> list[Any]:

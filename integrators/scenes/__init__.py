@@ -33,6 +33,12 @@ COMMON = (
     "pythagorean",
 )  # fmt: skip
 
+#: Lagrangians that are linear in the velocity, by their one-forms; run by name as well
+DEGENERATE = (
+    "lotka-volterra", "lotka-volterra-half", "vortex-pair", "four-vortices", "magnetic-mirror",
+    "ablowitz-ladik",
+)  # fmt: skip
+
 
 def names() -> tuple[str, ...]:
     """The names of the scenes without contact that every study takes, simplest first."""
@@ -40,8 +46,8 @@ def names() -> tuple[str, ...]:
 
 
 def every_name() -> tuple[str, ...]:
-    """The names of all scenes, those with contact and the common problems last."""
-    return (*NAMES, *CONTACT, *COMMON)
+    """The names of all scenes, those with contact and those run by name last."""
+    return (*NAMES, *CONTACT, *COMMON, *DEGENERATE)
 
 
 def get(name: str) -> Scene:

@@ -79,6 +79,7 @@ class Varied(Discretisation):
             (scene.in_numbers, "a Hamiltonian in numbers"),
             (self.way == "poincare" and scene.force is not None, "a force"),
             (self.way == "poincare" and scene.timed, "a time in its Lagrangian"),
+            (scene.one_form is not None, "a one-form of its own"),
             (self.way == "poincare" and not scene.groupoid.dim_x, "no base, on which σ depends"),
         ):
             if has:

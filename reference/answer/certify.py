@@ -142,7 +142,7 @@ def form_at(equations: Equations, parameters: Any, form: Any, t: Fraction, worki
         time = mpmath.mpf(t.numerator) / t.denominator
         moved = form.motion(parameters, equations.start[:n], equations.start[n : n + m], time)
         turned = list(moved.attitude) if equations.attitude_size and form.attitude else []
-        return blocks_of(equations, [*moved.x, *moved.v, *turned], working)
+        return blocks_of(equations, [*moved.x, *moved.v[:m], *turned], working)
 
 
 def _kept(

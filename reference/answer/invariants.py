@@ -80,9 +80,10 @@ def _listed(names: Iterable[str]) -> str:
 def invariants_of(scene: Any, equations: Equations) -> Invariants:
     """Return the invariants of the scene; those of its attitude only if the equations have one."""
     n, m, size = equations.dim_x, equations.dim_u, equations.attitude_size
+    count = len(equations.momentum)
     states = list(equations.states)
     x = sympy.Matrix(n, 1, states[:n])
-    mu = sympy.Matrix(m, 1, lambda i, _: sympy.Symbol(f"mu{i}", real=True))
+    mu = sympy.Matrix(count, 1, lambda i, _: sympy.Symbol(f"mu{i}", real=True))
     names: list[str] = []
     values: list[Any] = []
     if not equations.timed and not equations.forced:  # otherwise the motion does not conserve it

@@ -46,8 +46,11 @@ class Problem:
         return closed_form_of(self.scene, mechanics)
 
     def with_velocity(self, rows: dict[Fraction, Solution]) -> dict[Fraction, Solution]:
-        """Return the solutions with v = dH/dmu; a Hamiltonian's have the momentum in its place."""
-        if not self.mechanics.hamiltonian:
+        """Return the solutions with their velocity.
+
+        Those of a Hamiltonian have the momentum in its place, those of a degenerate scene nothing.
+        """
+        if not (self.mechanics.hamiltonian or self.mechanics.degenerate):
             return rows
         from ..equations import velocity_of
 

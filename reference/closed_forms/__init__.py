@@ -27,11 +27,12 @@ def registry() -> dict[str, ClosedForm]:
         rigid_body,
         rigid_body_so4,
         sl2,
+        vortex_pair,
     )
     from . import symmetric_top as top
 
     modules = (harmonic, pendulum, kepler, charged_particle, rigid_body, rigid_body_so4, sl2, top,
-               morse, mathews_lakshmanan)  # fmt: skip
+               morse, mathews_lakshmanan, vortex_pair)  # fmt: skip
     forms = (*(module.FORM for module in modules), top.PENDULUM)
     return {form.name: form for form in forms}
 

@@ -17,7 +17,12 @@ Of a scene that gives its Hamiltonian,
 
     dx/dt = rho(x) dH/dmu,   dmu_g/dt = -rho^i_g dH/dx^i - C^n_{gm} dH/dmu_m mu_n + f_g,
 
-and mu stands wherever these pages say xi.
+and mu stands wherever these pages say xi. Of a one-form theta and a Hamiltonian H on the pair
+groupoid, whose Lagrangian theta(x) v - H(x) is linear in the velocity,
+
+    A dx/dt = dH/dx,   A_ij = d_i theta_j - d_j theta_i,   mu = theta,
+
+and x alone is the state.
 
 Everything is exact: sympy expressions with rational (or algebraic) coefficients.
 """
@@ -92,6 +97,8 @@ class Mechanics:
     start: tuple[sympy.Expr, ...]
     #: True if v is the momentum, and the Lagrangian the Hamiltonian
     hamiltonian: bool = False
+    #: whether the Lagrangian is linear in v, so that dx/dt follows from x alone
+    degenerate: bool = False
 
     @property
     def timed(self) -> bool:
@@ -108,15 +115,28 @@ def mechanics_of(scene: Any) -> Mechanics:
             f"scene {scene.name} has no continuous Lagrangian, so nothing to refer to; "
             "give it lagrangian=..., or measure it without a reference"
         )
-    energy = getattr(scene, "hamiltonian", None)
-    if energy is not None:
+    energy, one_form = getattr(scene, "hamiltonian", None), getattr(scene, "one_form", None)
+    if one_form is not None:
+        theta = _exact(scene, "one-form", one_form, x)
+        if len(theta) != len(x):
+            raise ReferenceFailure(
+                f"the one-form of scene {scene.name} has {len(theta)} components where x has "
+                f"{len(x)}; give {len(x)}"
+            )
+        lagrangian = sum(a * b for a, b in zip(theta, v, strict=True))
+        lagrangian -= _exact(scene, "Hamiltonian", energy, x)[0]
+        energy = None
+    elif energy is not None:
         lagrangian = _exact(scene, "Hamiltonian", energy, x, v)[0]
     else:
         lagrangian = _exact(scene, "Lagrangian", scene.lagrangian, x, v)[0]
     structure = algebroid_of(scene, x)
     phi = _phi(scene, x)
     admitted = _constraints(scene, structure, x, phi)
-    start = _start(scene, x, v, phi, admitted, energy is not None)
+    if one_form is not None:
+        start = _numbers(scene, "x0", scene.x0, len(x))
+    else:
+        start = _start(scene, x, v, phi, admitted, energy is not None)
     acting: tuple[sympy.Expr, ...] = ()
     if getattr(scene, "force", None) is not None:
         acting = _exact(scene, "force", scene.force, x, v)
@@ -129,12 +149,20 @@ def mechanics_of(scene: Any) -> Mechanics:
                 f"has dim_u = {len(v)}; give {len(v)}"
             )
     return Mechanics(
-        x, v, structure, lagrangian, acting, admitted, start, energy is not None
+        x, v, structure, lagrangian, acting, admitted, start, energy is not None,
+        one_form is not None,
     )  # fmt: skip
 
 
 def velocity_of(mechanics: Mechanics, at: Any) -> list[Any]:
-    """Return dH/dmu at a solution, mpf, with the digits of its momentum."""
+    """Return dH/dmu at a solution, mpf, with the digits of its momentum.
+
+    Of a degenerate scene it is dx/dt.
+    """
+    if mechanics.degenerate:
+        with mpmath.workdps(at.certain_digits + 20):
+            found = sympy.lambdify([*mechanics.x], _first_order(mechanics), "mpmath")(*at.x)
+            return list(mpmath.lu_solve(*found))
     letters = [*mechanics.x, *mechanics.v, T]
     rows = [mechanics.lagrangian.diff(e) for e in mechanics.v]
     with mpmath.workdps(at.certain_digits + 20):
@@ -164,10 +192,8 @@ def _phi(scene: Any, x: sympy.Matrix) -> sympy.Matrix:
     return sympy.Matrix(len(entries), 1, [without_floats(sympy.sympify(e)) for e in entries])
 
 
-def _exact(
-    scene: Any, what: str, function: Any, x: sympy.Matrix, v: sympy.Matrix
-) -> tuple[sympy.Expr, ...]:
-    """Return the entries of a function of (x, v, p) or (x, v, p, t)."""
+def _exact(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> tuple[sympy.Expr, ...]:
+    """Return the entries of a function of (x, p), (x, v, p) or (x, v, p, t)."""
     values = parameter_values(scene)
     try:
         given = list(inspect.signature(function).parameters.values())
@@ -176,7 +202,7 @@ def _exact(
     timed = sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given) == 4
 
     def entries(parameters: Any) -> list[sympy.Expr]:
-        value = function(x, v, parameters, *([T] if timed else []))
+        value = function(*states, parameters, *([T] if timed else []))
         many = hasattr(value, "shape") or isinstance(value, (list, tuple))
         return [sympy.sympify(e) for e in (list(value) if many else [value])]
 
@@ -195,7 +221,8 @@ def _exact(
             f"the {what} of scene {scene.name} cannot be evaluated on symbols "
             f"({type(error).__name__}: {error}); write it with sympy functions of x, v and p"
         ) from error
-    unknown = set().union(*(e.free_symbols for e in found)) - {*x, *v, *([T] if timed else [])}
+    known = {e for state in states for e in state} | {T for _ in range(timed)}
+    unknown = set().union(*(e.free_symbols for e in found)) - known
     if unknown:
         raise ReferenceFailure(
             f"the {what} of scene {scene.name} contains unknown symbols "
@@ -269,9 +296,50 @@ def _by_hamiltonian(mechanics: Mechanics) -> Balance:
     return Balance(mechanics, mu, x_rates, sympy.eye(m), force)
 
 
+def _first_order(mechanics: Mechanics) -> tuple[sympy.Matrix, sympy.Matrix]:
+    """A and dH/dx of A dx/dt = dH/dx."""
+    x, v = mechanics.x, mechanics.v
+    slope = sympy.Matrix([mechanics.lagrangian.diff(e) for e in v]).jacobian(x)
+    energy = mechanics.lagrangian.xreplace(dict.fromkeys(v, sympy.S.Zero))
+    return (slope.T - slope).applyfunc(sympy.simplify), sympy.Matrix([-energy.diff(e) for e in x])
+
+
+def _of_first_order(scene: Any, mechanics: Mechanics) -> Equations:
+    """dx/dt = A^-1 dH/dx: planes of two coordinates written out, others by elimination."""
+    x, v = mechanics.x, mechanics.v
+    theta = [mechanics.lagrangian.diff(e) for e in v]
+    energy = -mechanics.lagrangian.xreplace(dict.fromkeys(v, sympy.S.Zero))
+    A, slope = _first_order(mechanics)
+    at_start = dict(zip(x, mechanics.start, strict=True))
+    if sympy.simplify(A.xreplace(at_start).det()) == 0:
+        raise ReferenceFailure(
+            f"dtheta of scene {scene.name} is singular at the start, so that no velocity follows; "
+            "start elsewhere"
+        )
+    blocks, assignments = A.connected_components(), list[Any]()
+    if all(len(block) == 2 for block in blocks):
+        rates: list[Any] = [sympy.S.Zero] * len(x)
+        for i, j in blocks:
+            over = sympy.simplify(1 / A[i, j])
+            rates[i], rates[j] = (_cancelled(e, x) for e in (-over * slope[j], over * slope[i]))
+    else:
+        assignments, rates = explicit_rates(scene.name, A, slope, at_start, len(x))
+    return Equations(
+        scene.name, tuple(x), mechanics.start, tuple(assignments), tuple(rates),
+        mechanics.lagrangian, tuple(theta), energy, len(x), 0, 0,
+    )  # fmt: skip
+
+
+def _cancelled(e: Any, x: sympy.Matrix) -> Any:
+    """A rational function without what numerator and denominator have in common."""
+    return sympy.cancel(e) if e.is_rational_function(*x) else e
+
+
 def equations_of(scene: Any, attitude: bool = False) -> Equations:
     """Return the explicit Euler-Lagrange equations of a scene, with dA/dt = A xi^ if requested."""
     balance = balance_of(scene)
+    if balance.mechanics.degenerate:
+        return _of_first_order(scene, balance.mechanics)
     mechanics, momentum, mass, force = (
         balance.mechanics, balance.momentum, balance.mass, balance.force,
     )  # fmt: skip
@@ -317,18 +385,19 @@ def _start(
     hamiltonian: bool = False,
 ) -> tuple[sympy.Expr, ...]:
     """Return (x0, v0), or (x0, mu0), as exact sympy numbers, on the scene's constraints."""
-    start: tuple[sympy.Expr, ...] = ()
-    second = ("mu0", scene.mu0, len(v)) if hamiltonian else ("v0", scene.v0, len(v))
-    for name, given, wanted in (("x0", scene.x0, len(x)), second):
-        if len(given) != wanted:
-            raise ReferenceFailure(
-                f"{name} of scene {scene.name} has {len(given)} entries where its groupoid "
-                f"has {wanted}; give {wanted}"
-            )
-        start += tuple(
-            exact_number(e, f"{name}[{i}] of scene {scene.name}") for i, e in enumerate(given)
-        )
+    second = ("mu0", scene.mu0) if hamiltonian else ("v0", scene.v0)
+    start = *_numbers(scene, "x0", scene.x0, len(x)), *_numbers(scene, *second, len(v))
     return on_constraints(scene.name, start, phi, admitted, x, v) if admitted.rows else start
+
+
+def _numbers(scene: Any, name: str, given: Any, wanted: int) -> tuple[sympy.Expr, ...]:
+    """The entries of a start as exact numbers."""
+    if len(given) != wanted:
+        raise ReferenceFailure(
+            f"{name} of scene {scene.name} has {len(given)} entries where its groupoid "
+            f"has {wanted}; give {wanted}"
+        )
+    return tuple(exact_number(e, f"{name}[{i}] of scene {scene.name}") for i, e in enumerate(given))
 
 
 def _with_symbolic_parameters(values: Any, entries: Any) -> list[sympy.Expr]:

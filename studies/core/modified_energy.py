@@ -28,14 +28,15 @@ from discmech.integrators import Scene, Scheme, StepFailure
 from discmech.integrators.equations import (
     SceneSymbols,
     energy,
+    energy_gradient,
     energy_terms,
     legendre_inverse,
-    natural_structure,
+    poisson_tensor,
     rates,
 )
 from discmech.integrators.errors import DiscmechError
 from discmech.integrators.flows import Flow
-from discmech.integrators.numbers import arithmetic, jacobian, numeric, sympy
+from discmech.integrators.numbers import arithmetic, numeric, sympy
 from discmech.integrators.scene import remembered
 
 NUMBERS = arithmetic(16)
@@ -59,17 +60,12 @@ class Dual:
 
     def __init__(self, s: SceneSymbols, parameters: Sequence[Any], v0: Sequence[Any]) -> None:
         self.n, self.m = len(s.x), len(s.mu)
-        self.canonical = s.groupoid.kind == "pair"
-        slope = [*(-jacobian([s.phase_lagrangian], s.x)), *s.u] if self.n else [*s.u]
+        self.canonical = s.groupoid.kind == "pair" and not s.degenerate
+        slope = [e for part in energy_gradient(s) for e in part]
         letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
         values = [[energy(s)], [energy_terms(s)], list(rates(s)), slope]
         if not self.canonical:
-            rho, structure = natural_structure(s, s.x)
-            bracket = sympy.zeros(self.m)
-            for nu, c in enumerate(structure):
-                bracket -= c * s.mu[nu]
-            tensor = sympy.zeros(self.n).row_join(rho).col_join((-rho.T).row_join(bracket))
-            values.append(list(tensor))
+            values.append(list(poisson_tensor(s, s.x, s.mu)))
         # all of it is in the natural basis, free of h; of a groupoid that is wrong it need not be
         values = [[sympy.sympify(e).xreplace({s.h: sympy.Integer(1)}) for e in v] for v in values]
         self._at = numeric(letters, values, NUMBERS, columns=True)

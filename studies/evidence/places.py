@@ -54,6 +54,8 @@ STILL = 1e-9
 class Place:
     """A state, a time and a step: x (n), u (m, the velocity ξ) and μ (m), mpf; t and step exact.
 
+    Of a Hamiltonian, and of a degenerate Lagrangian, u is μ: its references know no velocity.
+
     length: the time in which the exact motion from there is that of a short polynomial. beside:
     True if it lies beside the motion.
     """
@@ -70,7 +72,7 @@ class Place:
     def start(self) -> dict[str, Any]:
         """Return the place as arguments of `Flow.trajectory`."""
         found: dict[str, Any] = {"x0": self.x, "mu0": self.mu, "u0": self.u}
-        if self.u == self.mu:  # of a Hamiltonian, whose references know only μ
+        if self.u == self.mu:
             del found["u0"]
         return {**found, "t0": self.t} if self.t else found
 
@@ -227,7 +229,7 @@ def _place(
         return None
     length = Fraction(scheme.scene.step) if length is None else length
     step = length * random_fraction(drawn, SMALLER, LARGER)
-    return Place(tuple(x), tuple(mu), tuple(v), t, step, length, share > 0)
+    return Place(tuple(x), tuple(mu), tuple(v or mu), t, step, length, share > 0)
 
 
 def _on_manifold(

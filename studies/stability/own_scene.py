@@ -57,12 +57,20 @@ class Equilibrium:
 
 class Near:
     """States near a given one, by coordinates (w, δμ): x moves along the groupoid, within its
-    orbit."""
+    orbit.
 
-    def __init__(self, scene: Scene, dual: Dual) -> None:
+    Of a degenerate Lagrangian the states are those with μ = ϑ(x), by w alone; free: with any μ, as
+    a rule with a discrete Lagrangian has them.
+    """
+
+    def __init__(self, scene: Scene, dual: Dual, free: bool = False) -> None:
         s, numbers = SceneSymbols(scene), arithmetic(16)
-        self.dual, self.m = dual, len(s.mu)
-        self.moves = self.m if dual.n else 0
+        self.dual, self._theta = dual, None
+        if s.degenerate and not free:
+            letters: dict[str, Any] = {"x": s.x, "p": s.parameter_list}
+            self._theta = numeric(letters, [list(s.one_form)], numbers)
+        self.m = 0 if self._theta else len(s.mu)
+        self.moves = len(s.u) if dual.n else 0
         target = list(s.groupoid.target(s.position, s.u, s.h).subs(s.h, 1)) if dual.n else []
         letters = {"x": s.position, "w": s.u, "p": s.parameter_list}
         self._target = numeric(letters, [target], numbers) if dual.n else None
@@ -73,6 +81,8 @@ class Near:
         x, mu = z[: self.dual.n], z[self.dual.n :]
         if self._target is not None:
             x = np.asarray(self._target(x, c[: self.moves], self._p), dtype=float)
+        if self._theta is not None:
+            return np.concatenate([x, np.asarray(self._theta(list(x), self._p), dtype=float)])
         return np.concatenate([x, mu + c[self.moves :]])
 
     def slope(
@@ -216,7 +226,7 @@ class Linearised:
         dual = dual_of(scheme.scene)
         assert dual is not None
         self.scheme, self.at, self.dual = scheme, at, dual
-        self.near = Near(scheme.scene, dual)
+        self.near = Near(scheme.scene, dual, free=not scheme.one_step)
         self._flow = lru_cache(maxsize=1)(lambda z: scheme.flow(Fraction(z / at.frequency)))
 
     def _run(self, z: float, start: np.ndarray, steps: int, every: int) -> np.ndarray:

@@ -332,7 +332,7 @@ def test_it_is_refused_in_a_sentence(case):
         attempt()
     text = str(caught.value)
     assert "\n" not in text.strip()
-    assert len(text) < 300
+    assert len(text) < 320
     assert isinstance(caught.value, DiscmechError) and isinstance(caught.value, ValueError)
 
 

@@ -65,6 +65,13 @@ def energy(q, p):
 
 NUMERIC = Scene("s", pair(1), x0=[1], mu0=[0], numeric_hamiltonian=energy,
                 gradient=lambda q, p: (q, p))  # fmt: skip
+PLANE = Scene(
+    "s",
+    pair(2),
+    x0=[1, 0],
+    one_form=lambda x, p: [x[1], 0],
+    hamiltonian=lambda x, p: x[0] ** 2 + x[1] ** 2,
+)
 BY_H = Scene("s", pair(1), x0=[1], mu0=[0], hamiltonian=lambda x, mu, p: mu[0] ** 2 + x[0] ** 2)
 #: by field: a scene without and with the change
 SCENES = {
@@ -91,6 +98,7 @@ SCENES = {
     "restitution": (TOUCHING, TOUCHING.with_values(restitution="1/2")),
     "impacts": (TOUCHING, TOUCHING.with_values(impacts="located")),
     "hamiltonian": (BY_H, replace(BY_H, hamiltonian=lambda x, mu, p: mu[0] ** 2 + x[0])),
+    "one_form": (PLANE, replace(PLANE, one_form=lambda x, p: [x[1] + 1, 0])),
     "numeric_hamiltonian": (NUMERIC, replace(NUMERIC, numeric_hamiltonian=lambda q, p: p @ p)),
     "gradient": (NUMERIC, replace(NUMERIC, gradient=lambda q, p: (2 * q, p))),
 }  # fmt: skip
@@ -168,7 +176,9 @@ def test_every_field_of_a_rule_counts(name):
 def test_what_maps_and_compositions_add_counts():
     explicit = one_step(order=1, name="m")(lambda s, z, h: z)
     added = {f.name for f in fields(OneStepMap)} - {f.name for f in fields(Discretisation)}
-    assert added == {"implicit"} and reads(explicit) != reads(replace(explicit, implicit=True))
+    assert added == {"implicit", "one_form"}
+    for more in ({"implicit": True}, {"one_form": "any"}):
+        assert reads(explicit) != reads(replace(explicit, **more))
     assert {f.name for f in fields(Composition)} - {f.name for f in fields(Discretisation)} == {
         "base", "method"}  # fmt: skip
     made = [compose(midpoint, "suzuki"), compose(midpoint, "triple-jump"), compose(rule, "suzuki")]

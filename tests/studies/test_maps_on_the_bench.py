@@ -161,7 +161,8 @@ def test_run_list_and_explain(ask):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [m for m in MAPS if m != "dual-gauss-3"])
 def test_orders_against_certified_references(name):
-    where = [s for s in ("kepler", "rigid-body", "heavy-top") if MAPS[name].applies(scenes.get(s))]
+    at = ("kepler", "rigid-body", "heavy-top", "lotka-volterra-half")
+    where = [s for s in at if MAPS[name].applies(scenes.get(s))]
     found = check("order", where, [name], [50])
     assert found["verdict"] == "pass", [c["reason"] for c in found["cases"]]
 

@@ -13,7 +13,6 @@ from discmech.integrators.compiler import Array, address, compiled
 from discmech.integrators.equations import (
     closed_velocity,
     field_parts,
-    mass_matrix,
     momentum,
     vector_field,
 )
@@ -105,8 +104,8 @@ class Equations:
         """A text in which ξ is solved for; results: the parts of it that `out` is made of."""
         s, n, m = self._s, len(self._s.x), len(self._s.mu)
         arguments = {"z": self.states, "xi": s.u}
-        parts = dict(zip(("rates", "by_z", "by_xi", "moving"), field_parts(s), strict=True))
-        parts |= {"momentum": momentum(s), "mass": mass_matrix(s)}
+        parts = dict(zip(("rates", "by_z", "by_xi", "moving", "mass"), field_parts(s), strict=True))
+        parts |= {"momentum": momentum(s)}
 
         def each(line: str) -> list[str]:
             return [line.format(k=k, at=n + k) for k in range(m)]

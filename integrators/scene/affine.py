@@ -1,0 +1,63 @@
+"""The Lagrangian ϑ(x)·v − H(x) of a one-form and a Hamiltonian on phase space."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+from ..numbers import LazyModule
+from ..numbers.types import Column, Expression
+
+sympy: Any = LazyModule("sympy")
+
+
+@dataclass(frozen=True)
+class AffineLagrangian:
+    """l(x, v, p) = ϑ(x)·v − H(x) of one_form(x, p), a list as long as x, and hamiltonian(x, p).
+
+    Its equations are of first order: dϑ(ẋ, ·) = dH.
+    """
+
+    one_form: Callable[..., Any]
+    hamiltonian: Callable[..., Any]
+
+    @property
+    def __code__(self) -> Any:
+        """Whose line messages name."""
+        return getattr(self.hamiltonian, "__code__", None)
+
+    @property
+    def formula(self) -> Callable[..., Any]:
+        """The function that it is made of, to pickle it."""
+        return self.hamiltonian
+
+    def __call__(self, x: Column, v: Column, p: Any) -> Expression:
+        value, theta = self.hamiltonian(x, p), self.one_form(x, p)
+        if getattr(value, "shape", None) == (1, 1):
+            value = value[0, 0]
+        return sum(a * b for a, b in zip(theta, v, strict=True)) - value
+
+    def halved(self, scene: Any) -> bool:
+        """Whether half of the components of ϑ vanish; True too where asking fails."""
+
+        def letters(given: Any) -> Any:
+            if not isinstance(given, tuple):
+                return sympy.Dummy(real=True)
+            return sympy.Matrix([[letters(e) for e in row] if isinstance(row, tuple) else
+                                 [letters(row)] for row in given])  # fmt: skip
+
+        x = letters((0,) * scene.groupoid.dim_x)
+        p = SimpleNamespace(**{k: letters(e) for k, e in scene.parameters.items()})
+        try:
+            return len(halves(self.one_form(x, p))[1]) == len(x) // 2
+        except Exception:
+            return True
+
+
+def halves(theta: Iterable[Any]) -> tuple[list[int], list[int]]:
+    """The places of the components of a one-form that do not vanish, and of those that do."""
+    found = [sympy.sympify(e) for e in theta]
+    vanishing = [i for i, e in enumerate(found) if e == 0 or e.equals(0)]
+    return [i for i in range(len(found)) if i not in vanishing], vanishing

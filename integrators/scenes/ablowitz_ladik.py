@@ -1,0 +1,48 @@
+"""The lattice of Ablowitz and Ladik, with a form that is not canonical, on a ring of three sites.
+
+iψ̇ₙ + ψₙ₊₁ − 2ψₙ + ψₙ₋₁ + |ψₙ|²(ψₙ₊₁ + ψₙ₋₁) = 0 with ψ = q + ip; x = (q₁, p₁, q₂, p₂, …).
+"""
+
+from typing import Any
+
+from ..groupoids import pair
+from ..numbers import sympy
+from ..scene import Conserved, Scene
+
+
+def _sites(x: Any) -> list[tuple[Any, Any]]:
+    return [(x[i], x[i + 1]) for i in range(0, len(x), 2)]
+
+
+def one_form(x: Any, p: Any) -> Any:
+    """Of dϑ = Σ dp ∧ dq/(1 + q² + p²): each dq has the integral over p."""
+    roots = [(sympy.sqrt(1 + q**2), y) for q, y in _sites(x)]
+    return [e for root, y in roots for e in (sympy.atan(y / root) / root, 0)]
+
+
+def hamiltonian(x: Any, p: Any) -> Any:
+    """Σ log(1 + |ψₙ|²) − Re ψₙψ̄ₙ₊₁."""
+    sites = _sites(x)
+    bonds = zip(sites, [*sites[1:], sites[0]], strict=True)
+    coupled = sum(a * c + b * d for (a, b), (c, d) in bonds)
+    return sum(sympy.log(1 + q**2 + y**2) for q, y in sites) - coupled
+
+
+def norm(x: Any, mu: Any, p: Any) -> Any:
+    """Σ log(1 + |ψₙ|²), by which all phases turn alike."""
+    return sum(sympy.log(1 + q**2 + y**2) for q, y in _sites(x))
+
+
+scene = Scene(
+    name="ablowitz-ladik",
+    title="Ablowitz and Ladik's lattice",
+    groupoid=pair(6),
+    one_form=one_form,
+    hamiltonian=hamiltonian,
+    x0=["1/2", 0, "1/5", "-3/10", "-1/10", "2/5"],
+    duration=10,
+    step="1/20",
+    symmetries=[Conserved("norm", norm, kind="first integral")],
+    source="Ablowitz, Ladik, J. Math. Phys. 17 (1976), 1011; Schober, Phys. Lett. A 259 "
+    "(1999), 140",
+)

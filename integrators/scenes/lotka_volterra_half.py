@@ -1,0 +1,19 @@
+"""Lotka and Volterra's system in another gauge, ϑ + df with f = log q₀ log q₁/2: half vanishes."""
+
+from typing import Any
+
+from ..numbers import sympy
+from .lotka_volterra import scene as symmetric
+
+
+def one_form(x: Any, p: Any) -> Any:
+    """(log q₁/q₀, 0)."""
+    return [sympy.log(x[1]) / x[0], 0]
+
+
+scene = symmetric.with_values(
+    name="lotka-volterra-half",
+    title="Lotka and Volterra's system, by half a one-form",
+    one_form=one_form,
+    source="GeometricProblems.jl, LotkaVolterra2dSingular",
+)
