@@ -120,7 +120,7 @@ def _in_parts(first: int, rung: int) -> int:
     """Return the steps of a rung, a factor √2 apart, as a multiple of the times to be checked."""
     parts = 0
     for k in range(rung + 1):
-        parts = max(parts + 1 if k else 0, round(first * 2 ** (k / 2) / CHECKED))
+        parts = max(parts + 1, round(first * 2 ** (k / 2) / CHECKED))
     return parts * CHECKED
 
 
