@@ -25,7 +25,7 @@ def add_to(commands: Any) -> None:
         "problem", nargs="?", metavar="SCENE",
         help="a name, or FILE.py:VARIABLE (default: list the names)",
     )  # fmt: skip
-    parser.add_argument("--rule", default="midpoint", metavar="R", help=RULE_HELP)
+    parser.add_argument("--rule", metavar="R", help=f"{RULE_HELP}; default: midpoint")
     parser.add_argument("--steps", default="100", metavar="N", help="default: 100")
     parser.add_argument("--retraction", metavar="NAME")
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
@@ -38,13 +38,20 @@ def _control(options: argparse.Namespace) -> int:
         for name in room.NAMES:
             print(f"{name:<24} {room.get(name).scene.title}")
         return 0
+    return steer(options, lookup.control(options.problem))
+
+
+def steer(options: argparse.Namespace, problem: Any) -> int:
+    """Solve the problem as the options say, and show it; returns the exit code."""
     with progress_shown("deriving") as show:
         show("deriving", 0.0)
-        problem = lookup.control(options.problem)
         if options.retraction:
             chart = retractions.get(options.retraction)
             problem = problem.with_values(scene=problem.scene.with_retraction(chart))
-        rule, steps = lookup.rule(options.rule), whole("--steps")(options.steps)
+        rule, steps = (
+            lookup.rule(options.rule or "midpoint"),
+            whole("--steps")(options.steps or "100"),
+        )
         problem.stages(rule)
         show("steering", DERIVED)
         begun = time.perf_counter()

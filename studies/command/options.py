@@ -151,9 +151,12 @@ def jobs(options: argparse.Namespace) -> int | Cluster | None:
     return None if options.jobs is None else whole("--jobs")(options.jobs)
 
 
-def scene_asked(options: argparse.Namespace) -> Scene:
-    """Return the scene, in the requested retraction; raises `BadInput` like `lookup.scene`."""
-    scene = lookup.scene(options.scene)
+def scene_asked(options: argparse.Namespace, lattices: bool = False) -> Scene:
+    """Return the scene, in the requested retraction; raises `BadInput` like `lookup.scene`.
+
+    lattices: whether a lattice is accepted, too.
+    """
+    scene = lookup.scene_given(options.scene) if lattices else lookup.scene(options.scene)
     if options.retraction:
         return scene.with_retraction(retractions.get(options.retraction))
     return scene

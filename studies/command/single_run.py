@@ -1,4 +1,4 @@
-"""`discmech run`: one trajectory of a scene, printed or as JSON."""
+"""`discmech run`: one trajectory, or a problem of control solved, printed or as JSON."""
 
 from __future__ import annotations
 
@@ -8,25 +8,28 @@ import time
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from discmech.integrators import StepFailure
+from discmech.integrators import BadInput, StepFailure
 
 from ..core import lookup
 from ..core.options import digits_in, whole
+from .control import steer
 from .options import RULE_HELP, scene_asked
 from .output import DERIVED, progress_shown, strict_json, write
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from discmech.integrators.equations import DiscretisedScene
-    from discmech.integrators.flows import Flow, Trajectory
+    from ..systems import System
+
+MOST_SHOWN = 24  # numbers or sites of a row; of more the first and last are shown
 
 
 def add_to(commands: Any) -> None:
     """Declare the subcommand."""
-    parser = commands.add_parser("run", help="one trajectory of a scene")
+    said = "one trajectory of a scene or lattice; a problem of optimal control is solved"
+    parser = commands.add_parser("run", help=said)
     parser.add_argument("scene")
-    parser.add_argument("--rule", default="trapezoidal", metavar="R", help=RULE_HELP)
+    parser.add_argument("--rule", metavar="R", help=f"{RULE_HELP}; default: trapezoidal")
     parser.add_argument(
         "--step", metavar="H", help='exact: "0.01" is 1/100 (default: the scene\'s)'
     )
@@ -50,14 +53,21 @@ def add_to(commands: Any) -> None:
 
 
 def run_scene(options: argparse.Namespace) -> int:
-    """Return exit code 0; a failing step is raised after its part of the run is written."""
+    """Return exit code 0; a failing step is raised after its part of the run is written.
+
+    A problem of control is solved; with --step its scene runs without controls.
+    """
     import mpmath
 
+    from ..core.parts import parts_of
+
+    if options.step is None and (problem := lookup.problem_named(options.scene)) is not None:
+        return steer(options, problem)
     with progress_shown("deriving and compiling") as show:
-        flow, run, failure, seconds = _measured(options, show)
-        digits, step, choice = flow.digits, flow.step, flow.choice
-        off = _energy_error(flow.scheme, run, digits)
-    scene, rule = flow.scheme.scene, flow.scheme.rule
+        system, flow, run, failure, seconds = _measured(options, show)
+        choice, digits = getattr(flow, "choice", None), system.case.digits
+        off = _energy_error(system, run)
+    scene, rule, step = system.case.scene, system.case.rule, flow.step
 
     def numbers(array: Any) -> Any:
         if digits == 16:
@@ -73,8 +83,9 @@ def run_scene(options: argparse.Namespace) -> int:
         "step": float(step), "steps": run.steps,
         "chosen": None if choice is None else {**vars(choice), "step": str(choice.step)},
         "t": numbers(run.t), "x": numbers(run.x), "u": numbers(run.u), "mu": numbers(run.mu),
-        "newton": {"mean": run.newton_mean, "max": run.newton_max, "solver": run.solver},
-        "margin": run.margin, "edges": run.edges,
+        "newton": {"mean": run.newton_mean, "max": run.newton_max,
+                   "solver": getattr(run, "solver", "Newton")},
+        "margin": getattr(run, "margin", 1.0), "edges": getattr(run, "edges", 0),
         "energy_error": None if off is None or not isfinite(off) else off,
         "impacts": None if impacts is None else numbers(impacts.t),
         "seconds": seconds, "failure": None if failure is None else str(failure),
@@ -87,7 +98,7 @@ def run_scene(options: argparse.Namespace) -> int:
         _print_run(found)
     if failure is not None:
         raise failure
-    if scene.contact is not None:
+    if scene.contact is not None and "sites" not in parts_of(scene):
         _print_doubts(flow)
     from ..report.wording import RESOLVED
 
@@ -103,22 +114,31 @@ def run_scene(options: argparse.Namespace) -> int:
 
 def _measured(
     options: argparse.Namespace, show: Callable[[str, float], None]
-) -> tuple[Flow, Trajectory, StepFailure | None, float]:
-    """Return the flow, its run as far as it came, its failure or None, and the run's seconds."""
-    from discmech.integrators import Scheme
+) -> tuple[System, Any, Any, StepFailure | None, float]:
+    """Return the system, its flow, the run (up to a failure), the failure and the seconds."""
     from discmech.integrators.numbers import exact_rational
 
-    scene, rule = scene_asked(options), lookup.rule(options.rule)
+    from ..core.case import Case
+    from ..core.parts import parts_of
+    from ..systems import system_of
+
+    scene: Any = scene_asked(options, lattices=True)
     digits, every = digits_in(options.digits), whole("--every")(options.every)
+    system = system_of(Case("run", scene, lookup.rule(options.rule or "trapezoidal"), digits))
     show(f"{scene.name}: deriving", 0.0)
-    scheme = Scheme(scene, rule)
+    _ = system.scheme
     show(f"{scene.name}: compiling", DERIVED)
     given = options.step
     if given is None and options.tolerance is None:
         given = scene.step
     size = None if given is None else exact_rational(given, "--step")
-    flow = scheme.flow(size, digits, on_edge=options.on_edge, tolerance=options.tolerance)
-    steps = whole("--steps")(options.steps) if options.steps else scene.steps_for(abs(flow.step))
+    how = {"on_edge": options.on_edge, "tolerance": options.tolerance}
+    if "sites" in parts_of(scene):
+        if how != {"on_edge": "refuse", "tolerance": None}:
+            raise BadInput(f"{scene.name} is a lattice: --on-edge and --tolerance are for scenes.")
+        how = {}
+    flow = system.flow(size, **how)
+    steps = whole("--steps")(options.steps) if options.steps else system.steps_for(abs(flow.step))
     failure = None
     begun = time.perf_counter()
     try:
@@ -129,21 +149,17 @@ def _measured(
         if error.trajectory is None:
             raise
         run, failure = error.trajectory, error
-    return flow, run, failure, time.perf_counter() - begun
+    return system, flow, run, failure, time.perf_counter() - begun
 
 
-def _energy_error(scheme: DiscretisedScene, run: Trajectory, digits: int) -> float | None:
+def _energy_error(system: System, run: Any) -> float | None:
     """Return the largest error of the energy in the run's rows over its terms, or None."""
     import numpy as np
 
-    from ..core.runs import energy_errors
-
-    scene = scheme.scene  # a force, time dependence and impacts change the energy
-    changed = scene.force is not None or scene.timed or scene.contact is not None
-    if scheme.scene.lagrangian is None or changed or not len(run.t):
+    if system.energy_changes or not len(run.t):
         return None
     with np.errstate(all="ignore"):
-        return float(np.abs(energy_errors(scheme, run, digits)).max())
+        return float(np.abs(system.energy_errors(run)).max())
 
 
 def _print_doubts(flow: Any) -> None:
@@ -174,6 +190,6 @@ def _print_run(run: dict[str, Any]) -> None:
     if not run["t"]:
         return
     for name in ("x", "u", "mu"):
-        if run[name][-1]:
-            print(f"{name:>3} at t = {float(run['t'][-1]):.6g}: "
-                  + "  ".join(str(v) for v in run[name][-1]))  # fmt: skip
+        if last := run[name][-1]:
+            shown = last if len(last) <= MOST_SHOWN else [*last[:3], "…", *last[-3:]]
+            print(f"{name:>3} at t = {float(run['t'][-1]):.6g}: " + "  ".join(map(str, shown)))

@@ -66,8 +66,8 @@ def scene(thing: Scene | str) -> Scene:
     if isinstance(found, Lattice):
         word = thing if isinstance(thing, str) else found.name
         raise BadInput(
-            f"{found.name} is a lattice: `discmech lattices {word}` judges it, and Python runs it, "
-            "Scheme(lattice, rule).flow(step).trajectory(steps)."
+            f"{found.name} is a lattice: `discmech run {word}` runs it, and the studies order, "
+            "symplecticity, momentum, energy and lattices judge it."
         )
     return found
 
@@ -82,6 +82,17 @@ def control(word: str) -> Any:
         return room.get(word)
     held = {v: thing for v, thing in file.variables.items() if isinstance(thing, room.Control)}
     return of_file(file, held, name, "Control(...)")[0]
+
+
+def problem_named(word: str) -> Any:
+    """The problem of control that a word names, by a built-in name or its variable; else None."""
+    from discmech.integrators import control as room
+
+    file, name = in_file(word)
+    if file is None:
+        return room.get(word) if word in room.NAMES else None
+    thing = file.variables.get(name)
+    return thing if isinstance(thing, room.Control) else None
 
 
 def problem_of(scene: Scene) -> Any:

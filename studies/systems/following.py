@@ -32,11 +32,6 @@ class LongRun:
     states: list[tuple[float, np.ndarray, np.ndarray]]
     every: int
 
-    @property
-    def errors(self) -> np.ndarray:
-        """H − H₀ per row, (r,), over the largest sum of its absolute terms."""
-        return (self.energy - self.energy[0]) / (self.size or 1)
-
 
 def followed(scheme: Any, flow: Any, steps: int, parts: Mapping[str, Part]) -> LongRun:
     """Return a run of so many steps, its energy, and momenta that are given by their parts.

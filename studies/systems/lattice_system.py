@@ -18,7 +18,7 @@ from ..core.parts import is_built_in
 from .following import LongRun, followed
 from .known import Known, known_of
 from .one_bond import LARGE, scene_of
-from .quantities import change, entries_of, of_symmetries
+from .quantities import change, energies, entries_of, of_symmetries
 from .reference import rates_at, solution
 from .residual import step_defects
 from .system import End, Ladder, SiteMomentum, System
@@ -181,13 +181,17 @@ class LatticeSystem(System):
         first = steps <= (self.case.steps or self.usual_steps())
         return _run(self.scheme, steps, first)
 
-    def energy(self, run: LongRun) -> tuple[np.ndarray, np.ndarray]:
+    def energy(self, run: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the energy per row, and for its terms the largest of all rows."""
-        return run.energy, np.full(len(run.t), run.size)
+        if isinstance(run, LongRun):
+            return run.energy, np.full(len(run.t), run.size)
+        values, size = energies(self.scheme, run)
+        return values, np.full(len(values), size)
 
-    def energy_errors(self, run: LongRun) -> np.ndarray:
+    def energy_errors(self, run: Any) -> np.ndarray:
         """Return the energy's errors over the largest sum of its absolute terms."""
-        return run.errors
+        values, terms = self.energy(run)
+        return (values - values[0]) / (terms[0] or 1)
 
     def rates(self, state: Pair) -> dict[str, float]:
         """Return |dJ/dt| of the momenta of a lattice's symmetries, by the equations of motion."""

@@ -31,6 +31,10 @@ class SceneSystem(System):
         """True if the rule runs in so many digits."""
         return self.case.rule.runs_at(digits)
 
+    def steps_for(self, step: Any) -> int:
+        """As the scene counts them."""
+        return self.case.scene.steps_for(step)
+
     def end(self, time: Any, digits: int) -> End:
         """Return the end by a certified reference."""
         found = reference.solution(self.case.scene, time, digits=digits)
@@ -57,6 +61,13 @@ class SceneSystem(System):
     def long_run(self, steps: int, progress: Progress) -> Any:
         """Return the rows of `runs.long_run`."""
         return long_run(self.case, self.scheme, steps, progress)
+
+    @property
+    def energy_changes(self) -> bool:
+        """By a force, in time and at impacts; of a scene without a Lagrangian there is none."""
+        scene = self.case.scene
+        changed = scene.force is not None or scene.timed or super().energy_changes
+        return changed or scene.lagrangian is None
 
     def energy(self, run: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the energy and its terms by `runs.energy_with_terms`."""

@@ -75,13 +75,17 @@ class System:
         """The scene or lattice discretised by the rule."""
         return self.case.scheme
 
-    def flow(self, step: Any) -> Any:
-        """The flow at a step size, in the case's digits."""
-        return self.scheme.flow(step, self.case.digits)
+    def flow(self, step: Any, **how: Any) -> Any:
+        """The flow at a step size, in the case's digits; how: what only flows of scenes take."""
+        return self.scheme.flow(step, self.case.digits, **how)
 
     def runs_at(self, digits: int) -> bool:
         """True if there are runs in so many digits."""
         raise NotImplementedError
+
+    def steps_for(self, step: Any) -> int:
+        """How many steps of that size its duration has."""
+        return -int(-self.case.scene.duration // step)
 
     @property
     def ladder(self) -> Ladder | None:
@@ -91,6 +95,11 @@ class System:
     def end(self, time: Any, digits: int) -> End:
         """Return the state at a time; raises if no method can follow the motion."""
         raise NotImplementedError
+
+    @property
+    def energy_changes(self) -> bool:
+        """Whether something else than a method's error changes the energy along a run."""
+        return bool(self.case.scene.contact is not None)
 
     def error(self, x: Any, mu: Any, end: Any) -> tuple[float, float | None, float | None]:
         """Return the relative error of a state from an end: of all, of x and of μ."""

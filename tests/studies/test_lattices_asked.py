@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
-from discmech import BadInput, Lattice, pair
+from discmech import BadInput, Lattice, Scheme, pair
 from discmech.integrators import rules
+from discmech.integrators.lattices import systems
 from discmech.studies import check, get
 from discmech.studies.command.entry import main
 from discmech.studies.core import lookup
@@ -29,9 +32,8 @@ def test_what_lattices_lack_other_studies_say(ask):
         check("lattices", ["harmonic"], ["midpoint"])
     assert ask("lattices", "harmonic")[0] == 2
     assert "not by one-step maps" in ask("lattices", "fput", "--rule", "runge-kutta-4")[2]
-    for words in (("explain", "fput", "midpoint"), ("run", "fput", "--steps", "3")):
-        code, _, err = ask(*words)
-        assert code == 2 and "fput is a lattice" in err
+    code, _, err = ask("explain", "fput", "midpoint")
+    assert code == 2 and "fput is a lattice" in err
     assert "fput" in ask("lattices", "fputt")[2]
 
 
@@ -44,6 +46,8 @@ def test_controls_by_name():
 
 
 MINE = """
+import json
+
 import numpy as np
 from discmech import Lattice, pair
 
@@ -79,3 +83,17 @@ def test_arrays_of_a_lattice_are_in_its_fingerprint():
     keys = {of_case(STUDY, Case("lattices", chain(m), rules.get("midpoint"), 16), timed=False)
             for m in masses}  # fmt: skip
     assert len(keys) == len(masses)
+
+
+def test_a_lattice_and_a_problem_of_control_run_as_a_scene_does(ask):
+    code, out, _ = ask("run", "toda", "--rule", "midpoint", "--steps", "4", "--json", "-")
+    found = json.loads(out)
+    run = Scheme(systems.get("toda"), rules.get("midpoint")).flow(systems.get("toda").step)
+    assert code == 0 and found["x"] == run.trajectory(4).x.tolist()
+    assert 0 < found["energy_error"] < 1e-2
+    assert ask("run", "toda", "--on-edge", "bisect")[0] == 2
+    steered, solved = (ask(word, "oscillator", "--steps", "9", "--json", "-")[1]
+                       for word in ("run", "control"))  # fmt: skip
+    assert json.loads(steered)["cost"] == json.loads(solved)["cost"]
+    free = json.loads(ask("run", "oscillator", "--step", "1/9", "--steps", "3", "--json", "-")[1])
+    assert free["steps"] == 3 and "cost" not in free
