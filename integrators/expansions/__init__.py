@@ -1,6 +1,10 @@
 """Steps as power series: the modified equation of a scheme, derivatives of runs."""
 
 from .modified_equation import ModifiedEquation
+from .run_derivatives import RunDerivatives, RunDifferentiated, RunGradient
 from .step_series import NotExpanded, StepSeries
 
-__all__ = ["ModifiedEquation", "NotExpanded", "StepSeries"]
+__all__ = [
+    "ModifiedEquation", "NotExpanded", "RunDerivatives", "RunDifferentiated", "RunGradient",
+    "StepSeries",
+]  # fmt: skip

@@ -151,12 +151,11 @@ class ModifiedEquation:
     def _along_ways(self, rows: np.ndarray) -> np.ndarray:
         points, weights = np.polynomial.legendre.leggauss(WAY)
         across = rows - rows[0]
-        found: Any = 0
-        for at, weight in zip((points + 1) / 2, weights / 2, strict=True):
-            f = self._field(rows[0] + at * across)
-            slope = np.concatenate([-f[..., self.n :], f[..., : self.n]], axis=-1)
-            found = found + weight * (slope * across).sum(axis=-1)
-        return np.asarray(found)
+        at = rows[0] + (points[:, None, None] + 1) / 2 * across  # (nodes, r, n+m)
+        f = self._field(at.reshape(-1, rows.shape[1]))
+        slope = np.concatenate([-f[..., self.n :], f[..., : self.n]], axis=-1)
+        rates = (slope.reshape(len(f), *at.shape) * across).sum(axis=-1)
+        return np.asarray(np.einsum("krn,r->kn", rates, weights / 2))
 
     # -- as formulas -----------------------------------------------------------------------------
 

@@ -61,20 +61,21 @@ class StepSeries:
         self.n = len(self.equations.x)
 
     def __call__(
-        self, x: Values, mu: Values, q: Values, start: Values, power: int
+        self, x: Values, mu: Values, q: Values, start: Values, power: int, lost: int = LOST
     ) -> tuple[Any, Any, Any]:
         """Return (x′, μ′, w) of a step from (x, μ) up to a power; start: near w's constant terms.
 
-        q: h, the parameters and the rule's constants. One of these, or of x and μ, is a `Series`,
-        known up to `LOST` powers more; so are the results, which are taken for polynomials.
+        q: h, the parameters and the rule's constants. Some of these, or of x and μ, are `Series`,
+        known up to `lost` powers more, which divisions by h take away; so are the results, which
+        are taken for polynomials.
         """
         at, momentum = ([_constant(e) for e in part] for part in (x, mu))
         few = [_cut(e, FEW) for e in q]
         w = self._newton(at, momentum, few, list(start))
         inverse = self._inverse(at, momentum, w, few)
-        end = power + 1 + LOST
+        end = power + 1 + lost
         for k in range(1, power + 1):
-            part = [[_until(e, k + LOST) for e in given] for given in (x, mu, w, q)]
+            part = [[_until(e, k + max(lost, 1)) for e in given] for given in (x, mu, w, q)]
             rows, _ = self.rows(*part)
             change = _times(inverse, rows)
             w = [_polynomial(e - step, k, end) for e, step in zip(w, change, strict=True)]
@@ -137,10 +138,7 @@ class StepSeries:
             of_state = run_text(text, series_namespace(self.numbers))["function"]
             xi = list(of_state(x, mu, parameters))
         else:
-            momenta = np.stack(np.broadcast_arrays(*mu), axis=-1)
-            at = np.stack(np.broadcast_arrays(*x), axis=-1) if len(x) else momenta[:, :0]
-            first = np.broadcast_to(np.array(near, dtype=self.numbers.dtype), momenta.shape)
-            xi = list(legendre_inverse(s, self.numbers)(at, momenta, list(parameters), first).T)
+            xi = self.velocity(x, mu, parameters, near)
         none = 0 * xi[0]
         if not self.mapped:
             return [*xi, *[none] * (len(equations.w) - len(xi))]
@@ -148,6 +146,22 @@ class StepSeries:
             raise NotExpanded(f"{s.name} has constraints, so a step of length 0 is singular.")
         slopes = sum(len(part) for part in equations.slopes)
         return [*[none] * slopes, *xi * len(equations.velocities)]
+
+    def velocity(self, x: Values, mu: Values, parameters: Values, near: Values) -> list[Any]:
+        """Return ξ(x, μ) at columns of numbers, from velocities nearby."""
+        momenta = np.stack(np.broadcast_arrays(*mu), axis=-1)
+        at = np.stack(np.broadcast_arrays(*x), axis=-1) if len(x) else momenta[:, :0]
+        numbers: Any = self.numbers
+        first = np.broadcast_to(np.array(near, dtype=numbers.dtype), momenta.shape)
+        inverse = legendre_inverse(self.equations.s, numbers)
+        return list(inverse(at, momenta, list(parameters), first).T)
+
+    def near(self, u: Values, rates: Values) -> list[Any]:
+        """Return where Newton starts near a step of a run: at its u, and at the rates of z."""
+        if not self.mapped:
+            return [*u, *[0 * u[0]] * (len(self.equations.w) - len(u))]
+        slopes = list(rates) * len(self.equations.slopes)
+        return [*slopes, *list(u) * len(self.equations.velocities)]
 
 
 def _constant(e: Any) -> Any:

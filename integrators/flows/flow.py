@@ -13,6 +13,7 @@ from ..bisections import POLICIES, Bisect, EdgePolicy, Solution, StepContext
 from ..compiler import Kernels, KernelsAtStep, StagesAtStep, System, compile
 from ..equations import DiscretisedScene, blamed, step_system
 from ..errors import BadInput, arguments_checked, check_progress, shown
+from ..expansions import RunDerivatives, RunDifferentiated, RunGradient
 from ..geometry import Arrow, LocalGeometry, Maps
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational, whole_number
 from ..numbers.types import Given, Rows
@@ -179,6 +180,28 @@ class Flow:
             raise BadInput(
                 f"{self.scheme.scene.name}: that run is of another flow; ask the flow that made it."
             )
+
+    @arguments_checked
+    def derivatives(self, run: Trajectory, *, held: str = "mu0") -> RunDerivatives:
+        """Return the derivatives of a run's rows by its start and by the scene's parameters.
+
+        They are exact for the steps that the run took (`expansions.RunDifferentiated`). held: "mu0"
+        or "v0", which of them stays when x₀ and the parameters change. Raises `BadInput` for a run
+        of another flow, `CannotMeasure` under constraints and with contact.
+        """
+        self._check_own(run)
+        return RunDifferentiated(self, run, held).tangent()
+
+    @arguments_checked
+    def gradient(self, run: Trajectory, slope: Any, *, held: str = "mu0") -> RunGradient:
+        """Return the gradient of a function of a run's rows by its start and by parameters.
+
+        slope: the function's own gradient by z = (x, μ) of the last row, (N,), or of each row,
+        (rows, N). It is the adjoint of `derivatives`, for the price of one of its columns, and
+        raises as that does.
+        """
+        self._check_own(run)
+        return RunDifferentiated(self, run, held).adjoint(slope)
 
     def evolve(self, x: Numbers, u: Numbers) -> tuple[Vector, Vector]:
         """Apply Ψ: return (y, v) with y = b(x, u) and F⁻(y, v) = F⁺(x, u) (paper, section 2.4)."""

@@ -33,6 +33,13 @@ def _vanishes(e: Coefficient) -> bool:
     return not e.any() if isinstance(e, np.ndarray) else not isinstance(e, Laurent) and e == 0
 
 
+def _told(found: Any) -> bool:
+    """Return whether a comparison holds; raise `ValueError` where rows of a column differ."""
+    if np.all(found) == np.any(found):
+        return bool(np.all(found))
+    raise ValueError("rows of a column of series are not alike in a comparison")
+
+
 class Series:
     """c₀ ε^k + c₁ ε^(k+1) + … + O(ε^end), k = `start`, which may be negative."""
 
@@ -154,19 +161,19 @@ class Series:
     # what a text compares (the size of a chart's coordinate) is told by the constant term
 
     def __abs__(self) -> Series:
-        return self if np.all(self.constant() >= 0) else -self
+        return self if self >= 0 else -self
 
     def __lt__(self, other: Any) -> bool:
-        return bool(np.all(self.constant() < other))
+        return _told(self.constant() < other)
 
     def __le__(self, other: Any) -> bool:
-        return bool(np.all(self.constant() <= other))
+        return _told(self.constant() <= other)
 
     def __gt__(self, other: Any) -> bool:
-        return bool(np.all(self.constant() > other))
+        return _told(self.constant() > other)
 
     def __ge__(self, other: Any) -> bool:
-        return bool(np.all(self.constant() >= other))
+        return _told(self.constant() >= other)
 
 
 def _quotient(a: Series, b: Series) -> Series:
