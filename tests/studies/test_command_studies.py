@@ -44,6 +44,7 @@ MEASURED = {
 }  # fmt: skip
 
 
+@pytest.mark.dear("[stability]", "[lattices]", "[work-precision]")
 @pytest.mark.parametrize("study", [*map(charts_slowly, NAMES)])
 def test_each_study_as_a_table_and_as_json(ask, tmp_path, study):
     scene, steps = SMALL[study]

@@ -79,8 +79,8 @@ def test_energy_and_structure_are_different_things():
 @pytest.mark.parametrize("digits", [50, pytest.param(16, marks=pytest.mark.slow)])
 def test_structure_is_told_from_energy_at_both_precisions(digits):
     found = [measured("symplecticity", "pendulum", name, digits, 8)["verdict"]
-             for name in ENERGY_OR_STRUCTURE]  # fmt: skip
-    assert found == ["fail", "fail", "pass", "fail"]
+             for name in ENERGY_OR_STRUCTURE[1:]]  # fmt: skip
+    assert found == ["fail", "pass", "fail"]
 
 
 @pytest.mark.slow

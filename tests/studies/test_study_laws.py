@@ -252,7 +252,9 @@ def test_implicit_midpoint_keeps_the_quadratic_energy_exactly():
 # -- results --------------------------------------------------------------------------------------
 
 
-@pytest.mark.dear("[lattices]", "[stability]", "[symplecticity]", "[contact]", "[optimality]")
+@pytest.mark.dear(
+    "[lattices]", "[stability]", "[symplecticity]", "[contact]", "[optimality]", "[order]"
+)
 @pytest.mark.parametrize("study", [
     # work-precision and savings take times
     charts_slowly(name) for name in NAMES if name not in ("work-precision", "savings")

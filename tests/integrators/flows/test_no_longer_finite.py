@@ -22,8 +22,8 @@ from discmech import (
 )
 from discmech.integrators import rules
 from discmech.integrators.rules import gauss
-from discmech.studies import check
 from discmech.studies.command.output import strict_json
+from tests.studies.cached_results import measured
 
 
 @one_step(order=1, stages=1, name="root", groupoids="pair")
@@ -97,8 +97,8 @@ def test_a_lattice_with_contact_that_overflows_names_the_site():
 
 
 def test_no_study_passes_a_run_without_numbers():
-    (case,) = check("energy", [FREE], [root], digits=[16], steps=1000)["cases"]
-    assert case["verdict"] == "fail" and "no longer finite" in case["reason"]
+    found = measured("energy", FREE, root, 16, 1000)
+    assert found["verdict"] == "fail" and "no longer finite" in found["reason"]
 
 
 def test_json_has_no_nan():

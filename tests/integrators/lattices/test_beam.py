@@ -51,6 +51,7 @@ def stiffness_and_masses(beam):
     return K, masses
 
 
+@pytest.mark.slow
 def test_frequencies_tend_to_those_of_euler_and_bernoulli_to_second_order():
     errors = []
     for sites in (21, 41, 81):

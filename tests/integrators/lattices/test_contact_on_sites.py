@@ -76,6 +76,7 @@ def test_elastic_impacts_keep_the_energy():
     assert len(run.impacts.t) > 100 and np.ptp(H) < 1e-13 * size
 
 
+@pytest.mark.slow
 @pytest.mark.dear("trapezoidal")
 @pytest.mark.parametrize("rule", [midpoint, trapezoidal], ids=lambda r: r.name)
 def test_the_free_steps_of_a_step_do_not_grow_with_the_sites(rule):

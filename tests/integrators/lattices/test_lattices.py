@@ -126,6 +126,7 @@ def test_a_mask_says_which_sites_are_fixed():
     assert np.array_equal(fput(fixed=mask).free, ~mask)
 
 
+@pytest.mark.dear("bead_chain")
 @pytest.mark.parametrize(
     ("make", "rule"), [(fput, trapezoidal), (fput, midpoint), (linkages.rods, trapezoidal),
                        (systems.bead_chain, midpoint)],

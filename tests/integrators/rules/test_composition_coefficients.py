@@ -48,6 +48,7 @@ def generators(method, numbers, order):
             yield {(d,): c**d for d in range(1, order + 1, 2)}
 
 
+@pytest.mark.dear("sofroniou-spaletta-10")
 @pytest.mark.parametrize("name", METHODS)
 def test_order_conditions_hold_to_60_digits(name):
     method = METHODS[name]

@@ -58,6 +58,7 @@ def test_a_part_of_a_band_is_no_drift_though_it_has_a_slope():
     assert found["verdict"] == "pass" and low < 0 < high
 
 
+@pytest.mark.dear("[energy")
 @pytest.mark.parametrize(
     ("study", "said"), [("order", "the runs do not converge"), ("energy", "100% of its band")]
 )

@@ -234,7 +234,8 @@ def drifting_aside(L, G, x, u, h):
 def test_a_far_frame_hides_nothing_at_50_digits(rule, verdict):
     """In double precision a state that far away knows no better."""
     assert measured("momentum", far(10**10), rule, 50, 50)["verdict"] == verdict
-    assert measured("momentum", far(10**10), midpoint, 16, 500)["verdict"] == "pass"
+    if rule is midpoint:
+        assert measured("momentum", far(10**10), midpoint, 16, 500)["verdict"] == "pass"
 
 
 @pytest.mark.parametrize("digits", [16, 50])

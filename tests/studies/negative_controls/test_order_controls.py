@@ -206,7 +206,6 @@ def test_errors_beside_a_huge_momentum_are_not_called_exact(monkeypatch):
 
 def test_multipliers_of_a_lower_order_fail_though_the_motion_converges(monkeypatch):
     """Those that leave a row, without those that arrive there, are of first order."""
-    assert measured("order", "suslov", midpoint, 50)["verdict"] == "pass"
     at = "discmech.studies.order.multipliers.mean_multipliers"
     monkeypatch.setattr(at, lambda flow, run: run.multipliers)
     found = measured("order", "suslov", midpoint, 50)
