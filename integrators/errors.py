@@ -1,5 +1,4 @@
-"""Exceptions of this project, each one sentence with cause and fix, and functions that find
-both."""
+"""Exceptions of this project, each one sentence with cause and fix, and their finders."""
 
 from __future__ import annotations
 
@@ -78,8 +77,7 @@ LISTED = 240  # letters of three lines of a terminal: a longer list does not fit
 
 
 def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:
-    """Return the error for an unknown name: with the nearest, or all if they fit into a
-    sentence."""
+    """Return the error for an unknown name: with the nearest, or all if few."""
     names = list(known)
     listed = ", ".join(names)
     if near := nearest(name, names):

@@ -45,8 +45,7 @@ STEEPEST = 1e12
 
 
 def in_own_numbers(method: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorate a method of x (n numbers) and others (m numbers) to compute in the own
-    arithmetic."""
+    """Decorate a method of x (n numbers) and others (m) to compute in the own arithmetic."""
 
     @wraps(method)
     def wrapped(self: Any, *vectors: Numbers) -> Any:
@@ -172,8 +171,7 @@ class Bisection:
 
     @in_own_numbers
     def without_left(self, x: Vector, u: Vector) -> Point:
-        """Return L_Σ⁻¹(x, u): the arrow that L_Σ maps to (x, u); raises `BadInput` if it is too far
-        off."""
+        """Return L_Σ⁻¹(x, u): the arrow that L_Σ maps to (x, u); raises `BadInput` if too far."""
         sigma = self.section(x)
 
         def change(v: Vector) -> Vector:
@@ -185,8 +183,7 @@ class Bisection:
 
     @in_own_numbers
     def without_right(self, x: Vector, u: Vector) -> Point:
-        """Return R_Σ⁻¹(x, u): the arrow that R_Σ maps to (x, u); raises `BadInput` if it is too far
-        off."""
+        """Return R_Σ⁻¹(x, u): the arrow that R_Σ maps to (x, u); raises `BadInput` if too far."""
 
         def change(v: Vector) -> Vector:
             slope = self.right_tangent(x, v)[self.n :, self.n :]

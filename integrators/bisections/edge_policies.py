@@ -84,8 +84,7 @@ class EdgePolicy:
         return 0, self.in_own_chart(g)
 
     def in_own_chart(self, g: Matrix) -> Vector:
-        """Return u with g = τ(hu); raises `BadInput` at the chart's edge, where u has too few
-        digits."""
+        """Return u with g = τ(hu); raises `BadInput` at the edge, where u has too few digits."""
         u = self.context.coordinates(g)
         if u is None:
             raise BadInput(
@@ -288,8 +287,7 @@ class Bisect(EdgePolicy):
     def _newton(
         self, x: Vector, mu: Vector, tries: Iterable[tuple[int, Vector]]
     ) -> Iterable[Solution]:
-        """Yield the solutions from these (translate, u) for which u determines half of g's
-        digits."""
+        """Yield solutions from these (translate, u) for which u determines half of g's digits."""
         for J, u in tries:
             solved = self.machine.solve(x, mu, self.coefficients(J), u)
             if solved is not None:

@@ -66,14 +66,12 @@ class EvolutionOperator:
 
     @in_own_numbers
     def evolve(self, x: Vector, u: Vector) -> Point:
-        """Apply Ψ: return h = (y, v) that follows g = (x, u); raises `BadInput` if Newton
-        diverges."""
+        """Apply Ψ: return h = (y, v) after g = (x, u); raises `BadInput` if Newton diverges."""
         return self._public(self._step(x, u)[-1])
 
     @in_own_numbers
     def devolve(self, y: Vector, v: Vector) -> Point:
-        """Apply Ξ: return g = (x, u) that h = (y, v) follows; raises `BadInput` if Newton
-        diverges."""
+        """Apply Ξ: return g = (x, u) before h = (y, v); raises `BadInput` if Newton diverges."""
         goal = self._after(*_moved(self.upsilon, "without_right", y, v))["minus"]
         starts = (np.concatenate([y, w]) for w in (0 * v, v))
         near = self._solved(self.preceding, y, goal, starts)
@@ -243,8 +241,7 @@ class EvolutionOperator:
     def _solved(
         self, solve: Callable[..., Vector | None], y: Vector, goal: Vector, starts: Iterator[Vector]
     ) -> Vector:
-        """Return the solution by `following` or `preceding` from the first start that leads to
-        one."""
+        """Return the solution by `following` or `preceding` from the first start with one."""
         for start in starts:
             solution = solve(y, goal, start, scale=1)
             if solution is not None:

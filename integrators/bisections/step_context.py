@@ -45,8 +45,7 @@ class StepContext:
 
     @property
     def parts(self) -> tuple[StepContext, ...]:
-        """The contexts whose steps, one after another, make one step; for a plain rule only this
-        one."""
+        """The contexts whose steps, in turn, make one step; for a plain rule only this one."""
         return self.substeps or (self,)
 
     @property
@@ -192,8 +191,7 @@ class StepContext:
         fix: str = SMALLER,
         look: Callable[[], tuple[str, str]] | None = None,
     ) -> StepFailure:
-        """Return the failure of step `index` at a state in this arithmetic; `trajectory`: rows so
-        far."""
+        """Return the failure of step `index` at a state of this arithmetic; `trajectory`: rows."""
         where = {name: self.numbers.public(value) for name, value in state.items()}
         names, time = (self.scene.name, self.scheme.rule.name), float(self.step * index)
         return StepFailure(*names, index, time, where, cause, trajectory, fix, look=look)

@@ -66,8 +66,7 @@ class GroupChart(AlgebraInNumbers):
         return abs(self.numbers.det(self.e + g @ self.translates[translate][1]))
 
     def best(self, g: Matrix) -> int:
-        """Return the translate whose chart has g farthest from its edge (I and J of section
-        4.3)."""
+        """Return the translate whose chart has g farthest from the edge (I, J of section 4.3)."""
         return int(np.argmax([self.openness(g, J) for J in range(len(self.translates))]))
 
 

@@ -91,8 +91,7 @@ class Steps:
         self.done: list[Assignment] = []
 
     def name(self, letter: str, value: Expression) -> Expression:
-        """Return a new symbol for the value; a value that depends on parameters alone stays
-        unnamed."""
+        """Return a new symbol for the value; one of parameters alone stays unnamed."""
         if not value.free_symbols - self.q:
             return value
         symbol = sympy.Symbol(f"{letter}{len(self.done)}", real=True)

@@ -137,8 +137,7 @@ class KernelsAtStep:
         return Run(state, c, steps, every, xs, us, mus, whole[:rows], totals, whole[rows:])
 
     def start_at(self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers) -> ResumePoint:
-        """Return (state, c) at (x, μ), without rounding errors yet, with `guess` as each substep's
-        u."""
+        """Return (state, c) at (x, μ), with no rounding errors, `guess` each substep's u."""
         at = self.layout
         state = self.numbers.zeros(at.memory + len(self.qs) * at.row)
         self.place(state, x, mu, c)
@@ -211,8 +210,7 @@ class KernelsAtStep:
         return status
 
     def _exchanged(self, run: Run, substeps: int) -> bool:
-        """Repeat a step that failed with kernels that exchange rows; return True if that
-        succeeds."""
+        """Repeat a step that failed with kernels that exchange rows; True if that succeeds."""
         used = next((key for key, c in self._known.items() if c is run.c), None)
         if used is None or self._exchanging is None:
             return False

@@ -125,7 +125,6 @@ def _parts(
 
 
 def _lagrange(nodes: Sequence[Mpf], j: int) -> np.ndarray:
-    """Return coefficients, from the constant on, of the polynomial that is 1 at node j, 0 at
-    others."""
+    """Return coefficients, the constant first, of the polynomial 1 at node j, 0 at others."""
     p = polyfromroots([node for k, node in enumerate(nodes) if k != j])
     return np.asarray(p / polyval(nodes[j], p))

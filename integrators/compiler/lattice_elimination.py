@@ -73,8 +73,7 @@ def part(A, start, stop):
 
 
 def solved(D, B):
-    """Return D⁻¹ B by elimination, with the rows in the order in which a site's pivots are
-    large."""
+    """Return D⁻¹ B by elimination, with rows in the order in which a site's pivots are large."""
     return reduced(tuple([D[i] for i in ORDER]), tuple([B[i] for i in ORDER]))
 
 

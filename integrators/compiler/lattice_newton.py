@@ -94,8 +94,7 @@ def extrapolate(a):
 
 
 def choose_order(a, age):
-    """Choose the degree, up to 2, of the polynomial that would have predicted this solution
-    best."""
+    """Choose the degree, up to 2, of the polynomial that would predict this solution best."""
     miss0, miss1, miss2 = 0.0, 0.0, 0.0
     for r in range(a.parts):
         for i in range(a.ranges[r, 0], a.ranges[r, 1]):

@@ -162,8 +162,7 @@ def with_names(text: str, own: Letters) -> str:
 
 
 def _called_if_long(text: str) -> str:
-    """Return a kernel's text, marked for calling if it is long: the driver uses it up to four
-    times."""
+    """Return a kernel's text, marked for calling if it is long: it is used up to four times."""
     return text.replace("@kernel", "@node", 1) if operations(text) > LONGEST else text
 
 
@@ -190,8 +189,7 @@ class _TermText(KernelText):
         return self._with_called([self._solver(), self._update()])
 
     def coupled(self) -> str:
-        """Return `equations(x, w, c) → (rows, slope row by row)`, and `update`, or `gain` for a
-        bond."""
+        """Return `equations(x, w, c) → (rows, slope by rows)`, and `update`, or a bond's `gain`."""
         system = self.system
         rows, slope = list(system.rows), list(system.slope)
         uses = [*rows, *slope]

@@ -134,8 +134,7 @@ class Scope:
         self.routine.begin(after)
 
     def _loop(self, test: Callable[[], Any], turn: Callable[[], None]) -> None:
-        """Write a loop: the code that `turn()` writes, while the condition that `test()` writes
-        holds."""
+        """Write a loop: the code of `turn()` while the condition of `test()` holds."""
         routine = self.routine
         head, body, end = (routine.name(label) for label in ("head", "body", "end"))
         routine.begin(head)

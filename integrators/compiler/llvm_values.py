@@ -143,8 +143,7 @@ class Routine:
     def in_lanes(
         self, kind: str, whole: Any, single: Callable[..., Any], arguments: Sequence[Any]
     ) -> Any:
-        """Apply `whole` to all lanes at once, or, if it is None, `single` to one lane after
-        another."""
+        """Apply `whole` to all lanes at once, or if it is None `single` lane by lane."""
         if whole is not None:
             return whole(self, *(Value(kind, self.operand(kind, a).removeprefix(f"{TYPES[kind]} "),
                                        self) for a in arguments))  # fmt: skip
@@ -160,8 +159,7 @@ class Routine:
         return Value(kind, result, self)
 
     def binary(self, operator: str, left: Any, right: Any) -> Value:
-        """Write arithmetic or a comparison of two numbers; it is of floats if one of them is a
-        float."""
+        """Write arithmetic or a comparison of two numbers; of floats if one is a float."""
         of_floats, of_whole = OPERATORS[operator]
         left, right = register(left), register(right)
         kind = "i" if of_whole and left.kind == right.kind == "i" else "f"
@@ -291,8 +289,7 @@ def filled(tree: Any, values: Iterable[Any], known: bool = True) -> Any:
 
 
 def form(tree: Any, known: bool = True) -> Any:
-    """Return the nested tuples with unnamed numbers: a shared function is written once for each
-    form."""
+    """Return nested tuples with unnamed numbers: a shared function is written once per form."""
     return filled(tree, [replace(v, name="", routine=None) for v in flat(tree, known)], known)
 
 

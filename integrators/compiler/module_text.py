@@ -107,8 +107,7 @@ class KernelText:
 
     @cached_property
     def _at_zero(self) -> tuple[Column, SymbolicMatrix]:
-        """The rows and their slope at w = 0; letters of definitions stay only if the rows are
-        explicit."""
+        """The rows and their slope at w = 0; definitions' letters stay only in explicit rows."""
         system, zero = self.system, dict.fromkeys(self.system.w, 0)
         known = () if system.explicit else system.definitions
         rows, slope = (written_out(known, m).xreplace(zero) for m in (system.rows, system.slope))
@@ -223,8 +222,7 @@ class KernelText:
         return "\n\n".join(texts)
 
     def _solver(self) -> str:
-        """Return the text of one Newton correction, or of the solution if the rows are affine in
-        w."""
+        """Return the text of one Newton correction, or of the solution if rows are affine in w."""
         system = self.system
         rows, slope = system.rows, system.slope
         if self.affine:

@@ -109,8 +109,7 @@ def _at(system: System, point: Replacement, digits: int) -> list[Number]:
 def _costly(
     entries: Iterable[Expression], variables: Letters, constants: set[Letter]
 ) -> list[Expression]:
-    """Return the largest subexpressions that are functions or roots of `variables` and
-    constants."""
+    """Return largest subexpressions that are functions or roots of `variables` and constants."""
     wanted = set(variables)
     terms: list[Expression] = []
     visited: set[Expression] = set()

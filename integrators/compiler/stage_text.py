@@ -169,8 +169,7 @@ class StageText:
                 "turn": system.turn[: len(self.turning)]}  # fmt: skip
 
     def _shift(self) -> str:
-        """Return the text of R₁⁻ᵀ(μ + Σhbf − R₁ᵀπ₁), with cancelling terms left out; lost is π₀ −
-        μ."""
+        """Return the text of R₁⁻ᵀ(μ + Σhbf − R₁ᵀπ₁), without cancelling terms; lost is π₀ − μ."""
         system = self.system
         lost = [sympy.Symbol(f"lo0_{i}", real=True) for i in range(len(system.w))]
         slope = system.right_field.T
@@ -186,8 +185,7 @@ class StageText:
         return self._function("shift", {**self._ends, "lost": lost}, [change], steps)  # fmt: skip
 
     def _update(self) -> str:
-        """Return the text of the increments of x and μ, minus the rounding errors of earlier
-        sums."""
+        """Return the text of increments of x and μ, less the rounding errors of earlier sums."""
         system = self.system
         ex, emu = ([sympy.Symbol(f"{name}_{i}", real=True) for i in range(count)]
                    for name, count in (("ex", len(system.x)), ("emu", len(system.w))))  # fmt: skip

@@ -1,5 +1,4 @@
-"""Unilateral contact with friction: gaps φ(x) ≥ 0, Coulomb's cones, impacts, steps under
-contact."""
+"""Unilateral contact with friction: gaps φ(x) ≥ 0, Coulomb's cones, impacts, steps."""
 
 from .cones import SWEEPS, Cones, NotFound, length, scaling, solved
 from .contact_run import ContactRun

@@ -247,8 +247,7 @@ def _rising(f: Callable[..., Number], least: float = -np.inf) -> Callable[[Inter
 
 
 def _cosine(a: Interval) -> Interval:
-    """Bound the cosine; its extremes are ±1 if an even or odd multiple of π lies in the
-    interval."""
+    """Bound the cosine; extremes are ±1 if an even or odd multiple of π lies in the interval."""
     low, high = np.minimum(np.cos(a[0]), np.cos(a[1])), np.maximum(np.cos(a[0]), np.cos(a[1]))
     turn = 2 * np.pi
     top = np.floor(np.divide(a[1], turn)) >= np.ceil(np.divide(a[0], turn))

@@ -64,8 +64,7 @@ class Moment(NamedTuple):
 
 
 class Impact(NamedTuple):
-    """An impact: its time as a share of the step, x, μ before and after, and impulses (K, 1 +
-    D)."""
+    """An impact: time as a share of the step, x, μ before and after, and impulses (K, 1 + D)."""
 
     share: Number
     x: Vector
@@ -131,8 +130,7 @@ class ContactSteps:
     def _after_impacts(
         self, m: Moment, share: Number, counts: np.ndarray, impacts: list[Impact]
     ) -> Moment:
-        """Return the moment after the impacts of closed gaps that are still closing; its u is its
-        ξ."""
+        """Return the moment after the impacts of closed gaps that still close; its u is its ξ."""
         place = m.place
         for _ in range(AGAIN):
             m = m._replace(u=self.gaps.velocity(place.x, m.mu, m.u))
@@ -265,8 +263,7 @@ class ContactSteps:
     def _return_impulse(
         self, m: Moment, taken: StepPart, resting: np.ndarray, landing: np.ndarray
     ) -> tuple[Moment, Vector, np.ndarray]:
-        """Return the results of `_take_step` for a step that landed, after returning its
-        impulse."""
+        """Return results of `_take_step` for a step that landed, with its impulse returned."""
         gaps, end, start, P = self.gaps, taken.end, taken.start, taken.at_start
         pushed = slice(len(resting), len(resting) + len(landing))
         landed = np.flatnonzero(P[pushed] > 0) + len(resting)

@@ -61,8 +61,7 @@ class Place(NamedTuple):
     rho: MatrixLike | None = None
 
     def moved(self, i: int, other: Place) -> Vector:
-        """Return how far the touching point of gap i has moved along its plane, from here to
-        there."""
+        """Return how far gap i's touching point has moved along its plane, from here to there."""
         found: Vector = (other.where[i] - self.where[i]) @ self.bases[i]
         return found
 
@@ -141,8 +140,7 @@ class Gaps:
         return self._place(x, self.p)
 
     def at(self, x: Vector, reach: Vector | float = 0) -> Place:
-        """Return the gaps at a point; reach (K,): sizes of the numbers added up on the way to
-        it."""
+        """Return the gaps at a point; reach (K,): sizes of numbers added on the way to it."""
         phi, own_size, slope, normal, rho, own, own_slope, own_breadth = self._made(x)
         slip, bases, where, scale, breadth, first = [], [], [], [], [], 0
         for i, coordinates in enumerate(self.coordinates):
@@ -182,14 +180,12 @@ class Gaps:
         return found
 
     def flexibility(self, x: Vector, xi: Vector, rows: np.ndarray, push: np.ndarray) -> np.ndarray:
-        """Return rows M⁻¹ pushᵀ: the change of the velocities along `rows` by impulses along
-        `push`."""
+        """Return rows M⁻¹ pushᵀ: the change of velocities along `rows` by impulses along `push`."""
         changed: np.ndarray = rows @ self.inverse_mass(x, xi) @ push.T
         return changed
 
     def struck_with(self, closed: Vector, closing: Vector) -> Vector:
-        """Return the closed gaps that may push if some are closing: all, since they are one
-        system."""
+        """Return the closed gaps that may push if some are closing: all, as one system."""
         return closed
 
     def fastest(self, place: Place, xi: Vector) -> Vector:
@@ -282,8 +278,7 @@ def gap_functions(
     slope = jacobian(phi, s.position)
 
     def sizes(values: Column, slopes: SymbolicMatrix) -> list[Expression]:
-        """Return the size that determines each value's round-off: its terms and its changes with
-        x."""
+        """Return the size for each value's round-off: its terms and its changes with x."""
         return [
             sympy.Add(*map(abs, sympy.Add.make_args(e)), *(abs(d * x) for d, x in
                     zip(row, s.position, strict=True)))

@@ -51,8 +51,7 @@ class LocatedSteps(ContactSteps):
         self.unsure = set[int]()
 
     def free_steps(self, x: np.ndarray) -> tuple[int, np.ndarray]:
-        """Return (number of rows of x (r, n) that free steps reach certainly without contact;
-        φ)."""
+        """Return (number of rows of x (r, n) certainly reached without contact; φ)."""
         phi = self.gaps.phi(x)
         if len(x) < 3:
             return 0, phi

@@ -102,8 +102,7 @@ def scaled_gaps(s: SceneSymbols, scene: Scene) -> list[str]:
 
 
 def unsure_gaps(unsure: list[int]) -> str:
-    """Return a sentence for gaps that were negative within a step, but not beyond their
-    round-off."""
+    """Return a sentence for gaps negative within a step, but not beyond round-off."""
     named = ", ".join(map(str, unsure))
     return (
         f"gap {named} was negative within a step by less than the round-off of its terms, so that "
@@ -113,8 +112,7 @@ def unsure_gaps(unsure: list[int]) -> str:
 
 
 def _depth(gaps: Gaps, x: Vector, place: Place) -> str:
-    """Return how deep a start is inside the obstacle, and a place outside if there is one
-    nearby."""
+    """Return how deep a start is inside the obstacle, and a place outside if one is near."""
     i = int(np.argmin(place.phi))
     told = f"x0 is inside the obstacle: gap {i} is {place.phi[i]:.3g}"
     at = x.copy()

@@ -120,8 +120,7 @@ class BoundaryProblem:
         return g[:, self.v], g[:, self.p] - z, by_z, H
 
     def linearised(self, H: np.ndarray) -> Callable[..., Parts]:
-        """Return a function: residuals ↦ Newton's (δz, δp, δv); raises `LinAlgError` if it is
-        singular."""
+        """Return the map residuals ↦ Newton's (δz, δp, δv); raises `LinAlgError` if singular."""
         d, N, (z, v, p) = self.d, self.N, (self.z, self.v, self.p)
         outer, inner = np.r_[z, p], H[:, v][:, :, v]
         self.hessian = H
@@ -135,8 +134,7 @@ class BoundaryProblem:
         band = np.zeros((3 * width + 1, 2 * d * N))
 
         def put(row: int, column: int, blocks: np.ndarray, first: int = 0) -> None:
-            """Write blocks (k, d, d) at rows 2d·j + row and columns 2d·j + column for j = first,
-            …"""
+            """Write blocks (k, d, d) at rows 2d·j + row and columns 2d·j + column, j = first, …"""
             j = 2 * d * np.arange(first, first + len(blocks))[:, None, None]
             i, c = j + row + np.arange(d)[:, None], j + column + np.arange(d)
             band[2 * width + i - c, c + 0 * i] = blocks

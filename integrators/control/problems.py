@@ -78,8 +78,7 @@ def _transfer() -> Control:
 
 
 def _upright() -> Control:
-    """A top set upright; Γ, which points up, is the axis of the centre of mass when the top
-    stands."""
+    """A top set upright; Γ, which points up, is the centre of mass's axis when the top stands."""
     scene = scene_of("lagrange-top").with_values(
         name="upright-top",
         title="Heavy top set upright",

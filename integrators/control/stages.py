@@ -110,8 +110,7 @@ class ControlStages:
         return of_step[1] + share * of_cost[1], of_step[2] + share * of_cost[2]
 
     def gains(self, a: np.ndarray, times: np.ndarray, h: float) -> np.ndarray:
-        """Return the effect of the controls on the rows of a step and on μ at N rows a: ∂(E,
-        Z_μ)/∂f."""
+        """Return the controls' effect on a step's rows and on μ at N rows a: ∂(E, Z_μ)/∂f."""
         H, at = self._of_step(a, self._values(self.s, times, h))[2], self.slices
         given = np.r_[at["kappa"], at["p"].start + self.n : at["p"].stop]
         return np.asarray(H[:, given][:, :, at["f"]])
@@ -178,8 +177,7 @@ class ControlStages:
         return np.where(missed[:, None], near, y)[:, m:]
 
     def _checked(self, s: SceneSymbols, cost: Any, inputs: Any) -> tuple[Any, ...]:
-        """Return f, p_μ and C + p_μ·inputs in letters; raises `BadInput` for unfit cost or
-        inputs."""
+        """Return f, p_μ and C + p_μ·inputs in letters; raises `BadInput` for unfit formulas."""
         f, p = vector("cf", self.controls), vector("pm", len(s.u))
         t = sympy.Symbol(BEGIN, real=True)
 
@@ -212,8 +210,7 @@ class ControlStages:
         return numeric(given, [[*rows, *slope]], self.numbers, columns=True)
 
     def _values(self, s: SceneSymbols, times: np.ndarray, h: float) -> list[Any]:
-        """Return the data of a step; its clock stands at 0, so that the control's places are
-        exact."""
+        """Return the data of a step; its clock is at 0, so the control's places are exact."""
         still = [0] * len(self.places) * self.controls
         own = [*self.scene.parameter_values, *still, *self.places, 0, h]
         values = dict(zip(s.q, s.q_values(h, own, self.numbers), strict=True))

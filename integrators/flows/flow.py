@@ -213,8 +213,7 @@ class Flow:
     def next_arrow(
         self, here: Maps, x: Vector, u: Vector, v0: Vector | None = None
     ) -> tuple[Vector, Vector]:
-        """Return Ψ(x, u) from the maps at (x, u), in the flow's numbers; v0: Newton's start, else
-        u."""
+        """Return Ψ(x, u) from the maps there, in the flow's numbers; v0: Newton's start, or u."""
         y, near = here["target"], u if v0 is None else v0
         branch = self.geometry.branch(x, u) if self.scheme.element is not None else None
         return y, first_u(self.edge, Start(y, here["plus"] / self.context.h, near), branch)
@@ -312,8 +311,7 @@ class Flow:
 
     @cached_property
     def system(self) -> System:
-        """One step as the data that is compiled; for a composition including its adjoint's
-        substeps."""
+        """One step as data to be compiled; for a composition with its adjoint's substeps."""
         equations = dict.fromkeys(c.equations for c in (self.context, *self.parts))
         return step_system(*equations, composed=bool(self.context.substeps))
 

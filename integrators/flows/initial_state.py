@@ -24,8 +24,7 @@ DOUBLE = np.dtype(np.float64)
 
 
 class Start(NamedTuple):
-    """The start of a run: x, μ, a guess of the first u in the chart of a translate, and the
-    time."""
+    """The start of a run: x, μ, a guess of the first u in a translate's chart, and the time."""
 
     x: Vector
     mu: Vector

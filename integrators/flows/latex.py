@@ -53,8 +53,7 @@ def _latex(e: Expression, s: SceneSymbols) -> str:
 
 
 def _letter(symbol: Letter) -> str:
-    """Return x_0 as x_{1}, counted like the terminal output, and a parameter's whole name
-    upright."""
+    """Return x_0 as x_{1}, counted like the terminal output, and whole names upright."""
     name, *index = str(symbol).split("_")
     tail = ",".join(str(int(k) + 1) if k.isdecimal() else k for k in index)
     greek = {"mu": r"\mu", "omega": r"\omega", "gamma": r"\gamma", "theta": r"\theta"}

@@ -80,8 +80,7 @@ def _step_of_map(context: StepContext, x: Vector, mu: Vector, near: Vector) -> S
 
 
 def step_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Step:
-    """Return the step on the dual from (x, μ), substep by substep, with its `Tracked`
-    derivative."""
+    """Return the step on the dual from (x, μ), by substeps, with its `Tracked` derivative."""
     total: Any = context.numbers.identity(len(x) + len(mu))
     for part in context.parts:
         if isinstance(part.geometry, OneStepGeometry):

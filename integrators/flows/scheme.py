@@ -35,8 +35,7 @@ class Scheme(DiscretisedScene):
             check_gaps(self.equations.s, self.scene)
 
     def __new__(cls, scene: Any = None, *given: Any, **named: Any) -> Any:
-        """Return a `LatticeScheme` for a `Lattice`; a rule without a formula makes its own
-        object."""
+        """Return a `LatticeScheme` for a `Lattice`; a rule without formula makes its own object."""
         if cls is Scheme:  # subclasses check their own arguments
             check_names("Scheme", named, ("scene", "rule", "equations"))
         if isinstance(scene, Lattice):
@@ -74,8 +73,7 @@ class Scheme(DiscretisedScene):
 
     @cached_property
     def self_adjoint(self) -> bool:
-        """True if Φ₋ₕ is the inverse of Φₕ, derived from the Legendre maps, or from the map
-        itself."""
+        """True if Φ₋ₕ is the inverse of Φₕ, by the Legendre maps, or by the map itself."""
         if isinstance(self.rule, Composition):
             # a palindrome of self-adjoint steps, or of alternating Φ* and Φ
             return self.rule.method.symmetric
@@ -112,8 +110,7 @@ class Scheme(DiscretisedScene):
 
     @property
     def flow_substeps(self) -> Substeps:
-        """(scheme, share of the step) of each substep of a composition, in the form that `Flow`
-        takes."""
+        """(scheme, share of the step) of a composition's substeps, as `Flow` takes it."""
         return [(self.adjoint if s.adjoint else self, s.coefficient) for s in self.substeps]
 
     @cached_property

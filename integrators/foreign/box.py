@@ -182,8 +182,7 @@ def _one_of(word: str, given: Any, known: Sequence[str]) -> None:
 
 
 def _checked(formula: Any, name: str | None, runs: bool) -> str:
-    """Return the name of a box; raises `BadInput` unless it is a function or class of the right
-    kind."""
+    """Return the name of a box; raises `BadInput` unless it is a fit function or class."""
     if not callable(formula):
         raise BadInput(
             f"a black box is a function (q, p, h, system) or a class with start, step and read, "

@@ -152,8 +152,7 @@ class Calls:
         raise BadInput(f"{self.what} gives {shown}, but must give the pair (q, p).")
 
     def _arrays(self, q: Any, p: Any, shapes: Any) -> tuple[Any, Any]:
-        """Return both answers as arrays of the given shapes; raises `BadInput` for anything
-        else."""
+        """Return answers as arrays of the given shapes; raises `BadInput` for anything else."""
         found = []
         for name, given, shape in zip("qv" if self.box.state == "qv" else "qp",
                                       (q, p), shapes, strict=True):  # fmt: skip

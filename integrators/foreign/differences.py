@@ -58,8 +58,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Derivative:
-    """The derivative ∂f/∂y (k, l) with an error bound for each entry (inf if no width gives a
-    value)."""
+    """The derivative ∂f/∂y (k, l) with error bounds of the entries (inf without a value)."""
 
     value: Matrix
     error: Matrix

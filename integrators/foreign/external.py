@@ -27,8 +27,7 @@ class Runs:
     def __call__(
         self, q: np.ndarray, p: np.ndarray, h: Any, steps: int, every: int, system: Any
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return arrays (rows, n) and (rows, m); raises `ProgramFailure` if the program gives
-        none."""
+        """Return arrays (rows, n) and (rows, m); raises `ProgramFailure` without any."""
         t = float(system.t) if system._clocked else None
         parameters = vars(system.parameters)
         xs, mus = self.program.run(q, p, h, steps, every, system.name, parameters, t)

@@ -69,8 +69,7 @@ class Leaf:
         return a, stages, end
 
     def curve(self, ways: Matrix) -> tuple[Matrix, Matrix]:
-        """Return (a, points), each (r, l): a closed curve on the leaf, approximately along the
-        ways."""
+        """Return (a, points), each (r, l): a closed curve on the leaf, about along the ways."""
         a, _, end = self.motions(self.covectors(ways))
         return a, end
 

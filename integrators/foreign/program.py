@@ -76,8 +76,7 @@ class Program:
 
     @property
     def digest(self) -> str:
-        """The digest of the command and of the files that it names, which changes with the
-        program."""
+        """The digest of the command and the files in it, which changes with the program."""
         digest = hashlib.sha256(repr((self.words, str(self.folder))).encode())
         named = (self.folder / word for word in self.words[1:])
         below = (path for name in self.files or () for path in _below(self.folder / name))
@@ -142,8 +141,7 @@ class Program:
             raise self._failure(f"answered {wrong}, asked for {asked}", wrong.fix) from None
 
     def close(self, grace: float = 0.5) -> None:
-        """End the program, if it runs: close its input and wait for `grace` seconds before a
-        kill."""
+        """End the program, if it runs: close its input, and kill it after `grace` seconds."""
         if self._process is not None:
             self._ending.detach()
             self._process.end(grace)
@@ -157,8 +155,7 @@ class Program:
         return self._process
 
     def _answer(self, line: bytes) -> dict[str, Any]:
-        """Return the object in a line; raises `Broken` if it has none, since more output may
-        follow."""
+        """Return the object in a line; raises `Broken` if it has none, for more may follow."""
         try:
             answer = json.loads(line.decode("utf-8", "replace"))
         except (ValueError, RecursionError):

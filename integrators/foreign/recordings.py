@@ -64,8 +64,7 @@ class Recording:
 
     @property
     def unit(self) -> float:
-        """The largest error of a number from rounding, relative to the largest number of the
-        run."""
+        """The largest rounding error of a number, relative to the largest number of the run."""
         size = max(np.abs(self.x).max(initial=0.0), np.abs(self.mu).max(initial=0.0))
         return self.rounding / size if size else 0.0
 
@@ -172,8 +171,7 @@ def _lacking(path: Path, what: str, columns: Mapping[str, Any], fix: str = "") -
 
 
 def _numbered(path: Path, columns: Columns, letters: tuple[str, ...]) -> list[str]:
-    """Return the names of the columns with one of the letters, ordered by their complete
-    numbers."""
+    """Return the names of the columns of the letters, ordered by their complete numbers."""
     held: dict[str, dict[int | None, str]] = {letter: {} for letter in letters}
     for name in columns:
         letter, number = place(name) or ("", None)

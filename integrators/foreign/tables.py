@@ -47,8 +47,7 @@ def place(name: str) -> tuple[str, int | None] | None:
 
 
 def _of_text(path: Path) -> Columns:
-    """Return columns of numbers under a line of names, separated by commas, semicolons or
-    blanks."""
+    """Return columns of numbers under a line of names, with commas, semicolons or blanks."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
@@ -108,8 +107,7 @@ def _is_number(text: str) -> bool:
 
 
 def _of_npz(path: Path) -> Columns:
-    """Return the columns of an archive: arrays (rows,), and those of tables (rows, n) by
-    numbers."""
+    """Return an archive's columns: arrays (rows,), and those of tables (rows, n) by numbers."""
     found: Columns = {}
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:

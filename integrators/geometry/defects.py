@@ -47,8 +47,7 @@ def over_terms(gap: Any, terms: Any, resolution: Number) -> Number:
 def pullback_defect(
     geometry: LocalGeometry, here: Maps, there: Maps, tangent: Any, resolution: Number = 1
 ) -> Number:
-    """Return the `entrywise_defect` of PΨᵀ Ω PΨ = Ω for TΨ = tangent, (n+m)×(n+m), at two
-    arrows."""
+    """Return the `entrywise_defect` of PΨᵀ Ω PΨ = Ω for TΨ = tangent, (n+m)×(n+m), at arrows."""
     p = geometry.prolongation(here, there, tangent)
     before, after = geometry.omega(here), geometry.omega(there)
     return entrywise_defect(p.T, after, before, resolution)

@@ -108,8 +108,7 @@ class FormChange:
 
 
 def form_change(geometry: LocalGeometry, x: Vector, mu: Vector, u: Vector) -> FormChange:
-    """Return the change of ω in the step from (x, μ) along the arrow (x, u), which solves F⁻ =
-    hμ."""
+    """Return the change of ω in the step from (x, μ) along the arrow (x, u) with F⁻ = hμ."""
     numbers, h, (n, m) = geometry.numbers, geometry.q[0], (geometry.n, geometry.m)
     zero: Any = numbers.zeros(m, m)
     one: Any = Tracked(numbers.identity(m))

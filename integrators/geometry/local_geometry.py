@@ -80,8 +80,7 @@ class LocalGeometry:
         return dict(self._latest[point])
 
     def values(self, x: Numbers, u: Numbers) -> list[Vector]:
-        """Return [b, F⁻, F⁺] at (x, u), without any derivative; raises `StagesNotFound` like
-        `at`."""
+        """Return [b, F⁻, F⁺] at (x, u), without derivatives; raises as `at` does."""
         return list(self._value("values", x, u, self.stages(x, u), self.q))
 
     def tracked(self, x: Vector, u: Vector) -> Maps:
@@ -143,8 +142,7 @@ class LocalGeometry:
         return stages
 
     def with_round_off(self, x: Vector, u: Vector, of_x: Vector, of_u: Vector) -> list[Tracked]:
-        """Return (b, F⁻, F⁺) at (x, u) as `Tracked` vectors, for errors of_x and of_u of x and
-        u."""
+        """Return (b, F⁻, F⁺) at (x, u) as `Tracked` vectors, for errors of_x, of_u of x and u."""
         at, arrow = rounded(x, of_x), rounded(u, of_u)
         stages = self._rounded_stages(x, u, at, arrow)
         return [tracked(value) for value in self._errors("values")(at, arrow, stages, self._q)]

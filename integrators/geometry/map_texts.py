@@ -71,8 +71,7 @@ def _bracket_text(equations: DiscreteEquations) -> str:
 
 
 def _one_step_text(equations: Any) -> str:
-    """Return the text for a one-step map: rows, ∂rows/∂w, ∂rows/∂z, Z − z, its derivatives by w,
-    z."""
+    """Return a one-step map's text: rows, ∂rows/∂w, ∂rows/∂z, Z − z, its derivatives by w, z."""
     e, total = equations, equations.total
     parts = [list(e.rows), e.slope, total(e.rows, e.z), list(e.increment)]
     parts += [total(e.increment, letters) for letters in (e.w, e.z)]

@@ -19,8 +19,7 @@ def at_ends(ends: np.ndarray, *rows: np.ndarray) -> list[list[np.ndarray]]:
 
 
 def of_all(function: Callable[..., Any], count: int, *given: Any) -> list[np.ndarray]:
-    """Return the matrices (rows, columns, count) of a function of columns; constants are
-    repeated."""
+    """Return matrices (rows, columns, count) by a function of columns; constants are repeated."""
     with within_doubles("a term of the lattice"):
         found = function(*given)
         parts = found if isinstance(found, tuple) else [found]

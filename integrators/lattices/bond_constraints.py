@@ -94,8 +94,7 @@ class BondConstraints:
         return site, self._of_bond(bond, rows, jacobian(rows, unknowns), 0 * s.u, unknowns)
 
     def _of_site(self, system: System) -> System:
-        """Return a site's system with multipliers after u, which its own equations do not
-        contain."""
+        """Return a site's system with multipliers after u, which its equations do not contain."""
         m, (free, bound) = self.m, self.own
         more = vector("la", self.count)
         slope = sympy.diag(system.slope * free + sympy.eye(m) * (1 - free),
@@ -110,8 +109,7 @@ class BondConstraints:
     def _of_bond(
         self, system: System, rows: Column, slope: SymbolicMatrix, gain: Column, unknowns: Column
     ) -> System:
-        """Return a bond's system from rows of (u_i, u_j, λ); the places of i's multipliers stay
-        unused."""
+        """Return a bond's system for rows of (u_i, u_j, λ); i's multipliers' places are unused."""
         m, k = self.m, self.count
         free_i, free_j, bound = self.bond_own
         kept = [*[free_i] * m, *[free_j] * m, *[bound] * k]

@@ -176,8 +176,7 @@ def _literal(name: str) -> str:
 
 
 def _create(path: Path, shape: tuple[int, ...]) -> Any:
-    """Return an array in a new file with its disk space reserved: a missing page ends the
-    process."""
+    """Return an array in a new file with reserved disk space: a missing page ends the process."""
     made: Any = np.lib.format.open_memmap(path, "w+", np.float64, shape)
     if hasattr(os, "posix_fallocate"):
         with path.open("r+b") as file:

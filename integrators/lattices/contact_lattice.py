@@ -83,8 +83,7 @@ class ContactLatticeFlow(LatticeFlow):
         return _Run(self, x, mu, steps, every, progress).trajectory_of_run()
 
     def _refused(self, *given: Any, **named: Any) -> Any:
-        """Raise `CannotMeasure`: forms are not defined if a step contains impulses, and blocks not
-        kept."""
+        """Raise `CannotMeasure`: no form is defined if a step has impulses, no block is kept."""
         raise CannotMeasure(f"{self.lattice.name} has contact: forms are not defined where a step "
                             "holds impulses, and rows come by trajectory alone.")  # fmt: skip
 

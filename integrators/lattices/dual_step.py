@@ -118,8 +118,7 @@ class DualStep:
     def pairing(
         self, random: np.random.Generator, brackets: list[Bracket]
     ) -> list[tuple[float, float]]:
-        """Return Π of two random covectors before and after the step, each with its absolute
-        terms."""
+        """Return Π of two random covectors before and after the step, each with absolute terms."""
         after = [tuple(random.normal(size=a.shape) * self.free[:, None] for a in self.before)
                  for _ in range(2)]  # fmt: skip
         before = [self.transposed(covector) for covector in after]

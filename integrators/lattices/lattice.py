@@ -145,8 +145,7 @@ class Lattice:
 
     @cached_property
     def groupoid(self) -> Groupoid:
-        """The groupoid of a site; for a group its action on itself, so that bonds see the
-        element."""
+        """The groupoid of a site; for a group its action on itself, so bonds see the element."""
         if not isinstance(self.site, LieGroup):
             if not self.site.dim_x:
                 raise BadInput(f"{self.name}: {self.site.name} has no base that a bond can use.")
@@ -166,8 +165,7 @@ class Lattice:
 
     @property
     def shape(self) -> str:
-        """The elimination of a step's equations: along a "chain" or "ring", or of a "list" of
-        bonds."""
+        """The elimination of a step's equations: of a "chain" or "ring", or a "list" of bonds."""
         if not isinstance(self.bonds, str) or (self.bonds == "ring" and not self.free.all()):
             return "list"
         return self.bonds

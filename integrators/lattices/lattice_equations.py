@@ -99,8 +99,7 @@ class LatticeEquations:
 
     @cached_property
     def end_weights(self) -> tuple[Expression, Expression] | None:
-        """The weights of L at the start and at the end of a step, or None if the rule uses other
-        points."""
+        """The weights of L at a step's start and end, or None if the rule uses other points."""
         of, (start, end) = self.site.of, (self.site.x, self.site.y)
         if len(self.site.s.stages) or not of.straight:
             return None
@@ -117,8 +116,7 @@ class LatticeEquations:
 
     @property
     def local(self) -> bool:
-        """True if no bond couples the unknowns of two sites: the bonds' L is taken at the ends
-        only."""
+        """True if no bond couples two sites' unknowns: the bonds' L is taken at ends only."""
         still = self.constraints is None and not self.lattice.bonds_move
         return self.end_weights is not None and still
 
@@ -175,8 +173,7 @@ class LatticeEquations:
 
     @cached_property
     def projection(self) -> LatticeSystem:
-        """The projection of momenta onto those that the constraints admit, as a step that keeps
-        x."""
+        """The projection of momenta onto those that constraints admit, as a step that keeps x."""
         assert self.constraints is not None
         return self._tied(*self.constraints.projection())
 
@@ -204,8 +201,7 @@ class LatticeEquations:
         return (*letters[0], *self.constraints.own), (*letters[1], *self.constraints.bond_own)
 
     def _split(self) -> tuple[DiscreteEquations, Expression | None]:
-        """Return a site's equations for the part of L with velocities, and the rest of L or
-        None."""
+        """Return a site's equations for L's part with velocities, and the rest of L or None."""
         s, lattice = self.site.s, self.lattice
         terms = sympy.Add.make_args(s.lagrangian.expand(deep=False))
         resting = [t for t in terms if not t.free_symbols & set(s.u)]
@@ -230,8 +226,7 @@ class LatticeEquations:
 
     @cached_property
     def self_adjoint(self) -> bool:
-        """True if Φ₋ₕ is the inverse of Φₕ, which holds if it holds for site and bond
-        separately."""
+        """True if Φ₋ₕ inverts Φₕ, which holds if it does for site and bond separately."""
         if self.end_weights is not None and not self.lattice.bonds_move:
             return is_self_adjoint(self.site) and self.end_weights[0] == self.end_weights[1]
         terms = [self.bond] if self.lattice.on_site is no_term else [self.site, self.bond]

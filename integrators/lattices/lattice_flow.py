@@ -208,8 +208,7 @@ class LatticeFlow:
         yield made(run.index // every + 1 - first)
 
     def _stops(self, run: LatticeRun, steps: int, every: int) -> Iterator[tuple[bool, int]]:
-        """Advance to step `steps`; at each stop yield (True if it is a row, status); rows are
-        shown."""
+        """Advance to step `steps`; yield (True for a row, status) at each stop; rows are shown."""
         piece = max(1, PIECE // self.lattice.sites)
         while run.index < steps:
             next_row = (run.index // every + 1) * every

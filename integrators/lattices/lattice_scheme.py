@@ -96,8 +96,7 @@ class LatticeScheme:
 
     @cached_property
     def _parts(self) -> list[LatticeEquations]:
-        """The equations of the rule and, if some substeps are steps of its adjoint, of the
-        adjoint."""
+        """The equations of the rule and, if some substeps are its adjoint's, of the adjoint."""
         if not any(self.kinds):
             return [self.equations]
         return [self.equations, LatticeEquations(self.lattice, adjoint(self.equations.rule))]

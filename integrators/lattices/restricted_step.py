@@ -88,8 +88,7 @@ class RestrictedStep:
     def pairing(
         self, random: np.random.Generator, brackets: list[Bracket]
     ) -> list[tuple[float, float]]:
-        """Return ω of two random vectors before and after the step, each with its absolute
-        terms."""
+        """Return ω of two random vectors before and after the step, each with absolute terms."""
         before = [self.tangent(random) for _ in range(2)]
         after = [self.applied(vector) for vector in before]
         return [

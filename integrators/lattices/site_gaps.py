@@ -145,8 +145,7 @@ class SiteGaps(Gaps):
         return np.asarray(found * self.lattice.free[:, None]).ravel()
 
     def _of_mass(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return ∂μ/∂ξ, ∂ξ/∂μ (N, m, m) and ∂l/∂ξ at rest (N, m) of each site; the last x is
-        kept."""
+        """Return ∂μ/∂ξ, ∂ξ/∂μ (N, m, m) and ∂l/∂ξ at rest (N, m) by site; one x is kept."""
         if x is not self._last[0]:
             rows, shape = x.reshape(self.N, self.n), (self.N, self.m, self.m)
             mass, still = self._motion(list(rows.T), [0.0] * self.m, self.p)

@@ -72,8 +72,7 @@ class Retraction(ABC):
         return _inverse(self.invariant_fields(algebra, xi)[1])
 
     def lag(self, algebra: MatrixAlgebra, xi: Column, theta: Expression) -> SymbolicMatrix:
-        """Return L(θξ)⁻¹ (θR(ξ) − R(θξ)), m×m: the effect of e→ on τ(θξ), in left
-        trivialisation."""
+        """Return L(θξ)⁻¹ (θR(ξ) − R(θξ)), m×m: the effect of e→ on τ(θξ), left-trivialised."""
         _, right = self.invariant_fields(algebra, xi)
         _, partial = self.invariant_fields(algebra, theta * xi)
         difference = (theta * right - partial).applyfunc(lambda e: e.expand())

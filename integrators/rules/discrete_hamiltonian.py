@@ -80,8 +80,7 @@ def discrete_hamiltonian(
 def _equations(
     given: Callable[..., Any], kind: str, s: Any, z: Column, h: Letter, K: list[Column]
 ) -> tuple[Column, list[Column]]:
-    """Return the new state z + h K₀, and the equations that vanish there and at stages z + h
-    K_j."""
+    """Return the new state z + h K₀, and equations that vanish there and at stages z + h K_j."""
     if s.n != s.m or any(s.force(z)):
         raise BadInput("a discrete Hamiltonian knows no time and no force: take another method.")
     letters = [_letters(s.n) for _ in K]  # (x, μ) on which H_d depends, and the stages

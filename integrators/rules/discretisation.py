@@ -102,8 +102,7 @@ class Discretisation:
         return 2.0**-53 if digits == 16 else 10.0**-digits
 
     def applies(self, scene: Any) -> bool:
-        """Return True if the scene has everything that the rule needs; `own` needs a discrete
-        Lagrangian."""
+        """True if the scene has all that the rule needs; `own` needs a discrete Lagrangian."""
         if (scene.discrete_lagrangian is not None) != (self.formula is own.formula):
             return False
         return (scene.fast is not None or not self.splits) and not self.refusal(scene)
@@ -233,8 +232,7 @@ def check_effective(what: str, order: int | None, effective: Any) -> None:
 def described(
     what: str, formula: Any, wanted: str, name: str | None, source: str
 ) -> tuple[str, str]:
-    """Return (name, source) of a function with the `wanted` arguments; raises `BadInput`
-    otherwise."""
+    """Return (name, source) of a function with the `wanted` arguments, or raise `BadInput`."""
     if not callable(formula):
         raise BadInput(f"a {what} is a function {wanted}, not {shown(formula)}.")
     if not isinstance(name, str | None):

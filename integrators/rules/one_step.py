@@ -39,8 +39,7 @@ class OneStepMap(Discretisation):
         return False
 
     def applies(self, scene: Any) -> bool:
-        """Return True if the scene has a vector field on the dual, and a groupoid on which it
-        exists."""
+        """True if the scene has a vector field on the dual, and a groupoid on which it exists."""
         return not self.refusal(scene)
 
     def refusal(self, scene: Any) -> str:

@@ -191,8 +191,7 @@ def _symmetric(sizes: list[Mpf]) -> list[Mpf]:
 
 @lru_cache(maxsize=4096)
 def _slopes(word: Word, sizes: tuple[float, ...], in_turn: bool) -> tuple[float, ...]:
-    """Return the derivatives of `gap` by each size, by complex steps, which cause no
-    cancellation."""
+    """Return the derivatives of `gap` by each size, by complex steps, without cancellation."""
     tiny, found = 1e-30, []
     for i in range(len(sizes)):
         moved: list[complex] = list(sizes)
@@ -208,8 +207,7 @@ def _mpf(value: Any, digits: int) -> Mpf:
 
 
 def read(values: Any, what: str) -> tuple[list[Any], list[Fraction]]:
-    """Return exact numbers and the largest error of each; raises `BadInput` unless they are
-    real."""
+    """Return exact numbers and the largest error of each; raises `BadInput` unless real."""
     if isinstance(values, str | bytes) or not hasattr(values, "__iter__"):
         raise BadInput(f"{what}: give a list of coefficients, such as [1/4, 1/2, 1/4].")
     found, rounded = list[Any](), list[Fraction]()

@@ -49,8 +49,7 @@ class Conserved:
         return takes_fourth(self.formula)
 
     def at(self, x: Any, mu: Any, p: Any, h: Any) -> Any:
-        """Return the quantity in sympy columns x, mu, parameters p and the step h; a list as a
-        column."""
+        """Return the quantity of sympy columns x, mu, parameters p and step h; lists as columns."""
         found = self.formula(x, mu, p, h) if self.of_step else self.formula(x, mu, p)
         if not isinstance(found, list | tuple) or any(isinstance(e, str) for e in found):
             return found  # text is refused later, because sympy would read it as code
@@ -87,8 +86,7 @@ def takes_fourth(function: Callable[..., Any] | None) -> bool:
 
 
 def arguments_of(function: Callable[..., Any] | None) -> int:
-    """Return the number of a function's positional arguments without default; 0 if it is
-    unknown."""
+    """Return the number of a function's positional arguments without default; 0 if unknown."""
     if function is None:
         return 0
     try:

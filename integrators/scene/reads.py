@@ -224,8 +224,7 @@ class _Reader:
             raise Opaque(f"{min(read)} of {name}, which reads what may change")
 
     def global_(self, thing: Any, names: frozenset[str]) -> None:
-        """Add the value of a global name; for a module of the user's the attributes that may be
-        read."""
+        """Add a global name's value; for a user's module the attributes that may be read."""
         self.add(thing)
         asked = (id(thing), names)
         if isinstance(thing, ModuleType) and not _is_library(thing.__name__):

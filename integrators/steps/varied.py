@@ -55,8 +55,7 @@ class Varied(Discretisation):
         return f"{self.way} {self.base.name} {self.base.order}{numbers} {self.base.digest}"
 
     def unmeasured(self, study: str) -> str:
-        """Return why a study of equal steps cannot measure it; "" for the study of varying
-        steps."""
+        """Return why a study of equal steps cannot measure it; "" for that of varying steps."""
         if study == "steps":
             return ""
         return (
@@ -70,8 +69,7 @@ class Varied(Discretisation):
         return self.base.applies(scene) and not self.refusal(scene)
 
     def refusal(self, scene: Any) -> str:
-        """Return why the base does not exist on the scene, or cannot vary its steps in this way; or
-        ""."""
+        """Return why the base does not exist on the scene, or with steps that vary so; or ""."""
         for has, what in (
             (scene.constrained, "constraints"),
             (scene.contact is not None, "contact"),
@@ -111,8 +109,7 @@ class Varied(Discretisation):
         return VariedScheme(scene, self)
 
     def __reduce__(self) -> Again:
-        """Return how to pickle it: it is built again from its base; σ is found by its place in a
-        module."""
+        """Return how to pickle it: it is built from its base again; σ is found by its module."""
         return _made, (self.base, self.sigma, self.way, self.name, self.source)
 
 

@@ -120,8 +120,7 @@ class VariedScheme:
 
     @cached_property
     def system(self) -> System:
-        """Return one step as the data that is compiled; for a composition also its adjoint's
-        substeps."""
+        """Return one step as the data that is compiled; with a composition's adjoint substeps."""
         inner = self.inner
         kinds = [inner.equations]
         if any(part.adjoint for part in inner.substeps):

@@ -26,8 +26,7 @@ PRICE = 30  # digits that a proof may lose beyond the first-order estimate
 def bounded_integration(
     equations: Equations, program: SeriesProgram, times: list[Fraction], digits: int
 ) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
-    """Return findings at the times and at 0, from one sweep; raises `Unproven` if that costs too
-    much."""
+    """Return findings at the times and at 0, from one sweep; raises `Unproven` if too costly."""
     bounds = BlockBounds(equations)
 
     def run(settings: TaylorSettings, proving: bool) -> tuple[dict[Fraction, Finding], Enclosed]:

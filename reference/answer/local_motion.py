@@ -187,8 +187,7 @@ class Surroundings:
         self, x: Sequence[Any], v: Sequence[Any], t: Fraction, step: Fraction, digits: int,
         terms: int,
     ) -> bool:  # fmt: skip
-        """Return True if the last terms of each component are below its round-off, and fall as
-        2⁻ᵏ."""
+        """True if the last terms of each component are below its round-off, and fall as 2⁻ᵏ."""
         with gmpy2.context(gmpy2.get_context(), precision=ROUGH_BITS):
             try:
                 series = self._series(terms, self._state(x, v, t), self.program.constants_at(30))

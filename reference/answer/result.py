@@ -58,8 +58,7 @@ class Finding:
         return replace(self, evidence=f"{self.evidence}; {remark}")
 
     def limited(self, certain: int, remark: str, enough: int) -> Finding:
-        """Return the finding with at most ``certain`` digits; below ``enough`` it is no proof any
-        more."""
+        """Return the finding with at most ``certain`` digits; below ``enough`` it is no proof."""
         remarked = replace(self.remarked(remark), certain=min(self.certain, certain))
         if certain < min(enough, self.certain):
             return replace(remarked, certainty="agreement", bound=None)

@@ -161,8 +161,7 @@ def _units(matrix: Any, k: int) -> list[Any]:
 
 @once
 def _balance() -> Callable[[Any], Balance]:
-    """Return a function: scene ↦ its equations, derived again only if something they read
-    changes."""
+    """Return a function: scene ↦ its equations, derived again only if data they read change."""
     from discmech.integrators.scene import remembered
 
     from ..equations import balance_of

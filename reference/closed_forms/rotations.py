@@ -28,8 +28,7 @@ def rotation(vector: Sequence[Any]) -> Any:
 
 
 def momentum_frame(momentum: Sequence[Any]) -> Any:
-    """Return the rotation that takes the momentum to axis 3 and the node (momentum x e3) to axis
-    1."""
+    """Return the rotation of the momentum to axis 3 and the node (momentum x e3) to axis 1."""
     size = mpmath.sqrt(mpmath.fdot(momentum, momentum))
     up = [component / size for component in momentum]
     across = mpmath.sqrt(up[0] ** 2 + up[1] ** 2)

@@ -49,8 +49,7 @@ class Majorant:
         return bound
 
     def _least_on_parts(self) -> Any:
-        """Return the polynomial's least size for 0 <= t/size <= 1, by the mean value on 64
-        parts."""
+        """Return the polynomial's least size for 0 <= t/size <= 1, by mean values on 64 parts."""
         parts, bounds = 64, []
         with working():
             size, path = exact(self.size), arb_poly([exact(a) for a in self.series])

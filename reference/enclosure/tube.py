@@ -62,8 +62,7 @@ class _Piece:
     times: list[tuple[Fraction, Fraction]]  # with their shares of the step
 
     def box(self, share: Fraction, width: Fraction, room: list[Any]) -> list[Any]:
-        """Return balls around the states from ``share - width/2`` to ``share + width/2`` of the
-        step."""
+        """Return balls around states from ``share - width/2`` to ``share + width/2`` of a step."""
         middle = self.size * fmpq(share.numerator, share.denominator)
         sway = around_zero(self.size * fmpq(width.numerator, 2 * width.denominator))
         whole = middle + sway

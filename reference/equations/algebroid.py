@@ -60,8 +60,7 @@ def _algebroid(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
 
 
 def _product(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
-    """Return both algebroids side by side; with a connection A in the frame e_i - A^a_i e_a,
-    e_a."""
+    """Return algebroids side by side; with a connection A in the frame e_i - A^a_i e_a, e_a."""
     one, two = groupoid.parts
     at = one.dim_x
     parts = [_algebroid(one, x[:at, :], name), _algebroid(two, x[at:, :], name)]
@@ -85,8 +84,7 @@ def _product(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
 
 
 def _product_basis(parts: list[Algebroid]) -> tuple[sympy.Matrix, ...]:
-    """Return matrices of the attitude's velocity if one part is a group; zero for the other
-    part."""
+    """Return matrices of the attitude's velocity if one part is a group; 0 for the other part."""
     groups = [p for p in parts if p.basis and not p.dim_x]
     if len(groups) != 1:
         return ()
@@ -138,8 +136,7 @@ def _moved_anchor(
 
 
 def _row_anchor(basis: tuple[sympy.Matrix, ...], x: sympy.Matrix, name: str) -> sympy.Matrix:
-    """Return rho with columns x e_g; x is one row vector, or several below each other,
-    flattened."""
+    """Return rho with columns x e_g; x is one row vector, or several together, flattened."""
     size = basis[0].rows
     if x.rows % size:
         raise ReferenceFailure(

@@ -127,8 +127,7 @@ def is_short(number: sympy.Expr) -> bool:
 
 
 def number_to_mpfr(number: sympy.Expr, digits: int) -> Any:
-    """Return an exact sympy number as an mpfr at the current gmpy2 precision, or a short
-    integer."""
+    """Return an exact sympy number as an mpfr at the current gmpy2 precision, or an int."""
     if is_short(number):
         return int(number)
     if number.is_Rational:

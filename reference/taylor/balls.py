@@ -31,8 +31,7 @@ def working(bits: int = BITS) -> Any:
 
 
 def exact(value: Any) -> Any:
-    """Return an int, mpf or mpfr number exactly; a non-finite one becomes nan, which bounds
-    nothing."""
+    """Return an int, mpf or mpfr exactly; a non-finite one becomes nan, which bounds nothing."""
     if isinstance(value, int):
         return arb(value)
     if value - value != 0:  # nan differs from everything
@@ -50,8 +49,7 @@ def rounded(number: Any) -> Any:
 
 
 def enclosed(number: sympy.Expr) -> Any:
-    """Return a ball around an exact sympy number; raises `Unproven` for functions that arb
-    lacks."""
+    """Return a ball around an exact sympy number; raises `Unproven` for functions arb lacks."""
     return _enclosed(number, flint.ctx.prec)
 
 
@@ -137,8 +135,7 @@ class BallRates:
         return [(n, None if c == 1 and n is not None else enclosed(c)) for n, c in form.items()]
 
     def __call__(self, box: list[Any]) -> tuple[list[Any], Any]:
-        """Return the rates and their derivatives, rates x states: balls around all values in the
-        box."""
+        """Return rates and derivatives, rates x states: balls around all values in the box."""
         values, slopes = list(box), list(self.units)
         nothing = 0 * self.units[0]
 

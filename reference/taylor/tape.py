@@ -173,8 +173,7 @@ class Tape:
         )
 
     def _pair(self, name: str, a: int) -> int:
-        """Add sin and cos (sinh and cosh) as neighbours on the tape, because one needs the
-        other."""
+        """Add sin and cos (sinh and cosh) as neighbours on the tape, as one needs the other."""
         first, second = PAIRS[name]
         if (first, a) not in self._known:
             self._add(first, a)

@@ -65,8 +65,7 @@ def of_order(
 
 
 def _of_floats(scheme: Scheme, floats: dict[str, Any]) -> Told:
-    """Return floats whose last bits explain the order, with the fraction that was probably
-    meant."""
+    """Return floats whose last bits explain the order, with the fraction probably meant."""
     ends = f"counts with its binary value, so errors end at {floats['size']:.1g} of a step"
     for value in floats["values"]:
         given = Fraction(value)
@@ -88,8 +87,7 @@ def _of_floats(scheme: Scheme, floats: dict[str, Any]) -> Told:
 
 
 def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str, Any]) -> Told:
-    """Return the cause for an L_d below its declared order: scene, gauge, retraction or L_d
-    itself."""
+    """Return the cause of an L_d below its order: scene, gauge, retraction or L_d itself."""
     off = f"‖F±/h − μ‖ on exact arrows is {found.legendre[-1]:.1e}"
     if found.order < found.order_of_legendre:
         off = f"‖F⁺ − F⁻‖/h where exact arrows meet is {found.residual[-1]:.1e}, relative to ‖μ‖,"
@@ -249,8 +247,7 @@ def _start_gap(case: Case, flow: Flow) -> float:
 
 
 def _witness(case: Case, duration: Fraction) -> tuple[float, float]:
-    """Return (relative gap of the reference to the witness, the witness's own change by
-    halving)."""
+    """Return (relative gap of reference and witness, the witness's own change by halving)."""
     scheme = scheme_of(case.scene, discretisations.get(WITNESS))
     steps = max(8, round(duration / Fraction(case.scene.step)))
     ends = []

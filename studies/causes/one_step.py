@@ -218,8 +218,7 @@ def _factor(found: list[Beginning], got: Any, of: Any) -> float | None:
 
 
 def _late(found: list[Beginning], n: int) -> Told | None:
-    """Return the cause if part of the state belongs to another time, an error that does not
-    grow."""
+    """Return the cause if a part of the state is of another time, an error that does not grow."""
     grown = (np.abs(b.later - b.first_error).max() for b in found)
     if _vanishes(found, lambda b: b.first_error) or not all(
         more <= 0.05 * np.abs(b.first_error).max() for more, b in zip(grown, found, strict=True)
@@ -406,8 +405,7 @@ def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
 def _of_second(
     case: Case, found: list[Beginning], n: int, finest: float | None = None
 ) -> Told | None:
-    """Return the cause from e₂ as a part of z̈/2: values at the step's start, or half a step
-    off."""
+    """Return the cause by e₂ as a part of z̈/2: values at a step's start, or half a step off."""
     wanted = case.order
     if wanted is None or wanted < 2:
         return None

@@ -12,8 +12,7 @@ from .measuring import LIMITS, SINGULAR
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Judge that runs are right, or stop beside the singular set of FL or where no solution
-    exists."""
+    """Judge that runs are right, or stop beside the singular set of FL or without a solution."""
     unit = 10.0 ** (16 - case.digits)
     limits = {name: limit * unit for name, limit in LIMITS.items()}
     expected: dict[str, Any] = {"limits": limits, "singular": SINGULAR}

@@ -62,16 +62,14 @@ def _fits(scene: Scene) -> bool:
 
 
 def axis_of(number: int) -> np.ndarray:
-    """Return the unit vectors of the ensemble, over half a circle: turns beyond a half go round
-    it."""
+    """Return the unit vectors of the ensemble, over half a circle: larger turns go round it."""
     angle = math.pi * number / AXES
     p, q = np.array(PLANE)
     return np.asarray(math.cos(angle) * p + math.sin(angle) * q)
 
 
 def drawn_starts(seed: int) -> list[tuple[float, np.ndarray]]:
-    """Return `DRAWN` turns from 0.01 to 0.99 about unit vectors of the whole sphere, from a
-    seed."""
+    """Return `DRAWN` turns from 0.01 to 0.99 about unit vectors on the sphere, from a seed."""
     drawn = random.Random(seed)
     found = []
     for _ in range(DRAWN):
@@ -213,8 +211,7 @@ def _drift(case: Case, scheme: Scheme, run: Any) -> float | None:
 
 
 def _factorised(case: Case, g: Any, after: Any) -> float | None:
-    """Return the distance of a step from the factorisation's; None for other scenes, or on its
-    edge."""
+    """Return a step's distance from the factorisation's; None for other scenes, or on its edge."""
     if case.scene.name != "moser-veselov":
         return None
     from discmech.reference.closed_forms.moser_veselov import step
@@ -264,8 +261,7 @@ def _worst(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _slice(case: Case) -> dict[str, Any]:
-    """Return the disc of rotation vectors in PLANE, in turns: det FL and the best translate on a
-    grid."""
+    """Return the disc of rotations in PLANE, in turns: det FL and the best translate on a grid."""
     flow = _scheme(case.scene).flow(STEP, 16, on_edge="bisect")
     across = np.linspace(-0.5, 0.5, SIDE)
     p, q = np.array(PLANE)

@@ -115,8 +115,7 @@ def _place(case: Case, row: dict[str, Any]) -> tuple[float, float]:
 def _marked(
     axes: Axes, case: Case, series: dict[str, tuple[str, str]], limits: tuple[float, float]
 ) -> None:
-    """Draw numbers of each run on a log axis, by name (colour, marker); zeros lie on its lower
-    end."""
+    """Draw a run's numbers on a log axis, by name (colour, marker); zeros at its lower end."""
     _across(axes)
     log_axis(axes, "y", limits)
     _across(axes)

@@ -60,8 +60,7 @@ def explain(scene: Scene | str, rule: Discretisation | str) -> str:
 
 
 def explanation(scheme: Scheme) -> str:
-    """Return the page of a scheme; raises `BadInput` for a program, which has no equations to
-    show."""
+    """Return the page of a scheme; raises `BadInput` for a program, which has no equations."""
     if not scheme.rule.is_formula:
         raise BadInput(
             f"{scheme.rule.name} is a program, so there are no equations to show: "

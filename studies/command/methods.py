@@ -77,8 +77,7 @@ def _composed(rule: Composition) -> str:
 
 
 def _terms(scene: Any, rule: Discretisation) -> tuple[Any, Any] | None:
-    """Return (names of letters, terms of L_d), or None if it is no short weighted sum of values of
-    l."""
+    """Return (letters' names, terms of L_d), or None if no short weighted sum of values of l."""
     if (
         isinstance(rule, OneStepMap)
         or not rule.is_formula

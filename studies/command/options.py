@@ -107,8 +107,7 @@ def add_own(parser: argparse.ArgumentParser, options: Sequence[Option]) -> None:
 
 
 def choice_of(options: argparse.Namespace) -> Choice:
-    """Return the choice in objects; raises `BadInput` for unknown names and numbers out of
-    range."""
+    """Return the choice in objects; raises `BadInput` for unknown names or bad numbers."""
     from ..core.case import Choice
 
     for name in options.retraction:

@@ -45,8 +45,7 @@ LATER = 1.1  # share by which first impacts may be later with another step
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Return every scene with contact with two rules, or the chosen ones, and the controls on
-    theirs."""
+    """Return every scene with contact with two rules, or the chosen ones, and the controls."""
     chosen = choice.scenes or tuple(scenes.with_contact())
     rules = choice.rules or tuple(map(discretisations.get, RULES))
     found = (

@@ -36,8 +36,7 @@ def checked_name(name: str) -> str:
 
 
 def check_kept(name: str) -> None:
-    """Raise `BadInput` if a saved result goes with the process, so that nothing is ever
-    compared."""
+    """Raise `BadInput` if a saved result goes with the process, so nothing is ever compared."""
     if is_temporary():
         raise BadInput(
             f"the baseline {name} cannot be kept: the cache folder cannot be written to, and a "

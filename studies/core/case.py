@@ -104,8 +104,7 @@ class Choice:
         yield from found
 
     def charts(self, scene: Scene) -> list[Scene]:
-        """Return the scene in each chosen retraction, or as it is; once if it uses no
-        retraction."""
+        """Return the scene in each chosen retraction, or once as it is if it uses none."""
         if scene.groupoid.retraction is None or not self.retractions:
             return [scene]
         return [in_chart(scene, name) for name in dict.fromkeys(self.retractions)]
@@ -113,8 +112,7 @@ class Choice:
 
 @lru_cache(maxsize=256)
 def in_chart(scene: Scene, retraction: str) -> Scene:
-    """Return the scene with the retraction of that name, as one object, so that it is derived
-    once."""
+    """Return the scene with the retraction of that name, as one object, derived once."""
     return scene.with_retraction(retractions.get(retraction))
 
 
@@ -142,8 +140,7 @@ class Case:
         return self.scheme_on(self.scene)
 
     def scheme_on(self, scene: Scene) -> Scheme:
-        """Return the rule on another form of the scene, such as the one with the attitude as
-        base."""
+        """Return the rule on another form of a scene, such as one with the attitude as base."""
         return scheme_of(scene, self.rule)
 
     @cached_property
@@ -233,8 +230,7 @@ def lattice_cases(study: str, choice: Choice) -> list[Case]:
 def family_cases(
     study: str, choice: Choice, steps: int, family: Mapping[str, Sequence[str]] = FAMILY
 ) -> list[Case]:
-    """Return the cases of the family in so many steps, unless scenes, rules or steps were
-    chosen."""
+    """Return the family's cases in so many steps, unless scenes, rules or steps are chosen."""
     if choice.scenes or choice.rules or choice.steps or choice.retractions:
         return []
     if OF_FAMILY not in (choice.digits or (OF_FAMILY,)):

@@ -27,8 +27,7 @@ DAMPING = "1e-6"
 
 
 def runge_kutta_defects(flow: Flow, name: str, points: int) -> list[float]:
-    """Return Poisson defects of a Runge–Kutta method along its own trajectory, at the flow's
-    step."""
+    """Return Poisson defects of a Runge–Kutta method along its trajectory, at the flow's step."""
     own = scheme_of(flow.scheme.scene, RUNGE_KUTTA[name]).flow(flow.step, flow.digits)
     exactly, start, defects = own.context.exactly, flow.trajectory(0), list[float]()
     geometry: Any = exactly.geometry
@@ -49,8 +48,7 @@ def runge_kutta_defects(flow: Flow, name: str, points: int) -> list[float]:
 
 
 def damped_defect(flow: Flow, x: Any, u: Any) -> float:
-    """Return the pullback defect of the evolution with F⁻(y, v) = (1 − δ) F⁺(x, u), by its own
-    TΨ."""
+    """Return the pullback defect of an evolution with F⁻(y, v) = (1 − δ) F⁺(x, u), by its TΨ."""
     exactly, v = flow.context.exactly, flow.evolve(x, u)[1]
     geometry, numbers = exactly.geometry, exactly.numbers
     with numbers.working():

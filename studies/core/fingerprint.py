@@ -173,8 +173,7 @@ def _derived(scheme: Scheme) -> str:
 
 
 def _values_of(system: Any) -> str:
-    """Return the constants of a step, which are numbers of a rule that its equations do not
-    show."""
+    """Return the constants of a step, numbers of a rule that its equations do not show."""
     return repr([str(value(60)) for value in getattr(system, "constants", {}).values()])
 
 
@@ -214,8 +213,7 @@ def _text_of_showing() -> str:
 
 @cache
 def text_of(folder: Path) -> str:
-    """Return the digest of the files by which the study in a folder measures, and of their
-    imports."""
+    """Return the digest of the files by which a folder's study measures, and of their imports."""
     parts, found = [STUDIES[0] / name for name in SHARED], dict[Path, list[Path]]()
     pending = [folder]
     while pending:
@@ -238,8 +236,7 @@ def text_of(folder: Path) -> str:
 
 @cache
 def _text_of_scene(name: str) -> str:
-    """Return the digest of a scene's file, of the scenes it builds on, and of its reference
-    digits."""
+    """Return the digest of a scene's file, the scenes it builds on, and its reference digits."""
     folder, found = (
         ROOT / "integrators" / "scenes",
         [ROOT / "reference" / "tables" / f"{name}.json"],

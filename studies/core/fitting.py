@@ -104,8 +104,7 @@ BENT = 2**12
 
 
 def bent_below(round_off: float, straight: float) -> float:
-    """Return the error below which round-off of that size changes its log₂ by more than
-    `straight`."""
+    """Return the error whose log₂ round-off of that size changes by `straight`."""
     return round_off / (2**straight - 1)
 
 

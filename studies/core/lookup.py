@@ -73,8 +73,7 @@ def scene(thing: Scene | str) -> Scene:
 
 
 def control(word: str) -> Any:
-    """Return the optimal control problem of that name: a built-in one's scene, or
-    FILE.py:VARIABLE."""
+    """Return the optimal control problem of a built-in one's name, or of FILE.py:VARIABLE."""
     from discmech.integrators import control as room
 
     file, name = in_file(word)
@@ -96,8 +95,7 @@ def problem_named(word: str) -> Any:
 
 
 def problem_of(scene: Scene) -> Any:
-    """Return the problem of optimal control with that scene, in any chart; None if there is
-    none."""
+    """Return the optimal control problem with that scene, in any chart; None if there is none."""
     from discmech.integrators import control as room
 
     if scene.name in room.NAMES and room.get(scene.name).scene.laws == scene.laws:
@@ -121,8 +119,7 @@ def rule_given(thing: Any) -> Discretisation:
 
 
 def scene_given(thing: Any) -> Scene:
-    """Return a scene or lattice, or the one that a word names; raises `BadInput` for anything
-    else."""
+    """Return a scene or lattice, or the one that a word names; raises `BadInput` otherwise."""
     if isinstance(thing, Lattice):
         return thing  # type: ignore[return-value]
     return _given(thing, Scene, lambda word: _only(scenes_of([word]), word, "scenes"), "scene")
@@ -213,8 +210,7 @@ def _scenes(word: str) -> tuple[Scene, ...]:
 
 
 def _called(word: str, kind: str) -> Any:
-    """Return the rule or scene of that name; raises `BadInput` for others, and says what they
-    are."""
+    """Return the rule or scene of that name; raises `BadInput` for others, with their kind."""
     get: dict[str, Callable[[str], Any]] = {"rule": discretisations.get, "scene": _scene_called}
     (other,) = {*get} - {kind}
     try:

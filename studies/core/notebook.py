@@ -83,8 +83,7 @@ def text_of(name: str, cells: Sequence[str]) -> str:
 
 
 def _statements(cells: Sequence[str]) -> Iterator[ast.stmt]:
-    """Yield the statements of all cells in turn, without notebook lines (%, !) and cells with
-    errors."""
+    """Yield all cells' statements in turn, without notebook lines (%, !) and bad cells."""
     for cell in cells:
         lines = [e for e in cell.splitlines() if not e.lstrip().startswith(("%", "!"))]
         try:

@@ -31,8 +31,7 @@ def measured_by(study: Any, case: Case, progress: Progress) -> dict[str, Any]:
 
 
 def judged_by(study: Any, case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Return `Study.judge`; raises `BadInput` for an error in it or another answer than a
-    verdict."""
+    """Return `Study.judge`; raises `BadInput` for an error in it or another answer."""
     from .case import VERDICTS, Verdict
 
     said = _asked(study, study.judge, case, measurement)

@@ -28,8 +28,7 @@ BY_NAME = ("spaghetti", "links-spherical", "links-revolute")
 
 @singledispatch
 def parts_of(thing: Any) -> frozenset[str]:
-    """Return the `PARTS` that a scene has; at impacts energy and form change, and orders are
-    others."""
+    """Return the `PARTS` that a scene has; at impacts energy and form change, and orders differ."""
     return SMOOTH | {"equations"} if thing.contact is None else frozenset({"contact"})
 
 

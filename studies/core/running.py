@@ -151,8 +151,7 @@ def run_studies(
 
 
 def _dropped(study: Study, choice: Choice, cases: Sequence[Case]) -> list[str]:
-    """Return a sentence for each chosen rule without a case of the study that no other note
-    names."""
+    """Return a sentence for each chosen rule without a case of the study that no note names."""
     # those of a race are labels
     seen = {name for case in cases for name in (case.rule.name, case.label)}
     spoken = " ".join((*choice.unheeded(), *apart(choice, study), *study.notes(choice)))

@@ -249,8 +249,7 @@ def _energy(s: SceneSymbols, numbers: Arithmetic) -> Any:
 
 
 def of_states(s: SceneSymbols, values: list[Any], terms: list[Any], numbers: Arithmetic) -> Any:
-    """Return f(x, ξ, μ, parameters) → (values, terms), x with its time; columns in double
-    precision."""
+    """Return f(x, ξ, μ, parameters) → (values, terms), x with its time; columns in doubles."""
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return numeric(letters, [values, terms], numbers, columns=isinstance(numbers, Double))
 
@@ -322,8 +321,7 @@ def energy_errors(scheme: DiscretisedScene, run: Trajectory, digits: int = 16) -
 
 
 def bins(length: int, most: int) -> list[tuple[int, int]]:
-    """Return at most `most` stretches [first, last) of about equal length that cover
-    range(length)."""
+    """Return up to `most` stretches [first, last) of about equal length over range(length)."""
     edges = np.unique(np.linspace(0, length, min(length, most) + 1).astype(int)).tolist()
     return list(itertools.pairwise(edges))
 

@@ -35,8 +35,7 @@ Run = Callable[..., Mapping[str, Any]]  # `run_case`, or a function with the sam
 def shrunk(
     plan: Plan, found: Mapping[Place, dict[str, Any]], run: Run, store: Store | None
 ) -> dict[Place, dict[str, Any]]:
-    """Return the failing results, with the smallest case that fails too: one per study and
-    method."""
+    """Return the failing results, with the smallest case that fails too: by study and method."""
     groups: dict[tuple[Any, ...], list[Place]] = {}
     for place, case in plan.places():
         study = plan.studies[place[0]]

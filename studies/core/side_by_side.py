@@ -45,8 +45,7 @@ Also: TypeAlias = Callable[[Scheme], Any] | None
 
 
 def key_of(study: Study, case: Case) -> str | None:
-    """Return the fingerprint of a case; None if there is none, for which its result gives the
-    reason."""
+    """Return the fingerprint of a case; None if its result gives a reason against one."""
     try:
         return fingerprint.of_case(study, case, timed=study.timed(case))
     except (BadInput, StepFailure, CannotMeasure, Opaque):

@@ -122,8 +122,7 @@ class Store:
                 self._write("DELETE FROM entry WHERE kind = ? AND name = ?", (kind, name))
 
     def prune(self) -> None:
-        """Note the rows that were used, remove the longest unused ones beyond the limit, and
-        close."""
+        """Note the rows that were used, remove the longest unused beyond the limit, close."""
         lasting = ", ".join(f"'{kind}'" for kind in LASTING)
         count = self._rows(self.path, f"SELECT count(*) FROM entry WHERE kind NOT IN ({lasting})")
         with suppress(sqlite3.Error, OSError):  # a read-only folder
@@ -155,8 +154,7 @@ class Store:
     # -- the file -------------------------------------------------------------------------
 
     def _rows(self, path: Path, asked: str, given: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-        """Return the rows that a query finds in a file; [] if there is no file, or it cannot be
-        read."""
+        """Return the rows that a query finds in a file; [] without a readable file."""
         if not path.exists():
             return []
         try:

@@ -125,8 +125,7 @@ class Study:
         return ""
 
     def clash(self) -> str:
-        """Return why its name cannot be that of a study in a file, without a full stop; "" if it
-        can."""
+        """Return why its name cannot be a file's study's, without a full stop; "" if it can."""
         taken = every_study().get(self.name, self) is not self
         return f"the name {self.name} is taken; choose another name" if taken else ""
 
@@ -135,8 +134,7 @@ class Study:
         return self.alone
 
     def together(self, case: Case) -> Any:
-        """Return the key of a race, whose cases one process measures together; None for a single
-        case."""
+        """Return the key of a race, whose cases one process measures; None for a single case."""
         return None
 
     def measure_more(
@@ -240,8 +238,7 @@ class StudyFolder(Study):
         return import_module(f"{self.package}.view").VIEW
 
     def cases(self, choice: Choice) -> list[Case]:
-        """Return the cases of a choice, of the systems that have the part it asks for
-        (`parts.PARTS`)."""
+        """Return the cases of a choice, of systems with the part it asks for (`parts.PARTS`)."""
         own = self._own(choice) if choice.scenes else choice
         if choice.scenes and not own.scenes:
             return []
@@ -265,8 +262,7 @@ class StudyFolder(Study):
         return self.alone and bool(self._said("timed", True, case))
 
     def together(self, case: Case) -> Any:
-        """Return the key of a race, whose cases one process measures together; None for a single
-        case."""
+        """Return the key of a race, whose cases one process measures; None for a single case."""
         return self._said("together", None, case)
 
     def diagnose(self, case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
@@ -338,8 +334,7 @@ def counts(case: Mapping[str, Any]) -> bool:
 
 @cache
 def every_study() -> dict[str, Study]:
-    """Return all studies by name, in the order of the report: those of folders, then of
-    packages."""
+    """Return all studies by name, in the order of the report: of folders, then of packages."""
     found = {}
     for folder, package in ((FOLDER, _PARENT), (OF_THE_BENCH, f"{_ROOT}.tests.bench")):
         for file in sorted(folder.glob("*/__init__.py")):

@@ -78,8 +78,7 @@ def left_alone(scene: Scene) -> Scene:
 
 
 def balance(scheme: Scheme, run: Trajectory, digits: int) -> np.ndarray:
-    """Return (H − H₀ − work)/scale per row, signed; scale: the largest sum of H's absolute
-    terms."""
+    """Return (H − H₀ − work)/scale per row, signed; scale: the largest sum of H's terms."""
     numbers = arithmetic(digits)
     f, inverse = _rates(scheme.s, numbers), legendre_inverse(scheme.s, numbers)
     values, terms = in_rows(scheme, f, run, numbers, inverse)

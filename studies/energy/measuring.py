@@ -201,8 +201,7 @@ def _turns(run: Trajectory) -> int:
 
 
 def _say_drift(found: dict[str, Any]) -> None:
-    """Add to `measured` the drift over the run: of the modified energy, otherwise along the
-    slope."""
+    """Add to `measured` the drift over the run: of the modified energy, or along the slope."""
     measured = found["measured"]
     rows = modified.resolved(found["modified"], measured["band"])
     slope = measured["slope"] * found["duration"]

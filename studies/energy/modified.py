@@ -152,8 +152,7 @@ def certain_drift(rows: list[Row]) -> Row | None:
 
 
 def drift_beside(places: list[dict[str, Any]]) -> tuple[dict[str, Any], Row] | None:
-    """Return the first place from which the energy drifts for certain, and the row that shows
-    it."""
+    """Return the first place from which the energy drifts for certain, and the row with it."""
     for place in places:
         drift = certain_drift(resolved(place["rows"], place["band"]))
         if drift is not None:

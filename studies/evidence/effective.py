@@ -193,8 +193,7 @@ class _Processing:
         )
 
     def _level(self, j: int) -> Any:
-        """Return the error of order h^{j+1} that no Y removes, or None after keeping the Y that
-        does."""
+        """Return the error of order h^{j+1} that no Y removes, or None and keep the Y that does."""
         target = self._stacked(self._errors(j), j + 1)
         size = _norm(target)
         if size <= NOTHING:
@@ -260,8 +259,7 @@ class _Processing:
         return self.of_t(z) + self.of_v(z)
 
     def _bracket(self, one: Field, other: Field, of_one: int, of_other: int) -> Field:
-        """Return [F, G] = DG F − DF G by differences; of_one, of_other: how many fields each is
-        made of."""
+        """Return [F, G] = DG F − DF G by differences; of_one, of_other: numbers of fields."""
 
         def along(field: Field, z: Any, v: Any, count: int) -> Any:
             d = self.tau**count / 10**APART

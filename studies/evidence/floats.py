@@ -139,8 +139,7 @@ class _Seen:
         self.given, self.values = rule, set[sympy.Rational]()
 
     def rule(self, moved: Any = None) -> Discretisation:
-        """Return the rule with one float changed by `MOVED` of it; without one it records them
-        all."""
+        """Return the rule with one float changed by `MOVED` of it; without one it records all."""
 
         def changed(expression: Any) -> Any:
             if isinstance(expression, tuple | list):

@@ -198,8 +198,7 @@ def _on_orbit(s: SceneSymbols, scene: Any) -> list[State]:
 
 
 def _sizes_of(columns: Sequence[Sequence[Any]], rates: list[Any], time: Fraction) -> list[Any]:
-    """Return how far each coordinate moves; for one at rest, the others' size, or that of a
-    step."""
+    """Return how far each coordinate moves; for one at rest, the others' size, or a step's."""
     moved = [max(c) - min(c) for c in columns]
     most = max(moved, default=0)
     if not most:
@@ -293,8 +292,7 @@ def _values(s: SceneSymbols, quantities: tuple[Any, ...]) -> Any:
 
 @lru_cache(maxsize=64)
 def _functions(s: SceneSymbols) -> tuple[Any, Any, Any]:
-    """Return b(x, w; 1), ρ̂(x), and (φ(x), A(x)) or None, as functions of x, w and the
-    parameters."""
+    """Return b(x, w; 1), ρ̂(x), and (φ(x), A(x)) or None, as functions of x, w, p."""
     numbers = arithmetic(DIGITS)
     given = {"x": s.position, "p": s.parameter_list}
     groupoid = getattr(s.groupoid, "inner", s.groupoid) if s.clocked else s.groupoid

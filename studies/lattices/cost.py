@@ -70,8 +70,7 @@ class _Timed:
         self.least = self.least_in_c = math.inf
 
     def run(self) -> None:
-        """Run once, and once in C, each after a short untimed run, for other runs leave caches
-        cold."""
+        """Run once, and once in C, each after a short untimed run, as others leave caches cold."""
         if self.steps > 1:
             self.advance(self.steps)
         self.least = min(self.least, _seconds(self.advance, self.steps) / self.steps)
@@ -103,8 +102,7 @@ def _start(flow: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _steps_of(flow: Any) -> Callable[[int], Any]:
-    """Return a function that takes so many further steps; with contact from where some sites
-    touch."""
+    """Return a function that takes further steps; with contact after some sites touch."""
     if flow.lattice.contact is not None:
         there = flow.trajectory(LANDED, LANDED)
         return lambda steps: flow.trajectory(steps, steps, x0=there.x[-1], mu0=there.mu[-1])

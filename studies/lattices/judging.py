@@ -67,8 +67,7 @@ WORDS |= {"missed": "a gap is closed and closing after a step"}
 
 
 def _judge_contact(measured: dict[str, Any]) -> Verdict:
-    """Judge laws by round-off, and rises of energy by their fall with the step; times are not
-    judged."""
+    """Judge laws by round-off, and rises of energy by their fall with the step, not times."""
     allowed = limit(16)
     expected = {"laws": allowed}
     for name, words in WORDS.items():

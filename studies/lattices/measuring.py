@@ -34,8 +34,7 @@ PAIRS = 2  # pairs by which Ω is tested at a state
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Return every lattice with three rules, or the chosen ones, and the controls on their
-    lattices."""
+    """Return every lattice with three rules, or the chosen ones, and the controls."""
     if choice.digits and 16 not in choice.digits:
         return []
     if choice.rules and not choice.scenes:  # without a chosen scene all lattices are tried

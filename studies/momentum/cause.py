@@ -1,5 +1,4 @@
-"""The cause of a drift of a quantity: the scene, its coordinates, the discrete Lagrangian, or the
-run."""
+"""The cause of a quantity's drift: scene, coordinates, discrete Lagrangian, or the run."""
 
 from __future__ import annotations
 

@@ -99,8 +99,7 @@ def _believed(
 
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the cause of a drift beyond its limit (`cause_of_drift`); None if a force changes
-    it."""
+    """Return the cause of a drift beyond the limit (`cause_of_drift`); None under a force."""
     drift = measurement["measured"]["drift"]
     limits = judge(case, measurement).expected.get("limits", {})
     return cause_of_drift(case, {k: v for k, v in drift.items() if not v <= limits.get(k, 0)})

@@ -1,5 +1,4 @@
-"""The faults that a verdict on a momentum can see: seeded ones, and single steps beside the
-motion."""
+"""The faults that a verdict on a momentum can see: seeded ones, and steps beside the motion."""
 
 from __future__ import annotations
 

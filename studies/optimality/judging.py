@@ -13,8 +13,7 @@ GROWS = 1.2  # times the change before, where nothing converges: of order 0 it i
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Return the verdict of the solutions and of single steps of the pushed scene: a pass needs
-    both."""
+    """Return the verdict of solutions and of the pushed scene's steps: a pass needs both."""
     told, local = _judge_solutions(case, measurement), measurement.get("local")
     return verdicts.judge(local, told, case.order, "the scene under its inputs")
 

@@ -139,8 +139,7 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def _with_multipliers(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
-    """Return the verdict of (x, μ) after the multipliers: they may deny it, and change nothing
-    else."""
+    """Return the verdict of (x, μ) after the multipliers, which may only deny it."""
     rows = [r for r in measurement["rows"] if "multipliers" in r]
     if not rows or told.expected["order"] is None:
         return told

@@ -72,8 +72,7 @@ def _of_exact(told: Verdict) -> Verdict:
 
 
 def _of_lower(local: dict[str, Any], told: Verdict, order: float, least: int) -> Verdict:
-    """Return the verdict on steps whose order is below the expected one, or that are
-    inconsistent."""
+    """Return the verdict on steps of an order below the expected one, or inconsistent."""
     floats = local.get("floats") or {}
     if floats.get("explain"):
         values = ", ".join(f"{v!r}" for v in floats["values"][:3])
@@ -108,8 +107,7 @@ def _of_lower(local: dict[str, Any], told: Verdict, order: float, least: int) ->
 def _of_higher(
     measurement: dict[str, Any], local: dict[str, Any], told: Verdict, wanted: int
 ) -> Verdict:
-    """Return the verdict on runs above the expected order: by this final time, this scene, or the
-    rule."""
+    """Return the verdict on runs above the expected order: by the time, the scene, or the rule."""
     order, runs = local["order"], measurement["measured"]["order"]
     if order <= wanted + NEAR:
         said = (

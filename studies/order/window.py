@@ -20,8 +20,7 @@ NEAR = 0.05  # distance of an order that may still reach the expected one at sma
 
 
 def floor(case: Case, certain: float) -> float:
-    """Return the round-off of a run, a few √N units for N steps; a smaller error is not the
-    method's."""
+    """Return a run's round-off, some √N units in N steps; smaller errors are not the method's."""
     least = 32 * case.rule.unit(16) if case.digits == 16 else 10.0 ** (3 - case.digits)
     return max(least, 10.0 ** (2 - certain))
 
@@ -100,8 +99,7 @@ def departure(case: Case, rows: list[dict[str, Any]], certain: float) -> str:
 
 
 def finest_order(case: Case, measurement: dict[str, Any]) -> float | None:
-    """Return the local order of the two finest runs with errors above round-off, if there are
-    two."""
+    """Return the local order of the two finest runs with errors above round-off, if any."""
     bent = BENT * floor(case, measurement["certain"])
     clear = [r for r in measurement["rows"] if r["error"] is not None and r["error"] > bent]
     return _local_orders(clear[-2:])[0] if len(clear) > 1 else None
@@ -113,8 +111,7 @@ def is_bent(case: Case, row: dict[str, Any]) -> bool:
 
 
 def not_converging(rows: list[dict[str, Any]], order: float, key: str) -> str:
-    """Return a sentence on errors that did not sink, of at least two rows; "" if they did or are
-    small."""
+    """Return a sentence on errors that do not sink, of two rows or more; "" if none."""
     known = [r for r in rows if r[key] is not None]
     if len(known) < 2 or known[-1][key] <= NOWHERE:
         return ""

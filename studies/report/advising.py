@@ -14,8 +14,7 @@ GOALS = {"1e6 periods": "a million periods", "large steps": "large steps",
 
 
 def recommended(result: Result) -> list[str]:
-    """Return one line for each scene with the recommendation, and a sentence per goal with
-    evidence."""
+    """Return a line per scene with the recommendation, and a sentence of evidence per goal."""
     scenes: dict[str, list[Line]] = {}
     for line in result["advice"]:
         scenes.setdefault(_place(line), []).append(line)

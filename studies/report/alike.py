@@ -25,8 +25,7 @@ class Share:
     of: int = 1
 
     def line(self, mark: Mark, width: float) -> dict[str, Any]:
-        """Return the style of the line: its own, or dashes that alternate with those of the
-        others."""
+        """Return the style of the line: its own, or dashes that alternate with the others'."""
         if self.of == 1 or self.place == 0:
             return {"lw": width * (1 if self.of == 1 else 1.25), "ls": mark.dash}
         on, period = DASH / width, self.of * DASH / width
@@ -34,8 +33,7 @@ class Share:
         return {"lw": 1.25 * width, "ls": dash, "dash_capstyle": "butt"}
 
     def marks(self, usual: float) -> dict[str, Any]:
-        """Return size and edge of filled marks: the lowest is largest, the others have a light
-        edge."""
+        """Return size and edge of filled marks: the lowest is largest, others have a light edge."""
         if self.of == 1:
             return {"ms": usual, "mew": 0.8}
         edge = {"mew": 0.8} if self.place == 0 else {"mew": 0.5, "mec": PAPER}

@@ -14,8 +14,7 @@ WIDTH, MARGIN, HEIGHT = 6.8, 8, 20
 
 
 def badge(result: Mapping[str, Any], label: str = "discmech") -> str:
-    """Return the SVG text: a label and the verdict, with a title that counts the cases by
-    verdict."""
+    """Return the SVG text: a label and the verdict, with a title that counts cases by verdict."""
     said = result["verdict"]
     mark, colour = LOOKS[said]
     text = f"{mark} {said}"

@@ -52,8 +52,7 @@ _RC: Any = {
 
 @dataclass(frozen=True)
 class Panel:
-    """One small multiple: its heading, its axis label, its spoken description, its drawing
-    function."""
+    """One small multiple: heading, axis label, spoken description, drawing function."""
 
     title: str
     subtitle: str

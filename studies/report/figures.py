@@ -37,8 +37,7 @@ class Look:
     def of_cases(
         self, cases: Sequence[Case], known: dict[str, Mark]
     ) -> tuple[list[Case], dict[str, Mark]]:
-        """Return the cases with labels in place of rules' names, and the marks under these
-        labels."""
+        """Return the cases with labels in place of rules' names, and the marks by label."""
         labels = dict(self.labels)
         shown = [{**c, "rule": labels.get(str(c.get("rule")), c.get("rule"))} for c in cases]
         pairs = zip(shown, cases, strict=True)

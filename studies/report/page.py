@@ -30,8 +30,7 @@ SHORT_FORMULA = 1_000  # shorter formulas are always shown
 
 @dataclass(frozen=True)
 class About:
-    """A page's title, its methods (`command.methods`), and whether it has all studies and
-    scenes."""
+    """A page's title, its methods (`command.methods`), and if it has all studies and scenes."""
 
     title: str = "discmech"
     methods: Sequence[Mapping[str, Any]] = ()

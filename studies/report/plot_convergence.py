@@ -27,8 +27,7 @@ def panel(
     what: str = "error in (x, μ)",
     along: str = "step h",
 ) -> Panel:
-    """Return the panel of one scene at one precision; what: the drawn quantity; along: the x
-    axis."""
+    """Return the panel of one scene at one precision; what: the drawn quantity; along: x axis."""
 
     def draw(axes: Axes) -> None:
         curves = {rule_name(case): _points(case) for case in cases}

@@ -71,8 +71,7 @@ def sparkline(past: Sequence[Found]) -> str:
 
 
 def words(past: Sequence[Found]) -> str:
-    """Return a sentence: the last figure with the number of runs and since when, then the one
-    before."""
+    """Return in words the last figure with its runs and first date, then the one before."""
     judged = len({one.verdict for one in past}) > 1
     groups = [list(g) for _, g in groupby(past, lambda one: (one.figure, one.verdict))]
 

@@ -94,8 +94,7 @@ def print_summary(screen: Console, results: Sequence[Result]) -> None:
 
 
 def _some(number: int, whole: int, noun: str, one: str, more: str) -> str:
-    """Return a phrase such as: the only case passes; all 12 controls were caught; 1 of 12 cases
-    fails."""
+    """Return a phrase such as the only case passes; 2 controls were caught; 1 of 9 cases fails."""
     if number == whole:
         return f"the only {noun} {one}" if whole == 1 else f"all {whole} {noun}s {more}"
     verb = one if number == 1 else more

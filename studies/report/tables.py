@@ -213,8 +213,7 @@ def _cell(study: str, case: Case) -> str:
 def write_tables(
     result: Result, folder: Path, labels: Mapping[str, str] | None = None
 ) -> list[str]:
-    """Write STUDY.csv, STUDY-rows.csv, STUDY.json, STUDY.tex, STUDY-paper.tex; return their
-    names."""
+    """Write STUDY.csv, STUDY-rows.csv, STUDY.json, STUDY.tex, STUDY-paper.tex; return names."""
     study = file_name(str(result.get("study")))
     written = {
         f"{study}.csv": cases_csv(result),
@@ -285,8 +284,7 @@ def print_result(screen: Console, result: Result) -> None:
 
 
 def print_trouble(screen: Console, result: Result, commands: bool = False) -> None:
-    """Print a paragraph per case that did not pass, failures last, with its command if
-    requested."""
+    """Print a paragraph per case that did not pass, failures last, with its command if asked."""
     cases = [case for case in result.get("cases") or [] if verdict(case) != "pass"]
     cases.sort(key=lambda case: -VERDICTS.index(verdict(case)))
     for case, reason in zip(cases, whys(cases), strict=True):

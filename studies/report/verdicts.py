@@ -181,8 +181,7 @@ def side_by_side(result: Result) -> Table:
 
 
 def by_study(result: Result, command: Callable[[str], str]) -> list[Result]:
-    """Return the cases of each study as its result with its command, for the page and its
-    figures."""
+    """Return the cases of each study as its result with its command, for the page and figures."""
     found: dict[str, list[Case]] = {}
     for case in result["cases"]:
         found.setdefault(str(case["study"]), []).append(case)

@@ -1,5 +1,4 @@
-"""The presentation of a study's numbers: in a table, in a line, in figures, beside other
-methods."""
+"""The presentation of a study's numbers: in a table, a line, figures, beside other methods."""
 
 from __future__ import annotations
 

@@ -34,8 +34,7 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def limit(digits: int) -> float:
-    """Return the largest defect of a step forth and back over their own bound, the same as for a
-    step."""
+    """Return the limit of a step forth and back, over their own bound: that of a step."""
     return ROUND_OFFS * float(arithmetic(digits).eps)
 
 

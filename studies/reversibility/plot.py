@@ -17,8 +17,7 @@ SHEET = Sheet(width=3.3, right=1.16)
 
 
 def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int) -> Panel:
-    """Return the panel of the defect of Φ₋ₕ ∘ Φₕ along a run, with the limit and the round-off
-    unit."""
+    """Return the panel of the defect of Φ₋ₕ ∘ Φₕ along a run, with limit and round-off unit."""
 
     def draw(axes: Axes) -> None:
         curves = [_points(case) for case in cases]

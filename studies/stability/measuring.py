@@ -48,8 +48,7 @@ RESOLVED = 10.0**-0.3
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Return every rule on the oscillator and each stiff family, and methods that must be
-    caught."""
+    """Return every rule on the oscillator and each stiff family, and methods to be caught."""
     if choice.digits and 16 not in choice.digits:
         return []
     rules = choice.rules or tuple(discretisations.BUILT_IN.values())

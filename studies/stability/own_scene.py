@@ -99,8 +99,7 @@ class Near:
         return np.array(ends).T, np.array(moved).T
 
     def tangent(self, of: Callable[[np.ndarray], np.ndarray], z: np.ndarray) -> np.ndarray:
-        """Return the derivative of a map or field at z on the directions in which states can
-        move."""
+        """Return the derivative of a map or field at z on directions in which states can move."""
         ends, moved = self.slope(of, z)
         left, sizes, _ = np.linalg.svd(moved, full_matrices=False)
         basis = left[:, sizes > 1e-6 * sizes[0]]

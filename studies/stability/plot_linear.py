@@ -1,5 +1,4 @@
-"""Plots of stability: the linear step over hω, and the exchange of energy of fpu's stiff
-springs."""
+"""Plots of stability: the linear step over hω, and the energy exchange of fpu's stiff springs."""
 
 from __future__ import annotations
 

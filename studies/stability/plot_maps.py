@@ -91,8 +91,7 @@ def stability_map(title: str, case: Case) -> Panel:
 def _cell(
     axes: Axes, kind: str, ends: tuple[float, float], line: int, half: float, xs: list[float]
 ) -> None:
-    """Draw a cell in the look of its class; strokes or dots at xs are marks in their own
-    colours."""
+    """Draw a cell in the look of its class; strokes or dots at xs have their own colours."""
     from matplotlib.patches import Rectangle
 
     colour, alpha, marks = LOOKS[kind]

@@ -55,15 +55,13 @@ def _spring(stiffness: Fraction) -> dict[str, Any]:
 
 
 def _kepler(eccentricity: Fraction) -> dict[str, Any]:
-    """Return values for a start at the pericentre; the speed there is rounded, so e is exact to
-    1e-16."""
+    """Return values for a start at the pericentre; its speed is rounded, so e is exact to 1e-16."""
     speed = Fraction(math.sqrt((1 + eccentricity) / (1 - eccentricity)))
     return {"x0": [1 - eccentricity, 0], "v0": [0, speed]}
 
 
 def _kepler_held(eccentricity: Fraction) -> float:
-    """Return the bound: the energy −1/2 at the pericentre is a difference of terms (3 + e)/(1 −
-    e)/2."""
+    """Return the bound: the pericentre's energy −1/2 is a difference of (3 + e)/(1 − e)/2."""
     return math.sqrt((1 - eccentricity) / (3 + eccentricity))
 
 

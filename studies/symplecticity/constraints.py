@@ -61,8 +61,7 @@ def _as_solved(velocity: Vector) -> Vector:
 
 @lru_cache(maxsize=64)
 def _functions(scheme: Scheme, digits: int) -> tuple[Any, Any, Any]:
-    """Return the constraints in a step (x, u; q), ξ (x, μ; q) or None, and those at a state (x, ξ;
-    q)."""
+    """Return a step's constraints (x, u; q), ξ (x, μ; q) or None, and a state's (x, ξ; q)."""
     s, numbers = scheme.s, arithmetic(digits)
     x, q = {"x": s.x}, {"q": s.q}
 

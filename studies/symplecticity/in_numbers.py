@@ -168,8 +168,7 @@ def _derivative(flow: Any, g: Any, look: Look, scale: Vector, noise: Any) -> Der
 
 
 def along(system: Any, z: Vector, scale: Vector, constrained: bool) -> tuple[Any, Vector]:
-    """Return (y ↦ state, the size of y): parameters of the states around z that constraints leave
-    free."""
+    """Return (y ↦ state, the size of y): parameters of free states around z."""
     if constrained:
         return constrained_parameters(system, z, scale)
     return (lambda y: z + y), scale
@@ -316,8 +315,7 @@ def _closed_force(case: Case) -> bool:
 
 
 def resolved(case: Case) -> float:
-    """Return `RESOLVED` in units of the program's round-off; for single precision at most a
-    hundredth."""
+    """Return `RESOLVED` in units of the program's round-off; at most a hundredth."""
     return min(0.01, RESOLVED * case.rule.unit(16) / 2.0**-53)
 
 
@@ -347,8 +345,7 @@ def _volume(case: Case, rows: list[dict[str, Any]]) -> str:
 
 
 def _volume_unknown(case: Case, rows: list[dict[str, Any]]) -> str:
-    """Return why a claim of volume is undecided where no form is claimed, a sentence; "" if
-    decided."""
+    """Return why a claim of volume without a form is undecided, a sentence; "" if decided."""
     if not _claims_volume(case):
         return ""
     told = [r for r in rows if r["volume"]

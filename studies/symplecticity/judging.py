@@ -56,8 +56,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Judge schemes by round-off, and controls by a defect a thousandfold (10²⁰-fold at 50
-    digits)."""
+    """Judge schemes by round-off, controls by a thousandfold defect (10²⁰-fold at 50 digits)."""
     if not case.rule.is_formula and not case.control:
         return in_numbers.judge(case, measurement)
     found = {k: v for k, v in measurement["measured"].items() if v is not None}

@@ -116,8 +116,7 @@ def _kinds(case: Case) -> tuple[str, ...]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Return the defects of the maps and the run (`_measure`), and the consistency of single
-    steps."""
+    """Return the defects of maps and run (`_measure`), and the consistency of single steps."""
     return {**_measure(case, progress), CONSISTENCY: consistency_of(case)}
 
 
@@ -159,8 +158,7 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
 
 
 def _in_states(case: Case, progress: Progress) -> dict[str, Any] | None:
-    """Return `_measure` in some states of a long run, at the usual step; None without such
-    states."""
+    """Return `_measure` in some states of a long run, at the usual step; None without any."""
     system = system_of(case)
     if (states := system.states(progress)) is None:
         return None

@@ -1,5 +1,4 @@
-"""Places from which a map of numbers is judged: those of the evidence, by steps long enough to
-tell."""
+"""Places from which a map of numbers is judged: those of the evidence, with long enough steps."""
 
 from __future__ import annotations
 
@@ -106,8 +105,7 @@ def _looks_in_numbers(scheme: Any) -> tuple[list[Look], Vector, int]:
 
 
 def scale_of(scheme: Any) -> Vector:
-    """Return how far each entry of (x, μ) moves, along a motion that the black box does not
-    make."""
+    """Return how far each entry of (x, μ) moves, along a motion not made by the black box."""
     found = _motion(scheme)
     n = scheme.s.n
     reach, size = np.ptp(found, axis=0), np.abs(found).max(axis=0)
@@ -150,8 +148,7 @@ def _motion(scheme: Any) -> Matrix:
 
 
 def rate(system: Any, z: Vector, scale: Vector, time: float) -> float:
-    """Return ‖∂f/∂z‖₂ at z in units of the scale, by differences: one over the motion's shortest
-    time."""
+    """Return ‖∂f/∂z‖₂ at z in units of the scale, by differences: an inverse time of the motion."""
     n = system.n
     columns = []
     for j, d in enumerate(scale):

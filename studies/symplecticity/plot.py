@@ -141,8 +141,7 @@ def against_step(case: Case) -> list[tuple[float, float]]:
 def controls(
     title: str, cases: Sequence[Case], sound: Sequence[Case], marks: dict[str, Mark], digits: int
 ) -> Panel:
-    """Return a panel of one scene's controls at one precision; the scene's sound schemes are
-    grey."""
+    """Return a panel of one scene's controls at one precision; sound schemes are grey."""
 
     def draw(axes: Axes) -> None:
         curves = [against_step(case) for case in cases]

@@ -31,8 +31,7 @@ class Joints:
         self.values = self.values.reshape(len(self.pairs), len(own))
 
     def forces(self, x: Sums, multipliers: np.ndarray, size: float) -> Sums:
-        """Return Σ Aᵀλ at each site, (N, m); size: the round-offs by which x and λ (B, k) are
-        off."""
+        """Return Σ Aᵀλ at each site, (N, m); size: the round-offs of x and λ (B, k)."""
         found: Any = None
         for bond, at, q in self._bonds(x):
             force = self.functions[0](at, rounded(multipliers[bond], size), q, 1.0).ravel()

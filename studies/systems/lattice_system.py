@@ -112,8 +112,7 @@ class LatticeSystem(System):
         return T
 
     def _coarse_error(self, T: Fraction) -> float:
-        """Return the difference of the coarsest run from one of half its steps; infinite without
-        runs."""
+        """Return the coarsest run's difference from one of half steps; inf without runs."""
         ends = []
         for count in (COARSEST, 2 * COARSEST):
             try:

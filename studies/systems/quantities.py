@@ -61,8 +61,7 @@ def energies(scheme: Any, run: Any) -> tuple[np.ndarray, float]:
 
 
 def momentum(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> np.ndarray:
-    """Return (2, k, r): a quantity in rows x (r, N, n), μ (r, N, m), and its absolute terms'
-    sum."""
+    """Return (2, k, r): a quantity in rows x (r, N, n), μ (r, N, m), and its terms' sum."""
     (s, p, sites), entries = scheme.terms[0], entries_of(scheme, part)
     letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
     f = numeric(letters, [entries, list(map(absolute_terms, entries))], NUMBERS, columns=True)
@@ -174,8 +173,7 @@ def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = No
 
 
 def _apart(values: list[Any]) -> tuple[list[tuple[Any, Any]], list[Any]]:
-    """Return [(letter, expression)] common to both halves of `values`, and `values` in these
-    letters."""
+    """Return [(letter, expression)] common to both halves of `values`, and these by them."""
     found, reduced = sympy.cse(values, sympy.numbered_symbols("common", real=True), order="none")
     holds: dict[Any, set[Any]] = {}  # of a letter, itself and all letters that it is made of
     whole: dict[Any, Any] = {}

@@ -31,8 +31,7 @@ class End:
 
 @dataclass(frozen=True)
 class Ladder:
-    """Runs to one time: the number of steps of the k-th, and the usual and largest number of
-    runs."""
+    """Runs to one time: the k-th's number of steps, and the usual and largest number of runs."""
 
     duration: Fraction
     steps: Callable[[int], int]
@@ -106,8 +105,7 @@ class System:
         raise NotImplementedError
 
     def single_steps(self) -> Any:
-        """Return the scheme whose single steps stand for the system's (`studies.evidence`), or
-        None."""
+        """Return the scheme whose steps stand for the system's (`studies.evidence`), or None."""
         raise NotImplementedError
 
     def usual_steps(self, claimed: bool = True) -> int:
@@ -123,8 +121,7 @@ class System:
         raise NotImplementedError
 
     def rates(self, state: tuple[Any, Any]) -> dict[str, float]:
-        """Return |dJ/dt| of the system's own `momenta` in a state, by the equations, over their
-        terms."""
+        """Return |dJ/dt| of its own `momenta` in a state, by the equations, over their terms."""
         return {}
 
     @property
@@ -137,13 +134,11 @@ class System:
         raise NotImplementedError
 
     def states(self, progress: Progress) -> list[tuple[float, Any, Any]] | None:
-        """Return (t, x, μ) of a long run at which the form is measured; None if it is at other
-        states."""
+        """Return (t, x, μ) of a long run for the form; None if it is measured at other states."""
         return None
 
     def form_defect(self, flow: Any, x: Any, mu: Any, u: Any = None, seed: int = 0) -> float | None:
-        """Return the defect of the step from (x, μ) as a Poisson map; None if it cannot be
-        measured."""
+        """Return the defect of the step from (x, μ) as a Poisson map; None if unknown."""
         raise NotImplementedError
 
     def step_defects(self, flow: Any, x: Any, mu: Any) -> dict[str, float | None]:

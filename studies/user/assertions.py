@@ -168,8 +168,7 @@ def _assert(
 
 
 def _boxed(rule: Any) -> Any:
-    """Return a plain function (q, p, h, system) or (q, p, h), or a class of steps, as a black
-    box."""
+    """Return a function (q, p, h, system) or (q, p, h), or a class of steps, as a black box."""
     if isinstance(rule, str | Discretisation) or not callable(rule):
         return rule
     if inspect.isclass(rule):

@@ -88,8 +88,7 @@ def hold_race(
 
 
 def _one_method(rules: Sequence[RuleContestant | ToleranceContestant]) -> dict[str, str]:
-    """Return rules with the step of an earlier one → its name; they run once, and share the
-    rows."""
+    """Return rules with the step of an earlier one → its name; they run once for shared rows."""
     first: dict[str, str] = {}
     leaders = {rule.name: first.setdefault(rule.equations, rule.name) for rule in rules}
     return {name: leader for name, leader in leaders.items() if name != leader}

@@ -73,8 +73,7 @@ class States:
 
     @classmethod
     def along(cls, problem: Problem, path: np.ndarray, *work: Any) -> States:
-        """Return the states of a path of equal distances that includes the checkpoints
-        (`steps_between`)."""
+        """Return the states of an even path that includes the checkpoints (`steps_between`)."""
         if not problem.checkpoints:
             return cls(path[:0], path, *work)
         stride = (len(path) - 1) // math.gcd(problem.checkpoints, len(path) - 1)
@@ -153,8 +152,7 @@ class Contestant:
 
 
 class RuleContestant(Contestant):
-    """A rule of ours with its compiled flow; the settings are numbers of steps, each twice the
-    last."""
+    """A rule of ours with its compiled flow; the settings are numbers of steps, doubled."""
 
     kind = "rule"
 
@@ -253,8 +251,7 @@ class ToleranceContestant(RuleContestant):
         return self.fixed.equations + BY_TOLERANCE
 
     def made(self, setting: Any, more: Any = None) -> Any:
-        """Return the run at the step that the pilot chose; raises `NoEnd` once pilots cost too
-        much."""
+        """Return the run at the pilot's step; raises `NoEnd` once pilots cost too much."""
         problem = self.problem
         if self.spent > PATIENT * problem.patience:
             raise NoEnd(self.name, f": choosing steps took {self.spent:.2g} s")

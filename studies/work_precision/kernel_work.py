@@ -16,8 +16,7 @@ def savings_made(flow: Flow) -> dict[str, bool]:
 
 
 def operations(flow: Flow) -> tuple[int, int]:
-    """Return (of one correction, of one update): arithmetic operations and functions in the
-    kernel."""
+    """Return (of one correction, of one update): operations and functions in the kernel."""
     text = kernel_text(flow.system, flow.without)
     counts = {}
     for node in ast.walk(ast.parse(text)):

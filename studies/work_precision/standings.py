@@ -1,5 +1,4 @@
-"""The results of a race: the cost of each accuracy, ratios to the best peer, changes of the
-leader."""
+"""The results of a race: costs of accuracies, ratios to the best peer, changes of leader."""
 
 from __future__ import annotations
 

@@ -46,8 +46,7 @@ def _cost(accuracy: str) -> Callable[[Case], str]:
 
 
 def _best(case: Case) -> str:
-    """Return the smallest error, the number and cause of failed settings, and the settings left
-    out."""
+    """Return the smallest error, the number and cause of failed settings, and those left out."""
     measured = mapping(case, "measured")
     causes = [str(row["cause"]) for row in rows(case) if row.get("cause")]
     told = [f"{len(causes)} of {len(rows(case))} settings failed: {causes[-1]}"] if causes else []

@@ -23,8 +23,7 @@ MOST_STEPS = 2**31 - 1  # limit of its counter
 
 
 def _bound(steps: int) -> int:
-    """Return a power of four above a number of steps: each is compiled separately, so they are
-    few."""
+    """Return a power of four above a number of steps: each is compiled, so they are few."""
     bound = 4
     while bound <= steps:
         bound *= 4
@@ -97,8 +96,7 @@ class DiffraxContestant(Contestant):
         return jax.block_until_ready(self.end(setting, self.start)[0])
 
     def states(self, setting: Any) -> States:
-        """Return its own steps; at the checkpoints before the end its dense output, as a user
-        gets."""
+        """Return its own steps; at earlier checkpoints its dense output, as a user gets."""
         last, steps, fine = self.end(setting, self.start)
         if not bool(fine):
             raise NoEnd(self.name, f" ({self.most_steps} steps)")

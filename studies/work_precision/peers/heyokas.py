@@ -95,8 +95,7 @@ class HeyokaContestant(Contestant):
                 raise NoEnd("heyoka")
 
     def states(self, integrator: Any) -> States:
-        """Return states on a grid, by the Taylor polynomials of its steps: as accurate as the steps
-        are."""
+        """Return states on a grid, by its steps' Taylor polynomials, as accurate as the steps."""
         steps = self._watched(integrator)
         last = integrator.state.copy()
         parts = max(1, self.problem.checkpoints)

@@ -117,8 +117,7 @@ class ReboundContestant(Contestant):
         return [*rows[:-1], self.state(self.solve(made))]
 
     def states(self, made: Any) -> States:
-        """Return its own steps; at the checkpoints before the end by steps that are cut to end
-        there."""
+        """Return its own steps; at earlier checkpoints by steps that are cut to end there."""
         path = self._watched(made, 1)
         steps, found, simulation = len(path) - 1, [], made[0].copy()
         for t in self.problem.times[:-1] if self.problem.checkpoints else ():

@@ -48,13 +48,11 @@ class ScipyContestant(Contestant):
         return solve_ivp(f, (0.0, float(self.problem.duration)), self.start, **options)
 
     def states(self, options: dict[str, Any]) -> States:
-        """Return its own steps; at the checkpoints before the end its dense output, as a user
-        gets."""
+        """Return its own steps; at earlier checkpoints its dense output, as a user gets."""
         problem, begun = self.problem, time.process_time()
 
         def watched(t: float, z: np.ndarray) -> Any:
-            """Return f, and give up a run that takes ever smaller steps, such as a fall into a
-            centre."""
+            """Return f, and give up a run of ever smaller steps, such as a fall into a centre."""
             if time.process_time() - begun > problem.patience:
                 raise NoEnd(self.name)
             return self.f(t, z)
