@@ -1,4 +1,4 @@
-"""Studies of the bench itself: seeded faults, what skipped work saves, what proven digits cost.
+"""Studies of the bench itself: seeded faults, savings, the cost of digits, charts of one scene.
 
 They are folders as those of `studies/` and commands as these; the wheel has them too.
 """

@@ -44,7 +44,7 @@ JUDGES = (
     _study("stability", "LOOSE"),
     _study("stability", "RESOLVED", module="measuring"),
     _study("stability", "RESOLVED", "RIGHT", module="exchange"),
-    _study("charts"),
+    Target("tests/bench/charts/judging.py", JUDGED, re.compile("^_?judge.*$")),
     _study("extremes"),
     _study("extremes", "WRONG", "TRUSTED", module="measuring"),
     _study("optimality"),

@@ -10,10 +10,10 @@ import pytest
 
 from discmech.integrators import scenes
 from discmech.studies import get
-from discmech.studies.charts import measuring as charts
 from discmech.studies.core.case import Choice
 from discmech.studies.core.one_case import run_case
 from discmech.studies.report.figures import plates
+from discmech.tests.bench.charts import measuring as charts
 from tests.studies.cached_results import SMALL
 
 

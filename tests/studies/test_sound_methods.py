@@ -24,9 +24,9 @@ from discmech.integrators.scene import on_group
 from discmech.reference import solution
 from discmech.studies.causes import round_off
 from discmech.studies.causes.round_off import lost_one_way, measure_round_off
-from discmech.studies.charts.measuring import measure as measure_charts
 from discmech.studies.core.case import Case
 from discmech.studies.order.window import departure, is_bent
+from discmech.tests.bench.charts.measuring import measure as measure_charts
 from tests.studies.cached_results import case, measured
 
 

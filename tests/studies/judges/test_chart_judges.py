@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from discmech.studies.charts import measuring as charts
+from discmech.tests.bench.charts import measuring as charts
 from tests.studies.judges.by_hand import ABOVE, BELOW, case, close, judged
 
 LIMITS = {"residual": charts.RESIDUAL, "pullback": charts.DEFECT, "poisson": charts.DEFECT,

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..core.case import Case, Verdict
-from ..momentum.measuring import FARTHEST
-from ..symplecticity.measuring import ROUND_OFFS
+from discmech.studies.core.case import Case, Verdict
+from discmech.studies.momentum.measuring import FARTHEST
+from discmech.studies.symplecticity.measuring import ROUND_OFFS
+
 from .measuring import LIMITS, SINGULAR
 
 

@@ -1,7 +1,7 @@
 """Steps of every size on a group, beside the method bound to one chart."""
 
-from ..core.options import THOROUGH
-from ..core.study import StudyFolder
+from discmech.studies.core.options import THOROUGH
+from discmech.studies.core.study import StudyFolder
 
 STUDY = StudyFolder(
     name="charts",

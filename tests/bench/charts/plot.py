@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from ..report.canvas import Panel, Sheet, log_axis
-from ..report.palette import BLUE, GREEN, GRID, INK, MUTED, ORANGE, SKY, VERMILLION
-from ..report.wording import Case, mapping, number, rows
+from discmech.studies.report.canvas import Panel, Sheet, log_axis
+from discmech.studies.report.palette import BLUE, GREEN, GRID, INK, MUTED, ORANGE, SKY, VERMILLION
+from discmech.studies.report.wording import Case, mapping, number, rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

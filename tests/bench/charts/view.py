@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..report.palette import Mark
-from ..report.view import Sketch, Titles, View, measured_column
-from ..report.wording import NONE, Case, mapping, scientific
+from discmech.studies.report.palette import Mark
+from discmech.studies.report.view import Sketch, Titles, View, measured_column
+from discmech.studies.report.wording import NONE, Case, mapping, scientific
+
 from . import plot
 
 CHARTS = (

@@ -22,10 +22,9 @@ from discmech.integrators.geometry import defects, regularity, residual, singula
 from discmech.integrators.numbers import LazyModule, mpmath
 from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import OnGroup, Scene, remembered
-
-from ..core.case import Case, Choice, Progress, plain_cases, scheme_of, silent
-from ..core.runs import Rows, relative_drifts, with_terms
-from ..evidence.places import seed_of
+from discmech.studies.core.case import Case, Choice, Progress, plain_cases, scheme_of, silent
+from discmech.studies.core.runs import Rows, relative_drifts, with_terms
+from discmech.studies.evidence.places import seed_of
 
 transform: Any = LazyModule("scipy.spatial.transform")
 NAME = "charts"
@@ -198,7 +197,7 @@ def _through_bisections(flow: Flow, run: Trajectory, elements: np.ndarray) -> fl
 @lru_cache(maxsize=8)
 def _kept(scheme: Scheme, digits: int) -> list[Rows]:
     """Return the quantities that are kept to round-off, as functions of a run."""
-    from ..momentum.quantities import formula_of
+    from discmech.studies.momentum.quantities import formula_of
 
     kept = [q for q in scheme.scene.symmetries if q.to_roundoff and q.stretch is None]
     return [with_terms(scheme, formula_of(scheme, q, STEP), digits) for q in kept]
