@@ -87,26 +87,6 @@ def test_sensitive_motion_is_certified_at_higher_precision():
         assert abs(found.x[0] - mpmath.exp(-30 * mpmath.sqrt(2))) < mpmath.mpf(10) ** -30
 
 
-def test_a_second_method_that_disagrees_lowers_the_certain_digits(monkeypatch):
-    """Negative control: extrapolation of equations that are wrong in the 30th digit."""
-    import gmpy2
-
-    from discmech.reference.answer import extrapolation
-
-    right = extrapolation.compile_field
-
-    def wrong(equations):
-        field, constants = right(equations)
-        factor = 1 + gmpy2.mpq(1, 10**30)
-        return (lambda z, c: [factor * rate for rate in field(z, c)]), constants
-
-    monkeypatch.setattr(extrapolation, "compile_field", wrong)
-    found = solution("heavy-top", "1.3")
-    assert 25 <= found.certain_digits <= 31
-    assert "fewer than the 50 asked for" in found.evidence
-    assert found.certainty == "agreement" and found.bound is None
-
-
 @pytest.mark.parametrize(
     "scene, t, digits, message",
     [

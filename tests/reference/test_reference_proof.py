@@ -4,6 +4,7 @@
 """
 
 import math
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
@@ -16,8 +17,11 @@ import numpy as np
 import pytest
 import sympy
 from flint import arb, arb_mat, arb_poly, ctx, fmpq
+from mpmath import mpf
 
-from discmech.reference.answer import bounded, states
+from discmech.integrators import scenes
+from discmech.reference.answer import bounded, certify, states
+from discmech.reference.closed_forms import registry
 from discmech.reference.enclosure import enclose, majorants, propagation, remainders, tube
 from discmech.reference.enclosure.majorants import majorant, upward
 from discmech.reference.failures import MotionEnds, Unproven
@@ -648,3 +652,49 @@ def test_an_answer_is_called_enclosed_where_the_tube_held_it():
     assert [told[k].certainty for k in (0, t)] == ["enclosure", "defect bound"]
     assert told[t].bound > 0 and 10 ** -(told[t].certain + 1) < told[t].bound
     assert told[t].bound <= 10 ** -told[t].certain
+
+
+T = Fraction(3)
+
+
+def answered(patched="", by=None, **more):
+    """The answer for the oscillator at t = 3 to 30 digits, with something in its place."""
+    scene = scenes.get("harmonic")
+    with patch.object(certify, patched, by) if patched else nullcontext():
+        return certify.certified_integration(scene, [T], 30, False, **more)[T]
+
+
+def told_late(method):
+    """Its results at times that are 1e-20 too late, relatively."""
+
+    def late(equations, times, *given, **more):
+        exactly = {t * (1 + Fraction(1, 10**20)): t for t in times}
+        found = method(equations, [*exactly], *given, **more)
+        return replace(found, states={exactly[t]: z for t, z in found.states.items()})
+
+    return late
+
+
+def test_what_disagrees_takes_a_proof_away():
+    """A closed form, the second method, or a quantity that the motion keeps."""
+    form = registry()["harmonic"]
+    late = replace(form, motion=lambda p, x, v, t: form.motion(p, x, v, t * (1 + mpf("1e-20"))))
+    sound = answered(), answered(form=form), answered(proof=False)
+    assert [found.certain_digits for found in sound] == [30] * 3
+    assert [found.certainty for found in sound] == ["enclosure", "enclosure", "agreement"]
+    kept = SimpleNamespace(digits=lambda *_: (19, "energy kept to 19 digits"))
+    lost = (*certify.derived(scenes.get("harmonic"), False)[:2], kept)
+    for found in (
+        answered(form=late), answered("extrapolate", told_late(certify.extrapolate)),
+        answered("derived", lambda *_: lost),
+    ):  # fmt: skip
+        assert 18 <= found.certain_digits <= 20, found.evidence
+    assert found.certainty == "enclosure"  # a quantity may lose digits by itself
+    for found in (answered(form=late), answered("extrapolate", told_late(certify.extrapolate))):
+        assert found.certainty == "agreement" and found.bound is None
+
+
+def test_two_settings_are_as_certain_as_they_agree():
+    with patch.object(certify, "CHEAP", 0):  # with no second method beside them
+        found = answered("agreement", lambda *_: 17, proof=False)
+    assert found.certain_digits == 17 and "agree to 17 digits" in found.evidence

@@ -11,9 +11,10 @@ from types import ModuleType
 
 import pytest
 
-from discmech.reference.answer import bounded, states
+from discmech.reference.answer import agreement, bounded, certify, result, states
 from discmech.reference.enclosure import majorants, propagation, remainders, tube
 from discmech.reference.taylor import balls, independence, integration
+from tests.reference import test_reference_agreement as agreeing
 from tests.reference import test_reference_proof as proof
 
 
@@ -262,6 +263,28 @@ WEAKENED = [
     ),
     *rows(bounded, proof.test_the_ends_of_balls_are_rounded_outwards,
         ("(-end.log_base(10)).lower().floor()", "(-end.log_base(10)).upper().ceil()"),
+    ),
+    # what has to agree with it
+    *rows(certify, proof.test_what_disagrees_takes_a_proof_away,
+        ("finding = _beside(asked, finding, start)", "pass"),
+        ("return finding.limited(agreed, remark, asked.digits)", "return finding.remarked(remark)"),
+        ("findings[t].limited(other[t], remark, digits)", "findings[t].remarked(remark)"),
+        ("return finding.limited(kept, words, kept)", "return finding.remarked(words)"),
+        ("if thorough or (cheap and alone):", "if thorough:"),
+    ),
+    *rows(result, proof.test_what_disagrees_takes_a_proof_away,
+        ("certain=min(self.certain, certain)", "certain=self.certain"),
+        ("if certain < min(enough, self.certain):", "if False:"),
+    ),
+    *rows(certify, proof.test_two_settings_are_as_certain_as_they_agree,
+        ('agreed[t], "agreement"', 'second.digits, "agreement"'),
+    ),
+    *rows(agreement,
+          agreeing.test_agreement_is_of_the_worst_block_relative_to_its_largest_component,
+        ("if not mpmath.isfinite(error):", "if False:"),
+        ("digits = min(digits, float(", "digits = max(min(digits, 99), float("),
+        ("math.floor(digits)", "math.ceil(digits)"),
+        ("zip(one[name], values, strict=True)", "zip(one[name], values, strict=False)"),
     ),
 ]  # fmt: skip
 
