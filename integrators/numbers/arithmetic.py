@@ -1,7 +1,7 @@
-"""The two kinds of number a flow runs on: double precision, and any number of digits.
+"""The two kinds of number on which a flow runs: double precision, and any number of digits.
 
 High precision computes on gmpy2 numbers (nine times faster than mpmath's own) with guard digits,
-and returns mpmath numbers. One class each, with equal members; nothing else knows which it has.
+and returns mpmath numbers. Each kind is one class, with equal members; no other code asks which.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .exact import exact
 from .lazy import sympy
 from .types import Exact, Expression, Matrix, Mpf, Number, Numbers, Vector
 
-#: digits computed beyond those that are asked for: a run loses fewer by cancellation
+#: digits computed beyond the requested ones: a run loses fewer by cancellation
 MOST_DIGITS = 10_000
 GUARD_DIGITS = 12
 
@@ -37,18 +37,18 @@ class NotComputed(BadInput):
 
 
 class NotSmooth(NotComputed):
-    """An expression is the derivative of one that has none everywhere."""
+    """An expression is the derivative of one that is not differentiable everywhere."""
 
 
 def finite(values: Matrix) -> Any:
-    """Whether each number of an array, of any arithmetic, is finite."""
+    """Return for each number of an array, of any arithmetic, whether it is finite."""
     if values.dtype == object:
         return np.asarray(values - values == 0)
     return np.isfinite(values)
 
 
 def refused(e: Expression) -> NotComputed:
-    """The error for an expression that no arithmetic has, which it names by its function."""
+    """Return the error for an expression that no arithmetic has, named by its function."""
     name = type(e).__name__
     what = f"the function {name}" if e.is_Function else f"the expression {e} ({name})"
     if name in ("Derivative", "Subs"):  # Subs: a derivative at another point
@@ -64,7 +64,7 @@ def refused(e: Expression) -> NotComputed:
 
 
 def _functions(library: Any, **others: str) -> dict[str, Any]:
-    """The functions of a library by their names in generated text; `others` it calls otherwise."""
+    """Return a library's functions by their names in generated text; `others`: its other names."""
     names = {*FUNCTIONS.values(), "sqrt"} - {"abs"}
     return {name: getattr(library, others.get(name, name)) for name in names}
 
@@ -77,14 +77,14 @@ class Double:
     dtype: Any = np.float64
 
     def namespace(self) -> dict[str, Any]:
-        """What generated text needs: functions, the number type R, constants."""
+        """Return the names that generated text needs: functions, the number type R, constants."""
         return {**_functions(math), "R": float, "PI": math.pi, "constant": self.constant,
                 "EPS": self.eps, "ROOT_EPS": 2.0**-26, "HUGE": 1e300, "DECAY": 0.999,
                 "MARGIN": 8.0,
                 "array": self.array, **self.matrices()}  # fmt: skip
 
     def matrices(self: Any) -> dict[str, Any]:
-        """What generated text needs for N×N matrices: each result is written into `out`."""
+        """Return functions of generated text for N×N matrices: each writes into `out`."""
 
         def product(out: Matrix, a: Matrix, b: Matrix) -> None:
             out[...] = a @ b
@@ -95,7 +95,7 @@ class Double:
         return {"zeros": self.zeros, "matrix_product": product, "matrix_quotient": quotient}
 
     def array_namespace(self) -> dict[str, Any]:
-        """What generated text needs to compute on whole columns of numbers: numpy's functions."""
+        """Return the names with which generated text computes on columns of numbers, by numpy."""
 
         def array(entries: Numbers, *shape: int) -> np.ndarray:
             rows = np.array(np.broadcast_arrays(*entries))  # a constant entry is one number
@@ -106,9 +106,9 @@ class Double:
                 "array": array}  # fmt: skip
 
     def number(self, value: Exact | Number, what: str = "value") -> Number:
-        """An exact value, float or mpf as a number of this kind."""
+        """Return an exact value, float or mpf as a number of this kind."""
         if type(value) is float and math.isfinite(value):
-            return value  # most are: a run should not start with fractions of them
+            return value  # most values are floats: a run should not start with fractions of them
         number = exact(value, what)
         try:
             return float(number)
@@ -118,43 +118,43 @@ class Double:
             ) from None
 
     def constant(self: Any, name: str) -> Number:
-        """A number that sympy knows by that name: GoldenRatio, EulerGamma, Catalan, …"""
+        """Return a number that sympy knows by that name: GoldenRatio, EulerGamma, Catalan, …"""
         return self.number(getattr(sympy, name))
 
     def working(self) -> AbstractContextManager[Any]:
-        """Context in which the arithmetic is done."""
+        """Return the context for computing in this arithmetic."""
         return np.errstate(all="ignore")
 
     def public(self, array: Numbers) -> np.ndarray:
-        """An array as the user gets it: of floats, or of mpmath's numbers."""
+        """Return an array in the form that the user gets: of floats, or of mpmath's numbers."""
         return np.asarray(array, dtype=np.float64)
 
     def array(self: Any, entries: Numbers, *shape: int) -> np.ndarray:
-        """An array of that shape from the entries, row by row."""
+        """Return an array of that shape from the entries, row by row."""
         return np.array(entries, dtype=self.dtype).reshape(shape)
 
     def multiples(self, step: Fraction, index: np.ndarray) -> Vector:
-        """step·k for whole numbers k, each rounded once."""
+        """Return step·k for whole numbers k, each rounded once."""
         top, bottom = step.numerator, step.denominator
         largest = max(int(index[-1]), 1) if len(index) else 0
         if largest and abs(top) * largest < 2**53 and bottom < 2**53:
             return np.asarray(index * top / bottom)
-        return np.array([int(k) * top / bottom for k in index])  # of integers / rounds once
+        return np.array([int(k) * top / bottom for k in index])  # / of integers rounds once
 
     def zeros(self, *shape: int) -> np.ndarray:
-        """An array of zeros of this kind."""
+        """Return an array of zeros of this kind."""
         return np.zeros(shape)
 
     def identity(self: Any, size: int) -> Matrix:
-        """The identity matrix of this kind."""
+        """Return the identity matrix of this kind."""
         return self.zeros(size, size) + np.eye(size, dtype=int)
 
     def det(self, a: Matrix) -> Number:
-        """The determinant."""
+        """Return the determinant."""
         return np.linalg.det(a)
 
     def solve(self, a: Matrix, b: np.ndarray) -> np.ndarray:
-        """a⁻¹ b; raises `ZeroDivisionError` if a is singular."""
+        """Return a⁻¹ b; raises `ZeroDivisionError` if a is singular."""
         try:
             return np.asarray(np.linalg.solve(a, b))
         except np.linalg.LinAlgError:
@@ -165,7 +165,7 @@ class Multiple:
     """Any number of decimal digits, with guard digits, on gmpy2's binary floating point."""
 
     dtype: Any = object
-    # they ask only for dtype, zeros, number, solve
+    # these need only dtype, zeros, number, solve
     array, identity, matrices = Double.array, Double.identity, Double.matrices
     constant = Double.constant
 
@@ -230,7 +230,7 @@ class Multiple:
         return solution.reshape(np.shape(b))
 
     def _eliminated(self, a: Matrix, b: Matrix) -> tuple[Number, Matrix]:
-        """(det a, a⁻¹ b) with row exchanges, b a matrix; (0, nothing of use) if a is singular."""
+        """Return (det a, a⁻¹ b) with row exchanges, b a matrix; (0, useless) if a is singular."""
         one = self._gmpy2.mpfr(1)  # integers among the entries would be divided as floats
         rows = [[e * one for e in (*left, *right)] for left, right in zip(a, b, strict=True)]
         size, det = len(rows), one
@@ -264,7 +264,7 @@ _of_digits = cache(lambda digits: Double() if digits == 16 else Multiple(digits)
 
 
 def arithmetic(digits: int) -> Arithmetic:
-    """The arithmetic of that many decimal digits; 16 is double precision."""
+    """Return the arithmetic of that many decimal digits; 16 is double precision."""
     if type(digits) is not int or not 16 <= digits <= MOST_DIGITS:
         raise BadInput(
             f"digits is {shown(digits)}: give 16 (double precision) or a larger whole number, "

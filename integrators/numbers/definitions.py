@@ -50,7 +50,7 @@ class Definition:
 
 
 def parts_of(expressions: Iterable[Expression]) -> set[Expression]:
-    """All subexpressions, each looked at once: sympy's `atoms` visits shared ones again."""
+    """Return all subexpressions, each visited once: sympy's `atoms` visits shared ones again."""
     seen, pending = set[Any](), list(expressions)
     while pending:
         e = pending.pop()
@@ -61,16 +61,16 @@ def parts_of(expressions: Iterable[Expression]) -> set[Expression]:
 
 
 def symbols_of(expressions: Iterable[Expression]) -> set[Letter]:
-    """All symbols of the expressions."""
+    """Return all symbols of the expressions."""
     return {e for e in parts_of(expressions) if e.is_Symbol}
 
 
 def replaced(
     expressions: Iterable[Expression], swap: Replacement, known: Replacement | None = None
 ) -> list[Expression]:
-    """The expressions with letters replaced; what they share is rebuilt once.
+    """Return the expressions with letters replaced; shared parts are rebuilt once.
 
-    known: what has been rebuilt by the same `swap` so far, which grows.
+    known: the parts that the same `swap` has rebuilt so far; it grows.
     """
     known = {} if known is None else known
     known.update(swap)
@@ -90,7 +90,7 @@ def needed(
     expressions: Iterable[Expression],
     known: Iterable[Letter] = (),
 ) -> list[Definition]:
-    """The definitions that the expressions use, directly or through others, in order.
+    """Return the definitions that the expressions use, directly or through others, in order.
 
     Functions are reduced to the results that any of their calls needs. Letters of `known` need no
     definition.
@@ -120,7 +120,7 @@ def needed(
 
 
 def inlined(definitions: Sequence[Definition]) -> list[Definition]:
-    """The definitions with every call replaced by the values of its function."""
+    """Return the definitions with every call replaced by the values of its function."""
     plain: list[Definition] = []
     for number, d in enumerate(definitions):
         if d.function is None:
@@ -137,7 +137,7 @@ def inlined(definitions: Sequence[Definition]) -> list[Definition]:
 
 
 def written_out(definitions: Sequence[Definition], expression: Expression) -> Expression:
-    """The expression (or matrix) with every defined letter replaced by its value."""
+    """Return the expression (or matrix) with every defined letter replaced by its value."""
     for d in reversed(inlined(definitions)):
         expression = expression.xreplace(dict(zip(d.letters, d.values, strict=True)))
     return expression

@@ -1,8 +1,8 @@
-"""Derivatives of large sums, each term differentiated only by the letters it holds.
+"""Derivatives of large sums, each term differentiated only by the letters in it.
 
-Sympy's `diff` asks every term of an expression about every letter: with the pair potentials of many
-bodies that is nearly all of the time a derivation takes. The derivatives here equal sympy's, with
-their terms in its order.
+Sympy's `diff` differentiates every term of an expression by every letter: with the pair potentials
+of many bodies that is nearly all of the time of a derivation. The derivatives here equal sympy's,
+with their terms in its order.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ Slopes = dict[Letter, Expression]
 
 
 def jacobian(column: Expressions, letters: Letters) -> SymbolicMatrix:
-    """∂(column)/∂(letters), a matrix with a row for each entry of the column."""
+    """Return ∂(column)/∂(letters), a matrix with a row for each entry of the column."""
     rows = slopes(column, letters)
     entries = [row.get(v, sympy.S.Zero) for row in rows for v in letters]
     return sympy.Matrix(len(rows), len(letters), entries)
 
 
 def slopes(column: Expressions, letters: Letters) -> list[Slopes]:
-    """{letter: ∂e/∂letter} of each entry e of the column, for the letters that it holds."""
+    """Return {letter: ∂e/∂letter} of each entry e of the column, for the letters in it."""
     wanted, known = frozenset(letters), dict[Expression, Slopes]()
     return [_slopes(e, wanted, known) for e in column]
 
 
 def _slopes(e: Expression, letters: frozenset[Letter], known: dict[Expression, Slopes]) -> Slopes:
-    """{letter: derivative} for the letters that e holds."""
+    """Return {letter: derivative} for the letters in e."""
     if e in known:
         return known[e]
     if e.is_Symbol or e.is_Number:

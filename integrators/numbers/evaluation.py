@@ -20,7 +20,7 @@ from .types import Exact, Expression, Letter, Number, SymbolicMatrix
 
 
 def evaluate(expression: Expression, digits: int) -> Number:
-    """The value of an expression without symbols: a gmpy2 number, complex if the value is.
+    """Return the value of an expression without symbols: a gmpy2 number, complex if the value is.
 
     It has that many digits (more than 16) and guard digits.
     """
@@ -33,7 +33,7 @@ def evaluate_at(
     digits: int,
     definitions: Iterable[Definition] = (),
 ) -> list[Number]:
-    """The values of expressions at a point: exact numbers by symbols.
+    """Return the values of expressions at a point: exact numbers by symbols.
 
     Letters of the definitions need no number of their own.
     """
@@ -49,7 +49,7 @@ def _values(
     definitions: Iterable[Definition],
     numbers: Any,
 ) -> list[Number]:
-    """The values of expressions in letters whose numbers are given or that are defined."""
+    """Return the values of expressions in letters that have numbers or definitions."""
     letters = dict(letters)
     known = dict(letters)
     functions = {**numbers.namespace(), "abs": abs}
@@ -60,10 +60,10 @@ def _values(
         return known[e]
 
     def computed(e: Expression) -> Number:
-        if not all(isinstance(a, sympy.Expr) for a in e.args):  # a condition, say
+        if not all(isinstance(a, sympy.Expr) for a in e.args):  # such as a condition
             raise refused(e)
-        if not e.args:  # never ask a sum whether it is real: sympy would evaluate its tables
-            if e is sympy.zoo:  # a division by 0 that sympy carried out
+        if not e.args:  # never ask sympy whether a sum is real: it would evaluate the sum's tables
+            if e is sympy.zoo:  # a division by 0 that sympy did
                 raise ZeroDivisionError("the expression divides by 0.")
             return numbers.imaginary_unit if e.is_real is False else numbers.number(e)
         parts = [value_of(a) for a in e.args]
@@ -77,7 +77,7 @@ def _values(
             return functions[name](*parts)
         given = [a if a.is_number else sympy.Float(str(v), numbers.digits)
                  for a, v in zip(e.args, parts, strict=True)]  # fmt: skip
-        value = e.func(*given)  # of sympy's own, such as sign
+        value = e.func(*given)  # one of sympy's own, such as sign
         if not (value.is_number and value.is_real):
             raise refused(e)
         return numbers.number(value)
@@ -99,7 +99,7 @@ def evaluate_matrix(
     point: Mapping[Letter, Exact] | None = None,
     definitions: Iterable[Definition] = (),
 ) -> SymbolicMatrix:
-    """A sympy matrix at a point (`evaluate_at`), with its entries as Floats."""
+    """Return a sympy matrix at a point (`evaluate_at`), with its entries as Floats."""
 
     def decimal(value: Number) -> Expression:
         parts = [sympy.Float(str(part), digits) for part in (value.real, value.imag)]
@@ -111,7 +111,7 @@ def evaluate_matrix(
 
 
 def number(expression: Expression, bits: int) -> Number:
-    """An expression without symbols as an mpmath number that is right to so many bits."""
+    """Return an expression without symbols as an mpmath number that is right to so many bits."""
     digits = -(-bits * 30103 // 4_000_000) * 40 + 20  # few different precisions
     numbers = arithmetic(digits)
     with numbers.working():

@@ -22,27 +22,28 @@ from .types import Exact, Expression
 
 #: bits of a numerator or denominator: Python writes no integer of more than 4,300 digits
 LARGEST = 14_000
-#: bits of what a user's function may meet on its way: computed within a tenth of a second
+#: bits of a user's intermediate number: computed within a tenth of a second
 LONGEST = 2**20
-FLOAT_BITS = 1000  # of a whole number that is a double for certain
+FLOAT_BITS = 1000  # bits of a whole number that is certainly a double
 #: modules of sympy with functions of whole numbers that are computed exactly
 _EXACT = ("sympy.functions.combinatorial", "sympy.functions.special")
 _COUNTING = ("factorial", "factorial2", "subfactorial", "binomial", "RisingFactorial",
              "FallingFactorial", "fibonacci", "lucas", "tribonacci", "harmonic", "bernoulli",
              "euler", "genocchi", "catalan", "bell", "gamma", "zeta", "polygamma")  # fmt: skip
-#: parts of an expression that stand one inside another, products not counted. Derivatives of what
-#: is nested n times have n³ parts where they are written: a hundred sines are derived in ten
-#: seconds, a hundred sums of Horner's form in four, three hundred sines never
+#: largest number of nested parts of an expression, without products. Derivatives of n nested parts
+#: have n³ parts when they are written: a hundred sines are derived in ten seconds, a hundred sums
+#: of Horner's form in four, three hundred sines never
 DEEPEST = 100
-SHALLOW, FRAMES = 20, 100  # from which depth on Python needs more calls than its 1000, and how many
-LARGEST_COUNT = 2**53  # the last whole number that double precision counts to
-SMALLEST = Fraction(1, 10**300)  # whose inverse and half are doubles, too
+# the depth from which Python needs more than its 1000 calls, and calls per level
+SHALLOW, FRAMES = 20, 100
+LARGEST_COUNT = 2**53  # the last whole number up to which double precision counts
+SMALLEST = Fraction(1, 10**300)  # its inverse and half are doubles, too
 
 
 def exact(value: Any, what: str) -> Exact:
-    """`value` as a Fraction, or unchanged if it is an exact sympy number.
+    """Return `value` as a Fraction, or unchanged if it is an exact sympy number.
 
-    Raises `BadInput` (naming `what`) for text that is no number, for nan and for infinities, and
+    Raises `BadInput` (naming `what`) for text that is not a number, for nan and for infinities, and
     for numbers of more than 4,200 digits.
     """
     number = _read(value, what)
@@ -53,7 +54,7 @@ def exact(value: Any, what: str) -> Exact:
 
 @contextmanager
 def within_doubles(what: str) -> Iterator[None]:
-    """Raise `BadInput` where the block meets a whole number that no double can hold."""
+    """Raise `BadInput` if the block meets a whole number that no double can hold."""
     try:
         yield
     except OverflowError:
@@ -63,7 +64,7 @@ def within_doubles(what: str) -> Iterator[None]:
 
 
 def refuse_large(expression: Expression, what: str) -> None:
-    """Raise `BadInput` for a long number, and where too many parts stand inside one another.
+    """Raise `BadInput` for a long number, and for too many nested parts.
 
     Up to `DEEPEST` it lets Python go as deep as derivatives of such an expression need.
     """
@@ -83,7 +84,7 @@ def refuse_large(expression: Expression, what: str) -> None:
 
 
 def _inside(level: set[Expression]) -> set[Expression]:
-    """What stands in the arguments of these, and in the factors of those that are products."""
+    """Return the arguments of these expressions, and those of products among them."""
     found, pending = set[Expression](), [part for e in level for part in e.args]
     while pending:
         part = pending.pop()
@@ -107,9 +108,9 @@ def _read(value: Any, what: str) -> Exact:
                 f'{what} is "{value}", which is no number: write a decimal ("0.1") '
                 'or a fraction ("1/3").'
             ) from None
-    if getattr(value, "is_Rational", False):  # sympy's
+    if getattr(value, "is_Rational", False):  # one of sympy's
         return Fraction(int(value.p), int(value.q))
-    if hasattr(value, "_mpf_") and not hasattr(value, "as_mantissa_exp"):  # not gmpy2's
+    if hasattr(value, "_mpf_") and not hasattr(value, "as_mantissa_exp"):  # not one of gmpy2's
         sign, mantissa, exponent, _ = value._mpf_
         if not mantissa and exponent:
             raise BadInput(f"{what} is {value}: give a finite number.")
@@ -132,7 +133,7 @@ def _read(value: Any, what: str) -> Exact:
 
 
 def exact_rational(value: Any, what: str) -> Fraction:
-    """A Fraction, for steps and durations; raises `BadInput` as `exact` does, or if irrational."""
+    """Return a Fraction, for steps and durations; raises as `exact` does, and if irrational."""
     number = exact(value, what)
     if not isinstance(number, Fraction):
         raise BadInput(
@@ -142,7 +143,7 @@ def exact_rational(value: Any, what: str) -> Fraction:
 
 
 def measure(value: Any, what: str) -> Fraction:
-    """`exact_rational` for what is also a double: a time, a tolerance, a length.
+    """Return `exact_rational` of a number that is also a double: a time, a tolerance, a length.
 
     Raises `BadInput` beyond 1e-300 or 1e300, too.
     """
@@ -153,7 +154,7 @@ def measure(value: Any, what: str) -> Fraction:
 
 
 def whole_number(name: str, value: object, least: int) -> int:
-    """A count that a user gave; raises `BadInput` for what is none."""
+    """Return a count that a user gave; raises `BadInput` for any other value."""
     whole = isinstance(value, Integral) and not isinstance(value, bool)
     if not whole or not least <= value <= LARGEST_COUNT:  # type: ignore[operator]
         raise BadInput(
@@ -164,14 +165,14 @@ def whole_number(name: str, value: object, least: int) -> int:
 
 
 def exact_vector(values: Any, length: int, what: str) -> tuple[Exact, ...]:
-    """A tuple of `length` exact numbers; raises `BadInput` for any other shape."""
+    """Return a tuple of `length` exact numbers; raises `BadInput` for any other shape."""
     entries = listed(values, length, what)
     return tuple(exact(entry, f"{what}[{i}]") for i, entry in enumerate(entries))
 
 
 def listed(values: Any, length: int, what: str) -> list[Any]:
-    """The `length` entries as they are; raises `BadInput` (naming `what`) for another shape."""
-    many = isinstance(values, Iterable) or hasattr(values, "shape")  # a sympy column too
+    """Return the `length` entries unchanged; raises `BadInput` (naming `what`) otherwise."""
+    many = isinstance(values, Iterable) or hasattr(values, "shape")  # also a sympy column
     if isinstance(values, str) or not many or getattr(values, "shape", None) == ():
         raise BadInput(f"{what} is {shown(values)}: give a list of {length} numbers.")
     entries = list(values)
@@ -183,7 +184,7 @@ def listed(values: Any, length: int, what: str) -> list[Any]:
 
 
 def exact_nested(value: Any, what: str) -> Any:
-    """Numbers, lists and lists of lists of numbers, exact throughout (tuples for lists)."""
+    """Return numbers, lists and lists of lists of numbers, all exact (tuples for lists)."""
     many = isinstance(value, Iterable) and getattr(value, "shape", None) != ()
     if many and not isinstance(value, str):
         return tuple(exact_nested(entry, f"{what}[{i}]") for i, entry in enumerate(value))
@@ -191,9 +192,9 @@ def exact_nested(value: Any, what: str) -> Any:
 
 
 def exact_matrices(values: Any, what: str) -> tuple[tuple[tuple[Exact, ...], ...], ...]:
-    """Matrices as nested tuples of exact numbers: given as rows, or as numpy's or sympy's.
+    """Return matrices as nested tuples of exact numbers: given as rows, or as numpy's or sympy's.
 
-    Entries may be complex. Raises `BadInput` for what is no list of matrices of numbers.
+    Entries may be complex. Raises `BadInput` for anything but a list of matrices of numbers.
     """
     return tuple(
         tuple(
@@ -215,7 +216,7 @@ def _list(values: Any, what: str) -> list[Any]:
 
 
 def _entry(value: Any, what: str) -> Exact:
-    """An exact number, whole ones as int; Python's complex numbers and sympy's stay."""
+    """Return an exact number, whole ones as int; Python's complex numbers and sympy's stay."""
     if isinstance(value, Complex) and not isinstance(value, Real) and value.imag:
         for part in (value.real, value.imag):
             exact(part, what)
@@ -230,12 +231,12 @@ def _entry(value: Any, what: str) -> Exact:
 
 
 def to_sympy(value: Exact) -> Expression:
-    """An exact number (as `exact` makes it) as a sympy number."""
+    """Return an exact number (from `exact`) as a sympy number."""
     return sympy.Rational(value) if isinstance(value, Fraction) else value
 
 
 def floats_exact(expression: Any) -> Expression:
-    """A sympy expression with each float replaced by its exact binary value.
+    """Return a sympy expression with each float replaced by its exact binary value.
 
     Raises a `ValueError` for text: sympy would run it.
     """
@@ -245,7 +246,7 @@ def floats_exact(expression: Any) -> Expression:
 
 
 def flatten(value: Any) -> list[Exact]:
-    """The numbers of a nested tuple, in order."""
+    """Return the numbers of a nested tuple, in order."""
     return [n for entry in value for n in flatten(entry)] if isinstance(value, tuple) else [value]
 
 
@@ -261,7 +262,7 @@ def refuse_long(integers: Iterable[int], what: str) -> None:
 
 
 def refuse_unwritten(expression: Expression, what: str) -> None:
-    """Raise `BadInput` for a number in it that is, or would be if it were computed, too long."""
+    """Raise `BadInput` for a number in it that is too long, or would be if it were computed."""
     _refuse(_bits(expression, {})[0], what)
 
 
@@ -272,9 +273,9 @@ def _refuse(bits: float, what: str, most: int = LARGEST) -> None:
 
 
 def _bits(part: Expression, known: dict[Expression, tuple[float, bool]]) -> tuple[float, bool]:
-    """(a bound of the bits of the exact numbers within it, whether it is a number itself).
+    """Return (a bound of the bits of the exact numbers in it, True if it is a number itself).
 
-    A sum or a product counts as its longest part. What is above `LARGEST` is no bound any more.
+    A sum or a product counts as its longest part. A value above `LARGEST` is not a bound any more.
     """
     if part in known:
         return known[part]
@@ -292,7 +293,7 @@ def _bits(part: Expression, known: dict[Expression, tuple[float, bool]]) -> tupl
         elif type(part).__name__ in ("exp", "sinh", "cosh"):
             bits = max(longest, 2 * sizes[0])
         elif type(part).__module__.startswith(_EXACT) and not part.has(sympy.Float):
-            bits = max(longest, max(sizes) * longest)  # of n! about n log₂ n
+            bits = max(longest, max(sizes) * longest)  # n! has about n log₂ n
     known[part] = bits, constant
     return known[part]
 
@@ -302,7 +303,7 @@ def _bits_of(number: Expression) -> int:
 
 
 def _size(number: Expression, bits: float) -> float:
-    """A bound of its absolute value."""
+    """Return a bound of its absolute value."""
     if bits > FLOAT_BITS:
         return math.inf
     if number.is_Float:
@@ -311,15 +312,16 @@ def _size(number: Expression, bits: float) -> float:
 
 
 _lock, _watching = Lock(), [0]
-_before = list[tuple[Any, str, Any]]()  # class, name, and what was there
+_before = list[tuple[Any, str, Any]]()  # class, name, and its original function
 
 
 @contextmanager
 def short_numbers(what: str) -> Iterator[None]:
-    """Raise `BadInput` where the block lets sympy compute a number of more than `LONGEST` bits.
+    """Raise `BadInput` if the block lets sympy compute a number of more than `LONGEST` bits.
 
-    Powers of numbers, factorials and their like are looked at before they are computed, by all
-    threads while one of them is in such a block. What Python computes by itself is not seen.
+    Powers of numbers, factorials and similar functions are checked before they are computed, by all
+    threads while one of them is in such a block. Numbers that Python computes itself are not
+    checked.
     """
     with _lock:
         _watching[0] += 1

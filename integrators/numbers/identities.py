@@ -1,7 +1,7 @@
 """Deciding identities between analytic expressions by evaluation at random rational points.
 
 An analytic function that vanishes at a random point of such generality vanishes identically; one
-that does not is caught with certainty in practice.
+that does not vanish is practically always found.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def _random_rational(generator: random.Random, small: bool) -> Exact:
 def random_columns(
     lengths: dict[str, int], small: Iterable[str] = (), seed: int = 0
 ) -> dict[str, Column | Exact]:
-    """Random rational columns by name (`small`: inside every chart), with two steps h and k."""
+    """Return random rational columns by name (`small`: inside every chart), with steps h and k."""
     generator, few = random.Random(f"discmech {seed}"), set(small)
     point = {
         name: sympy.Matrix(n, 1, [_random_rational(generator, name in few) for _ in range(n)])
@@ -36,23 +36,23 @@ def random_columns(
 def random_point(
     symbols: Iterable[Letter], small: Iterable[Letter] = (), seed: int = 0
 ) -> Replacement:
-    """Random rational values of symbols; symbols of `small` stay inside every chart."""
+    """Return random rational values of symbols; symbols of `small` stay inside every chart."""
     generator, few = random.Random(f"discmech {seed}"), set(small)
     return {s: _random_rational(generator, s in few) for s in sorted(symbols, key=str)}
 
 
 def is_zero(number: Expression) -> bool:
-    """Whether an exact number is zero: exactly if rational, else by `vanishes`."""
+    """True if an exact number is zero: exactly if it is rational, otherwise by `vanishes`."""
     if number.is_Rational:
         return bool(number == 0)
     return vanishes(evaluate(number, 60), lambda: evaluate(number, 400))
 
 
 def vanishes(short: Number, long: Callable[[], Number]) -> bool:
-    """Whether a number is zero that is `short` with 60 digits and `long()` with 400.
+    """True if a number is zero that is `short` with 60 digits and `long()` with 400.
 
-    What is left of a zero is round-off, and shrinks by the digits that are added; any other number
-    stays, however small its unit makes it.
+    The remainder of a zero is round-off, and shrinks by the added digits; any other number stays,
+    however small its unit makes it.
     """
     return bool(short == 0) or bool(abs(long()) <= abs(short) * Fraction(1, 10**300))
 
@@ -60,7 +60,7 @@ def vanishes(short: Number, long: Callable[[], Number]) -> bool:
 def first_violation(
     entries: Iterable[Expression], small: Iterable[Letter] = (), points: int = 2
 ) -> Replacement | None:
-    """A point where some expression is not zero, or None; `small` symbols stay small."""
+    """Return a point where some expression is not zero, or None; `small` symbols stay small."""
     rest = [entry for entry in entries if entry != 0]
     symbols = set().union(*(e.free_symbols for e in rest)) if rest else set()
     for seed in range(points):
@@ -73,10 +73,11 @@ def first_violation(
 def vanishes_as(
     expression: Expression, h: Letter, order: int, small: Iterable[Letter] = (), points: int = 2
 ) -> bool:
-    """Whether an expression is O(h^order), of values at two steps and random other letters.
+    """True if an expression is O(h^order), from values at two steps and random other letters.
 
-    From h = 10⁻⁴⁰ to a 10²⁰th of it a leading term c h^r falls by 10^{20r}, and the next ones are
-    not seen. There are digits beyond h^{order+1}; what is less is round-off of terms that cancel.
+    From h = 10⁻⁴⁰ to a 10²⁰th of it a leading term c h^r falls by 10^{20r}, and the next ones do
+    not show. There are digits beyond h^{order+1}; a smaller value is round-off of terms that
+    cancel.
     """
     letters, few = sorted(expression.free_symbols - {h}, key=str), tuple(small)
     steps = [sympy.Rational(1, 10**k) for k in (40, 60)]
@@ -93,17 +94,17 @@ def vanishes_as(
 
 
 def shown(direction: SymbolicMatrix) -> str:
-    """Text of a direction in three digits, for a message."""
+    """Return the text of a direction in three digits, for a message."""
     return ", ".join(f"{float(e):.3g}" for e in direction)
 
 
 def null_direction(matrix: SymbolicMatrix, tolerance: float = 1e-20) -> SymbolicMatrix | None:
-    """A column that a matrix of numbers (of 30 digits) maps to zero, or None if it is regular.
+    """Return a column that a matrix of numbers (of 30 digits) maps to zero, or None if it is
+    regular.
 
-    One with an entry that is no finite real number says nothing: a root of what is negative at this
-    point may be real at others.
-    Rows and then columns are scaled first and pivots normalised on the way, so that masses of any
-    size and in any unit count alike.
+    None also if an entry is not a finite real number: a root of a negative number at this point may
+    be real at others. Rows and then columns are scaled first and pivots normalised on the way, so
+    that masses of any size and in any unit count alike.
     """
     if not all(e.is_real and e.is_finite for e in matrix):
         return None
@@ -112,7 +113,7 @@ def null_direction(matrix: SymbolicMatrix, tolerance: float = 1e-20) -> Symbolic
     widths = [max((abs(e) for e in scaled[:, j]), default=0) or 1 for j in range(matrix.cols)]
     scaled = sympy.Matrix(*matrix.shape, lambda i, j: scaled[i, j] / widths[j])
     if scaled and np.linalg.cond(np.array(scaled.tolist(), dtype=float)) < 1e8:
-        return None  # regular, whatever the round-off of this quick look
+        return None  # regular, for any round-off of this quick check
     reduced, pivots = scaled.rref(iszerofunc=lambda e: abs(e) <= tolerance, normalize_last=False)
     free = [j for j in range(matrix.cols) if j not in pivots]
     if not free:

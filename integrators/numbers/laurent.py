@@ -28,9 +28,9 @@ class TooLong(BadInput):
 
 
 class Atoms:
-    """The letters and other atoms of some formulas, and how their coefficients are.
+    """The letters and other atoms of some formulas, and the kind of their coefficients.
 
-    exact: whether all are fractions; else they have 60 digits.
+    exact: True if all are fractions; otherwise they have 60 digits.
     """
 
     def __init__(self, exact: bool) -> None:

@@ -1,7 +1,7 @@
-"""Sympy, mpmath and rooms of ours, loaded when something of them is first used.
+"""Sympy, mpmath and rooms of ours, loaded when a part of them is first used.
 
-All threads share the digits that mpmath works with, so they take turns: what derives and compiles
-runs in threads. The studies set digits by mpmath itself: their cases run in processes of their own.
+All threads share mpmath's number of digits, so they take turns: derivation and compilation run in
+threads. The studies set digits by mpmath itself: their cases run in processes of their own.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 
 class LazyModule:
-    """Stands for a module until an attribute of it is asked for."""
+    """A stand-in for a module until one of its attributes is used."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -33,15 +33,15 @@ _turn = RLock()
 
 @contextmanager
 def working_digits(digits: int) -> Iterator[None]:
-    """mpmath at so many digits: of all threads that ask here, this one alone."""
+    """Set mpmath to so many digits: of all threads that call this, only one at a time."""
     with _turn, mpmath.workdps(digits):
         yield
 
 
 def on_demand(package: str, **names: str) -> Callable[[str], Any]:
-    """The `__getattr__` of a package whose names are loaded when they are first asked for.
+    """Return the `__getattr__` of a package whose names are loaded when they are first used.
 
-    `names` are those of each of its modules, with spaces between them, and none of them a module's
+    `names` are those of each of its modules, separated by spaces, and none of them is a module's
     own: importing that would put it in the name's place. Raises `AttributeError` for any other.
     """
     module_of = {name: module for module, group in names.items() for name in group.split()}

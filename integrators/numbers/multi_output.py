@@ -1,7 +1,7 @@
 """Functions that return several numbers at once, inside symbolic expressions.
 
-`entry(f(z), k)` is number k of what f returns. Common subexpressions being taken out, generated
-text calls f once and reads its numbers by index.
+`entry(f(z), k)` is number k of the results of f. As common subexpressions are computed once,
+generated text calls f once and reads its numbers by index.
 """
 
 from __future__ import annotations
@@ -14,27 +14,27 @@ from .evaluation import number
 from .lazy import sympy
 from .types import Expression, Letter
 
-#: what combines functions of a list of expressions before subexpressions are taken out
+#: a function that combines functions in a list of expressions before subexpressions are shared
 Collector = Callable[[list[Expression]], list[Expression]]
 
 _COLLECTORS: list[Collector] = []
 
 
 def collect(collector: Collector) -> Collector:
-    """Decorator: expressions pass through this before their common subexpressions are taken out."""
+    """Decorator: expressions pass through this before their common subexpressions are shared."""
     _COLLECTORS.append(collector)
     return collector
 
 
 def together(expressions: list[Expression]) -> list[Expression]:
-    """The expressions after all collectors: several functions become entries of one table."""
+    """Return the expressions after all collectors: some functions become entries of one table."""
     for collector in _COLLECTORS:
         expressions = collector(expressions)
     return expressions
 
 
 def entry(table: Expression, index: int) -> Expression:
-    """Number `index` of the tuple or array that the sympy function `table` stands for.
+    """Return number `index` of the tuple or array that the sympy function `table` stands for.
 
     A table that is to be differentiated or evaluated has methods slope(index, s) and
     in_arithmetic(numbers, values of its arguments).
@@ -43,7 +43,7 @@ def entry(table: Expression, index: int) -> Expression:
 
 
 def as_one_number(expression: Expression) -> Expression:
-    """The expression as one number that is rounded once: products with it are not merged."""
+    """Return the expression as one number, rounded once: products with it are not merged."""
     if expression.is_Rational:
         return expression
     sign = -1 if expression.could_extract_minus_sign() else 1
@@ -51,7 +51,7 @@ def as_one_number(expression: Expression) -> Expression:
 
 
 class InArithmetic:
-    """Part of sympy functions whose decimals are computed by in_arithmetic(numbers, values)."""
+    """A base of sympy functions whose decimals are computed by in_arithmetic(numbers, values)."""
 
     is_number: bool
 
@@ -71,11 +71,11 @@ def _classes() -> tuple[Any, Any]:
             return self.args[0].slope(int(self.args[1]), s)
 
         def in_arithmetic(self, numbers: Any, values: Any) -> Any:
-            """The number itself, once the table is known."""
+            """Return the number itself, once the table is known."""
             return values[0][int(self.args[1])]
 
         def written(self, code: Callable[[Expression], str]) -> str:
-            """The text of the number, `code` giving that of a part."""
+            """Return the text of the number; `code` gives that of a part."""
             return f"{code(self.args[0])}[{self.args[1]}]"
 
     class Held(InArithmetic, sympy.Function):
@@ -92,16 +92,16 @@ def _classes() -> tuple[Any, Any]:
             return self.args[0].diff(s)
 
         def in_arithmetic(self, numbers: Any, values: Any) -> Any:
-            """The number itself."""
+            """Return the number itself."""
             return values[0]
 
         def written(self, code: Callable[[Expression], str]) -> str:
-            """The text of the number, `code` giving that of a part."""
+            """Return the text of the number; `code` gives that of a part."""
             return f"({code(self.args[0])})"
 
     return Entry, Held
 
 
 def opaque(expression: Expression) -> bool:
-    """Whether the expression holds functions of ours, whose factors are better left standing."""
+    """True if the expression contains functions of ours, whose factors are better not expanded."""
     return bool(expression.atoms(InArithmetic))

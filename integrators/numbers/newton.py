@@ -14,19 +14,20 @@ MOST = 60
 #: units of round-off that a correction at a solution may have: the residual's last digits
 ROUNDED = 4
 #: units below which corrections that no longer halve are round-off of an ill-conditioned Jacobian;
-#: above, they are wandering, and the iteration goes on
+#: larger ones wander, and the iteration continues
 STAGNANT = 2**12
 
 
 def newton(
     change: Callable[[Vector], Vector], start: Vector, scale: Number | Vector, eps: Number
 ) -> Vector | None:
-    """The solution by Newton from `start` to round-off, or None; `change` gives the correction.
+    """Return the solution by Newton from `start` to round-off, or None; change: the correction.
 
     It ends when a correction is round-off of the solution (or of `scale`), or when corrections
     near it no longer halve. Sizes are sums of absolute values; with a vector as scale each
-    component is held against its own, so that units do not matter. One that is 0 but for products
-    of round-offs has no such size: at a solution of all together it ends as it no longer halves.
+    component is compared with its own, so that units do not matter. A component that is 0 except
+    for products of round-offs has no such size: at a common solution it ends when it no longer
+    halves.
     """
     point, before, least = start, None, None
     for _ in range(MOST):
@@ -36,7 +37,7 @@ def newton(
             return None
         point = point + step
         if isinstance(scale, np.ndarray):
-            # what is put right to exactly 0 has a size before
+            # a component that is corrected to exactly 0 has a size before
             sizes, own = abs(step), (scale, abs(point), abs(point - step))
             left = sizes != 0 if least is None else (sizes != 0) & (sizes < least / 2)
             whole = zip(sizes[left], *(of[left] for of in own), strict=True)

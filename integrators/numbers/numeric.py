@@ -21,9 +21,9 @@ from .registered import with_tables
 from .statements import body
 from .types import Assignment, Expression, Expressions, Letter, Letters, SymbolicMatrix
 
-#: what gives a number, a vector, or an array of two or three dimensions
+#: a number, a vector, or an array of two or three dimensions as a result
 Result: TypeAlias = Expression | Expressions | SymbolicMatrix | Sequence[SymbolicMatrix]
-#: what decorates functions in generated modules; only machine code has use for it
+#: decorators of functions in generated modules; only machine code uses them
 _DECORATORS = ("kernel", "ordered", "node", "aside", "helper", "table")
 
 
@@ -34,14 +34,14 @@ def numeric(
     definitions: Sequence[Assignment] = (),
     columns: bool = False,
 ) -> Callable[..., Any]:
-    """The results as a function of the arguments, in an arithmetic that must be at work.
+    """Return the results as a function of the arguments, in an arithmetic that must be active.
 
     arguments: name → a symbol, or a vector of symbols. results: an expression gives a number, a
     list of k expressions a vector (k,), a sympy matrix or a list of matrices an array of its shape;
     a single result is returned by itself. definitions: (symbols, expressions) that results and
-    other definitions may hold. columns: in double precision, each argument's entries may be numpy
-    columns of r numbers; arrays that vary then have one more dimension, r.
-    Raises `BadInput` for functions that no arithmetic has.
+    other definitions may contain. columns: True if, in double precision, each argument's entries
+    may be numpy columns of r numbers; arrays that vary then have one more dimension, r. Raises
+    `BadInput` for functions that no arithmetic has.
     """
     return numeric_function(numeric_text(arguments, results, definitions), numbers, columns)
 
@@ -51,7 +51,7 @@ def numeric_text(
     results: Sequence[Result],
     definitions: Sequence[Assignment] = (),
 ) -> str:
-    """Text of the function that `numeric` makes, good for every arithmetic."""
+    """Return the text of the function that `numeric` makes, valid in every arithmetic."""
     vectors = {name: list(given) for name, given in arguments.items() if hasattr(given, "__len__")}
     names = {s: name for name, s in arguments.items() if name not in vectors}
     names |= {s: f"{name}_{i}" for name, v in vectors.items() for i, s in enumerate(v)}
@@ -74,7 +74,7 @@ def numeric_text(
 
 
 def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> Callable[..., Any]:
-    """The function of a text that `numeric_text` wrote, in an arithmetic."""
+    """Return the function of a text that `numeric_text` wrote, in an arithmetic."""
     namespace = getattr(numbers, "array_namespace" if columns else "namespace")()
     with numbers.working():  # tables compute their constants first
         return run_text(text, namespace)["function"]
@@ -82,12 +82,12 @@ def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> C
 
 @lru_cache(maxsize=256)
 def registered_function(name: str, numbers: Arithmetic) -> Callable[..., Any]:
-    """The function that is registered (`registered.register`) under a name, in an arithmetic."""
+    """Return the function registered (`registered.register`) under a name, in an arithmetic."""
     return run_text(with_tables(f"# {name}()"), numbers.namespace())[name]
 
 
 def run_text(text: str, namespace: Mapping[str, Any]) -> dict[str, Any]:
-    """The names of a generated text after it was executed on numbers of any kind."""
+    """Return the names of a generated text after it was executed on numbers of any kind."""
     names = {**dict.fromkeys(_DECORATORS, lambda function: function), **namespace}
     exec(_code(text), names)
     return names

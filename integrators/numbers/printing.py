@@ -12,38 +12,38 @@ from .arithmetic import FUNCTIONS
 from .expression_graph import CALL, INVERSE, LEAF, POWER, PRODUCT, SUM, ExpressionGraph, Value
 from .types import Expression
 
-#: how tightly a text holds together: what does so less than is needed stands in parentheses
+#: the binding strength of a text; one that is weaker than needed gets parentheses
 _TERMS, _FACTORS, _FACTOR, _RAISED, _ATOM = range(5)
 
 
 def code(expression: Expression) -> str:
-    """Python text of one expression: plain arithmetic, small powers as products.
+    """Return the Python text of one expression: plain arithmetic, small powers as products.
 
-    Rationals are R(p)/q, R being the number type of the arithmetic. Raises `BadInput` for what no
-    arithmetic has.
+    Rationals are R(p)/q, R being the number type of the arithmetic. Raises `BadInput` for functions
+    that no arithmetic has.
     """
     graph = ExpressionGraph()
     return Texts(graph, {}).of(*graph.values([expression]))
 
 
 class Texts:
-    """The texts of a graph's values; names: of the nodes that have one."""
+    """The texts of a graph's values; names: node → its name, if it has one."""
 
     def __init__(self, graph: ExpressionGraph, names: Mapping[int, str]) -> None:
         self.graph, self.names = graph, names
-        self._used: set[str] = set()  # the names and letters of the text that is written
+        self._used: set[str] = set()  # the names and letters of the current text
 
     def of(self, value: Value) -> str:
-        """The text of a value, by names where its parts have some."""
+        """Return the text of a value, with names for the parts that have one."""
         return self._text(value, _TERMS)
 
     def with_letters(self, values: Iterable[Value]) -> tuple[list[str], set[str]]:
-        """(the texts of values, the names and letters in them)."""
+        """Return (the texts of values, the names and letters in them)."""
         self._used = set()
         return list(map(self.of, values)), self._used
 
     def inside(self, node: int) -> tuple[list[str], set[str]]:
-        """(the text of what a node's name stands for, the names and letters in it)."""
+        """Return (the text behind a node's name, the names and letters in it)."""
         self._used = set()
         return [self._written(node, 0)[0]], self._used
 
@@ -58,7 +58,7 @@ class Texts:
         return text if holds >= needed else f"({text})"
 
     def _written(self, node: int, minus: int) -> tuple[str, int]:
-        """The text of a node or of its opposite, and how tightly it holds together."""
+        """Return the text of a node or of its opposite, and its binding strength."""
         kind, parts = self.graph.kinds[node], self.graph.parts[node]
         if kind == SUM and len(parts) > 1:
             return self._sum([p ^ minus for p in parts]), _TERMS
@@ -82,14 +82,14 @@ class Texts:
         return (f"-{text}", _TERMS) if minus else (text, holds)
 
     def _sum(self, terms: list[Value]) -> str:
-        terms.sort(key=lambda term: term % 2)  # one that is positive first
+        terms.sort(key=lambda term: term % 2)  # a positive term first
         text = self._text(terms[0], _FACTORS if terms[0] % 2 == 0 else _TERMS)
         for term in terms[1:]:
             text += f" {'-' if term % 2 else '+'} {self._text(term & ~1, _FACTORS)}"
         return text
 
     def _product(self, factors: list[Value]) -> str:
-        """Factors over factors."""
+        """Return factors over factors."""
         graph, below, above = self.graph, [], []
         for f in factors:
             node = f >> 1

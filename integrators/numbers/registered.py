@@ -1,7 +1,7 @@
 """Functions that generated text may call, by their names.
 
-The text of one stands in front of the text that calls it; its host supplies the decorators `helper`
-and `aside`.
+The text of one is put before the text that calls it; its host supplies the decorators `helper` and
+`aside`.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ _TEXTS: dict[str, Callable[[], str]] = {}
 
 
 def register(name: str, text: Callable[[], str]) -> str:
-    """Let generated text call the function of that name; `text()` defines it. Returns the name."""
+    """Let generated text call the function of that name, defined by `text()`; return the name."""
     _TEXTS[name] = text
     return name
 
 
 def with_tables(text: str) -> str:
-    """The text behind the definitions of all registered functions that it calls, each once."""
+    """Return the text after the definitions of the registered functions in it, each once."""
     parts, seen = list[str](), set[str]()
 
     def visit(calling: str) -> None:
         for name in sorted(set(re.findall(r"\b(\w+)\(", calling)) & set(_TEXTS) - seen):
             seen.add(name)
-            visit(_TEXTS[name]())  # what it calls stands in front
+            visit(_TEXTS[name]())  # the functions that it calls come before
         parts.append(calling)
 
     visit(text)
@@ -35,10 +35,10 @@ def with_tables(text: str) -> str:
 
 
 def registered_names() -> list[str]:
-    """The names of all functions that generated text may call."""
+    """Return the names of all functions that generated text may call."""
     return list(_TEXTS)
 
 
 def is_table(function: Expression) -> bool:
-    """Whether generated text may call it by its name."""
+    """True if generated text may call it by its name."""
     return type(function).__name__ in _TEXTS

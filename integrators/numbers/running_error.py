@@ -1,9 +1,9 @@
-"""Running error analysis: numbers that carry a bound of what round-off has done to them.
+"""Running error analysis: numbers that carry a bound of their round-off.
 
-Each operation adds one rounding of its result to what its operands hand on (Higham, Accuracy and
+Each operation adds one rounding of its result to the errors of its operands (Higham, Accuracy and
 Stability of Numerical Algorithms, 3.3). So an evaluation in another precision ε is off by at most
-`error`·ε, to first order, whatever cancels: sums of absolute terms, operations and the conditioning
-of every function are counted in, and units of length, time and mass with them.
+`error`·ε, to first order, for any cancellation: sums of absolute terms, operations and the
+conditioning of every function are included, and units of length, time and mass with them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .arithmetic import Arithmetic
 from .types import Number, Vector
 
 SAFE = (1e-75, 1e75)
-CERTAIN = 2.0**30  # condition of a matrix that is inverted in doubles for a bound
+CERTAIN = 2.0**30  # largest condition of a matrix that is inverted in doubles for a bound
 
 
 class RunningError:
@@ -88,7 +88,7 @@ class RunningError:
 
 
 def running(value: Any) -> RunningError:
-    """The value itself, or with no error so far."""
+    """Return the value itself, or the value with no error so far."""
     return value if isinstance(value, RunningError) else RunningError(value)
 
 
@@ -96,8 +96,8 @@ class Tracked:
     """An array of numbers with a bound of each one's error: the same by whole matrices.
 
     It goes through numpy's functions that only move entries (stack, block, transpose) and through
-    @, +, − and `solve`. Bounds are `sizes`: a bound is not asked for to many digits. They cost more
-    than the values and are computed once they are asked for, by `bound()`; without one, none is.
+    @, +, − and `solve`. Bounds are `sizes`: a bound needs few digits. They cost more than the
+    values and are computed when they are first used, by `bound()`; without a `bound` they are 0.
     """
 
     __array_ufunc__ = None  # a plain array leaves its operators to this class
@@ -169,7 +169,7 @@ class Tracked:
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """a @ b; with many digits a number times 0 takes as long as any, so zeros of b are left out."""
+    """Return a @ b; with many digits products with 0 cost as much, so zeros of b are left out."""
     if a.dtype != object or b.ndim < 2 or b.all():
         return np.asarray(a @ b)
     found = np.empty((*a.shape[:-1], b.shape[1]), dtype=object)
@@ -179,7 +179,7 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def sizes(found: Vector) -> Vector:
-    """Numbers ≥ 0 as doubles; as they are where a product of four may leave their range."""
+    """Return numbers ≥ 0 as doubles, unless a product of four may leave the doubles' range."""
     if found.dtype != object:
         return found
     doubles = found.astype(float)
@@ -194,7 +194,7 @@ def _each(nested: Any, change: Callable[[Any], Any]) -> Any:
 
 
 def tracked(array: Any) -> Tracked:
-    """An array as `Tracked`: of `RunningError`s with their errors, of plain numbers without."""
+    """Return an array as `Tracked`: `RunningError`s with their errors, plain numbers without."""
     if isinstance(array, Tracked):
         return array
     array = np.asarray(array)
@@ -204,13 +204,13 @@ def tracked(array: Any) -> Tracked:
 
 
 def tracked_later(values: Iterable[Any], again: Callable[[], Iterable[Any]]) -> list[Tracked]:
-    """Arrays as `Tracked`, whose errors are those of `again()`: the same ones, `tracked`."""
+    """Return arrays as `Tracked`, with the errors of `again()`: the same ones, `tracked`."""
     once = cache(lambda: [tracked(e) for e in again()])
     return [Tracked(e, partial(lambda k: once()[k].error, k)) for k, e in enumerate(values)]
 
 
 def solve(numbers: Arithmetic, a: Any, b: Any) -> Any:
-    """a⁻¹ b of plain or tracked arrays (`Arithmetic.solve`); a is k×k, b has k rows."""
+    """Return a⁻¹ b of plain or tracked arrays (`Arithmetic.solve`); a is k×k, b has k rows."""
     if not isinstance(a, Tracked) and not isinstance(b, Tracked):
         return numbers.solve(a, b)
     a, b = tracked(a), tracked(b)
@@ -224,11 +224,11 @@ def solve(numbers: Arithmetic, a: Any, b: Any) -> Any:
 
 
 def elimination_sizes(a: np.ndarray) -> np.ndarray:
-    """|L||U| of elimination with row exchanges, k×k, its rows in the order of a's.
+    """Return |L||U| of elimination with row exchanges, k×k, its rows in the order of a's.
 
     The computed x solves (a + Δ) x = b with |Δ| ≤ 3kε|L||U| (Higham, Accuracy and Stability of
-    Numerical Algorithms, 9.4). |a| in its place is too little where a has a zero that elimination
-    fills and empties again: what is left there is round-off of the fill.
+    Numerical Algorithms, 9.4). |a| in its place is too small where a has a zero that elimination
+    fills and empties again: the remainder there is round-off of the fill.
     """
     k = len(a)
     rows, order, total = [list(row) for row in a], list(range(k)), np.zeros_like(abs(a))
@@ -249,11 +249,11 @@ def elimination_sizes(a: np.ndarray) -> np.ndarray:
 
 
 def inverse_sizes(numbers: Arithmetic, a: np.ndarray) -> np.ndarray:
-    """|a⁻¹| of a k×k matrix, for bounds: as `sizes` asks for no more digits than a double has.
+    """Return |a⁻¹| of a k×k matrix, for bounds: like `sizes` with no more digits than a double.
 
-    It is inverted in doubles with rows and columns of size 1, whatever the units, and is off by
-    k·ε·cond, k·2.4e-7 of a bound where cond is at most `CERTAIN`. Where it is not, or numbers
-    leave the doubles' range, all digits are used.
+    It is inverted in doubles with rows and columns of size 1, in any units, and is off by k·ε·cond,
+    k·2.4e-7 of a bound where cond is at most `CERTAIN`. For a larger cond, or numbers beyond the
+    doubles' range, all digits are used.
     """
     small = sizes(abs(a))
     if small.size and a.dtype == object and small.dtype != object and small.any(axis=0).all():
@@ -268,7 +268,7 @@ def inverse_sizes(numbers: Arithmetic, a: np.ndarray) -> np.ndarray:
 
 
 def rounded(values: Vector, errors: Any = None) -> Vector:
-    """Numbers with their errors (by default one rounding each) as `RunningError`, same shape."""
+    """Return numbers with errors (by default one rounding each) as `RunningError`, same shape."""
     values = np.asarray(values)
     errors = abs(values) if errors is None else np.broadcast_to(errors, values.shape)
     pairs = zip(values.ravel(), errors.ravel(), strict=True)
@@ -278,12 +278,12 @@ def rounded(values: Vector, errors: Any = None) -> Vector:
 
 
 def errors_of(found: Vector) -> Vector:
-    """The errors of an array of `RunningError`s or plain numbers, which have none."""
+    """Return the errors of an array of `RunningError`s or plain numbers, which have none."""
     errors = [e.error if type(e) is RunningError else 0 for e in found.ravel()]
     return np.array(errors).reshape(found.shape)
 
 
 def values_of(found: Vector) -> Vector:
-    """The values of an array of `RunningError`s or plain numbers."""
+    """Return the values of an array of `RunningError`s or plain numbers."""
     values = [e.value if type(e) is RunningError else e for e in found.ravel()]
     return np.array(values).reshape(found.shape)

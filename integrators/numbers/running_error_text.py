@@ -1,4 +1,4 @@
-"""Generated text on numbers that carry a bound of what round-off has done to them."""
+"""Generated text on numbers that carry a bound of their round-off."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .registered import registered_names
 from .running_error import RunningError, rounded, running
 from .types import Number
 
-#: derivative of a function at (argument, value), of the functions in generated text
+#: derivative of a function at (argument, value), for the functions in generated text
 _SLOPES: dict[str, Callable[[Any, Number, Number], Number]] = {
     "sin": lambda f, a, v: f["cos"](a),
     "cos": lambda f, a, v: f["sin"](a),
@@ -31,14 +31,14 @@ _SLOPES: dict[str, Callable[[Any, Number, Number], Number]] = {
 
 
 def with_running_errors(text: str, numbers: Arithmetic) -> Callable[..., Any]:
-    """The function of a text that `numeric_text` wrote, on `RunningError`s of an arithmetic.
+    """Return the function of a text that `numeric_text` wrote, on `RunningError`s of an arithmetic.
 
-    Functions that stand in front of it (series, functions of matrices) are taken as one operation
-    each, whose derivatives are difference quotients: only the size of an error is asked for.
+    Functions before it (series, functions of matrices) count as one operation each, whose
+    derivatives are difference quotients: only the size of an error is needed.
     """
     plain = numbers.namespace()
     with numbers.working():
-        names = dict(run_text(text, plain))  # a copy: those functions go on with plain numbers
+        names = dict(run_text(text, plain))  # a copy: those functions keep plain numbers
         names |= {name: _tracked(plain, name) for name in _SLOPES}
         names |= {"atan2": _atan2(plain), "abs": abs, "R": lambda e: RunningError(plain["R"](e))}
         names["PI"] = RunningError(plain["PI"], plain["PI"])
@@ -46,7 +46,7 @@ def with_running_errors(text: str, numbers: Arithmetic) -> Callable[..., Any]:
         names |= {name: _as_one(names[name], numbers)
                   for name in registered_names() if name in names}  # fmt: skip
         names["array"] = lambda entries, *shape: np.array(entries, dtype=object).reshape(shape)
-        # the function alone: what stands in front was run on plain numbers
+        # only the function: the text before it was run on plain numbers
         return run_text(text[text.rindex("def function(") :], names)["function"]
 
 
@@ -74,7 +74,7 @@ def _atan2(plain: dict[str, Any]) -> Callable[[Any, Any], RunningError]:
 
 
 def _as_one(function: Callable[..., Any], numbers: Arithmetic) -> Callable[..., Any]:
-    """A function of numbers as one operation on numbers with errors."""
+    """Return a function of numbers as one operation on numbers with errors."""
     nearby = numbers.eps**0.5
 
     def whole(*arguments: Any) -> Any:

@@ -34,7 +34,7 @@ def _vanishes(e: Coefficient) -> bool:
 
 
 def _told(found: Any) -> bool:
-    """Return whether a comparison holds; raise `ValueError` where rows of a column differ."""
+    """Return whether a comparison holds; raise `ValueError` if rows of a column differ."""
     if np.all(found) == np.any(found):
         return bool(np.all(found))
     raise ValueError("rows of a column of series are not alike in a comparison")

@@ -1,4 +1,4 @@
-"""Functions as straight-line Python: what is shared is computed once, in an order of use."""
+"""Functions as straight-line Python: shared parts are computed once, in an order of use."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class Together(list[Expression], ABC):
 
     @abstractmethod
     def lines(self, names: list[str], texts: list[str]) -> list[str]:
-        """The statements that define `names` from the texts of the expressions."""
+        """Return the statements that define `names` from the texts of the expressions."""
 
 
-#: from the names of letters and the texts of their values to statements
+#: (names of letters, texts of their values) ↦ statements
 Writer: TypeAlias = Callable[[list[str], list[str]], list[str]]
-#: (names, texts of their values, the names and letters in these, how they are written)
+#: (names, texts of their values, the names and letters in these, their writer)
 _Statement: TypeAlias = tuple[list[str], list[str], set[str], Writer]
 
 
@@ -36,7 +36,7 @@ class Call(Together):
         self.function = function
 
     def lines(self, names: list[str], texts: list[str]) -> list[str]:
-        """One statement."""
+        """Return one statement."""
         return [f"{', '.join(names)}, = {self.function}({', '.join(texts)})"]  # always a tuple
 
 
@@ -47,10 +47,10 @@ def function_text(
     before: Sequence[Assignment] = (),
     reading: AsWritten = AS_WRITTEN,
 ) -> str:
-    """Text of a function of vectors that returns tuples (for a column) and numbers.
+    """Return the text of a function of vectors that returns tuples (for a column) and numbers.
 
-    `arguments`: vector name → its symbols, unpacked first. `before`: (symbols, values) computed in
-    front, such as the points of a step, which the results may use; values `Together` make all
+    `arguments`: vector name → its symbols, unpacked first. `before`: (symbols, values) computed
+    first, such as the points of a step, which the results may use; values `Together` define all
     their symbols at once. reading: how expressions are read (`Coefficients`).
     """
     lines, texts, _ = body(arguments, _entries(results), before, reading)
@@ -64,7 +64,7 @@ def called_text(
     before: Sequence[Assignment],
     reading: AsWritten,
 ) -> tuple[str, list[Letter]]:
-    """Text of a function of numbers, and the letters that it takes behind its own arguments."""
+    """Return the text of a function of numbers, and the letters that follow its arguments."""
     lines, texts, letters = body({}, results, before, reading)
     own = {*map(str, arguments), *(str(s) for defined, _ in before for s in defined)}
     taken = sorted(letters.keys() - own)
@@ -98,10 +98,10 @@ def body(
     before: Sequence[Assignment],
     reading: AsWritten = AS_WRITTEN,
 ) -> tuple[list[str], Iterator[str], dict[str, Letter]]:
-    """The statements of a function of vectors, the texts of its results, and the letters it holds.
+    """Return the statements of a function of vectors, the texts of its results, and its letters.
 
     Each letter is defined before it is used; the order is that of `before`, then of the common
-    subexpressions, as far as it can be.
+    subexpressions, as far as possible.
     """
     graph = ExpressionGraph(reading)
     roots = graph.values(together([*(v for _, values in before for v in values), *results]))
@@ -125,7 +125,7 @@ def body(
 
 
 def _named(graph: ExpressionGraph, roots: list[Value], taken: set[str]) -> dict[int, str]:
-    """Names of what is used more than once, each behind what it is made of."""
+    """Return names for the values that are used more than once, each after its parts."""
     uses = graph.uses(roots)
     taken |= graph.letters.keys()
     free = (name for i in count() if (name := f"t{i}") not in taken)
@@ -146,7 +146,7 @@ def _named(graph: ExpressionGraph, roots: list[Value], taken: set[str]) -> dict[
 
 
 def _by_use(pending: Sequence[_Statement]) -> Iterator[_Statement]:
-    """The statements in an order in which each uses letters of earlier ones: the first that can."""
+    """Yield the statements so that each uses letters of earlier ones: always the first that can."""
     owner = {name: i for i, (names, *_) in enumerate(pending) for name in names}
     uses = [{owner[name] for name in used & owner.keys()} for _, _, used, _ in pending]
     users: dict[int, list[int]] = {}

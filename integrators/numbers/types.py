@@ -1,4 +1,4 @@
-"""Names for what passes between the rooms; sympy and gmpy2 have no types of their own."""
+"""Names for the values that rooms exchange; sympy and gmpy2 have no types of their own."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FieldPair: TypeAlias = tuple[SymbolicMatrix, SymbolicMatrix]
 #: letters or expressions in order: a list, or a column
 Letters: TypeAlias = Sequence[Letter]
 Expressions: TypeAlias = Sequence[Expression]
-#: letters and what they stand for, one value each (or `statements.Together`)
+#: letters and their values, one each (or `statements.Together`)
 Assignment: TypeAlias = tuple[Letters, list[Expression]]
 #: letter → the expression or number that replaces it
 Replacement: TypeAlias = dict[Letter, Expression]
