@@ -7,10 +7,11 @@ import textwrap
 from collections.abc import Iterable
 from typing import Any
 
-from discmech.integrators import Discretisation, Lattice, Scheme, scenes
+from discmech.integrators import Discretisation, Scheme, scenes
 from discmech.integrators.errors import DiscmechError
 from discmech.integrators.rules import Composition, OneStepMap
 
+from ..core.parts import parts_of
 from ..report.formulas import Typesetter, display, spaced
 from .stage_sums import StageSum
 
@@ -88,7 +89,7 @@ def _terms(scene: Any, rule: Discretisation) -> tuple[Any, Any] | None:
     plain = scenes.get(PLAIN)
     scene = plain if rule.applies(plain) else scene
     try:
-        if isinstance(scene, Lattice) or scene.discrete_lagrangian is not None:
+        if "sites" in parts_of(scene) or scene.discrete_lagrangian is not None:
             return None
         scheme = Scheme(scene, rule)
         of = scheme.equations.of

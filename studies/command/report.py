@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from discmech.integrators import Lattice
 from discmech.integrators.flows import cores
 from discmech.integrators.numbers import flatten
 
@@ -131,9 +130,8 @@ def write_study(
 
 def about(scene: Any) -> dict[str, Any]:
     """Return a scene's or lattice's line in the report."""
-    given = scene.parameters
-    if isinstance(scene, Lattice):  # an array is one number per site or bond
-        given = {**scene.split_parameters["shared"]}
+    split = getattr(scene, "split_parameters", None)  # an array is one number per site or bond
+    given = scene.parameters if split is None else {**split["shared"]}
     values = {
         name: "(" + ", ".join(map(str, flatten(value))) + ")" if isinstance(value, tuple) else value
         for name, value in given.items()

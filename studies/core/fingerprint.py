@@ -21,11 +21,12 @@ from typing import Any
 from discmech.integrators import Lattice, Scheme, scenes
 from discmech.integrators.compiler import text_key
 from discmech.integrators.equations import step_system
-from discmech.integrators.lattices import LatticeScheme, systems
+from discmech.integrators.lattices import LatticeScheme
 from discmech.integrators.rules import Composition, Discretisation
 from discmech.integrators.scene import Opaque, Scene, reads
 
 from .case import Case, scheme_of
+from .parts import is_built_in, parts_of
 from .record import machine, processor, versions
 from .study import Study, StudyFolder
 from .userfile import loaded
@@ -89,7 +90,7 @@ def of_scene(scene: Scene) -> Iterator[str]:
     its contents.
     """
     yield reads(scene)
-    if is_ours(scene) and not isinstance(scene, Lattice):
+    if is_ours(scene) and "sites" not in parts_of(scene):
         yield _text_of_scene(scene.name)
 
 
@@ -129,7 +130,7 @@ def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation
 def is_ours(thing: Scene | Discretisation) -> bool:
     """True if the bench itself defines the scene or rule, except its values and composition."""
     if isinstance(thing, Lattice):
-        return thing.name in systems.NAMES and systems.get(thing.name) is thing
+        return is_built_in(thing)
     if isinstance(thing, Scene):
         own = scenes.get(thing.name) if thing.name in scenes.every_name() else None
         return own is not None and own.laws == thing.laws

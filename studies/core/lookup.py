@@ -14,6 +14,7 @@ from discmech.integrators.rules import METHODS, Composition, compose
 from discmech.integrators.steps import WAYS, Varied, vary
 
 from .notebook import place_of
+from .parts import parts_of
 from .userfile import UserFile, load, loaded
 
 _Held = TypeVar("_Held")
@@ -63,7 +64,7 @@ def rule(word: str) -> Discretisation:
 def scene(thing: Scene | str) -> Scene:
     """Return `scene_given`, but raise `BadInput` for a lattice."""
     found = scene_given(thing)
-    if isinstance(found, Lattice):
+    if "sites" in parts_of(found):
         word = thing if isinstance(thing, str) else found.name
         raise BadInput(
             f"{found.name} is a lattice: `discmech run {word}` runs it, and the studies order, "
@@ -120,9 +121,8 @@ def rule_given(thing: Any) -> Discretisation:
 
 def scene_given(thing: Any) -> Scene:
     """Return a scene or lattice, or the one that a word names; raises `BadInput` otherwise."""
-    if isinstance(thing, Lattice):
-        return thing  # type: ignore[return-value]
-    return _given(thing, Scene, lambda word: _only(scenes_of([word]), word, "scenes"), "scene")
+    kinds: Any = (Scene, Lattice)
+    return _given(thing, kinds, lambda word: _only(scenes_of([word]), word, "scenes"), "scene")
 
 
 def word_for(thing: Discretisation | Scene) -> str:
@@ -170,9 +170,8 @@ def file_of(thing: Discretisation | Scene) -> UserFile | None:
 
 def _same(held: Any, thing: Any) -> bool:
     """True if both are one system, except for values; a lattice is only itself."""
-    if isinstance(held, Lattice) or isinstance(thing, Lattice):
-        return held is thing
-    return bool(held.laws == thing.laws)
+    laws = getattr(held, "laws", None)
+    return held is thing or (laws is not None and laws == getattr(thing, "laws", None))
 
 
 def _given(thing: Any, kind: type[_Thing], named: Callable[[str], _Thing], noun: str) -> _Thing:

@@ -226,7 +226,7 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
             "pullback": float(flow.pullback_defect(x, u, v0=run.u[k + 1]))
             if case.scheme.has_arrows else None,
             "poisson": system.form_defect(flow, x, mu, u),
-            "residual": float(flow.step_defect(x, mu, *taken, u0=u)) if followed else None,
+            **(system.step_defects(flow, x, mu, taken, u) if followed else {"residual": None}),
             **_change(case, flow, x, mu, u),
             **({"constraint": constraint_defect(flow, run, k)} if case.scene.constrained else {}),
         })  # fmt: skip

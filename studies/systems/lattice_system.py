@@ -222,7 +222,9 @@ class LatticeSystem(System):
         except CannotMeasure:
             return None
 
-    def step_defects(self, flow: Any, x: Any, mu: Any) -> dict[str, float | None]:
+    def step_defects(
+        self, flow: Any, x: Any, mu: Any, taken: Any = None, u: Any = None
+    ) -> dict[str, float | None]:
         """Return `residual.step_defects`; None for compositions."""
         try:
             return {**step_defects(flow, x, mu)}

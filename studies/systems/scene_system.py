@@ -86,3 +86,9 @@ class SceneSystem(System):
         if not self.case.scene.constrained:
             return float(flow.poisson_defect(x, mu, u0=u))
         return None if self.scheme.substeps else float(restricted_form_defect(flow, x, mu, u))
+
+    def step_defects(
+        self, flow: Any, x: Any, mu: Any, taken: Any = None, u: Any = None
+    ) -> dict[str, float | None]:
+        """Return the defect of the step that the run has taken in the equations of the rule."""
+        return {"residual": float(flow.step_defect(x, mu, *taken, u0=u))}

@@ -141,6 +141,11 @@ class System:
         """Return the defect of the step from (x, μ) as a Poisson map; None if unknown."""
         raise NotImplementedError
 
-    def step_defects(self, flow: Any, x: Any, mu: Any) -> dict[str, float | None]:
-        """Return the defects of a step in the equations and in each constraint, by kind."""
+    def step_defects(
+        self, flow: Any, x: Any, mu: Any, taken: Any = None, u: Any = None
+    ) -> dict[str, float | None]:
+        """Return the defects of a step in the equations and in each constraint, by kind.
+
+        taken: (x, μ) where it ends in the run, and u that of its row; None if it is made here.
+        """
         raise NotImplementedError
