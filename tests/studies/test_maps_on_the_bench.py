@@ -9,7 +9,6 @@ import pytest
 from discmech import BadInput, check, scenes
 from discmech.integrators.rules import MAPS, get
 from discmech.studies.core.case import Choice
-from discmech.studies.user.assertions import Missed, assert_order, assert_symplectic
 from tests.studies.cached_results import measured
 
 MINE = '''"""Two maps: of order four, and one that is singular."""
@@ -108,14 +107,6 @@ def test_where_a_map_has_no_meaning_it_is_no_failure():
     assert "exists on pair groupoids only" in found["notes"][0]
     with pytest.raises(BadInput, match="exists on pair groupoids only"):
         check("order", ["rigid-body"], ["stoermer-verlet"])
-
-
-@pytest.mark.slow
-def test_assertions():
-    assert_order("implicit-midpoint", "rigid-body", 2, steps=16)
-    assert_symplectic("dual-gauss-2", "pendulum", steps=24)
-    with pytest.raises(Missed, match="the poisson defect is"):
-        assert_symplectic("heun", "pendulum", steps=24)
 
 
 def test_verify_and_compare(folder, ask):

@@ -40,7 +40,6 @@ from discmech.studies.core.side_by_side import key_of
 from discmech.studies.core.study import every_study
 from discmech.studies.evidence import evidence_of
 from discmech.studies.evidence.order import _round_off
-from tests.imports import ROOT
 
 from . import methods
 from .methods import kick_drift_kick
@@ -132,28 +131,6 @@ def test_the_same_verlet_as_program_as_map_and_as_rule():
     for run in runs[1:]:
         assert np.abs(run.x - runs[0].x).max() < 1e-12
         assert np.abs(run.mu - runs[0].mu).max() < 1e-12
-
-
-@pytest.mark.slow
-def test_the_same_verlet_in_five_ways_has_one_order_and_the_same_verdicts(tmp_path):
-    made = one_step(order=2, stages=1, groupoids="pair", name="stages")
-    code = [sys.executable, str(ROOT / "examples" / "external" / "verlet.py")]
-    ways = [methods.verlet, external(code, order=2, symplectic=True, reversible=True),
-            made(lambda s, z, h, K: rules.MAPS["stoermer-verlet"].formula(s, z, h, K)),
-            rules.trapezoidal]  # fmt: skip
-    for k in range(5):
-        steps = 100 * 2**k
-        run = Scheme(scenes.get("pendulum"), methods.verlet).flow(str(10 / steps)).trajectory(steps)
-        np.savez(tmp_path / f"{k}.npz", t=run.t, q=run.x, p=run.mu)
-    runs = recorded(str(tmp_path / "*.npz"), 2)
-    found = [judged("order", "pendulum", way, causes=False) for way in (*ways, runs)]
-    assert {e["verdict"] for e in found} == {"pass"}
-    orders = [e["measured"]["order"] for e in found]
-    assert max(orders) - min(orders) < 1e-3
-    for way in ways:
-        found = [judged(s, "pendulum", way, 500 if s == "energy" else None, causes=False)["verdict"]
-                 for s in STUDIES[1:]]  # fmt: skip
-        assert found == ["pass"] * 3
 
 
 @pytest.mark.slow
