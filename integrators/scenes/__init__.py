@@ -36,7 +36,7 @@ COMMON = (
 #: Lagrangians that are linear in the velocity, by their one-forms; run by name as well
 DEGENERATE = (
     "lotka-volterra", "lotka-volterra-half", "vortex-pair", "four-vortices", "magnetic-mirror",
-    "ablowitz-ladik",
+    "guiding-centre", "ablowitz-ladik",
 )  # fmt: skip
 
 

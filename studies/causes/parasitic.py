@@ -21,7 +21,7 @@ from .diagnosis import named
 
 STEPS = 64
 DIGITS = 30  # of the runs, in which no round-off is in the way
-ROUND_OFF = 10.0 ** (5 - DIGITS)
+ROUND_OFF = 10.0 ** (5 - DIGITS)  # of the largest momentum
 
 
 def parasitic(case: Case) -> dict[str, Any] | None:
@@ -33,18 +33,17 @@ def parasitic(case: Case) -> dict[str, Any] | None:
         return None
     step = Fraction(case.scene.step)
     try:
-        gaps = gaps_of(scheme, step, STEPS)
-        finer = gaps_of(scheme, step / 2, 1)
+        gaps, size = gaps_of(scheme, step, STEPS)
     except StepFailure:
         return None
     largest = np.abs(gaps).max(axis=1)
-    if not largest.max() > ROUND_OFF:
+    if not largest.max() > ROUND_OFF * size:
         return None
     changes = np.diff(gaps, axis=0)
     turns = np.einsum("ki,ki->k", changes[:-1], changes[1:]) < 0
     evidence = {
-        "first": float(largest[1]), "half_step": float(np.abs(finer[1]).max()),
-        "largest": float(largest.max()), "turns": float(np.mean(turns)),
+        "first": float(largest[1]), "largest": float(largest.max()),
+        "turns": float(np.mean(turns)),
     }  # fmt: skip
     return named(
         "parasitic modes",
@@ -57,8 +56,8 @@ def parasitic(case: Case) -> dict[str, Any] | None:
     )
 
 
-def gaps_of(scheme: Scheme, step: Fraction, steps: int) -> np.ndarray:
-    """μ − ϑ(x) along a run, (steps + 1, n)."""
+def gaps_of(scheme: Scheme, step: Fraction, steps: int) -> tuple[np.ndarray, float]:
+    """Return μ − ϑ(x) along a run, (steps + 1, n), and the largest |μ|."""
     s, numbers = scheme.s, arithmetic(DIGITS)
     run = scheme.flow(step, DIGITS).trajectory(steps)
     theta = numeric({"x": s.x, "p": s.parameter_list}, [list(s.one_form)], numbers)
@@ -67,4 +66,5 @@ def gaps_of(scheme: Scheme, step: Fraction, steps: int) -> np.ndarray:
         rows = [[a - b for a, b in zip(map(numbers.number, mu), theta(list(
             map(numbers.number, x)), p), strict=True)]
             for x, mu in zip(run.x, run.mu, strict=True)]  # fmt: skip
-        return np.array([[float(e) for e in row] for row in rows])
+        gaps = np.array([[float(e) for e in row] for row in rows])
+        return gaps, float(abs(run.mu).max())

@@ -42,7 +42,9 @@ def in_unit_of_action(scene: Scene, power: int) -> Scene:
         return scale * scene.hamiltonian(x, mu / scale, *rest)  # type: ignore[misc]
 
     own: dict[str, Any] = {"lagrangian": times(scene.lagrangian)}
-    if scene.hamiltonian is not None:
+    if scene.one_form is not None:
+        own = {"one_form": times(scene.one_form), "hamiltonian": times(scene.hamiltonian)}
+    elif scene.hamiltonian is not None:
         started = [scale * to_sympy(e) for e in scene.mu0 or ()]
         own = {"hamiltonian": wraps(scene.hamiltonian)(hamiltonian), "mu0": started}
     return scene.with_values(
