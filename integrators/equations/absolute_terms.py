@@ -20,7 +20,7 @@ class _NoPolynomial(Exception):
 
 
 def absolute_terms(e: Any) -> Any:
-    """The sum of the absolute values of an expression's terms, products multiplied out."""
+    """Return the sum of the absolute values of an expression's terms, products multiplied out."""
     if e.is_Add or e.is_Mul:
         return e.func(*map(absolute_terms, e.args))
     if e.is_Pow and e.exp.is_Integer and e.exp > 0:
@@ -29,11 +29,11 @@ def absolute_terms(e: Any) -> Any:
 
 
 def energy_terms(s: SceneSymbols) -> Any:
-    """The sum of the absolute values of the terms of H at (x, ξ), ξ in the letters `s.u`.
+    """Return the sum of the absolute values of the terms of H at (x, ξ), ξ in the letters `s.u`.
 
-    A term t of l has the part ξ·∂t/∂ξ − t in H: (k − 1) t, where it is of degree k in ξ. Of degree
-    1 it is in μ·ξ and in l, and cancels but for its round-off: it counts as it stands. Of a
-    Hamiltonian that is given, those of its own terms.
+    A term t of l has the part ξ·∂t/∂ξ − t in H: (k − 1) t, if it is of degree k in ξ. For degree 1
+    it is in μ·ξ and in l, and cancels except for its round-off: it counts unchanged. For a given
+    Hamiltonian, the terms are its own.
     """
     if s.hamiltonian is not None:
         return absolute_terms(s.hamiltonian)
@@ -54,7 +54,7 @@ def _in_energy(t: Any, s: SceneSymbols) -> Any:
 
 
 def _degrees(e: Any, letters: frozenset[Any]) -> Degrees:
-    """{k: sum of the absolute terms of degree k in the letters}; raises `_NoPolynomial`."""
+    """Return {k: sum of the absolute terms of degree k in the letters}; raises `_NoPolynomial`."""
     if e in letters:
         return {1: sympy.Abs(e)}
     if e.is_Add:

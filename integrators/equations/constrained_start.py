@@ -1,8 +1,8 @@
-"""Starts on a scene's constraints, φ(x₀) = 0 and A(x₀) v₀ = 0, and how far others are off them.
+"""Starts on a scene's constraints, φ(x₀) = 0 and A(x₀) v₀ = 0, and the distance of other starts.
 
 A start in doubles is off by round-off: with entries known to `UNITS` units of round-off ε of the
-largest of x (of ξ), a row f by UNITS·ε times its size, Σ |∂f/∂zᵢ| max |z| and |f|'s terms added up.
-Of a row (x, μ) of a run ξ = M⁻¹(μ − …) is known to what M⁻¹ makes of ε of the largest of μ.
+largest of x (of ξ), a row f by UNITS·ε times its size, Σ |∂f/∂zᵢ| max |z| plus the sum of |f|'s
+terms. At a row (x, μ) of a run ξ = M⁻¹(μ − …) is known to M⁻¹ times ε of the largest of μ.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from .legendre_inverse import legendre_inverse
 from .symbols import SceneSymbols, column
 
 UNITS = 4
-DIGITS = 130  # of the projection
-MET = Fraction(1, 10**100)  # of a row's size, where a start is left as it is
+DIGITS = 130  # digits of the projection
+MET = Fraction(1, 10**100)  # share of a row's size up to which a start is left unchanged
 CORRECTIONS = 60
 
 
@@ -36,10 +36,11 @@ class _Gap(NamedTuple):
 
 
 def on_constraints(s: SceneSymbols, scene: Scene) -> Scene:
-    """The scene with a start that meets its constraints to 100 digits: itself if its start does.
+    """Return the scene with a start that meets its constraints to 100 digits.
 
-    A start that round-off of doubles hides is projected: Newton's method with the least change,
-    first of x₀, then of v₀. Raises `BadInput` for one that is farther off, with one that is not.
+    It is the scene itself if its start does. A start that is off by round-off of doubles is
+    projected: Newton's method with the least change, first of x₀, then of v₀. Raises `BadInput` for
+    a start that is farther off, and names one that is not.
     """
     if not scene.constrained:
         return scene
@@ -88,7 +89,7 @@ def check_on_constraints(
 
 
 def _refused(scene: Scene, gap: _Gap, offered: dict[str, Any]) -> BadInput:
-    """The refusal of a start, with one that is accepted where there is one."""
+    """Return the error for a start, with one that is accepted if there is one."""
     such = ", ".join(f"{name}={[float(e) for e in values]}" for name, values in offered.items())
     try:
         off = f"{float(gap.off):.3g}"
@@ -103,9 +104,9 @@ def _refused(scene: Scene, gap: _Gap, offered: dict[str, Any]) -> BadInput:
 def _projected(
     s: SceneSymbols, scene: Scene, numbers: Arithmetic, start: list[Vector]
 ) -> tuple[list[_Gap], list[Vector] | None]:
-    """How far (x, ξ) is off each constraint, and the point on them; None where none is found.
+    """Return how far (x, ξ) is off each constraint, and the point on them, or None.
 
-    ξ counts at the x that is found.
+    ξ is measured at the x that is found.
     """
     z, gaps = [part.copy() for part in start], list[_Gap]()
     p = [numbers.number(e) for e in scene.parameter_values]
@@ -128,9 +129,9 @@ def _projected(
 
 
 def _gap(what: str, values: Any, n: int, known: list[Number]) -> tuple[_Gap, Vector, Any]:
-    """How far a constraint is off, its rows and their slope, of the values of `_constraints`.
+    """Return how far a constraint is off, its rows and their slope, from values of `_constraints`.
 
-    known: to how much times ε the n entries of x are known, and those of ξ.
+    known: the uncertainties of the n entries of x, and of those of ξ, in units of ε.
     """
     off, slope, sizes = values
     sizes = sizes + abs(slope[:, :n]).sum(axis=1) * known[0]
@@ -140,7 +141,7 @@ def _gap(what: str, values: Any, n: int, known: list[Number]) -> tuple[_Gap, Vec
 
 
 def _in(numbers: Arithmetic, values: Any) -> Vector:
-    """A vector of an arithmetic's numbers."""
+    """Return a vector of an arithmetic's numbers."""
     return numbers.array([numbers.number(e) for e in values], len(values))
 
 
@@ -150,14 +151,16 @@ def _largest(entries: Vector) -> Number:
 
 @lru_cache(maxsize=64)
 def _mass(s: SceneSymbols, numbers: Arithmetic) -> Callable[..., Any]:
-    """∂²l/∂ξ² as f(x, ξ, parameters)."""
+    """Return ∂²l/∂ξ² as f(x, ξ, parameters)."""
     return numeric({"x": s.x, "u": s.u, "p": s.parameter_list}, [mass_matrix(s)], numbers)
 
 
 @lru_cache(maxsize=64)
 def _constraints(s: SceneSymbols, numbers: Arithmetic) -> list[tuple[str, Callable[..., Any], int]]:
-    """(what is 0; its rows, their slope and terms of x, ξ, any h and parameters; 0 or 1: x or ξ is
-    to be changed)."""
+    """Return for each constraint (its name; a function; 0 or 1 if x or ξ is to be changed).
+
+    The function gives rows, their slope and terms, at x, ξ, any h and parameters.
+    """
     asked = [("A(x0) v0", constraint_matrix(s, s.x) * s.u, 1)]
     if s.holonomic:
         asked.insert(0, ("φ(x0)", constraint(s, s.x), 0))

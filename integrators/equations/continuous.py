@@ -2,7 +2,7 @@
 
 ẋ = ρ̂(x) ξ,   μ̇_γ = ρ̂^i_γ ∂l/∂x^i − Ĉ^ν_{γμ} ξ^μ μ_ν + f_γ,   μ = ∂l/∂ξ
 
-f is the scene's force; where the time is a coordinate, it passes at the rate 1.
+f is the scene's force; if the time is a coordinate, its rate is 1.
 """
 
 from __future__ import annotations
@@ -18,26 +18,26 @@ from ..scene import Scene
 from .phase_space import dirac_tensor, inverse_two_form
 from .symbols import SceneSymbols
 
-CLOSED = 3  # velocities that the mass matrix ties together, solved for as letters
+CLOSED = 3  # largest number of velocities coupled by the mass matrix that are solved for as letters
 
 
 def momentum(s: SceneSymbols) -> Column:
-    """∂l/∂ξ at (x, u), m×1."""
+    """Return ∂l/∂ξ at (x, u), m×1."""
     return jacobian([s.lagrangian], s.u).T
 
 
 def mass_matrix(s: SceneSymbols) -> SymbolicMatrix:
-    """∂²l/∂ξ² at (x, u), m×m."""
+    """Return ∂²l/∂ξ² at (x, u), m×m."""
     return jacobian(momentum(s), s.u)
 
 
 @lru_cache(maxsize=256)
 def closed_velocity(s: SceneSymbols) -> Column | None:
-    """ξ(x, μ), m×1, as expressions; None where they do not exist or are long.
+    """Return ξ(x, μ), m×1, as expressions; None if they do not exist or are long.
 
-    They exist for a Lagrangian that is quadratic in the velocity, and are short where no more than
-    three velocities are tied together by the mass matrix. Of a Hamiltonian they are ∂H/∂μ, and of a
-    degenerate Lagrangian B ∂H.
+    They exist for a Lagrangian that is quadratic in the velocity, and are short if the mass matrix
+    couples at most three velocities. For a Hamiltonian they are ∂H/∂μ, and for a degenerate
+    Lagrangian B ∂H.
     """
     if s.degenerate:
         return inverse_two_form(s) * jacobian([s.hamiltonian], s.x).T
@@ -56,9 +56,9 @@ def closed_velocity(s: SceneSymbols) -> Column | None:
 
 
 def energy(s: SceneSymbols) -> Expression:
-    """H = μ·ξ − l at (x, ξ, μ), ξ in the letters `s.u`: stationary in ξ where μ = ∂l/∂ξ.
+    """Return H = μ·ξ − l at (x, ξ, μ), ξ in the letters `s.u`: stationary in ξ where μ = ∂l/∂ξ.
 
-    Of a degenerate Lagrangian H(x), wherever μ is.
+    For a degenerate Lagrangian it is H(x), at any μ.
     """
     if s.degenerate:
         return s.hamiltonian
@@ -66,9 +66,9 @@ def energy(s: SceneSymbols) -> Expression:
 
 
 def energy_gradient(s: SceneSymbols) -> tuple[Column, Column]:
-    """∂H/∂x = −∂l/∂x and ∂H/∂μ = ξ at (x, ξ), ξ in the letters `s.u`.
+    """Return ∂H/∂x = −∂l/∂x and ∂H/∂μ = ξ at (x, ξ), ξ in the letters `s.u`.
 
-    Of a degenerate Lagrangian that of H(x), and 0.
+    For a degenerate Lagrangian they are that of H(x), and 0.
     """
     if s.degenerate:
         return jacobian([s.hamiltonian], s.x).T, 0 * s.u
@@ -77,13 +77,13 @@ def energy_gradient(s: SceneSymbols) -> tuple[Column, Column]:
 
 
 def power(s: SceneSymbols) -> Expression:
-    """dH/dt = f·ξ − ∂l/∂t at (x, ξ), ξ in the letters `s.u`."""
+    """Return dH/dt = f·ξ − ∂l/∂t at (x, ξ), ξ in the letters `s.u`."""
     work = s.force.dot(s.u) if s.forced else sympy.S.Zero
     return work - s.phase_lagrangian.diff(s.x[-1]) if s.clocked else work
 
 
 def natural_structure(s: SceneSymbols, x: Column) -> tuple[SymbolicMatrix, list[SymbolicMatrix]]:
-    """The anchor ρ̂ (n×m) and the structure functions Ĉ (m of m×m) at x, without the step."""
+    """Return the anchor ρ̂ (n×m) and the structure functions Ĉ (m of m×m) at x, without h."""
 
     def over_step(matrix: SymbolicMatrix) -> SymbolicMatrix:
         parts = (matrix / s.h).applyfunc(sympy.sympify)
@@ -94,9 +94,9 @@ def natural_structure(s: SceneSymbols, x: Column) -> tuple[SymbolicMatrix, list[
 
 
 def poisson_tensor(s: SceneSymbols, x: Column, mu: Column) -> SymbolicMatrix:
-    """The bracket of (x, μ), (n+m)×(n+m): {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ.
+    """Return the bracket of (x, μ), (n+m)×(n+m): {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ.
 
-    Of a degenerate Lagrangian it is Dirac's.
+    For a degenerate Lagrangian it is Dirac's.
     """
     if s.degenerate:
         return dirac_tensor(s).xreplace(dict(zip(s.x, x, strict=True)))
@@ -108,7 +108,7 @@ def poisson_tensor(s: SceneSymbols, x: Column, mu: Column) -> SymbolicMatrix:
 
 
 def rates(s: SceneSymbols) -> Column:
-    """(ẋ, μ̇) at (x, ξ, μ), ξ in the letters `s.u`, (n+m)×1."""
+    """Return (ẋ, μ̇) at (x, ξ, μ), ξ in the letters `s.u`, (n+m)×1."""
     rho, structure = natural_structure(s, s.x)
     mu_dot = rho.T * jacobian([s.phase_lagrangian], s.x).T if len(s.x) else 0 * s.mu
     for nu, c in enumerate(structure):
@@ -120,9 +120,11 @@ def rates(s: SceneSymbols) -> Column:
 
 
 def field_parts(s: SceneSymbols) -> list[Any]:
-    """At (x, ξ, μ), ξ in the letters `s.u`: f = (ẋ, μ̇), its derivatives by z = (x, μ) and by ξ,
-    ∂ξ/∂z·M = (−∂²l/∂ξ∂x, 1), and M, the mass matrix (1 of a degenerate Lagrangian): columns of
-    sympy."""
+    """Return the parts of the field at (x, ξ, μ), ξ in the letters `s.u`, as columns of sympy.
+
+    They are f = (ẋ, μ̇), its derivatives by z = (x, μ) and by ξ, ∂ξ/∂z·M = (−∂²l/∂ξ∂x, 1), and M,
+    the mass matrix (1 for a degenerate Lagrangian).
+    """
     f, states = rates(s), [*s.x, *s.mu]
     moving, mass = (-jacobian(momentum(s), s.x)).row_join(sympy.eye(len(s.mu))), mass_matrix(s)
     if s.degenerate:
@@ -131,7 +133,7 @@ def field_parts(s: SceneSymbols) -> list[Any]:
 
 
 def vector_field(s: SceneSymbols) -> Column:
-    """(ẋ, μ̇) at (x, μ), (n+m)×1; `CannotMeasure` where ξ(x, μ) has no short closed form."""
+    """Return (ẋ, μ̇) at (x, μ), (n+m)×1; `CannotMeasure` if ξ(x, μ) has no short closed form."""
     xi = closed_velocity(s)
     if xi is None:
         raise CannotMeasure(f"{s.name}: there is no short closed form of ξ(x, μ).")
@@ -141,10 +143,10 @@ def vector_field(s: SceneSymbols) -> Column:
 def initial_momentum(
     s: SceneSymbols, scene: Scene, numbers: Arithmetic, t0: Exact = 0
 ) -> list[Number]:
-    """μ₀ = ∂l/∂ξ(x₀, v₀) at the time t₀, or what the scene gives, in an arithmetic.
+    """Return μ₀ = ∂l/∂ξ(x₀, v₀) at the time t₀, or the scene's own, in an arithmetic.
 
-    Raises `CannotMeasure` where the scene has only a discrete Lagrangian and gives no μ₀, and
-    `BadInput` where l has no momentum there.
+    Raises `CannotMeasure` if the scene has only a discrete Lagrangian and gives no μ₀, and
+    `BadInput` if l has no momentum there.
     """
     if scene.mu0 is not None:
         with numbers.working():
@@ -169,5 +171,5 @@ def initial_momentum(
 
 @lru_cache(maxsize=512)
 def _momentum_function(s: SceneSymbols, numbers: Arithmetic) -> Callable[..., list[Number]]:
-    """∂l/∂ξ as f(x, v, parameters)."""
+    """Return ∂l/∂ξ as f(x, v, parameters)."""
     return numeric({"x": s.x, "v": s.u, "p": s.parameter_list}, [list(momentum(s))], numbers)

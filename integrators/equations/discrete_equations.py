@@ -1,11 +1,11 @@
-"""From one discrete Lagrangian to everything that is derived from it (paper, sections 2 and 3).
+"""From one discrete Lagrangian to everything derived from it (paper, sections 2 and 3).
 
 L_d is kept as a weighted sum of placed terms (`terms`), in letters for points and chart values.
-What is derived in these letters is small and goes to the kernels (`legendre_maps`); here it is
-written out in (x, u; h), as the paper has it.
+Results in these letters are small and go to the kernels (`legendre_maps`); here they are written
+out in (x, u; h), as in the paper.
 
-With stages a scheme is the system F⁻(x, u, s) = hμ, ∂L_d/∂s = 0. What is derived on (x, u) alone
-(FL, W, Ω) are Schur complements: s follows x and u.
+With stages a scheme is the system F⁻(x, u, s) = hμ, ∂L_d/∂s = 0. Objects on (x, u) alone (FL, W, Ω)
+are Schur complements: s follows x and u.
 """
 
 from __future__ import annotations
@@ -27,15 +27,16 @@ from .symbols import SceneSymbols, vector
 
 
 class DiscreteEquations:
-    """What is derived from a scene's functions and a rule of one step: symbolic, exact, no value.
+    """Objects derived from a scene's functions and a rule of one step: symbolic, exact, without
+    values.
 
     Attributes: x, u (columns n×1, m×1), y, v (x and u of the next step), h, and `s` with the
-    parameters' letters; w, what a step solves for: u, then the stages.
+    parameters' letters; w, the unknowns of a step: u, then the stages.
 
     of: the discrete Lagrangian if it is derived already. Raises `BadInput` if the rule or the
-    Lagrangian cannot be evaluated, or if L_d holds unknown letters, no u, or not every stage. L_d
-    of a rule of ours with stages on nodes is derived when it is asked for: runs may go without it
-    (`stage_equations`), and what could be wrong with it is wrong with the Lagrangian.
+    Lagrangian cannot be evaluated, or if L_d contains unknown letters, no u, or not every stage.
+    L_d of a rule of ours with stages on nodes is derived on first use: runs may not need it
+    (`stage_equations`), and its possible errors are those of the Lagrangian.
     """
 
     def __init__(
@@ -44,7 +45,7 @@ class DiscreteEquations:
         self.s, self.rule, self.groupoid = s, rule, s.groupoid
         self.x, self.u, self.y, self.v, self.h = s.x, s.u, s.y, s.v, s.h
         self.w = s.u.col_join(s.stages) if len(s.stages) else s.u
-        #: what tells these equations from others with the same L_d and groupoid (`altered`)
+        #: a mark of equations that share L_d and groupoid with others (`altered`)
         self.mark = ""
         if of is not None:
             self.of, self.at_points = of, LegendreMaps(of)
@@ -70,7 +71,7 @@ class DiscreteEquations:
 
     @property
     def element(self) -> Element | None:
-        """The group element where L_d is a function of it."""
+        """The group element if L_d is a function of it."""
         return self.of.element if self.s.given is not None else None
 
     @property
@@ -89,10 +90,11 @@ class DiscreteEquations:
         return self.at_points.R
 
     def altered(self, mark: str, **maps: SymbolicMatrix) -> DiscreteEquations:
-        """These equations with other matrices for some of the Legendre maps (`LegendreMaps`).
+        """Return these equations with other matrices for some of the Legendre maps
+        (`LegendreMaps`).
 
-        For seeded faults: nothing makes these maps those of one L_d. mark: a name, by which
-        whatever is kept on disk of the altered equations is not taken for that of others.
+        They serve seeded faults: these maps need not be those of one L_d. mark: a name that keeps
+        results of the altered equations on disk apart from others.
         """
         other = DiscreteEquations(self.s, self.rule, self.of)
         other.at_points, other.mark = self.at_points.altered(**maps), mark
@@ -105,7 +107,7 @@ class DiscreteEquations:
 
     @property
     def points(self) -> tuple[Any, ...]:
-        """The blocks of the points b(x, u; θh) of the straight step that L_d holds."""
+        """The blocks of the points b(x, u; θh) of the straight step in L_d."""
         return self.of.points
 
     # -- the theory's objects, written out in (x, u; h) ----------------------------------------
@@ -117,17 +119,17 @@ class DiscreteEquations:
 
     @cached_property
     def L_at_translate(self) -> SymbolicMatrix:
-        """L(x, u) at τ(hu) B, where L_d is given on the group (`Element.left`), m×m."""
+        """L(x, u) at τ(hu) B, if L_d is given on the group (`Element.left`), m×m."""
         return self.L if self.element is None else self.element.left
 
     @cached_property
     def legendre_minus(self) -> Column:
-        """F⁻_γ = e→_γ(L_d), m×1 (paper, remark in section 2.5); with a force, and what it adds."""
+        """F⁻_γ = e→_γ(L_d), m×1 (paper, remark in section 2.5), with the part of a force."""
         return self.written_out(self.at_points.minus)
 
     @cached_property
     def legendre_plus(self) -> Column:
-        """F⁺_γ = e←_γ(L_d), m×1 (paper, remark in section 2.5); with a force, and what it adds."""
+        """F⁺_γ = e←_γ(L_d), m×1 (paper, remark in section 2.5), with the part of a force."""
         return self.written_out(self.at_points.plus)
 
     @cached_property
@@ -151,8 +153,8 @@ class DiscreteEquations:
     def FL(self) -> SymbolicMatrix:
         """(FL)^γ_μ = −∂F⁻_μ/∂u^γ in row γ, column μ, m×m (paper, section 3.5).
 
-        With stages the derivative along ∂L_d/∂s = 0, still written in (x, u, s). With a force that
-        of the forced F⁻: FL decides whether a step is regular, and is not L_d's alone.
+        With stages it is the derivative along ∂L_d/∂s = 0, still written in (x, u, s). With a force
+        it is that of the forced F⁻: FL decides whether a step is regular, and is not only L_d's.
         """
         maps, stages = self.at_points, self.s.stages
 
@@ -169,7 +171,7 @@ class DiscreteEquations:
     def W(self) -> SymbolicMatrix:
         """W_γμ = e←_μ(e→_γ(L_d)) = −L^θ_μ (FL)^θ_γ, m×m (paper, section 3.5).
 
-        With a force e←_μ(F⁻_γ) of the forced F⁻, which no mixed derivative of L_d is.
+        With a force it is e←_μ(F⁻_γ) of the forced F⁻, which is not a mixed derivative of L_d.
         """
         return -self.FL.T * self.L
 
@@ -177,7 +179,8 @@ class DiscreteEquations:
     def omega(self) -> SymbolicMatrix:
         """Ω on sections a^γ e→_γ + c^γ e←_γ in the order (a, c), 2m×2m: [[0, W], [−Wᵀ, 0]].
 
-        With a force of the forced F⁻, as W: it is not closed then, and no step need keep it.
+        With a force it is that of the forced F⁻, like W: then it is not closed, and no step need
+        keep it.
         """
         zero = sympy.zeros(len(self.u))
         return sympy.BlockMatrix([[zero, self.W], [-self.W.T, zero]]).as_explicit()
@@ -188,13 +191,13 @@ class DiscreteEquations:
         return self.rho, self.L, self.R
 
     def definitions(self, *uses: Expressions) -> list[Definition]:
-        """What the letters in the expressions stand for, in order."""
+        """Return the definitions of the letters in the expressions, in order."""
         return self.at_points.definitions(*uses)
 
     def written_out(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
-        """The matrix with every letter replaced by its value in (x, u, s; h).
+        """Return the matrix with every letter replaced by its value in (x, u, s; h).
 
-        Where L_d is given on the group, g = τ(hu): the translate is B = e.
+        If L_d is given on the group, g = τ(hu): the translate is B = e.
         """
         definitions = self.definitions(matrix)
         return written_out(definitions, matrix).xreplace(self.s.identity_translate)

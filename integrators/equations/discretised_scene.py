@@ -1,4 +1,4 @@
-"""A scene discretised by a rule: equations, which know no values, and the scene with its values."""
+"""A scene discretised by a rule: equations, which have no values, and the scene with its values."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ from .symbols import SceneSymbols
 class DiscretisedScene:
     """The pair of `equations` and the `scene` with its values, by a `rule`.
 
-    Whatever is derived is asked of it directly: `scheme.FL` is `scheme.equations.FL`. The equations
+    Attributes of the equations are its own too: `scheme.FL` is `scheme.equations.FL`. The equations
     of a composition are those of its base rule.
 
-    equations: those of a scene that differs in values alone, and nothing is derived. Else raises
-    `BadInput` if the groupoid violates its axioms, the rule or the Lagrangian cannot be evaluated,
-    or L_d is degenerate (FL singular everywhere). Raises it for a start that violates a constraint
-    of the scene by more than round-off, and for a parameter of another shape than in the equations.
+    equations: those of a scene that differs only in values; then nothing is derived. Otherwise
+    raises `BadInput` if the groupoid violates its axioms, the rule or the Lagrangian cannot be
+    evaluated, or L_d is degenerate (FL singular everywhere). Raises it for a start that violates a
+    constraint of the scene by more than round-off, and for a parameter of another shape than in the
+    equations.
     """
 
     def __init__(
@@ -52,18 +53,18 @@ class DiscretisedScene:
         elif equations is None:
             check_regular(derived, scene, rule)
         self.scene, self.equations = scene, cast(Any, derived)
-        # L_d that a scene gives has a rule of its own; one with momenta is the rule asked for
+        # L_d that a scene gives has a rule of its own; one with momenta keeps the given rule
         same = isinstance(rule, Composition) or derived.rule.name == rule.name
         self.rule = rule if same else derived.rule
 
     @property
     def one_step(self) -> bool:
-        """Whether the equations are those of a one-step map, without a discrete Lagrangian."""
+        """True if the equations are those of a one-step map, without a discrete Lagrangian."""
         return isinstance(self.equations, OneStepEquations)
 
     def __getattr__(self, name: str) -> Any:
-        """What is derived, of the equations."""
-        if name == "equations":  # not set yet, as in a copy that is being made
+        """Return an attribute of the equations."""
+        if name == "equations":  # not set yet, as in an unfinished copy
             raise AttributeError(name)
         return getattr(self.equations, name)
 
@@ -78,14 +79,14 @@ def _derived(scene: Scene, rule: Discretisation) -> DiscreteEquations | OneStepE
     if scene.constrained:
         return ConstrainedEquations(_symbols(scene, of_step.stages), of_step)
     if scene.discrete_lagrangian is not None:
-        of_step = own  # no rule has a say where L_d is given
+        of_step = own  # no rule applies if L_d is given
     if scene.hamiltonian is not None and not scene.has_lagrangian:
         of_step = with_momenta(SceneSymbols(scene), of_step)
     return DiscreteEquations(_symbols(scene, of_step.stages), of_step)
 
 
 def _symbols(scene: Scene, stages: int = 0) -> SceneSymbols:
-    """A scene's letters, its Lagrangian being finite, real and smooth."""
+    """Return a scene's letters, with a finite, real and smooth Lagrangian."""
     s = SceneSymbols(scene, stages)
     if scene.lagrangian is not None:
         check_smooth(scene, s)

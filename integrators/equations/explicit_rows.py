@@ -1,8 +1,8 @@
 """Unknowns that their rows give one after another, so that nothing has to be solved.
 
-A row w − g(…) = 0 says what w is, wherever g needs only unknowns that other rows say before. Where
-all rows of a step are such, in some order, as the stages of Störmer–Verlet on a separable scene
-are, the step is explicit: g is written out in the state alone.
+A row w − g(…) = 0 gives w, if g needs only unknowns that other rows give before. If all rows of a
+step are such rows, in some order, as the stages of Störmer–Verlet on a separable scene are, the
+step is explicit: g is written out in the state alone.
 """
 
 from __future__ import annotations
@@ -14,18 +14,17 @@ from ..numbers import Definition, inlined, replaced, symbols_of, sympy
 from ..numbers.types import Column, Expression, Letter
 from .symbols import column
 
-#: operations of what is written out, beyond which a step is left as it is: its text would be longer
-#: than what an iteration saves
+#: operations of the result beyond which a step stays implicit: its text would cost more than an
+#: iteration
 MOST = 20_000
 
 
 @dataclass(frozen=True)
 class ExplicitRows:
-    """w, the unknowns that are kept; values: they, in the letters of the state alone; increment,
-    gain: in w, in the state and in y.
+    """w, the unknowns that are kept; values: these, in the letters of the state alone.
 
-    What is a function of x alone, as a force is, is kept as no unknown: a kernel has its costly
-    functions from the step before.
+    increment, gain: in w, in the state and in y. A function of x alone, such as a force, is not
+    kept as an unknown: a kernel has its costly functions from the step before.
     """
 
     w: Column
@@ -37,7 +36,7 @@ class ExplicitRows:
 def explicit_rows(
     rows: Column, w: Column, new: Column, z: Column, y: Column, definitions: Sequence[Definition]
 ) -> ExplicitRows | None:
-    """The rows as formulas, and what z grows by; None where some unknown has to be solved for.
+    """Return the rows as formulas, and the growth of z; None if some unknown has to be solved for.
 
     new: the state after the step, z before, y: letters of the first entries of the new one.
     """
@@ -63,7 +62,7 @@ def explicit_rows(
     increment = _written_out(grown[:n], values, {})
     if increment is None:
         return None
-    # a point where the step ends is y, whose functions the next step has again
+    # the end point of a step is y, whose functions the next step needs again
     ends = {a + e: b for a, e, b in zip(z, increment, y, strict=False)}
     gain = _written_out(grown[n:], values, ends)
     if gain is None:
@@ -78,7 +77,7 @@ def _written_out(
     wanted: Sequence[Expression], values: dict[Letter, Expression],
     named: dict[Expression, Expression],
 ) -> list[Expression] | None:  # fmt: skip
-    """Expressions without the letters that have values; None where one needs itself, or too long.
+    """Return expressions without the letters that have values; None if recursive, or too long.
 
     named: values that have letters of their own.
     """

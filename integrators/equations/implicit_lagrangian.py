@@ -1,8 +1,8 @@
 """Rules on a Hamiltonian whose Lagrangian has no closed form: momenta as unknowns of the step.
 
-l(x, v) is the stationary value of μ·v − H(x, μ) in μ (the Legendre transform). Wherever a rule asks
-for l there is one more stage, that μ, and L_d is stationary in all of them (Leok, Zhang 2011,
-section 3, have this Hamilton–Pontryagin form): nothing else is new.
+l(x, v) is the stationary value of μ·v − H(x, μ) in μ (the Legendre transform). Each value of l in a
+rule adds one stage, that μ, and L_d is stationary in all of them (Leok, Zhang 2011, section 3, have
+this Hamilton–Pontryagin form): nothing else changes.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .symbols import SceneSymbols
 
 
 class _Stationary:
-    """The Lagrangian as a rule sees it: each value of it has the next of some columns as its μ.
+    """The Lagrangian for a rule: each value of it has the next of some columns as its μ.
 
     Without columns, the values are only counted (`asked`).
     """
@@ -38,9 +38,9 @@ class _Stationary:
 
 
 def with_momenta(s: SceneSymbols, rule: Discretisation) -> Discretisation:
-    """The rule with a stage more for each value of the Lagrangian that it asks for.
+    """Return the rule with one more stage for each value of the Lagrangian in it.
 
-    Raises `CannotMeasure` where it asks for more than values.
+    Raises `CannotMeasure` if it needs more than values.
     """
     counted = _Stationary(s)
     try:

@@ -15,22 +15,22 @@ from ..numbers import Double, newton, numeric
 from .continuous import closed_velocity, mass_matrix, momentum
 from .symbols import SceneSymbols
 
-MOST = 100  # corrections, and halvings of each
-#: relative size of a correction that is the last: the next would be its square, and H, which is
-#: stationary in ξ, does not see that
+MOST = 100  # largest number of corrections, and of halvings of each
+#: relative size of the last correction: the next would be its square, and H, which is stationary in
+#: ξ, does not depend on that
 LAST = 2.0**-30
-ENTRIES = 2**20  # of all the mass matrices that are held at once
+ENTRIES = 2**20  # entries of all the mass matrices in memory at once
 
 
 class LegendreInverse:
-    """Called with rows x (r, n), μ (r, m) and the parameters it gives ξ (r, m).
+    """A function of rows x (r, n), μ (r, m) and the parameters that gives ξ (r, m).
 
     start: ξ nearby, (r, m). A row without a solution is not a number.
     """
 
     def __init__(self, s: SceneSymbols, numbers: Any) -> None:
         self.numbers, self.double = numbers, isinstance(numbers, Double)
-        #: whether a Hamiltonian is given, and ξ = ∂H/∂μ, or B ∂H of a degenerate Lagrangian
+        #: True if ξ is given by a Hamiltonian, as ∂H/∂μ, or B ∂H for a degenerate Lagrangian
         self.closed = s.hamiltonian is not None
         if self.closed:
             own = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
@@ -38,7 +38,7 @@ class LegendreInverse:
             self._maps = numeric(own, [speed], numbers, columns=self.double)
             return
         mass = mass_matrix(s)
-        #: whether one correction solves, from wherever it starts
+        #: True if one correction solves, from any start
         self.quadratic = not set(s.u) & mass.free_symbols
         letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
         self._maps = numeric(letters, [list(momentum(s)), mass], numbers, columns=self.double)
@@ -60,7 +60,7 @@ class LegendreInverse:
         return found
 
     def _row(self, x: Any, mu: Any, start: Any, p: Any) -> Any:
-        """One row, in any arithmetic."""
+        """Solve one row, in any arithmetic."""
 
         def change(xi: Any) -> Any:
             value, mass = self._maps(x, xi, p)
@@ -71,7 +71,7 @@ class LegendreInverse:
         return start * np.inf * 0 if found is None else found
 
     def _rows(self, x: Any, mu: Any, p: Any, start: Any) -> np.ndarray:
-        """Many rows in double precision: corrections are halved until what is left shrinks."""
+        """Solve many rows in doubles: corrections are halved until the remainder shrinks."""
         left, mass = self._left(x, start, mu, p)
         if self.quadratic:
             return start + _solved(mass, left)
@@ -88,7 +88,7 @@ class LegendreInverse:
             state = (rows, x, mu, xi, step, size, left)
             rows, x, mu, xi, step, size, left = (e[kept] for e in state)
             p = _of(p, kept)
-            part = np.ones(len(rows))  # the share of its correction that each row makes
+            part = np.ones(len(rows))  # each row's share of its correction
             for _ in range(MOST):
                 new, mass = self._left(x, xi + part[:, None] * step, mu, p)
                 worse = ~(np.linalg.norm(new, axis=1) < np.linalg.norm(left, axis=1))
@@ -101,14 +101,14 @@ class LegendreInverse:
         return found
 
     def _left(self, x: Any, xi: Any, mu: Any, p: Any) -> tuple[np.ndarray, np.ndarray]:
-        """μ − ∂l/∂ξ (r, m) and the mass matrix, (r, m, m), or (m, m) where it is constant."""
+        """Return μ − ∂l/∂ξ (r, m) and the mass matrix, (r, m, m), or (m, m) if it is constant."""
         # constant entries are integers, which beyond 2⁶³ numpy takes for objects
         value, mass = (np.asarray(e, dtype=float) for e in self._maps(x.T, xi.T, p))
         return mu - np.broadcast_to(value.T, mu.shape), np.moveaxis(mass, (0, 1), (-2, -1))
 
 
 def _of(p: Any, rows: Any) -> list[Any]:
-    """Parameters of some rows: of a lattice each row may have its own."""
+    """Return the parameters of some rows: those of a lattice may differ by row."""
     return [e[rows] if np.ndim(e) else e for e in p]
 
 
@@ -117,7 +117,7 @@ legendre_inverse = lru_cache(maxsize=256)(LegendreInverse)
 
 
 def _solved(mass: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """mass⁻¹ right in each row; no numbers where it is singular."""
+    """Return mass⁻¹ right in each row; NaN where it is singular."""
     try:
         if mass.ndim == 2:
             return np.asarray(right @ np.linalg.inv(mass).T)

@@ -1,4 +1,4 @@
-"""Who it is that has no derivative: the scene's Lagrangian, its force or the rule; its line."""
+"""The source of a missing derivative: the Lagrangian, the force or the rule, and its line."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from ..scene import Scene
     from .symbols import SceneSymbols
 
-#: what a line that does it holds: one of the functions, or else a power, which a root may be
+#: possible causes in a line: one of the functions, or otherwise a power, which may be a root
 _WORDS = (r"\b(sqrt|Abs|abs|Max|Min|sign|Heaviside|Piecewise)\b", r"\*\*")
 
 
 @contextmanager
 def blamed(scheme: Any) -> Iterator[None]:
-    """Raise what cannot be computed again, with the function of the user's that is to be mended."""
+    """Raise an uncomputable expression again, with the user's function that has to be changed."""
     try:
         yield
     except NotSmooth:
@@ -41,9 +41,9 @@ def _blame(scheme: Any) -> BadInput:
 
 
 def check_finite(scene: Scene, s: SceneSymbols) -> tuple[str, Any]:
-    """Raise `BadInput` where the Lagrangian (or Hamiltonian) is not finite and real.
+    """Raise `BadInput` if the Lagrangian (or Hamiltonian) is not finite and real.
 
-    Returns what it is called, and the expression.
+    Returns its name, and the expression.
     """
     given = s.hamiltonian
     noun, value = ("Lagrangian", s.lagrangian) if given is None else ("Hamiltonian", given)
@@ -54,9 +54,11 @@ def check_finite(scene: Scene, s: SceneSymbols) -> tuple[str, Any]:
 
 
 def check_smooth(scene: Scene, s: SceneSymbols) -> None:
-    """Raise `BadInput` as `check_finite`, and where that or the force is made of pieces in x, u, μ
-    or t, whichever it is written with: no rule has an order across a jump in the slope of its
-    gradient."""
+    """Raise `BadInput` as `check_finite` does, and if the energy or the force is not smooth.
+
+    It may not be made of pieces in x, u, μ or t: no rule has an order across a jump in the slope of
+    its gradient.
+    """
     noun, value = check_finite(scene, s)
     letters = {*s.x, *s.u, *s.mu}
     if _breaks(value, letters):
@@ -78,13 +80,13 @@ def _refusal(what: str, function: Callable[..., Any] | None) -> BadInput:
 
 
 def _breaks(e: Any, letters: set[Any] | None = None) -> bool:
-    """Whether the expression is made of pieces, of functions of the letters if some are given."""
+    """True if the expression is made of pieces, of functions of the letters if some are given."""
     found = e.atoms(sympy.Abs, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside, sympy.Piecewise)
     return any(letters is None or part.free_symbols & letters for part in found)
 
 
 def _line(function: Callable[..., Any] | None) -> str:
-    """The first line of a user's function that may do it, else where it begins; "" of ours."""
+    """Return the first possible line of a user's function, or its start; "" for ours."""
     place = line_of(function)
     with suppress(OSError, TypeError):
         lines, first = inspect.getsourcelines(function)  # type: ignore[arg-type]

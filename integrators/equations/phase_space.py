@@ -14,20 +14,20 @@ from ..numbers import jacobian, sympy
 from ..numbers.types import Expression, SymbolicMatrix
 from .symbols import SceneSymbols
 
-#: coordinates that the two-form ties together, whose inverse is written out: the Pfaffian has
-#: 1·3·5·7 terms
+#: coordinates that the two-form couples, whose inverse is written out: the Pfaffian has 1·3·5·7
+#: terms
 MOST_TIED = 8
 
 
 def two_form(s: SceneSymbols) -> SymbolicMatrix:
-    """A = ϑ′ᵀ − ϑ′ at x, n×n, with ϑ′_ij = ∂_j ϑ_i."""
+    """Return A = ϑ′ᵀ − ϑ′ at x, n×n, with ϑ′_ij = ∂_j ϑ_i."""
     slope = jacobian(s.one_form, s.x)
     return slope.T - slope
 
 
 @lru_cache(maxsize=256)
 def inverse_two_form(s: SceneSymbols) -> SymbolicMatrix:
-    """B = A⁻¹ at x, n×n; raises `BadInput` where A is singular everywhere, or large."""
+    """Return B = A⁻¹ at x, n×n; raises `BadInput` if A is singular everywhere, or large."""
     A, B = two_form(s), sympy.zeros(len(s.x))
     for block in A.connected_components():
         if len(block) > MOST_TIED:
@@ -52,7 +52,7 @@ def inverse_two_form(s: SceneSymbols) -> SymbolicMatrix:
 
 
 def pfaffian(A: SymbolicMatrix) -> Expression:
-    """The Pfaffian of an antisymmetric matrix, whose square is the determinant; 1 of none."""
+    """Return the Pfaffian of an antisymmetric matrix, with square det A; 1 if empty."""
     if not A.rows:
         return sympy.S.One
     total = sympy.S.Zero
@@ -64,13 +64,13 @@ def pfaffian(A: SymbolicMatrix) -> Expression:
 
 
 def orientation(s: SceneSymbols) -> Expression:
-    """The Pfaffian of A at x: where it changes its sign dϑ is singular."""
+    """Return the Pfaffian of A at x: where it changes its sign dϑ is singular."""
     A = two_form(s)
     found = [pfaffian(A.extract(block, block)) for block in A.connected_components()]
     return sympy.Mul(*found)
 
 
 def dirac_tensor(s: SceneSymbols) -> SymbolicMatrix:
-    """The bracket of (x, μ) where μ = ϑ(x), 2n×2n: B, and along the constraint ϑ′B, ϑ′Bϑ′ᵀ."""
+    """Return the bracket of (x, μ) at μ = ϑ(x), 2n×2n: B, and along the constraint ϑ′B, ϑ′Bϑ′ᵀ."""
     along = sympy.eye(len(s.x)).col_join(jacobian(s.one_form, s.x))
     return along * inverse_two_form(s) * along.T

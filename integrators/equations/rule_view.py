@@ -1,10 +1,10 @@
-"""What a rule sees of the groupoid and the Lagrangian.
+"""The groupoid and the Lagrangian as arguments of a rule.
 
-G.target, G.velocity and L answer with functions that know what they stand for: a rule may
-differentiate them, replace letters in them or expand them. Where they stay as they are, the scheme
-recognises them and derives each term once. What else a rule may do to an expression (coefficients,
-arguments, bound letters) is right too: a user's rule is asked once more with everything written
-out, and where the two differ that one is derived (`value_of_rule`).
+G.target, G.velocity and L return functions that know their values: a rule may differentiate them,
+replace letters in them or expand them. If they stay unchanged, the scheme recognises them and
+derives each term once. Other uses of an expression (coefficients, arguments, bound letters) are
+right too: a user's rule is called once more with everything written out, and if the two differ the
+latter is derived (`value_of_rule`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .symbols import SceneSymbols, column
 
 
 def answer(name: str, value: Callable[..., Expression]) -> Any:
-    """A class of sympy functions whose applications stand for value(*arguments)."""
+    """Return a class of sympy functions whose applications stand for value(*arguments)."""
 
     def written_out(self: Any) -> Expression:
         return value(*self.args)
@@ -35,16 +35,16 @@ def answer(name: str, value: Callable[..., Expression]) -> Any:
         "written_out": written_out,
         "_eval_derivative": derivative,
         "_eval_is_real": lambda self: True,
-        # expand() is asked by rules that look into an expression
+        # rules that look into an expression call expand()
         "_eval_expand_basic": lambda self, **hints: written_out(self),
     }
     return type(name, (sympy.Function,), members)
 
 
 class GroupoidForRule:
-    """The groupoid as a rule sees it: targets and velocities, elements and the inversion.
+    """The groupoid for a rule: targets and velocities, elements and the inversion.
 
-    written: answer with the expressions themselves.
+    written: True to return the expressions themselves.
     """
 
     offers = "G has target, velocity, element, inversion, constant"
@@ -61,15 +61,15 @@ class GroupoidForRule:
             return (s.groupoid.inverse_left(x, w, a[-1]) * dw)[int(i)]
 
         self.Target, self.Velocity = answer("target", target), answer("velocity", velocity)
-        #: the matrix τ(hu); ι(x, u; h) of (x, u)⁻¹ = (b, ι); a letter for an exact number, given
-        #: as a function digits → mpf
+        #: the matrix τ(hu); ι(x, u; h) of (x, u)⁻¹ = (b, ι); a letter for an exact number, given as
+        #: a function digits → mpf
         self.element, self.inversion = s.groupoid.element, s.groupoid.inversion
         self.constant = s.constant
-        #: whether the rule takes velocities from curves, and so serves every chart alike
+        #: True if the rule takes velocities from curves, and so serves every chart alike
         self.gave_velocities = False
 
     def target(self, x: Column, u: Column, h: Expression) -> Column:
-        """b(x, u; h), n×1; u may be any value w(u, s) of a curve in the chart."""
+        """Return b(x, u; h), n×1; u may be any value w(u, s) of a curve in the chart."""
         self._check((x, self.groupoid.dim_x, "x"), (u, self.groupoid.dim_u, "u"))
         h, s = floats_exact(h), self.s
         if s.clocked and h != s.h and all(u.free_symbols & {*e} for e in (s.u, s.stages)):
@@ -82,7 +82,7 @@ class GroupoidForRule:
         return self._each(self.Target, self.groupoid.dim_x, *x, *u, h)
 
     def velocity(self, x: Column, w: Column, dw: Column, h: Expression) -> Column:
-        """ξ = L(x, w; h)⁻¹ dw/dθ at the chart value w of a curve w(θ), m×1."""
+        """Return ξ = L(x, w; h)⁻¹ dw/dθ at the chart value w of a curve w(θ), m×1."""
         self.gave_velocities = True
         m = self.groupoid.dim_u
         self._check((x, self.groupoid.dim_x, "x"), (w, m, "w"), (dw, m, "dw"))
@@ -105,11 +105,10 @@ class GroupoidForRule:
 
 
 class LagrangianForRule:
-    """The Lagrangian as a rule sees it: L(x, u), its parts at a point, and L.parameters.
+    """The Lagrangian for a rule: L(x, u), its parts at a point, and L.parameters.
 
-    The parts are L.fast(x) and L.discrete(x, u, h), where the scene gives them, and on a pair
-    groupoid L.potential(x), L.gradient(x), L.mass(x). written: answer with the expressions
-    themselves.
+    The parts are L.fast(x) and L.discrete(x, u, h), if the scene gives them, and on a pair groupoid
+    L.potential(x), L.gradient(x), L.mass(x). written: True to return the expressions themselves.
     """
 
     offers = "L has L(x, u), potential, gradient, mass, fast, discrete, parameters"
@@ -127,28 +126,28 @@ class LagrangianForRule:
 
     def __call__(self, x: Column, u: Column) -> Expression:
         if self.written or len(x) != len(self.s.x) or len(u) != len(self.s.u):
-            return self.s.lagrangian_at(x, u)  # which says what is wrong
+            return self.s.lagrangian_at(x, u)  # this raises the right error
         return self.Value(*x, *u)
 
     def fast(self, x: Column) -> Expression:
-        """The fast part of the potential at x."""
-        value = self.s.fast_at(x if self.written else self.s.x)  # raises where there is none
+        """Return the fast part of the potential at x."""
+        value = self.s.fast_at(x if self.written else self.s.x)  # raises if there is none
         return value if self.written else self.Fast(*x)
 
     def potential(self, x: Column) -> Expression:
-        """V(x) = −l(x, 0), on a pair groupoid."""
+        """Return V(x) = −l(x, 0), on a pair groupoid."""
         self._check("potential", x)
         return -self.s.lagrangian_at(x, 0 * self.s.u)
 
     def gradient(self, x: Column) -> Column:
-        """∂V/∂x at x, m×1, on a pair groupoid (of a force gradient, such as Takahashi, Imada)."""
+        """Return ∂V/∂x at x, m×1, on a pair groupoid (for force gradients, as Takahashi, Imada)."""
         self._check("gradient", x)
         if self.written:
             return self.part("gradient", x)
         return column(self.Gradient(i, *x) for i in range(len(self.s.u)))
 
     def mass(self, x: Column) -> SymbolicMatrix:
-        """∂²l/∂u∂u at (x, 0), m×m, on a pair groupoid."""
+        """Return ∂²l/∂u∂u at (x, 0), m×m, on a pair groupoid."""
         self._check("mass", x)
         found = self.part("mass", x)
         if self.written or not found.free_symbols & x.free_symbols:
@@ -157,7 +156,7 @@ class LagrangianForRule:
         return sympy.Matrix(m, m, lambda i, j: self.Mass(i, j, *x) if found[i, j] else 0)
 
     def part(self, name: str, x: Column) -> SymbolicMatrix:
-        """The gradient of V or the mass at any column x, written out."""
+        """Return the gradient of V or the mass at any column x, written out."""
         return self._parts[name].xreplace(dict(zip(self.s.x, x, strict=True)))
 
     @cached_property
@@ -181,9 +180,9 @@ class LagrangianForRule:
 
 
 def value_of_rule(rule: Discretisation, L: LagrangianForRule, G: GroupoidForRule) -> Expression:
-    """What the rule gives for the answers of L and G, if it only uses them; else written out.
+    """Return the rule's value for the answers of L and G, if it only uses them; else written out.
 
-    A rule of ours only uses them. A user's function may look into them, so it is asked twice.
+    A rule of ours only uses them. A user's function may look into them, so it is called twice.
     """
     s = L.s
 
@@ -199,11 +198,11 @@ def value_of_rule(rule: Discretisation, L: LagrangianForRule, G: GroupoidForRule
     try:
         value = asked(L, G)
         same = first_violation([written(value) - wanted], [*s.u, *s.stages, s.h]) is None
-    except BadInput:  # it asked for what an answer does not have, and an expression has
+    except BadInput:  # it needs a property of an expression that an answer lacks
         G.gave_velocities = plain.gave_velocities
-    except ZeroDivisionError:  # it is finite nowhere, which the next line says
+    except ZeroDivisionError:  # it is finite nowhere, which the next line reports
         pass
-    s.scalars([value], f"rule {rule.name}", rule.formula)  # what is the rule's own, not L's or G's
+    s.scalars([value], f"rule {rule.name}", rule.formula)  # the rule's own, not L's or G's
     return value if same else wanted
 
 
@@ -215,14 +214,14 @@ def name_constants(rule: Discretisation, s: SceneSymbols) -> None:
 
 
 def written(e: Expression) -> Expression:
-    """The expression with every answer in it replaced by what it stands for."""
+    """Return the expression with every answer in it replaced by its value."""
     while answers := [a for a in e.atoms(sympy.Function) if hasattr(a, "written_out")]:
         e = e.xreplace({a: a.written_out() for a in answers})
     return e
 
 
 def answers_of(args: Expressions, kind: Any) -> Expressions | None:
-    """The arguments behind the index if these are entries 0, 1, … of one answer; else None."""
+    """Return the arguments after the index if they are entries 0, 1, … of one answer, or None."""
     if not args or not all(isinstance(a, kind) for a in args):
         return None
     rest = args[0].args[1:]

@@ -40,9 +40,9 @@ from .symbols import SceneSymbols, column, vector
 
 
 def no_stages(equations: DiscreteEquations, alone: bool = True) -> str:
-    """Why a step of these equations is no collocation; "" if it is one.
+    """Return why a step of these equations is no collocation; "" if it is one.
 
-    alone: whether nothing else acts; else it does not matter whether they are linear.
+    alone: False if something else acts, so that linear equations do not matter.
     """
     s, rule = equations.s, equations.rule
     if rule.nodes is None:
@@ -66,20 +66,21 @@ def no_stages(equations: DiscreteEquations, alone: bool = True) -> str:
 
 
 def _momentum_is_velocity(s: SceneSymbols) -> bool:
-    """Whether μ = M ẋ with a constant M, on a pair groupoid."""
+    """True if μ = M ẋ with a constant M, on a pair groupoid."""
     constant = not set(momentum(s).free_symbols) & set(s.x)
     return s.groupoid.kind == "pair" and constant
 
 
-OURS = __name__.split(".")[:1]  # the package's name, whatever it is imported as
+OURS = __name__.split(".")[:1]  # the package's name, for any import path
 
 
 @lru_cache(maxsize=256)
 def stage_source(s: SceneSymbols, nodes: Nodes) -> StageSource:
-    """The collocation of a scene's Lagrangian, by stages on these nodes, to be derived if need be.
+    """Return the collocation of a scene's Lagrangian, by stages on these nodes, derived on first
+    use.
 
-    It is known by the Lagrangian, the force and the groupoid's maps: the rest is our own text. A
-    function of the user's may have other derivatives tomorrow; with one it is known by itself.
+    It is identified by the Lagrangian, the force and the groupoid's maps: the rest is our own text.
+    A user's function may have other derivatives later; with one it is identified by itself.
     """
     maps = _Maps.of(s)
     given = (s.name, *(getattr(s, letters) for letters in ("q", "x", "u")), s.lagrangian, s.force)
@@ -93,7 +94,7 @@ def stage_source(s: SceneSymbols, nodes: Nodes) -> StageSource:
 
 @dataclass(frozen=True)
 class _Maps:
-    """Of the groupoid at (x, w), the step being 1: ẇ = L ξ, μ = R₁ᵀ π₁ − …, z, ρ̂(z), x′ − x."""
+    """The groupoid's maps at (x, w) for the step 1: ẇ = L ξ, μ = R₁ᵀ π₁ − …, z, ρ̂(z), x′ − x."""
 
     L: SymbolicMatrix
     R: SymbolicMatrix
@@ -114,12 +115,12 @@ class _Maps:
 
 
 def _places(s: SceneSymbols) -> tuple[Column, Column]:
-    """Letters of w and z."""
+    """Return letters of w and z."""
     return vector("ww0", len(s.u)), vector("zz0", len(s.x))
 
 
 def _derived(s: SceneSymbols, nodes: Nodes, maps: _Maps) -> StageSystem:
-    """The field and the ends of a step."""
+    """Return the field and the ends of a step."""
     n, m = len(s.x), len(s.u)
     p, xi, mz = (vector(f"{letter}0", m) for letter in ("pp", "xi", "mm"))
     force, dp, turn = (vector(letter, m) for letter in ("ff0", "dp0", "tu0"))
@@ -159,7 +160,7 @@ def _derived(s: SceneSymbols, nodes: Nodes, maps: _Maps) -> StageSystem:
 
 
 def _slope_of_left(L: Expression, p: Column, xi: Column, by: Column) -> Column:
-    """∂(π·L ξ)/∂(a column), the sum over ξ inside that over π."""
+    """Return ∂(π·L ξ)/∂(a column), the sum over ξ inside that over π."""
     if not L.free_symbols & set(by):
         return 0 * by
     return column(

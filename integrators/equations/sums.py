@@ -1,4 +1,4 @@
-"""Python's `sum` over expressions, whose terms are added all at once."""
+"""Python's `sum` over expressions, with all terms added at once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..numbers import sympy
 
 
 def at_once(terms: Iterable[Any], /, start: Any = 0) -> Any:
-    """`sum`; where all terms are expressions, one sum of them, with the same terms in one order.
+    """Return `sum`; of expressions it is one sum, with the same terms in one order.
 
     Python adds one after another, and sympy sorts all of the terms again each time: five hundred
     springs take 1.5 s instead of 0.02.
@@ -28,10 +28,10 @@ def at_once(terms: Iterable[Any], /, start: Any = 0) -> Any:
 
 
 def summing_at_once(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function with `at_once` where it says `sum`; itself where that is none of Python's.
+    """Return the function with `at_once` as its `sum`, or itself if `sum` is not Python's.
 
-    What it calls is left as it is, and so is a function that writes names of its module: it would
-    write them elsewhere.
+    Functions that it calls are not changed, nor is a function that writes names of its module: it
+    would write them elsewhere.
     """
     if (
         not isinstance(function, FunctionType)

@@ -1,11 +1,11 @@
-"""The virtual work of a scene's force in a step, point by point, from what a rule asks for alone.
+"""The virtual work of a scene's force in a step, point by point, from a rule's calls of L.
 
-Where the rule asks for L at (b(x, w; h′), ξ) with a weight, the force f(x_i, ξ) acts with the same
+If the rule calls L at (b(x, w; h′), ξ) with a weight, the force f(x_i, ξ) acts with the same
 weight, and a e→ + c e← of the arrow displaces that point, in left trivialisation, by
 
     c_i = L(x, w; h′)⁻¹ ((h′/h) (∂w/∂u (R(x, u) a + L(x, u) c) + ∂w/∂s δs) − R(x, w; h′) a).
 
-Nothing here is made of `LegendreMaps`: this is what the force in F± is held against.
+`LegendreMaps` are not used here: the force in F± is compared with this.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ from .symbols import column
 
 @dataclass(frozen=True, eq=False)
 class ForcePoint:
-    """A point of a step where the force acts: `point` (n×1) and the weighted `force` there (m×1),
-    written out in (x, u, s; h)."""
+    """A point of a step where the force acts.
+
+    `point` (n×1) and the weighted `force` there (m×1) are written out in (x, u, s; h).
+    """
 
     of: DiscreteLagrangian
     asked: Column
@@ -32,7 +34,7 @@ class ForcePoint:
 
     @cached_property
     def displacement(self) -> tuple[SymbolicMatrix, SymbolicMatrix, SymbolicMatrix]:
-        """How a, c and δs displace the point, in left trivialisation: m×m, m×m and m×(stages)."""
+        """Displacements of the point by a, c and δs, left-trivialised: m×m, m×m and m×(stages)."""
         s, g, one = self.of.s, self.of.groupoid, sympy.eye(len(self.of.s.u))
         stages, count = s.stages, len(s.stages)
         R, L = g.R(s.x, s.u, s.h), g.L(s.x, s.u, s.h)
@@ -56,7 +58,7 @@ class ForcePoint:
 
 
 def force_points(of: DiscreteLagrangian) -> list[ForcePoint]:
-    """Every point of a step where the force acts."""
+    """Return every point of a step where the force acts."""
     s, n, found = of.s, len(of.s.x), []
     for weight, call in of.asked:
         asked = column(call.args[:n])
@@ -67,8 +69,10 @@ def force_points(of: DiscreteLagrangian) -> list[ForcePoint]:
 
 
 def discrete_force(of: DiscreteLagrangian) -> tuple[Column, Column, Column]:
-    """What the force adds to F⁻/h, F⁺/h and ∂L_d/∂s / h at an arrow and its stages: m×1, m×1
-    and one entry a stage's."""
+    """Return the force's part of F⁻/h, F⁺/h and ∂L_d/∂s / h at an arrow and its stages.
+
+    They are m×1, m×1 and one entry per stage's.
+    """
     found = [0 * of.s.u, 0 * of.s.u, sympy.zeros(len(of.s.stages), 1)]
     for acting in force_points(of):
         for i, moved in enumerate(acting.displacement):
