@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from discmech import black_box
 from discmech.integrators.rules import get as rule
 from discmech.studies.order import TOLERANCE, judging, window
 from tests.studies.judges.by_hand import ABOVE, case, close, judged
@@ -48,6 +49,19 @@ def test_an_order_may_be_undeclared_or_lost_in_the_chart():
     assert order_of(2.0, of)[2] == {"order": 2, "tolerance": 0.05, "declared": 4}
     of.rule = replace(of.rule, order=2)
     assert "declared" not in order_of(2.0, of)[2]
+
+
+@pytest.mark.parametrize(("found", "error", "verdict"), [
+    (2.24, 1.1e-4, "inconclusive"), (1.76, 1.1e-4, "inconclusive"), (2.26, 1.1e-4, "fail"),
+    (1.76, 1e-4, "fail"), (2.24, 1e-5, "fail"),
+])  # fmt: skip
+def test_a_program_beside_its_order_is_not_told_where_errors_are_large(found, error, verdict):
+    """More steps may bring it there; a formula is judged at 50 digits."""
+    rows = ladder([1.0, error])
+    program = case(rule=black_box(order=2, name="program")(lambda q, p, h: (q, p)))
+    told = order_of(found, program, rows)
+    assert told[0] == verdict and ("take more --steps" in told[1]) == (verdict != "fail")
+    assert order_of(found, case(), rows)[0] == "fail"
 
 
 def test_an_order_that_still_comes_nearer_is_not_told():

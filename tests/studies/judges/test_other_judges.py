@@ -30,6 +30,19 @@ def test_optimal_motions_have_the_order_of_the_rule():
     assert optimal({"states": None, "controls": 1.0})[0] == "fail"
 
 
+@pytest.mark.parametrize(("changes", "verdict"), [
+    ((9, 1, 1.21, 1.46), "inconclusive"), ((1, 1.21, 1.46), "inconclusive"),
+    ((1, 1.2, 1.44), "pass"), ((1, 1.21, 1.4), "pass"), ((1, 0.9, 1.2), "pass"), ((1, 2), "pass"),
+    ((4, 2, 1), "pass"), ((), "pass"),
+])  # fmt: skip
+def test_controls_that_change_by_more_and_more_have_no_optimum(changes, verdict):
+    rows = [{"controls": change} for change in changes]
+    for exact, wanted in (((), verdict), (("controls",), "pass")):
+        measured = {"orders": {"controls": 2.0}, "exact": exact}
+        told = judged("optimality", case(), rows=rows, measured=measured, floor=1e-9)
+        assert told[0] == wanted and ("grow without bound" in told[1]) == (wanted != "pass")
+
+
 def bounce(**more):
     mode = dict.fromkeys(contact.WORDS, 0.0) | {"rises": [0.0]}
     found = {"late": 0.5, "order": 2.0, "time_error": 1e-9, "rests": False,
@@ -107,6 +120,18 @@ def test_located_impacts_have_an_order_and_keep_the_form():
     for kept in ([3e-3, 1e-3, 2e-3], [1e-20, 1e-21, 1e-20], [3e-3, None, 1.0], []):
         assert contact_of(across=kept)[0] == "pass"
     assert contact_of(across=[1e-20, 1e-20, 1.1e-20])[0] == "fail"
+
+
+def test_errors_that_half_a_step_ends_are_no_order():
+    """Of a rule of order 2 at most 1.6 + 8; without an order 2 + 8."""
+    for of, most in ((case(), 9.6), (case(order=None), 10.0)):
+        assert contact_of(of, order=most)[0] == "pass"
+        verdict, reason, _ = contact_of(of, order=most + 0.01)
+        assert verdict == "inconclusive" and "2^10 times less, which is no order" in reason
+        least = contact.limit(of.digits)
+        for first, wanted in ((0.999, "pass"), (1.001, "inconclusive")):
+            rises = [first * 2**most * least, least / 2, least / 3]
+            assert contact_of(of, rises=rises)[0] == wanted
 
 
 def test_a_control_of_contact_breaks_a_law_a_thousandfold():
