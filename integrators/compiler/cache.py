@@ -102,7 +102,7 @@ def _refuse_others(folder: Path) -> None:
 
 
 def of_others(path: Path) -> bool:
-    """Whether another user put a file or folder there, or can write into it."""
+    """Return True if another user put a file or folder there, or can write into it."""
     return bool(_whose(path.stat()))
 
 

@@ -104,7 +104,7 @@ class ModifiedEquation:
 
     @property
     def has_action(self) -> bool:
-        """Whether H̃ comes from a discrete Lagrangian."""
+        """True if H̃ comes from a discrete Lagrangian."""
         return not (self.scheme.one_step or self.scheme.equations.s.forced)
 
     def check_hamiltonian(self) -> None:

@@ -1,16 +1,16 @@
-"""The modified energy of a method, along a run: what stays when the energy's own error oscillates.
+"""The modified energy of a method, along a run: it stays when the energy's own error oscillates.
 
-A symplectic step Φ_h is the flow of a modified energy H̃ = H + O(h^p) but for terms that are
+A symplectic step Φ_h is the flow of a modified energy H̃ = H + O(h^p) except for terms that are
 exponentially small in 1/h (Hairer, Lubich, Wanner IX.3). Its vector field is f̃ = (1/h) log Φ_h,
-which central differences of 2K + 1 successive states give to the order 2K. Where f̃ = B dH̃, B the
+which central differences of 2K + 1 successive states give to the order 2K. If f̃ = B dH̃, B the
 Poisson tensor, the change of H̃ along *any* path z(s) of a symplectic leaf, z′ = B α, is
 
     H̃(z(1)) − H̃(z(0)) = −∫ α·f̃ ds = H(z(1)) − H(z(0)) − ∫ α·(f̃ − f) ds.
 
 So it is measured between the start of a run and any of its later states z_n along the short way
-between them, which the run did not take: 0 for a sound method, whatever part of the motion has come
-back, and the drift alone for one that loses energy, without the band that hides it. No formula of
-the rule is used: only its steps, and B, f and H of the scene.
+between them, which the run did not take: it is 0 for a sound method, even if only a part of the
+motion has come back, and the drift alone for one that loses energy, without the band that hides it.
+No formula of the rule is used: only its steps, and B, f and H of the scene.
 """
 
 from __future__ import annotations
@@ -42,16 +42,17 @@ from discmech.integrators.scene import remembered
 NUMBERS = arithmetic(16)
 EPS = 2.0**-53
 K = 9  # f̃ from the states z₋₉ … z₉, of order 18
-NODES = 16, 32  # intervals of a path; the second where the first is not fine enough
-STATES = 16  # of a run that are compared with its start
-FASTEST = 12  # states of a run from which a single step is looked at, and as many spread evenly
+NODES = 16, 32  # intervals of a path; the second if the first is not fine enough
+STATES = 16  # states of a run that are compared with its start
+# fastest states of a run from which a single step is measured, and as many spread evenly
+FASTEST = 12
 SHORT = 8  # intervals of the way from there to the next state
-SAME = 1e-9  # of what a coordinate moves, by which a run from its own state may be another
-#: of motions along which means are taken: times the scene's duration, and steps at the most
+SAME = 1e-9  # share of a coordinate's motion by which a run from its own state may differ
+#: motions along which means are taken: factor of the scene's duration, and the most steps
 TIMES, MOST_STEPS = 16, 50_000
-#: of what a step does to the form, by which the step back may miss, and in round-offs
+#: share of a step's change of the form by which the step back may miss, and in round-offs
 ONE_WAY, ROUNDED = 1e-3, 1024
-#: standard deviations within which the farthest point of a walk stays, as of momenta
+#: standard deviations within which the farthest point of a walk stays, as for momenta
 FARTHEST = 5 / sqrt(3)
 
 
@@ -66,7 +67,7 @@ class Dual:
         values = [[energy(s)], [energy_terms(s)], list(rates(s)), slope]
         if not self.canonical:
             values.append(list(poisson_tensor(s, s.x, s.mu)))
-        # all of it is in the natural basis, free of h; of a groupoid that is wrong it need not be
+        # all of it is in the natural basis, free of h; for a wrong groupoid it need not be
         values = [[sympy.sympify(e).xreplace({s.h: sympy.Integer(1)}) for e in v] for v in values]
         self._at = numeric(letters, values, NUMBERS, columns=True)
         self._inverse = legendre_inverse(s, NUMBERS)
@@ -74,19 +75,19 @@ class Dual:
         self._near = np.array([float(NUMBERS.number(v)) for v in v0])
 
     def velocity(self, z: np.ndarray) -> np.ndarray:
-        """ξ(x, μ) of each row, (r, m)."""
+        """Return ξ(x, μ) of each row, (r, m)."""
         x, mu = self.split(z)
         start = np.broadcast_to(self._near, mu.shape)
         return np.asarray(self._inverse(x, mu, self._parameters, start))
 
     def split(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """x (r, n) and μ (r, m) of rows of z."""
+        """Return x (r, n) and μ (r, m) of rows of z."""
         parts = z[:, : self.n], z[:, self.n :]
         x, mu = (np.ascontiguousarray(part) for part in parts)
         return x, mu
 
     def __call__(self, z: np.ndarray) -> tuple[np.ndarray, ...]:
-        """H (r,), the sum of its absolute terms (r,), f and dH (r, n+m), and B but of pairs."""
+        """Return H and the sum of its absolute terms (r,), f and dH (r, n+m), B except on pairs."""
         x, mu = self.split(z)
         found = self._at(x.T, self.velocity(z).T, mu.T, self._parameters)
         H, terms, *others = (
@@ -96,12 +97,12 @@ class Dual:
         return H[:, 0], terms[:, 0], *others
 
     def tensor(self, z: np.ndarray) -> np.ndarray:
-        """B of each row, (r, n+m, n+m); not of pairs, whose B is constant."""
+        """Return B of each row, (r, n+m, n+m); not on pairs, whose B is constant."""
         size = self.n + self.m
         return np.asarray(self(z)[4]).reshape(-1, size, size)
 
     def poisson(self, z: np.ndarray) -> np.ndarray:
-        """B of each row, (r, n+m, n+m), of pairs too."""
+        """Return B of each row, (r, n+m, n+m), on pairs too."""
         if not self.canonical:
             return self.tensor(z)
         one, none = np.eye(self.n), np.zeros((self.n, self.n))
@@ -110,23 +111,23 @@ class Dual:
         )
 
     def covector(self, z: np.ndarray, v: np.ndarray, size: np.ndarray) -> np.ndarray:
-        """An α with B(z) α = v, of each row; size: of each coordinate, as a unit."""
+        """Return an α with B(z) α = v, of each row; size: the unit of each coordinate."""
         if self.canonical:
             return np.hstack([-v[:, self.n :], v[:, : self.n]])
         tensor = self.tensor(z) / size[:, None] / size
-        inverse = np.full_like(tensor, np.nan)  # a state that could not be gone to has no α
+        inverse = np.full_like(tensor, np.nan)  # a state that was not reached has no α
         there = np.isfinite(tensor).all(axis=(1, 2))
         inverse[there] = np.linalg.pinv(tensor[there], rcond=1e-9)
         return np.einsum("rij,rj->ri", inverse, v / size) / size
 
     def moved(self, z: np.ndarray, v: np.ndarray, size: np.ndarray) -> np.ndarray:
-        """The part of v that is tangent to the symplectic leaf at z, of each row."""
+        """Return the part of v that is tangent to the symplectic leaf at z, of each row."""
         return np.einsum("rij,rj->ri", self.tensor(z), self.covector(z, v, size))
 
 
 @remembered(maxsize=64)
 def dual_of(scene: Scene) -> Dual | None:
-    """`Dual` of a scene; None where z = (x, μ) is no free state, or the energy has to change.
+    """Return `Dual` of a scene; None if z = (x, μ) is no free state, or the energy has to change.
 
     Under constraints states are not free, and under a force or in time the energy has to change.
     """
@@ -139,11 +140,11 @@ def dual_of(scene: Scene) -> Dual | None:
 class Changes:
     """The change of the modified energy from the start of a run to some of its states.
 
-    times, of_energy (H itself), of_modified (H̃), bounds (what quadrature, differences and round-off
-    may be off by), round_off (the part of that which round-off makes), walks (of what single steps
-    change H̃ by beyond its series), paths (∫ |α·(f̃ − f)| ds: no H̃ can make up more), forms (what H̃
-    may change by where the method keeps another form, `_other_form`; 0 unless it was asked for),
-    each (k,), in units of H.
+    times, of_energy (H itself), of_modified (H̃), bounds (of quadrature, differences and
+    round-off), round_off (the part of round-off in them), walks (the change of H̃ by single steps
+    beyond its series), paths (∫ |α·(f̃ − f)| ds: no H̃ can explain more), forms (the possible
+    change of H̃ if the method keeps another form, `_other_form`; 0 unless it was requested), each
+    (k,), in units of H.
     """
 
     times: np.ndarray
@@ -156,7 +157,7 @@ class Changes:
     forms: np.ndarray
 
     def rows(self, scale: float) -> list[dict[str, float]]:
-        """One a state, over a scale of the energy."""
+        """Return one row per state, over a scale of the energy."""
         values = (self.of_energy, self.of_modified, self.bounds, self.round_off, self.walks,
                   self.paths, self.forms)  # fmt: skip
         names = ("time", "energy", "modified", "bound", "round_off", "walk", "path", "form")
@@ -167,22 +168,22 @@ class Changes:
 def changes(
     scheme: Scheme, step: Any, run: Any, done: int, states: int = STATES, form: bool = False
 ) -> Changes | None:
-    """`Changes` of a run that took `done` steps of that size; None where there are none.
+    """Return `Changes` of a run that took `done` steps of that size, or None.
 
-    run: a `Trajectory` from the start on; states: how many are compared with the start; form:
-    whether to ask for another form that the method may keep, which costs its derivative. None for a
-    scene without free states (`dual_of`), and for a method that remembers more than its state.
-    States whose way from the start cannot be gone (a singularity, another leaf) are left out.
+    run: a `Trajectory` from the start on; states: how many are compared with the start; form: True
+    to seek another form that the method may keep, which costs its derivative. None for a scene
+    without free states (`dual_of`), and for a method that remembers more than its state. States
+    that cannot be reached from the start (a singularity, another leaf) are left out.
     """
     rule = scheme.rule
-    able = not rule.is_recorded and rule.unit(16) <= EPS  # of its own steps, in doubles
+    able = not rule.is_recorded and rule.unit(16) <= EPS  # it makes its own steps, in doubles
     dual = dual_of(scheme.scene) if able else None
     parts = [np.asarray(part, dtype=float) for part in (run.x, run.mu)]
     times = np.asarray(run.t, dtype=float)
     if dual is None or len(times) < 2 or not all(np.isfinite(part).all() for part in parts):
         return None
 
-    def rows(at: Any) -> np.ndarray:  # a run may have a million, of which few are looked at
+    def rows(at: Any) -> np.ndarray:  # a run may have a million states, of which few are used
         return np.hstack([part[at] for part in parts])
 
     flow = scheme.flow(step, 16)
@@ -231,14 +232,14 @@ def changes(
 def mean_differences(
     scheme: Scheme, starts: Sequence[Sequence[float]], quantity: Any = None
 ) -> list[tuple[float, float, float]]:
-    """(at the scene's step, at half of it, error) of differences of means along motions.
+    """Return (at the scene's step, at half of it, error) of differences of means along motions.
 
-    Between the motion from the first of the starts z = (x, μ) and those from each other one, over
-    `TIMES` times the scene's duration: of a quantity of states (r, n + m), or of H̃ − H. H̃ stands
-    along a run, so its mean there is that of −H, and a way from start to start joins the two.
-    Values are weighted by a function that is flat at both ends, so that of a quasi-periodic motion
-    the mean comes fast; how far it has come is told by that of half the time, which is the error.
-    Starts whose runs fail are left out.
+    They are differences between the motion from the first of the starts z = (x, μ) and those from
+    each other one, over `TIMES` times the scene's duration: of a quantity of states (r, n + m), or
+    of H̃ − H. H̃ is constant along a run, so its mean there is that of −H, and a way from start to
+    start joins the two. Values are weighted by a function that is flat at both ends, so that the
+    mean of a quasi-periodic motion converges fast; its error is the difference from the mean of
+    half the time. Starts whose runs fail are left out.
     """
     dual = dual_of(scheme.scene)
     if dual is None or len(starts) < 2:
@@ -274,14 +275,14 @@ def mean_differences(
 
 
 def _smooth_mean(values: np.ndarray) -> float:
-    """The mean weighted by exp(−1/(s(1 − s))), s the time as a part of the whole."""
+    """Return the mean weighted by exp(−1/(s(1 − s))), s the time as a part of the whole."""
     s = (np.arange(len(values)) + 0.5) / len(values)
     weights = np.exp(-1 / (s * (1 - s)))
     return float(values @ weights / weights.sum())
 
 
 def _forgets(flow: Flow, dual: Dual, start: np.ndarray) -> bool:
-    """Whether a run goes on from its own state as it went: a method with memory does not."""
+    """Return True if a run continues from its own state as before: no method with memory does."""
     states = _states(flow, dual, start[None], 4)[0]
     beside = states[2] * (1 + 4 * EPS * np.array([[0.0], [1.0], [-1.0]]))
     again, *others = _states(flow, dual, beside, 2)
@@ -292,7 +293,7 @@ def _forgets(flow: Flow, dual: Dual, start: np.ndarray) -> bool:
 
 
 def _states(flow: Flow, dual: Dual, starts: np.ndarray, steps: int) -> np.ndarray:
-    """The states of runs from some starts, (r, steps + 1, n + m); not a number where one fails."""
+    """Return the states of runs from some starts, (r, steps + 1, n + m); NaN if one fails."""
     found = np.full((len(starts), steps + 1, dual.n + dual.m), np.nan)
     for k, at in enumerate(starts):
         if not np.isfinite(at).all():
@@ -307,7 +308,7 @@ def _states(flow: Flow, dual: Dual, starts: np.ndarray, steps: int) -> np.ndarra
 
 
 def _fields(states: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """f̃ at the states in the middle, of order 2K and of order 2K − 2, (r, n + m) each."""
+    """Return f̃ at the states in the middle, of order 2K and of order 2K − 2, (r, n + m) each."""
     found = []
     for k in (K, K - 1):
         total: Any = 0.0
@@ -322,11 +323,11 @@ def _walk(
     flow: Flow, dual: Dual, rows: Callable[[Any], np.ndarray], count: int, moved: np.ndarray,
     size: np.ndarray,
 ) -> tuple[float, float, float, float] | None:  # fmt: skip
-    """What a step of a run may do to H̃ as it is measured, the most at its fastest states.
+    """Return the largest effects of a step on the measured H̃, at the run's fastest states.
 
-    (round-off of H itself, what one rounding of each coordinate does in units of ε in the mean
-    square, what a rounded coefficient does alike in each step in units of ε, and how much H̃ changes
-    in one step: beyond its series, of which a walk is left, no symplectic method changes it).
+    (round-off of H itself, the effect of one rounding of each coordinate in units of ε in the mean
+    square, the common effect of a rounded coefficient in each step in units of ε, and the change of
+    H̃ in one step: beyond its series, of which a walk remains, no symplectic method changes it).
     """
     some = np.unique(np.linspace(0, count - 1, 4096).astype(int))
     speed = (np.abs(dual(rows(some))[2]) / np.where(moved > 0, moved, np.inf)).max(axis=1)
@@ -350,17 +351,17 @@ def _other_form(
     flow: Flow, dual: Dual, at: np.ndarray, moved: np.ndarray, size: np.ndarray,
     start: np.ndarray, ends: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """What H̃ seems to change by between the start and each end, if B + E is kept, (k,).
+    """Return the apparent change of H̃ between the start and each end, if B + E is kept, (k,).
 
     at: states of the run.
 
     A method that is conjugate to a symplectic one, as the trapezoidal rule is to the midpoint rule
-    (Hairer, Lubich, Wanner VI.8), keeps B + E, and −∫ α·f̃ ds is then off by ∫ α·E B⁻¹f̃ ds. Of a
+    (Hairer, Lubich, Wanner VI.8), keeps B + E, and −∫ α·f̃ ds is then off by ∫ α·E B⁻¹f̃ ds. For a
     step with the derivative M, D = M B Mᵀ − B′ is about −h times the rate at which E changes, so
     that |E| is about |D|/(hλ), λ the fastest rate of the motion. A part of the way along f changes
-    no H̃ of any form. So where a slow part of the motion goes away, this goes with it; a
-    loss of energy goes away by itself alone, of which this is a small part. Only of a method whose
-    step back undoes the step: what damps, damps both ways.
+    no H̃ of any form. So if a slow part of the motion goes away, this goes with it; a loss of
+    energy goes away by itself alone, of which this is a small part. Only for a method whose step
+    back undoes the step: a damped one damps both ways.
     """
     count, steps = dual.n + dual.m, size * EPS ** (1 / 3)
     around = at[:, None] + np.concatenate([np.diag(steps), -np.diag(steps)])
@@ -389,7 +390,8 @@ def _other_form(
 def _along(
     flow: Flow, dual: Dual, start: np.ndarray, ends: np.ndarray, size: np.ndarray, nodes: int
 ) -> list[np.ndarray]:
-    """(of energy, of modified, bounds, paths) from a state, or one each, to others, (k,) each.
+    """Return (of energy, of modified, bounds, paths) from a state, or one each, to others, (k,)
+    each.
 
     The path is carried along by K steps, which change no H̃, so that f̃ is a central difference.
     """
@@ -421,10 +423,10 @@ def _along(
 def _paths(
     dual: Dual, start: np.ndarray, ends: np.ndarray, size: np.ndarray, at: np.ndarray
 ) -> np.ndarray:
-    """Paths of a leaf from start, (n + m,) or (k, n + m), to ends at the nodes, (k, nodes, n + m).
+    """Return paths of a leaf from start, (n + m,) or (k, n + m), to ends: (k, nodes, n + m).
 
-    On pairs they are straight. Else the way that is left is gone as far as the leaf allows, by
-    Runge and Kutta's rule; where that does not arrive, the end is on another leaf or too far.
+    On pairs they are straight. Otherwise the remaining way is gone as far as the leaf allows, by
+    the Runge–Kutta rule; if that does not arrive, the end is on another leaf or too far.
     """
     z = np.broadcast_to(start, ends.shape)
     if dual.canonical:
@@ -439,7 +441,7 @@ def _paths(
         d = (last - first) / parts
         for k in range(parts):
             t = first + k * d
-            if t + d > 1 - 1e-9:  # all that is left, within the last interval's half
+            if t + d > 1 - 1e-9:  # the remainder, within the last interval's half
                 z = z + dual.moved(z, ends - z, size)
                 continue
             a = rate(z, t)
@@ -448,13 +450,13 @@ def _paths(
             e = rate(z + d * c, t + d)
             z = z + d / 6 * (a + 2 * b + 2 * c + e)
         found.append(z)
-    close = (np.abs(found[-1] - ends) / size).max(axis=1) < 1e-3  # but for the quadrature of it
+    close = (np.abs(found[-1] - ends) / size).max(axis=1) < 1e-3  # except for the quadrature of it
     found[-1] = np.where(close[:, None], ends, found[-1])
     return np.stack(found, axis=1)
 
 
 def _derivative(at: np.ndarray) -> np.ndarray:
-    """The matrix that takes values at nodes to the derivatives of their polynomial there."""
+    """Return the matrix from values at nodes to the derivatives of their polynomial there."""
     gaps = at[:, None] - at + np.eye(len(at))
     size = np.prod(gaps, axis=1)
     found = size[:, None] / size / gaps
@@ -464,7 +466,7 @@ def _derivative(at: np.ndarray) -> np.ndarray:
 
 
 def _weights(at: np.ndarray) -> np.ndarray:
-    """Weights of the quadrature that is exact for polynomials through these nodes of [0, 1]."""
+    """Return weights of the quadrature that is exact for polynomials on these nodes of [0, 1]."""
     degrees = np.arange(len(at))
     values = np.polynomial.chebyshev.chebvander(2 * at - 1, len(at) - 1)
     even = degrees % 2 == 0

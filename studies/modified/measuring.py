@@ -1,9 +1,9 @@
-"""How far runs keep the modified Hamiltonian that is cut off behind each power of the step.
+"""Measure how far runs keep the modified Hamiltonian truncated after each power of the step.
 
 Along a run the energy H of a method of order p errs by O(h^p), and H + … + h^j H_{j+1} by
-O(h^(j+1)), j ≥ p, as no later power is in it. The error is the largest less the smallest value
+O(h^(j+1)), j ≥ p, as it contains no later power. The error is the largest less the smallest value
 along runs to one time by steps that are halved; its slope, log₂ of the ratio for the last two steps
-above round-off, is held against the power.
+above round-off, is compared with the power.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ ROUNDED = 64
 
 @dataclass
 class Kept:
-    """How far H + … + h^j H_{j+1} is kept, j = 0, 1, …, order.
+    """The errors of H + … + h^j H_{j+1} along runs, j = 0, 1, …, order.
 
-    steps (s,); errors: of each j the errors at these steps, in units of H; floor: below it they are
-    round-off, (s,); wanted: of each j the power that the first term left out has.
+    steps (s,); errors: for each j the errors at these steps, in units of H; floor: below it they
+    are round-off, (s,); wanted: for each j the power of the first omitted term.
     """
 
     order: int
