@@ -5,12 +5,10 @@ A lane is one stage of a rule, and one instruction computes four or eight of the
 
 from __future__ import annotations
 
-from typing import Any
-
-from .llvm_values import OF_LANES, TYPES, Array, Routine, Value, lanes_among
+from .llvm_values import OF_LANES, TYPES, Array, Operand, Routine, Value, lanes_among
 
 
-def _intrinsic(routine: Any, name: str, *lanes: Value) -> Value:
+def _intrinsic(routine: Routine, name: str, *lanes: Value) -> Value:
     """Call an LLVM intrinsic that has a vector form."""
     kind = lanes[0].kind
     place, type_ = f"@llvm.{name}.{kind}f64", TYPES[kind]
@@ -27,7 +25,7 @@ OF_LANES["fabs"] = lambda routine, x: _intrinsic(routine, "fabs", x)
 # -- operations that the driver of the stages uses ------------------------------------------------
 
 
-def total(routine: Any, numbers: Any) -> Any:
+def total(routine: Routine, numbers: Operand) -> Operand:
     """Return the sum of all lanes, in any order."""
     kind = numbers.kind
     place = f"@llvm.vector.reduce.fadd.{kind}f64"
@@ -36,7 +34,7 @@ def total(routine: Any, numbers: Any) -> Any:
     return routine.get("f", f"call reassoc double {place}({zero}, {TYPES[kind]} {numbers.name})")
 
 
-def larger(routine: Any, one: Any, other: Any) -> Any:
+def larger(routine: Routine, one: Operand, other: Operand) -> Operand:
     """Return the larger number in each lane; `other` if one of the two is NaN."""
     kind = lanes_among([one, other]) or "f"
     a, b = routine.operand(kind, one), routine.operand(kind, other)
@@ -44,7 +42,7 @@ def larger(routine: Any, one: Any, other: Any) -> Any:
     return routine.get(kind, f"select {test} {routine.binary('gt', one, other).name}, {a}, {b}")
 
 
-def largest(routine: Any, numbers: Any) -> Any:
+def largest(routine: Routine, numbers: Operand) -> Operand:
     """Return the largest lane; NaN if the last lane is NaN."""
     count = int(numbers.kind[1:])
     while count > 1:
@@ -58,13 +56,15 @@ def largest(routine: Any, numbers: Any) -> Any:
     return routine.lane(numbers, 0)
 
 
-def read_lanes(routine: Any, array: Array, index: Any, count: int) -> Any:
+def read_lanes(routine: Routine, array: Array, index: Operand, count: int) -> Operand:
     """Return `count` entries of an array, from `index` on, as lanes."""
     place = array._place(index)
     return routine.get(f"v{count}", f"load {TYPES[f'v{count}']}, ptr {place}, align 8")
 
 
-def write_lanes(routine: Any, array: Array, index: Any, numbers: Any, count: int) -> None:
+def write_lanes(
+    routine: Routine, array: Array, index: Operand, numbers: Operand, count: int
+) -> None:
     """Store lanes in an array, from `index` on."""
     place = array._place(index)
     routine.do(f"store {routine.operand(f'v{count}', numbers)}, ptr {place}, align 8")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .llvm_lanes import largest
-from .llvm_values import OF_LANES, TYPES, Value
+from .llvm_values import OF_LANES, TYPES, Operand, Routine, Value
 
 LARGEST = 2.0**20
 ROUNDING = 1.5 * 2.0**52  # adding it rounds a number to an integer, held in the sum's last bits
@@ -26,7 +26,7 @@ COSINE = (4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894
           -1.13596475577881948265e-11)  # fmt: skip
 
 
-def sines_of_lanes(routine: Any, x: Value) -> tuple[Value, Value]:
+def sines_of_lanes(routine: Routine, x: Value) -> tuple[Value, Value]:
     """Return (sin x, cos x) in each lane; a second call with the same x reuses them."""
     if x.name not in routine.known:
         flags, routine.fast = routine.fast, ""
@@ -37,7 +37,7 @@ def sines_of_lanes(routine: Any, x: Value) -> tuple[Value, Value]:
     return sine, cosine
 
 
-def _with_large_arguments(routine: Any, x: Any) -> tuple[Value, Value]:
+def _with_large_arguments(routine: Routine, x: Operand) -> tuple[Value, Value]:
     results = [routine.memory(x.kind) for _ in range(2)]
     near, far, after = (routine.name(label) for label in ("near", "far", "after"))
     test: Any = largest(routine, abs(x)) < LARGEST
@@ -54,7 +54,7 @@ def _with_large_arguments(routine: Any, x: Any) -> tuple[Value, Value]:
     return sine, cosine
 
 
-def _near(routine: Any, x: Any) -> tuple[Value, Value]:
+def _near(routine: Routine, x: Operand) -> tuple[Value, Value]:
     """Return (sin x, cos x) for |x| < 2²⁰."""
     shifted = x * (2 / np.pi) + ROUNDING
     k = shifted - ROUNDING
@@ -77,14 +77,14 @@ def _near(routine: Any, x: Any) -> tuple[Value, Value]:
             _of_quadrant(routine, shifted, 1, sine, cosine))  # fmt: skip
 
 
-def _polynomial(z: Any, coefficients: tuple[float, ...]) -> Any:
+def _polynomial(z: Operand, coefficients: tuple[float, ...]) -> Operand:
     total: Any = coefficients[-1]
     for c in reversed(coefficients[:-1]):
         total = total * z + c
     return total
 
 
-def _of_quadrant(routine: Any, shifted: Value, more: int, sine: Value, cosine: Value) -> Value:
+def _of_quadrant(routine: Routine, shifted: Value, more: int, sine: Value, cosine: Value) -> Value:
     """Return ± sine or ± cosine, by the last two bits of k + more."""
     kind, count = shifted.kind, int(shifted.kind[1:])
     floats, bits = TYPES[kind], f"<{count} x i64>"

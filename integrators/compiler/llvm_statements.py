@@ -13,7 +13,7 @@ from functools import partial, reduce
 from types import FunctionType
 from typing import Any
 
-from .llvm_values import Value, mapped, register
+from .llvm_values import Operand, Value, mapped, register
 
 UNROLLED = 16  # a longer loop of constant length is not unrolled
 LOOPS = (ast.While, ast.For)
@@ -46,10 +46,10 @@ class Scope:
         self.ends: list[str] = []  # the end labels of the enclosing loops
         self.branches = 0  # number of enclosing branches that numbers decide
         # the returned value, if no number decides whether it is returned
-        self.returned: list[Any] = []
+        self.returned: list[Operand] = []
         self.left = False  # True if the function may have returned earlier
 
-    def call(self, arguments: Sequence[Any]) -> Any:
+    def call(self, arguments: Sequence[Operand]) -> Operand:
         """Write the function's instructions and return its result, a number or a tuple."""
         for argument, value in zip(self.node.args.args, arguments, strict=True):
             self._bind(argument.arg, value)
@@ -87,7 +87,7 @@ class Scope:
                 case ast.Break():
                     self.routine.jump(f"label %{self.ends[-1]}")
 
-    def _assign(self, target: Any, numbers: Any) -> None:
+    def _assign(self, target: Any, numbers: Operand) -> None:
         if isinstance(target, ast.Tuple):
             for one, value in zip(target.elts, numbers, strict=True):
                 self._assign(one, value)
@@ -96,20 +96,20 @@ class Scope:
         else:
             self._bind(target.id, numbers)
 
-    def _bind(self, name: str, numbers: Any) -> None:
+    def _bind(self, name: str, numbers: Operand) -> None:
         """Bind a name to its value, or to a variable if several places assign it."""
         if name in self.often:
             self._put(name, numbers)
         else:
             self.names[name] = numbers
 
-    def _put(self, name: str, numbers: Any) -> None:
+    def _put(self, name: str, numbers: Operand) -> None:
         """Assign a number or a tuple of numbers to variables."""
         if name not in self.places:
             self.places[name] = mapped(lambda v: self.routine.memory(register(v).kind), numbers)
         mapped(lambda v, place: place.__setitem__(0, v), numbers, self.places[name])
 
-    def _return(self, numbers: Any) -> None:
+    def _return(self, numbers: Operand) -> None:
         if not (self.branches or self.left):
             self.returned = [numbers]
             return
@@ -164,7 +164,7 @@ class Scope:
             self._assign(node.target, item)
             self._run(node.body)
 
-    def _count(self, node: ast.For, start: Any, stop: Any, step: int = 1) -> None:
+    def _count(self, node: ast.For, start: Operand, stop: Operand, step: int = 1) -> None:
         """Write a loop over integers with a constant step."""
         self.module.loops = True
         turns = f"turns of the loop in line {node.lineno}"
@@ -252,20 +252,20 @@ def _assigned_often(node: ast.FunctionDef) -> set[str]:
 # -- replacements of Python's own decisions, for numbers unknown until the code runs --------------
 
 
-def chosen(test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
+def chosen(test: Operand, yes: Callable[[], Operand], no: Callable[[], Operand]) -> Operand:
     """Return `yes() if test else no()`; if the test is not known yet, compute both and select."""
     if isinstance(test, Value):
         return mapped(partial(_select, test), yes(), no())
     return yes() if test else no()
 
 
-def _select(test: Value, yes: Any, no: Any) -> Value:
+def _select(test: Value, yes: Operand, no: Operand) -> Value:
     kind = register(yes).kind if register(yes).kind == register(no).kind else "f"
     one, other = (test.routine.operand(kind, v) for v in (yes, no))
     return test.routine.get(kind, f"select i1 {test.name}, {one}, {other}")
 
 
-def combined(both: bool, *parts: Any) -> Any:
+def combined(both: bool, *parts: Operand) -> Operand:
     """Return `and` (or `or`) of all parts; all are computed, since they have no side effects."""
     values = [p for p in parts if isinstance(p, Value)]
     if any(bool(p) is not both for p in parts if not isinstance(p, Value)):
@@ -275,14 +275,14 @@ def combined(both: bool, *parts: Any) -> Any:
                   values) if values else both  # fmt: skip
 
 
-def negated(test: Any) -> Any:
+def negated(test: Operand) -> Operand:
     """Return `not test`."""
     if isinstance(test, Value):
         return test.routine.get("b", f"xor i1 {test.name}, true")
     return not test
 
 
-def whole(number: Any) -> Any:
+def whole(number: Operand) -> Operand:
     """Return `int(number)`."""
     if isinstance(number, Value):
         return number.routine.get("i", f"fptosi {number.routine.operand('f', number)} to i64")
@@ -292,7 +292,7 @@ def whole(number: Any) -> Any:
 def mathematical(name: str, plain: Callable[..., Any]) -> Callable[..., Any]:
     """Return a mathematical function that uses `plain` if Python knows its arguments."""
 
-    def function(*arguments: Any) -> Any:
+    def function(*arguments: Operand) -> Operand:
         values = [a for a in arguments if isinstance(a, Value)]
         return values[0].routine.call(name, *arguments) if values else plain(*arguments)
 

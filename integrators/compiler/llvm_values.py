@@ -10,9 +10,12 @@ import struct
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+
+#: a register, a number that is known while the code is written, or nested tuples of these
+Operand: TypeAlias = Any
 
 
 class _Types(dict[str, str]):  # v8 is a vector of eight lanes
@@ -100,7 +103,7 @@ class Routine:
             self.do(f"call void @free(ptr {name})")
         self.do(f"ret {result}")
 
-    def operand(self, kind: str, number: Any) -> str:
+    def operand(self, kind: str, number: Operand) -> str:
         """Return LLVM's type and name of a number, converted to the kind."""
         number = register(number)
         if number.kind == "i" and kind != "i":
@@ -113,7 +116,7 @@ class Routine:
         assert number.kind == kind, f"{number} is no number of kind {kind}"
         return f"{TYPES[kind]} {number.name}"
 
-    def call(self, name: str, *arguments: Any) -> Value:
+    def call(self, name: str, *arguments: Operand) -> Value:
         """Call a function of floats, or of each lane: an intrinsic or a function of C's library."""
         if kind := lanes_among(arguments):
             return self.in_lanes(kind, OF_LANES.get(name), partial(self.call, name), arguments)
@@ -133,7 +136,7 @@ class Routine:
         places = f"<{count} x i32> zeroinitializer"
         return self.get(kind, f"shufflevector {type_} {one}, {type_} poison, {places}")
 
-    def lane(self, number: Any, j: int) -> Any:
+    def lane(self, number: Operand, j: int) -> Operand:
         """Return lane j; a number without lanes is the same in all."""
         if not lanes_among([number]):
             return number
@@ -141,8 +144,8 @@ class Routine:
         return self.get("f", f"extractelement {TYPES[lanes.kind]} {lanes.name}, i64 {j}")
 
     def in_lanes(
-        self, kind: str, whole: Any, single: Callable[..., Any], arguments: Sequence[Any]
-    ) -> Any:
+        self, kind: str, whole: Any, single: Callable[..., Any], arguments: Sequence[Operand]
+    ) -> Operand:
         """Apply `whole` to all lanes at once, or if it is None `single` lane by lane."""
         if whole is not None:
             return whole(self, *(Value(kind, self.operand(kind, a).removeprefix(f"{TYPES[kind]} "),
@@ -150,7 +153,7 @@ class Routine:
         lanes = [single(*(self.lane(a, j) for a in arguments)) for j in range(int(kind[1:]))]
         return mapped(partial(self.joined, kind), *lanes)
 
-    def joined(self, kind: str, *numbers: Any) -> Value:
+    def joined(self, kind: str, *numbers: Operand) -> Value:
         """Join scalars into one vector value."""
         result = "poison"
         for j, number in enumerate(numbers):
@@ -158,7 +161,7 @@ class Routine:
             result = self.get(kind, f"insertelement {TYPES[kind]} {result}, {one}, i64 {j}").name
         return Value(kind, result, self)
 
-    def binary(self, operator: str, left: Any, right: Any) -> Value:
+    def binary(self, operator: str, left: Operand, right: Operand) -> Value:
         """Write arithmetic or a comparison of two numbers; of floats if one is a float."""
         of_floats, of_whole = OPERATORS[operator]
         left, right = register(left), register(right)
@@ -189,7 +192,7 @@ class Value:
     def __abs__(self) -> Value:
         return self.routine.call("fabs", self)
 
-    def __pow__(self, exponent: Any) -> Any:
+    def __pow__(self, exponent: Operand) -> Operand:
         if not isinstance(exponent, int):
             return self.routine.call("pow", self, exponent)
         if exponent < 0:
@@ -199,7 +202,7 @@ class Value:
         half = self ** (exponent // 2)
         return half * half * self if exponent % 2 else half * half
 
-    def __rpow__(self, base: Any) -> Value:
+    def __rpow__(self, base: Operand) -> Value:
         return self.routine.call("pow", base, self)
 
     def __bool__(self) -> bool:
@@ -226,7 +229,7 @@ class Array:
     routine: Any = field(default=None, repr=False)
     __iter__ = None  # the length is unknown
 
-    def _place(self, index: Any) -> str:
+    def _place(self, index: Operand) -> str:
         if self.columns is not None:
             row, column = index if isinstance(index, tuple) else (index, 0)
             index = row * self.columns + column
@@ -236,18 +239,18 @@ class Array:
         place = f"getelementptr {TYPES[self.kind]}, ptr {self.name}, {at}"
         return str(self.routine.get("i", place).name)
 
-    def __getitem__(self, index: Any) -> Any:
+    def __getitem__(self, index: Operand) -> Operand:
         place = self._place(index)
         if self.columns is not None and not isinstance(index, tuple):
             return replace(self, name=place, columns=None)  # a row
         return self.routine.get(self.kind, f"load {TYPES[self.kind]}, ptr {place}")
 
-    def __setitem__(self, index: Any, number: Any) -> None:
+    def __setitem__(self, index: Operand, number: Operand) -> None:
         entry = self.routine.operand(self.kind, number)
         self.routine.do(f"store {entry}, ptr {self._place(index)}")
 
 
-def register(number: Any) -> Value:
+def register(number: Operand) -> Value:
     """Return a number, which Python may know, in LLVM's notation."""
     if isinstance(number, Value):
         return number
@@ -262,37 +265,37 @@ def register(number: Any) -> Value:
     return Value("f", f"0x{struct.pack('>d', number).hex()}")
 
 
-def lanes_among(numbers: Iterable[Any]) -> str:
+def lanes_among(numbers: Iterable[Operand]) -> str:
     """Return the kind of the lanes among the numbers, or "" if there are no lanes."""
     kinds = (f"v{len(n)}" if isinstance(n, np.ndarray) else getattr(n, "kind", "") for n in numbers)
     return next((kind for kind in kinds if kind.startswith("v")), "")
 
 
-def mapped(function: Callable[..., Any], *trees: Any) -> Any:
+def mapped(function: Callable[..., Any], *trees: Operand) -> Operand:
     """Apply a function to each leaf of nested tuples."""
     if isinstance(trees[0], tuple):
         return tuple(mapped(function, *branches) for branches in zip(*trees, strict=True))
     return function(*trees)
 
 
-def flat(tree: Any, known: bool = True) -> list[Any]:
+def flat(tree: Operand, known: bool = True) -> list[Operand]:
     """Return the numbers and arrays in nested tuples; if `known`, also Python's own numbers."""
     found: list[Any] = []
     mapped(lambda e: found.append(e) if _is_number(e, known) else None, tree)
     return [e if isinstance(e, Array) else register(e) for e in found]
 
 
-def filled(tree: Any, values: Iterable[Any], known: bool = True) -> Any:
+def filled(tree: Operand, values: Iterable[Operand], known: bool = True) -> Operand:
     """Return the nested tuples with their numbers replaced by `values` in order."""
     rest = iter(values)
     return mapped(lambda leaf: next(rest) if _is_number(leaf, known) else leaf, tree)
 
 
-def form(tree: Any, known: bool = True) -> Any:
+def form(tree: Operand, known: bool = True) -> Operand:
     """Return nested tuples with unnamed numbers: a shared function is written once per form."""
     return filled(tree, [replace(v, name="", routine=None) for v in flat(tree, known)], known)
 
 
-def _is_number(leaf: Any, known: bool) -> bool:
+def _is_number(leaf: Operand, known: bool) -> bool:
     plain = isinstance(leaf, (int, float, np.ndarray)) and not isinstance(leaf, bool)
     return isinstance(leaf, (Value, Array)) or (known and plain)

@@ -18,7 +18,7 @@ from .llvm_lanes import PRIMITIVES
 from .llvm_matrices import MATRICES
 from .llvm_sines import LARGEST  # noqa: F401 - with it sine and cosine are known
 from .llvm_statements import CONDITIONS, mathematical, runnable, whole
-from .llvm_values import TYPES, Array, Routine, Value, filled, flat, form, lanes_among
+from .llvm_values import TYPES, Array, Operand, Routine, Value, filled, flat, form, lanes_among
 
 #: decorators → (floating-point flags: sums in any order, or in the order written; True if the
 #: function is written once and called). Other functions are written wherever they are called,
@@ -61,7 +61,7 @@ class Module:
         fast, shared = next((kind for word, kind in KINDS.items() if word in words), ("", False))
         run = cache(partial(runnable, self, node, function))  # only for functions that are called
 
-        def inline(*arguments: Any) -> Any:
+        def inline(*arguments: Operand) -> Operand:
             if "helper" in words and (kind := lanes_among(arguments)):
                 return self.routine.in_lanes(kind, None, inline, arguments)
             before, self.routine.fast = self.routine.fast, fast
@@ -71,7 +71,7 @@ class Module:
 
         called = partial(self._called, node.name, inline)
 
-        def lane_by_lane(*arguments: Any) -> Any:
+        def lane_by_lane(*arguments: Operand) -> Operand:
             kind = lanes_among(arguments)
             if kind:
                 return self.routine.in_lanes(kind, None, called, arguments)
@@ -109,7 +109,7 @@ class Module:
         aligned = " alignstack(64)" if any(" x double>" in line for line in body) else ""
         self.written.append("\n".join([f"define {head}{aligned} {{", "entry:", *body, "}"]))
 
-    def _called(self, name: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    def _called(self, name: str, function: Callable[..., Any], *arguments: Operand) -> Operand:
         """Call a function that is written once for each form of its arguments.
 
         Results that Python knows are returned unchanged.
@@ -162,7 +162,7 @@ def in_memory(results: Sequence[Value]) -> bool:
     return len(results) > MOST and all(v.kind == "f" for v in results)
 
 
-def _typed(value: Any) -> str:
+def _typed(value: Operand) -> str:
     return f"{'ptr' if isinstance(value, Array) else TYPES[value.kind]} {value.name}"
 
 
