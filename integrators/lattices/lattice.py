@@ -49,8 +49,8 @@ class Lattice:
     `Scene`; impacts happen at the end of a step, without friction.
 
     symmetries: name → ξ(x, p), a list of m entries: the natural velocity with which a one-parameter
-    group that leaves L unchanged moves a site at x, all sites at once. The group conserves Σ
-    μ_i·ξ(x_i) (`discmech lattices`).
+    group that leaves L unchanged moves a site at x, all sites at once; or a list of such lists. The
+    group conserves Σ μ_i·ξ(x_i) (`discmech momentum`).
 
     Raises `BadInput` for wrong shapes, non-finite numbers, and bonds to missing sites, and on a
     group for an x0 that is not an element.

@@ -9,8 +9,10 @@ import numpy as np
 from ..algebras import se
 from ..groupoids import lie_group, pair
 from ..numbers.types import Column, Expression
+from . import symmetries
 from .lattice import Lattice
 
+VERTICAL = "vertical angular momentum"
 DIRECTION = np.array([0.6, 0, -0.8])  # direction of the links at the start
 #: an attitude that turns e₁ into that direction, with neither e₂ nor e₃ level
 ATTITUDE = np.array([[0.6, 0.48, 0.64], [0, 0.8, -0.6], [-0.8, 0.36, 0.48]])
@@ -28,6 +30,7 @@ def rods(links: int = 8, spin: float = 0.3) -> Lattice:
         constraint=lambda x, y, p: [((y - x).dot(y - x) - p.length**2) / 2],
         x0=x0, v0=np.cross([0, 0, spin], x0), fixed=[0], duration=10, step="1/100",
         title="Chain of masses on rods", source="Marsden, West, Acta Numerica 10 (2001), 3.5",
+        symmetries={VERTICAL: symmetries.turn_about_the_vertical},
     )  # fmt: skip
 
 
@@ -68,4 +71,7 @@ def linkage(links: int = 8, joint: str = "spherical", rate: float = 0.3) -> Latt
         title=f"Rigid links on {joint} joints",
         source="Lee, Liu, Park, Srinivasa, A linear-time variational integrator for multibody "
         "systems (WAFR 2016)",
+        # a joint at a point of the axis leaves a link free to spin about that axis
+        symmetries={} if hinged else {VERTICAL: symmetries.turn_about_the_vertical,
+                                      "spin": symmetries.own_spin},
     )  # fmt: skip

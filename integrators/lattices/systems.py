@@ -14,6 +14,7 @@ from ..errors import unknown
 from ..groupoids import lie_group, pair
 from ..numbers import exact_rational, sympy
 from ..numbers.types import Column, Expression, Given
+from . import symmetries
 from .lattice import Lattice
 from .linkages import linkage, rods
 
@@ -58,6 +59,7 @@ def toda(x0: np.ndarray | None = None, v0: np.ndarray | None = None) -> Lattice:
     return Lattice(
         "toda", pair(1), len(x0), {}, _kinetic, spring, x0=x0[:, None], v0=v0[:, None],
         duration=100, step="1/10", title="Toda's chain",
+        symmetries={"total momentum": symmetries.along},
         source="Toda, J. Phys. Soc. Japan 22 (1967)",
     )  # fmt: skip
 
@@ -69,6 +71,7 @@ def rotors(sites: int = 32, coupling: Given = 1) -> Lattice:
         "rotors", pair(1), sites, {"K": coupling}, _kinetic,
         lambda x, y, p: p.K * (sympy.cos(y[0] - x[0]) - 1), "ring",
         np.sin(angle)[:, None], (0.5 + np.cos(angle))[:, None], duration=100, step="1/20",
+        symmetries={"total momentum": symmetries.along},
         title="Ring of rotors", source="Livi, Pettini, Ruffo, Vulpiani, J. Stat. Phys. 48 (1987)",
     )  # fmt: skip
 
@@ -175,7 +178,7 @@ def bodies(sites: int = 16, coupling: Given = 1) -> Lattice:
     return Lattice(
         "bodies", lie_group(so(3)), sites, {"K": coupling}, at_body,
         lambda g, k, p: p.K * (g.T * k).trace(), "ring", v0=v0, duration=50, step="1/20",
-        title="Ring of rigid bodies",
+        title="Ring of rigid bodies", symmetries={"angular momentum": symmetries.turns_of_attitude},
     )  # fmt: skip
 
 
@@ -213,6 +216,7 @@ def beam(sites: int = 20, stiffness: Given = 100, bending: Given = 1) -> Lattice
         {"EA": stiffness, "EI": bending, "inertia": "1/100", "length": length},
         at_body, bond, x0=x0, v0=v0, duration=10, step=19 * a / 2000, title="Beam of rigid bodies",
         source="Simo, Comput. Methods Appl. Mech. Engng. 49 (1985); Reissner (1973)",
+        symmetries={"momentum": symmetries.shifts, "angular momentum": symmetries.turns},
     )  # fmt: skip
 
 

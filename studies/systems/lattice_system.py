@@ -56,9 +56,9 @@ class LatticeSystem(System):
 
     @cached_property
     def momenta(self) -> tuple[SiteMomentum, ...]:  # type: ignore[override]
-        """The known momenta, and those of the lattice's own symmetries."""
-        parts = {**self.known.momenta, **of_symmetries(self.lattice)}
-        return tuple(SiteMomentum(name, part) for name, part in parts.items())
+        """The momenta that the lattice's symmetries keep."""
+        parts = of_symmetries(self.lattice).items()
+        return tuple(SiteMomentum(name, part) for name, part in parts)
 
     @property
     def form_kinds(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -200,7 +200,9 @@ class LatticeSystem(System):
 
     @property
     def text(self) -> str:
-        """The momenta of symmetries, which the equations of a step do not contain."""
+        """The momenta of symmetries of the user's, which no equation of a step contains."""
+        if is_built_in(self.lattice):
+            return ""
         given = of_symmetries(self.lattice)
         return str({name: entries_of(self.scheme, part) for name, part in given.items()})
 
@@ -235,7 +237,7 @@ class LatticeSystem(System):
 @lru_cache(maxsize=8)  # energy, momentum and symplecticity share one run
 def _run(scheme: Any, steps: int, with_momenta: bool) -> LongRun:
     lattice = scheme.lattice
-    parts = {**known_of(lattice).momenta, **of_symmetries(lattice)} if with_momenta else {}
+    parts = of_symmetries(lattice) if with_momenta else {}
     return followed(scheme, scheme.flow(lattice.step), steps, parts)
 
 

@@ -211,11 +211,13 @@ def of_symmetries(lattice: Any) -> dict[str, Part]:
 
     def part(xi: Callable[..., Any], name: str) -> Part:
         def product(x: Any, mu: Any, p: Any) -> list[Any]:
-            along = list(xi(x, p))
-            if len(along) != len(mu):
-                raise BadInput(f"{lattice.name}: the symmetry {name} gives {len(along)} entries; "
-                               f"give {len(mu)}, a natural velocity.")  # fmt: skip
-            return [sum(m * e for m, e in zip(mu, along, strict=True))]
+            given = list(xi(x, p))
+            rows = given if given and isinstance(given[0], list) else [given]
+            for row in rows:
+                if len(row) != len(mu):
+                    raise BadInput(f"{lattice.name}: the symmetry {name} gives {len(row)} entries; "
+                                   f"give {len(mu)}, a natural velocity.")  # fmt: skip
+            return [sum(m * e for m, e in zip(mu, row, strict=True)) for row in rows]
 
         return product
 

@@ -11,7 +11,6 @@ from discmech import Lattice, Scheme, pair
 from discmech.integrators import rules
 from discmech.integrators.lattices import systems
 from discmech.studies.systems import quantities
-from discmech.studies.systems.known import known_of
 from discmech.studies.systems.quantities import energies, momentum
 
 
@@ -23,7 +22,7 @@ def test_energy_and_momenta_are_those_of_their_formulas():
     wanted = (run.mu**2).sum(axis=(1, 2)) / 2
     wanted += (1 - np.cos(np.roll(angles, -1, axis=1) - angles)).sum(axis=1)
     assert np.allclose(energies(scheme, run)[0], wanted, rtol=1e-14, atol=1e-14)
-    (part,) = known_of(lattice).momenta.values()
+    (part,) = quantities.of_symmetries(lattice).values()
     assert abs(run.mu[0].sum() - lattice.sites / 2) < 1e-12  # a momentum that could be lost
     values, terms = momentum(scheme, part, run.x, run.mu)
     assert np.allclose(values[0], run.mu.sum(axis=(1, 2)), atol=1e-13)

@@ -128,7 +128,7 @@ def test_a_long_run_is_measured_as_its_rows_are(monkeypatch):
     """Some rows at a time, so that memory does not grow with the steps."""
     monkeypatch.setattr(following, "BLOCK", 3 * 32)
     lattice, scheme = systems.get("rotors"), Scheme(systems.get("rotors"), rules.get("midpoint"))
-    flow, parts = scheme.flow(lattice.step), known_of(lattice).momenta
+    flow, parts = scheme.flow(lattice.step), quantities.of_symmetries(lattice)
     found, run = following.followed(scheme, flow, 40, parts), flow.trajectory(40)
     H, size = energies(scheme, run)
     assert found.size == size and np.array_equal(found.t, run.t) and np.array_equal(found.energy, H)
