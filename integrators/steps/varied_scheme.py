@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 from ..compiler import System
-from ..equations import step_system
+from ..equations import initial_momentum, step_system
 from ..errors import BadInput, CannotMeasure, arguments_checked, brief_name
 from ..flows import Scheme
 from ..numbers import Arithmetic, Double, numeric, sympy
@@ -60,6 +60,15 @@ class VariedScheme:
     def controlled(self) -> bool:
         """True if the step density is a part of the state, changed by a controller."""
         return self.rule.way == "reversible"
+
+    @cached_property
+    def density0(self) -> float:
+        """The step density 1/σ at the scene's start; not positive, or no number, where σ is so."""
+        numbers, scene = Double(), self.inner.scene
+        mu = initial_momentum(self.inner.s, scene, numbers)
+        given = self.inner.s.with_time(scene.x0), mu, scene.parameter_values
+        x, mu, p = ([numbers.number(e) for e in part] for part in given)
+        return float(1 / self.control(numbers)(x, mu, p)[0])
 
     def __getattr__(self, name: str) -> Any:
         if name in ("inner", "scene", "rule"):

@@ -1,0 +1,323 @@
+"""What rules with varying steps are worth: order at the times reached, way back, form, energy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from discmech import reference
+from discmech.integrators import BadInput, Scheme, StepFailure, scenes, vary
+from discmech.integrators.errors import CannotMeasure, DiscmechError
+from discmech.integrators.numbers import exact_rational, mpmath
+from discmech.integrators.rules import get
+from discmech.integrators.steps import ENERGY, Varied
+from discmech.reference import ReferenceFailure
+
+from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent, worst
+from ..core.runs import energy_errors, interval
+from ..energy.measuring import WIDE, judge_errors, measured_errors
+from ..evidence import evidence_of
+from ..evidence.verdicts import judge as judge_evidence
+from ..evidence.verdicts import of_evidence
+from .extended import DIGITS as DIGITS_OF_FORM
+from .extended import LIMIT, form_defect
+
+NAME = "steps"
+NEEDS = (
+    "it needs a rule whose steps vary: vary(rule, sigma) in a file, or reversible:RULE and "
+    "poincare:RULE on a scene that names a sigma."
+)
+CONTROL_NAME = "naive step"
+#: rules that the report takes, and the scene of the control
+RULES, CONTROL_SCENE = ("trapezoidal", "gauss-2"), "kepler"
+DIGITS = 50
+#: runs of a ladder, each of twice the steps; the most of them, and the steps of the first
+RUNGS, MOST_RUNGS, FIRST = 4, 10, 12
+SETTLED = 0.05  # of two orders one after another, of which a third would be nearer still
+RESOLVED = 0.01  # an error of a run whose ε is taken for the energy, the form and the way back
+#: of a slope: the next powers of ε are an eighth each of what they were at the first rung
+TOLERANCE = 0.1
+BACK = 24  # steps forth and back
+STEPS = 50_000
+HALVINGS = 6  # sizes of ε that a long run is tried with
+#: of a run and back at 60 digits: round-off may grow by as many powers of ten as are left
+LIMIT_BACK = 1e-30
+PLACES = 2  # beside the start, of the way back and of the form
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every chosen scene by every chosen rule whose steps vary; else those that name a σ.
+
+    Of these by two rules in two ways, and the control. With the control chosen, it alone.
+    """
+    if unknown := [c for c in choice.controls if c != CONTROL_NAME]:
+        raise BadInput(f'the study steps has no control {unknown[0]}: there is "{CONTROL_NAME}".')
+    if choice.rules:
+        return [c for c in plain_cases(NAME, choice, (16,)) if isinstance(c.rule, Varied)]
+    if choice.digits and 16 not in choice.digits:
+        return []
+    named = [s for s in choice.scenes or scenes.all_scenes() if getattr(s, "sigma", None)]
+    ways = [vary(get(rule), way=way) for way in ("reversible", "poincare") for rule in RULES]
+    found = [] if choice.controls else [
+        Case(NAME, scene, rule, 16, choice.steps)
+        for scene in named for rule in ways if rule.applies(scene)
+    ]  # fmt: skip
+    naive = vary(get(RULES[0]), way="naive")
+    return found + [
+        Case(NAME, scene, naive, 16, choice.steps, CONTROL_NAME)
+        for scene in named
+        if scene.name == CONTROL_SCENE
+    ]
+
+
+def first_step(case: Case) -> Fraction:
+    """The ε whose step is the scene's own at its start, where σ has its value; a short number."""
+    return Fraction(f"{float(case.scene.step) * case.scheme.density0:.3g}")
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows {step, steps, time, error} of the ladder; measured: order, back, form, band, slope.
+
+    back: by how much a run and back miss their start, of all that a step changes, at 60 digits.
+    form: of "poincare" `extended.form_defect`, else None. Raises `CannotMeasure` for a rule of
+    equal steps.
+    """
+    if not isinstance(case.rule, Varied):
+        raise CannotMeasure(f"{case.rule.name} has equal steps: {NEEDS}")
+    label = f"{case.scene.name} {case.label}"
+    progress(f"{label}: order", 0.0)
+    step = first_step(case)
+    rows, orders = _ladder(case, step)
+    clear = [row["step"] for row in rows if row["error"] <= RESOLVED] or [rows[-1]["step"]]
+    step = min(step, Fraction(f"{clear[0]:.3g}"))
+    measured: dict[str, Any] = {"order": orders[-1]}
+    progress(f"{label}: there and back", 0.4)
+    measured["back"] = max(_back(case, step, *at) for at in _states(case))
+    measured["form"] = None
+    if case.rule.way == "poincare":
+        progress(f"{label}: form", 0.5)
+        measured["form"] = max(_form(case, step, *at) for at in _states(case))
+    progress(f"{label}: energy", 0.6)
+    found = _energy(case, step)
+    measured |= found.get("measured", {"band": None, "slope": None})
+    return {"rows": rows, "measured": measured, "orders": orders, "energy": found,
+            "local": _local(case)}  # fmt: skip
+
+
+def _ladder(case: Case, step: Fraction) -> tuple[list[dict[str, Any]], list[float]]:
+    """(rows, orders from row to row): errors at the times that runs of ε, ε/2, … reach.
+
+    The reference is asked for at these times. Runs that end for their long steps are left out, and
+    more are made until the last orders are one (`SETTLED`).
+    """
+    wanted = case.scheme.order or 1
+    step = step * (1 if wanted <= 2 else 2 if wanted <= 4 else 4) * Fraction(913, 1000)
+    runs: list[Any] = []
+    rows: list[dict[str, Any]] = []
+    orders: list[float] = []
+    for k in range(MOST_RUNGS):
+        n = FIRST * 2**k
+        try:
+            runs.append(case.scheme.flow(step / 2**k, DIGITS).trajectory(n, n))
+        except StepFailure:
+            if k == MOST_RUNGS - 1:
+                raise
+            runs.clear()
+        if len(runs) < RUNGS or (len(runs) - RUNGS) % 2:
+            continue
+        rows = _errors(case, runs)
+        orders = [math.log2(a["error"] / b["error"]) if a["error"] > 0 < b["error"] else math.nan
+                  for a, b in pairwise(rows)]  # fmt: skip
+        if math.isnan(orders[-1]) or abs(orders[-1] - orders[-2]) < SETTLED:
+            break
+    if len(rows) < RUNGS:
+        raise CannotMeasure(
+            f"{case.scene.name} with {case.rule.name}: no {RUNGS} runs of ε, ε/2, … go through; "
+            "take a smaller step= of the scene."
+        )
+    return rows, orders
+
+
+def _errors(case: Case, runs: Sequence[Any]) -> list[dict[str, Any]]:
+    """The rows of runs."""
+    times = [exact_rational(run.t[-1], "t") for run in runs]
+    exact = reference.solutions(case.scene, times, DIGITS + 5, proof=False)
+    rows = []
+    for run, at in zip(runs, exact, strict=True):
+        with mpmath.workdps(DIGITS + 15):
+            off = [a - b for a, b in zip([*run.x[-1], *run.mu[-1]], [*at.x, *at.mu], strict=True)]
+            size = mpmath.norm([*at.x, *at.mu], 2) or 1
+            error = float(mpmath.norm(off, 2) / size)
+        rows.append({"step": float(run.step), "steps": run.steps, "time": float(run.t[-1]),
+                     "error": error})  # fmt: skip
+    return rows
+
+
+def _states(case: Case) -> list[tuple[Any, Any]]:
+    """(x, μ) of the start, as None, and of places beside the motion; the start alone where the
+    scene has none."""
+    try:
+        places = evidence_of(Scheme(case.scene, case.rule.base)).places
+    except (ReferenceFailure, DiscmechError):
+        places = []
+    beside = [place for place in places if place.beside][:PLACES]
+    return [(None, None), *((place.x, place.mu) for place in beside)]
+
+
+def _back(case: Case, step: Fraction, x: Any, mu: Any) -> float:
+    """How far a run and back end from a start, the largest entry of (x, μ, t) over its size."""
+    forth, back = (case.scheme.flow(sign * step, DIGITS_OF_FORM) for sign in (1, -1))
+    try:
+        run = forth.trajectory(BACK, x0=x, mu0=mu)
+        also = {}
+        if case.rule.way == "reversible":
+            also = {"density0": run.density[-1]}
+        elif case.rule.way == "poincare":
+            also = {"energy0": run.scheme.inner.scene.parameters[ENERGY]}
+        again = back.trajectory(BACK, x0=run.x[-1], mu0=run.mu[-1], t0=exact_rational(
+            run.t[-1], "t"), **also)  # fmt: skip
+    except StepFailure:
+        return math.nan
+    found = 0.0
+    with mpmath.workdps(DIGITS_OF_FORM + 15):
+        for one, other in ((run.x, again.x), (run.mu, again.mu), (run.t, again.t)):
+            a, b = ([mpmath.mpf(e) for e in np.ravel(part)] for part in (one[0], other[-1]))
+            size = max(map(abs, np.ravel(one)), default=0) or 1
+            found = max([found, *(float(abs(p - q) / size) for p, q in zip(a, b, strict=True))])
+    return found
+
+
+def _form(case: Case, step: Fraction, x: Any, mu: Any) -> float:
+    """`form_defect` from a start and from a state of it whose K is not 0."""
+    run = case.scheme.flow(step, DIGITS_OF_FORM).trajectory(0, x0=x, mu0=mu)
+    energy = run.scheme.inner.scene.parameters[ENERGY]
+    at = run.x[0], run.mu[0]
+    return max(form_defect(case.scheme, step, *at, e) for e in (energy, energy * Fraction(9, 8)))
+
+
+def _energy(case: Case, step: Fraction) -> dict[str, Any]:
+    """The energy over a long run, as the study of energy measures it; {} where it is not constant.
+
+    With ε, or a half, … of it until a run goes through and its band is no wide one, since σ may be
+    far too long at one place of the motion; and by Poincaré until the energy stays: in a chaotic
+    motion what a symplectic step loses at a large ε is exponentially small at a smaller one.
+    """
+    scene, steps, found = case.scene, case.steps or STEPS, dict[str, Any]()
+    if scene.force is not None or scene.timed:
+        return found
+    plain = Scheme(scene, case.rule.base)
+    for _ in range(HALVINGS):
+        flow = case.scheme.flow(step)
+
+        def errors_of(more: int, flow: Any = flow) -> tuple[np.ndarray, np.ndarray]:
+            run = flow.trajectory(more * steps, interval(more * steps))
+            return np.asarray(run.t, dtype=float), energy_errors(plain, run, 16)
+
+        try:
+            found = measured_errors(replace(case, study="energy"), errors_of)
+        except StepFailure as failure:
+            found = {"measured": {"band": None, "slope": None}, "failed": str(failure)}
+        if "failed" not in found and found["measured"]["band"] <= WIDE:
+            told = judge_errors(replace(case, study="energy"), found)
+            if told.verdict != "fail" or case.rule.way != "poincare":
+                break
+        step /= 2
+    return found
+
+
+def _local(case: Case) -> dict[str, Any]:
+    """What single steps of the rule say, in its own time."""
+    try:
+        return of_evidence(case.scheme.inner)
+    except (ReferenceFailure, DiscmechError) as failure:
+        return {"order": None, "unknown": " ".join(str(failure).split())}
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """The worst of order, way back, form and energy; of the control, that it is caught."""
+    expected: dict[str, Any] = {"order": case.scheme.order, "tolerance": TOLERANCE}
+    judges = (_of_order, _of_back, _of_form, _of_energy)
+    parts = [judged(case, measurement, expected) for judged in judges]
+    verdict = worst(part.verdict for part in parts)
+    said = next((part.reason for part in parts if part.verdict == verdict), "")
+    if case.control is None:
+        return Verdict(verdict, said if verdict != "pass" else "", expected)
+    broken = [part.verdict == "fail" for part in (parts[1], parts[3])]
+    expected["caught"] = "a run and back miss their start, and the energy drifts"
+    if all(broken):
+        return Verdict("pass", "", expected)
+    missed = "by the way back" if not broken[0] else "by its energy"
+    return Verdict("fail", f"the naive step was not caught {missed}.", expected)
+
+
+def _of_order(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+    order, wanted = measurement["measured"]["order"], case.scheme.order
+    told = Verdict("pass", "", expected)
+    if not math.isfinite(order):
+        said = "every error is round-off, which says nothing of an order."
+        told = Verdict("inconclusive", said, expected)
+    elif wanted is not None and not abs(order - wanted) <= TOLERANCE:
+        before = measurement["orders"][-2]
+        side = "below" if order < wanted else "above"
+        said = f"order {order:.3f} in ε, at the times reached, is {side} the expected {wanted}"
+        if abs(order - wanted) < abs(before - wanted) / 1.5:
+            told = Verdict(
+                "inconclusive", f"{said}, and comes nearer: take a smaller step.", expected
+            )
+        else:
+            told = Verdict("fail", f"{said} by more than {TOLERANCE}.", expected)
+    return judge_evidence(measurement["local"], told, wanted, "the rule in its own time")
+
+
+def _of_back(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+    """Demanded of every way round a self-adjoint rule: of the naive one too, which fails."""
+    if not case.scheme.inner.self_adjoint:
+        expected["back"] = f"{case.rule.base.name} is not self-adjoint: measured only"
+        return Verdict("pass")
+    expected["back"] = LIMIT_BACK
+    found = measurement["measured"]["back"]
+    if found <= LIMIT_BACK:
+        return Verdict("pass")
+    said = f"{BACK} steps of ε and as many of −ε miss their start by {found:.2g}, where round-off "
+    said += f"would leave at most {LIMIT_BACK:.0e}"
+    if case.rule.way == "naive":
+        said += ": a step that follows the present state alone is another one on the way back"
+    return Verdict("fail", f"{said}.")
+
+
+def _of_form(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+    found = measurement["measured"]["form"]
+    if found is None:
+        expected["form"] = "no form is kept, for the size of a step depends on the state"
+        return Verdict("pass")
+    expected["form"] = LIMIT
+    if found <= LIMIT:
+        return Verdict("pass")
+    said = f"the form of the extended phase space changes by {found:.2g} in a step, where "
+    return Verdict("fail", f"{said}differences of 60 digits would leave at most {LIMIT:.0e}.")
+
+
+def _of_energy(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+    """Demanded by Poincaré, where a modified K is kept, and seen in the control.
+
+    A reversible method keeps the energy near an integrable reversible motion (Hairer, Lubich,
+    Wanner, XI.3); in a chaotic one it may wander off (Faou, Hairer, Pham, BIT 44 (2004), 699).
+    """
+    found = measurement["energy"]
+    if not found:
+        expected["energy"] = "it is not constant"
+        return Verdict("pass")
+    told = Verdict("inconclusive", f"no long run goes through: {found.get('failed')}")
+    if "failed" not in found:
+        told = judge_errors(replace(case, study="energy"), found)
+    if case.rule.way == "poincare" or case.control is not None:
+        expected |= told.expected
+        return told
+    expected["energy"] = "measured only: nothing but an integrable motion makes it stay"
+    return Verdict("pass")
