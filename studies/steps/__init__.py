@@ -1,6 +1,6 @@
 """Rules whose steps vary: order at the times reached, the way back, the extended form, energy."""
 
-from ..core.options import CONTROL
+from ..core.options import control_option
 from ..core.study import StudyFolder
 
 STUDY = StudyFolder(
@@ -28,5 +28,5 @@ STUDY = StudyFolder(
         "all else, so it is the control that must be caught. It can mislead: a σ that hardly "
         "varies makes the naive step as good as any."
     ),
-    options=(CONTROL,),
+    options=(control_option("a step", lambda: ("naive step",)),),
 )

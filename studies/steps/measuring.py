@@ -19,14 +19,13 @@ from discmech.integrators.rules import get
 from discmech.integrators.steps import ENERGY, Varied
 from discmech.reference import ReferenceFailure
 
-from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent, worst
+from ..core.case import Case, Choice, Progress, plain_cases, silent
 from ..core.runs import energy_errors, interval
 from ..energy.measuring import WIDE, judge_errors, measured_errors
 from ..evidence import evidence_of
-from ..evidence.verdicts import judge as judge_evidence
 from ..evidence.verdicts import of_evidence
 from .extended import DIGITS as DIGITS_OF_FORM
-from .extended import LIMIT, form_defect
+from .extended import form_defect
 
 NAME = "steps"
 NEEDS = (
@@ -41,13 +40,9 @@ DIGITS = 50
 RUNGS, MOST_RUNGS, FIRST = 4, 10, 12
 SETTLED = 0.05  # of two orders one after another, of which a third would be nearer still
 RESOLVED = 0.01  # an error of a run whose ε is taken for the energy, the form and the way back
-#: of a slope: the next powers of ε are an eighth each of what they were at the first rung
-TOLERANCE = 0.1
 BACK = 24  # steps forth and back
 STEPS = 50_000
 HALVINGS = 6  # sizes of ε that a long run is tried with
-#: of a run and back at 60 digits: round-off may grow by as many powers of ten as are left
-LIMIT_BACK = 1e-30
 PLACES = 2  # beside the start, of the way back and of the form
 
 
@@ -237,87 +232,3 @@ def _local(case: Case) -> dict[str, Any]:
         return of_evidence(case.scheme.inner)
     except (ReferenceFailure, DiscmechError) as failure:
         return {"order": None, "unknown": " ".join(str(failure).split())}
-
-
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """The worst of order, way back, form and energy; of the control, that it is caught."""
-    expected: dict[str, Any] = {"order": case.scheme.order, "tolerance": TOLERANCE}
-    judges = (_of_order, _of_back, _of_form, _of_energy)
-    parts = [judged(case, measurement, expected) for judged in judges]
-    verdict = worst(part.verdict for part in parts)
-    said = next((part.reason for part in parts if part.verdict == verdict), "")
-    if case.control is None:
-        return Verdict(verdict, said if verdict != "pass" else "", expected)
-    broken = [part.verdict == "fail" for part in (parts[1], parts[3])]
-    expected["caught"] = "a run and back miss their start, and the energy drifts"
-    if all(broken):
-        return Verdict("pass", "", expected)
-    missed = "by the way back" if not broken[0] else "by its energy"
-    return Verdict("fail", f"the naive step was not caught {missed}.", expected)
-
-
-def _of_order(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
-    order, wanted = measurement["measured"]["order"], case.scheme.order
-    told = Verdict("pass", "", expected)
-    if not math.isfinite(order):
-        said = "every error is round-off, which says nothing of an order."
-        told = Verdict("inconclusive", said, expected)
-    elif wanted is not None and not abs(order - wanted) <= TOLERANCE:
-        before = measurement["orders"][-2]
-        side = "below" if order < wanted else "above"
-        said = f"order {order:.3f} in ε, at the times reached, is {side} the expected {wanted}"
-        if abs(order - wanted) < abs(before - wanted) / 1.5:
-            told = Verdict(
-                "inconclusive", f"{said}, and comes nearer: take a smaller step.", expected
-            )
-        else:
-            told = Verdict("fail", f"{said} by more than {TOLERANCE}.", expected)
-    return judge_evidence(measurement["local"], told, wanted, "the rule in its own time")
-
-
-def _of_back(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
-    """Demanded of every way round a self-adjoint rule: of the naive one too, which fails."""
-    if not case.scheme.inner.self_adjoint:
-        expected["back"] = f"{case.rule.base.name} is not self-adjoint: measured only"
-        return Verdict("pass")
-    expected["back"] = LIMIT_BACK
-    found = measurement["measured"]["back"]
-    if found <= LIMIT_BACK:
-        return Verdict("pass")
-    said = f"{BACK} steps of ε and as many of −ε miss their start by {found:.2g}, where round-off "
-    said += f"would leave at most {LIMIT_BACK:.0e}"
-    if case.rule.way == "naive":
-        said += ": a step that follows the present state alone is another one on the way back"
-    return Verdict("fail", f"{said}.")
-
-
-def _of_form(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
-    found = measurement["measured"]["form"]
-    if found is None:
-        expected["form"] = "no form is kept, for the size of a step depends on the state"
-        return Verdict("pass")
-    expected["form"] = LIMIT
-    if found <= LIMIT:
-        return Verdict("pass")
-    said = f"the form of the extended phase space changes by {found:.2g} in a step, where "
-    return Verdict("fail", f"{said}differences of 60 digits would leave at most {LIMIT:.0e}.")
-
-
-def _of_energy(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
-    """Demanded by Poincaré, where a modified K is kept, and seen in the control.
-
-    A reversible method keeps the energy near an integrable reversible motion (Hairer, Lubich,
-    Wanner, XI.3); in a chaotic one it may wander off (Faou, Hairer, Pham, BIT 44 (2004), 699).
-    """
-    found = measurement["energy"]
-    if not found:
-        expected["energy"] = "it is not constant"
-        return Verdict("pass")
-    told = Verdict("inconclusive", f"no long run goes through: {found.get('failed')}")
-    if "failed" not in found:
-        told = judge_errors(replace(case, study="energy"), found)
-    if case.rule.way == "poincare" or case.control is not None:
-        expected |= told.expected
-        return told
-    expected["energy"] = "measured only: nothing but an integrable motion makes it stay"
-    return Verdict("pass")

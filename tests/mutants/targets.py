@@ -41,6 +41,7 @@ JUDGES = (
     _study("symplecticity", "_badness", "_worst", "_kinds", "limits?", "ROUND_OFFS",
            module="measuring"),
     _study("reversibility"),
+    _study("steps", "_of_order", "_of_back", "_of_form", "_of_energy"),
     _study("stability", "LOOSE"),
     _study("stability", "RESOLVED", module="measuring"),
     _study("stability", "RESOLVED", "RIGHT", module="exchange"),

@@ -44,6 +44,7 @@ SMALL = {
     "contact": ("bouncing-ball", 40),
     "optimality": ("oscillator", 16),
     "lattices": ("fput", 2000),
+    "steps": ("kepler", 500),
 }
 
 

@@ -40,6 +40,7 @@ MEASURED = {
     "savings": {"times"},
     "optimality": {"order", "interval", "points", "orders", "exact", "corrections", "cost"},
     "lattices": {"local", "space_order", "bond", "patch", "grows"},
+    "steps": {"order", "back", "form", "band", "slope"},
     "contact": {"stepped", "located", "late", "rests", "order", "time_error", "form"},
 }  # fmt: skip
 
@@ -49,7 +50,8 @@ MEASURED = {
 def test_each_study_as_a_table_and_as_json(ask, tmp_path, study):
     scene, steps = SMALL[study]
     alone = ["--peer", "none"] if study == "work-precision" else []  # what makes it one case
-    words = [study, scene, "--rule", "midpoint", "--digits", "16", *alone, "--steps", str(steps)]
+    rule = "reversible:midpoint" if study == "steps" else "midpoint"
+    words = [study, scene, "--rule", rule, "--digits", "16", *alone, "--steps", str(steps)]
     file = tmp_path / "result.json"
     with measured_once():
         code, out, err = ask(*words, "--json", "-")

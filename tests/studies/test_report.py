@@ -33,7 +33,7 @@ WORDS = [
     "1",  # the measurements of this process are replaced
 ]
 #: the studies that apply to these scenes
-APART = ("stability", "charts", "contact", "lattices", "optimality")
+APART = ("stability", "charts", "contact", "lattices", "optimality", "steps")
 APPLY = tuple(name for name in NAMES if name not in APART)
 STOPPED = StepFailure("heavy-top", "midpoint", 3, 0.15, {"x": [1.0]}, "Newton did not converge")
 

@@ -1,0 +1,103 @@
+"""The judge of varying steps: order, way back, form of the extended phase space, energy."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+from ..core.case import Case, Verdict, worst
+from ..energy.measuring import judge_errors
+from ..evidence.verdicts import judge as judge_evidence
+from .extended import LIMIT
+from .measuring import BACK
+
+#: largest distance of a slope from the order: the next powers of ε are at most a quarter of what
+#: they were at the row before, where two slopes differ by less than `measuring.SETTLED`
+TOLERANCE = 0.1
+#: largest miss of a run and back at 60 digits: half of them are left for growth of round-off
+LIMIT_BACK = 1e-30
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """The worst of order, way back, form and energy; of the control, that it is caught."""
+    expected: dict[str, Any] = {"order": case.scheme.order, "tolerance": TOLERANCE}
+    judges = (_of_order, _of_back, _of_form, _of_energy)
+    parts = [judged(case, measurement, expected) for judged in judges]
+    verdict = worst(part.verdict for part in parts)
+    said = next((part.reason for part in parts if part.verdict == verdict), "")
+    if case.control is None:
+        return Verdict(verdict, said if verdict != "pass" else "", expected)
+    broken = [part.verdict == "fail" for part in (parts[1], parts[3])]
+    expected["caught"] = "a run and back miss their start, and the energy drifts"
+    if all(broken):
+        return Verdict("pass", "", expected)
+    missed = "by the way back" if not broken[0] else "by its energy"
+    return Verdict("fail", f"the naive step was not caught {missed}.", expected)
+
+
+def _of_order(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+    order, wanted = measurement["measured"]["order"], case.scheme.order
+    told = Verdict("pass", "", expected)
+    if not math.isfinite(order):
+        said = "every error is round-off, which says nothing of an order."
+        told = Verdict("inconclusive", said, expected)
+    elif wanted is not None and not abs(order - wanted) <= TOLERANCE:
+        before = measurement["orders"][-2]
+        side = "below" if order < wanted else "above"
+        said = f"order {order:.3f} in ε, at the times reached, is {side} the expected {wanted}"
+        if abs(order - wanted) < abs(before - wanted) / 1.5:
+            told = Verdict(
+                "inconclusive", f"{said}, and comes nearer: take a smaller step.", expected
+            )
+        else:
+            told = Verdict("fail", f"{said} by more than {TOLERANCE}.", expected)
+    return judge_evidence(measurement["local"], told, wanted, "the rule in its own time")
+
+
+def _of_back(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+    """Demanded of every way round a self-adjoint rule: of the naive one too, which fails."""
+    if not case.scheme.inner.self_adjoint:
+        expected["back"] = f"{case.rule.base.name} is not self-adjoint: measured only"
+        return Verdict("pass")
+    expected["back"] = LIMIT_BACK
+    found = measurement["measured"]["back"]
+    if found <= LIMIT_BACK:
+        return Verdict("pass")
+    said = f"{BACK} steps of ε and as many of −ε miss their start by {found:.2g}, where round-off "
+    said += f"would leave at most {LIMIT_BACK:.0e}"
+    if case.rule.way == "naive":
+        said += ": a step that follows the present state alone is another one on the way back"
+    return Verdict("fail", f"{said}.")
+
+
+def _of_form(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+    found = measurement["measured"]["form"]
+    if found is None:
+        expected["form"] = "no form is kept, for the size of a step depends on the state"
+        return Verdict("pass")
+    expected["form"] = LIMIT
+    if found <= LIMIT:
+        return Verdict("pass")
+    said = f"the form of the extended phase space changes by {found:.2g} in a step, where "
+    return Verdict("fail", f"{said}differences of 60 digits would leave at most {LIMIT:.0e}.")
+
+
+def _of_energy(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+    """Demanded by Poincaré, where a modified K is kept, and seen in the control.
+
+    A reversible method keeps the energy near an integrable reversible motion (Hairer, Lubich,
+    Wanner, XI.3); in a chaotic one it may wander off (Faou, Hairer, Pham, BIT 44 (2004), 699).
+    """
+    found = measurement["energy"]
+    if not found:
+        expected["energy"] = "it is not constant"
+        return Verdict("pass")
+    told = Verdict("inconclusive", f"no long run goes through: {found.get('failed')}")
+    if "failed" not in found:
+        told = judge_errors(replace(case, study="energy"), found)
+    if case.rule.way == "poincare" or case.control is not None:
+        expected |= told.expected
+        return told
+    expected["energy"] = "measured only: nothing but an integrable motion makes it stay"
+    return Verdict("pass")

@@ -1,0 +1,96 @@
+"""The study of varying steps: what passes, what is caught, and what is refused."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+import sympy
+
+from discmech import scenes, vary
+from discmech.integrators.rules import get
+from discmech.integrators.steps import varied_scheme
+from discmech.studies.core.case import Case, Choice
+from discmech.studies.core.study import every_study
+from discmech.studies.steps import extended, measuring
+
+
+def half(x, mu, p):
+    """σ of another shape than Kepler's own, which depends on the angle too."""
+    return x.dot(x) * (2 + x[0] / sympy.sqrt(x.dot(x))) / 4
+
+
+def case(way, rule="trapezoidal", sigma=half, scene="kepler", **more):
+    return Case("steps", scenes.get(scene), vary(get(rule), sigma, way), 16, 2000, **more)
+
+
+def told(asked):
+    study = every_study()["steps"]
+    found = study.measurement(asked, lambda label, share: None)
+    return found["measured"], study.verdict(asked, found)
+
+
+def test_the_poincare_way_keeps_the_extended_form():
+    measured, verdict = told(case("poincare"))
+    assert verdict.verdict == "pass", verdict.reason
+    assert measured["form"] < 1e-40 and measured["back"] < 1e-60
+    assert measured["order"] == pytest.approx(2, abs=0.02)
+
+
+def test_the_reversible_way_has_no_form_and_says_so():
+    measured, verdict = told(case("reversible"))
+    assert verdict.verdict == "pass", verdict.reason
+    assert measured["form"] is None and measured["back"] < 1e-60
+    assert verdict.expected["form"].startswith("no form is kept")
+
+
+def test_the_naive_way_fails_as_a_rule_and_is_caught_as_the_control():
+    asked = case("naive")
+    measured, verdict = told(asked)
+    assert verdict.verdict == "fail" and "on the way back" in verdict.reason
+    assert measured["order"] == pytest.approx(2, abs=0.05)
+    (control,) = measuring.cases(Choice(own=(("control", (measuring.CONTROL_NAME,)),)))
+    assert told(control)[1].verdict == "pass"
+    still = Case("steps", control.scene, vary(get("trapezoidal"), half, "reversible"), 16, 2000,
+                 measuring.CONTROL_NAME)  # fmt: skip
+    verdict = told(still)[1]
+    assert verdict.verdict == "fail" and "not caught" in verdict.reason
+
+
+def test_a_time_that_is_not_conjugate_to_the_energy_is_caught(monkeypatch):
+    """t grows by εσ at the start of the step, of the same order for rectangle: the form sees it."""
+    plain = varied_scheme.with_columns
+
+    def wrong(system, columns, increments):
+        return plain(system, columns, [e.xreplace({system.x[0]: system.x[0] * sympy.Rational(
+            1000001, 1000000)}) for e in increments])  # fmt: skip
+
+    right = case("poincare", "rectangle").scheme
+    start = [sympy.Rational(2, 5), 0], [0, 2]
+    assert extended.form_defect(right, "1/10", *start, "-1/2") < 1e-40
+    monkeypatch.setattr(varied_scheme, "with_columns", wrong)
+    varied_scheme._system.cache_clear()
+    altered = type(right)(right.scene, right.rule)
+    assert extended.form_defect(altered, "1/10", *start, "-1/2") > 1e-9
+    varied_scheme._system.cache_clear()
+
+
+def test_a_rule_that_is_not_self_adjoint_is_measured_only_on_the_way_back():
+    measured, verdict = told(case("reversible", "runge-kutta-4"))
+    assert verdict.verdict == "pass", verdict.reason
+    assert measured["back"] > 1e-20 and "not self-adjoint" in verdict.expected["back"]
+
+
+def test_the_command(ask):
+    found = json.loads(ask("steps", "kepler", "--rule", "reversible:midpoint", "--steps", "500",
+                                "--json", "-")[1])  # fmt: skip
+    (one,) = found["cases"]
+    assert one["verdict"] == "pass" and one["rule"] == "reversible:midpoint"
+    for words, said in (
+        (("order", "kepler", "--rule", "reversible:midpoint"), "`discmech steps` judges it"),
+        (("steps", "kepler", "--rule", "midpoint"), "steps vary"),
+        (("steps", "pendulum", "--rule", "reversible:midpoint"), "names no sigma"),
+        (("steps", "kepler", "--control", "Heun"), "no control"),
+    ):
+        code, _, error = ask(*words)
+        assert code == 2 and said in error
