@@ -10,7 +10,7 @@ from ..core.case import Case, Verdict, worst
 from ..energy.measuring import judge_errors
 from ..evidence.verdicts import judge as judge_evidence
 from .extended import LIMIT
-from .measuring import BACK
+from .measuring import BACK, rule_of, scheme_of
 
 #: largest distance of a slope from the order: the next powers of ε are at most a quarter of what
 #: they were at the row before, where two slopes differ by less than `measuring.SETTLED`
@@ -21,7 +21,7 @@ LIMIT_BACK = 1e-30
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """The worst of order, way back, form and energy; of the control, that it is caught."""
-    expected: dict[str, Any] = {"order": case.scheme.order, "tolerance": TOLERANCE}
+    expected: dict[str, Any] = {"order": scheme_of(case).order, "tolerance": TOLERANCE}
     judges = (_of_order, _of_back, _of_form, _of_energy)
     parts = [judged(case, measurement, expected) for judged in judges]
     verdict = worst(part.verdict for part in parts)
@@ -37,7 +37,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def _of_order(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
-    order, wanted = measurement["measured"]["order"], case.scheme.order
+    order, wanted = measurement["measured"]["order"], scheme_of(case).order
     told = Verdict("pass", "", expected)
     if not math.isfinite(order):
         said = "every error is round-off, which says nothing of an order."
@@ -57,8 +57,8 @@ def _of_order(case: Case, measurement: dict[str, Any], expected: dict[str, Any])
 
 def _of_back(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
     """Demanded of every way round a self-adjoint rule: of the naive one too, which fails."""
-    if not case.scheme.inner.self_adjoint:
-        expected["back"] = f"{case.rule.base.name} is not self-adjoint: measured only"
+    if not scheme_of(case).inner.self_adjoint:
+        expected["back"] = f"{rule_of(case).base.name} is not self-adjoint: measured only"
         return Verdict("pass")
     expected["back"] = LIMIT_BACK
     found = measurement["measured"]["back"]
@@ -66,7 +66,7 @@ def _of_back(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) 
         return Verdict("pass")
     said = f"{BACK} steps of ε and as many of −ε miss their start by {found:.2g}, where round-off "
     said += f"would leave at most {LIMIT_BACK:.0e}"
-    if case.rule.way == "naive":
+    if rule_of(case).way == "naive":
         said += ": a step that follows the present state alone is another one on the way back"
     return Verdict("fail", f"{said}.")
 
@@ -96,7 +96,7 @@ def _of_energy(case: Case, measurement: dict[str, Any], expected: dict[str, Any]
     told = Verdict("inconclusive", f"no long run goes through: {found.get('failed')}")
     if "failed" not in found:
         told = judge_errors(replace(case, study="energy"), found)
-    if case.rule.way == "poincare" or case.control is not None:
+    if rule_of(case).way == "poincare" or case.control is not None:
         expected |= told.expected
         return told
     expected["energy"] = "measured only: nothing but an integrable motion makes it stay"

@@ -71,9 +71,19 @@ def cases(choice: Choice) -> list[Case]:
     ]
 
 
+def rule_of(case: Case) -> Any:
+    """Return the rule of a case, which has a way to vary its steps and a base."""
+    return case.rule
+
+
+def scheme_of(case: Case) -> Any:
+    """Return the scheme of a case, whose steps vary."""
+    return case.scheme
+
+
 def first_step(case: Case) -> Fraction:
     """The ε whose step is the scene's own at its start, where σ has its value; a short number."""
-    return Fraction(f"{float(case.scene.step) * case.scheme.density0:.3g}")
+    return Fraction(f"{float(case.scene.step) * scheme_of(case).density0:.3g}")
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
@@ -95,7 +105,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     progress(f"{label}: there and back", 0.4)
     measured["back"] = max(_back(case, step, *at) for at in _states(case))
     measured["form"] = None
-    if case.rule.way == "poincare":
+    if rule_of(case).way == "poincare":
         progress(f"{label}: form", 0.5)
         measured["form"] = max(_form(case, step, *at) for at in _states(case))
     progress(f"{label}: energy", 0.6)
@@ -111,7 +121,7 @@ def _ladder(case: Case, step: Fraction) -> tuple[list[dict[str, Any]], list[floa
     The reference is asked for at these times. Runs that end for their long steps are left out, and
     more are made until the last orders are one (`SETTLED`).
     """
-    wanted = case.scheme.order or 1
+    wanted = scheme_of(case).order or 1
     step = step * (1 if wanted <= 2 else 2 if wanted <= 4 else 4) * Fraction(913, 1000)
     runs: list[Any] = []
     rows: list[dict[str, Any]] = []
@@ -119,7 +129,7 @@ def _ladder(case: Case, step: Fraction) -> tuple[list[dict[str, Any]], list[floa
     for k in range(MOST_RUNGS):
         n = FIRST * 2**k
         try:
-            runs.append(case.scheme.flow(step / 2**k, DIGITS).trajectory(n, n))
+            runs.append(scheme_of(case).flow(step / 2**k, DIGITS).trajectory(n, n))
         except StepFailure:
             if k == MOST_RUNGS - 1:
                 raise
@@ -158,7 +168,7 @@ def _states(case: Case) -> list[tuple[Any, Any]]:
     """(x, μ) of the start, as None, and of places beside the motion; the start alone where the
     scene has none."""
     try:
-        places = evidence_of(Scheme(case.scene, case.rule.base)).places
+        places = evidence_of(Scheme(case.scene, rule_of(case).base)).places
     except (ReferenceFailure, DiscmechError):
         places = []
     beside = [place for place in places if place.beside][:PLACES]
@@ -167,13 +177,13 @@ def _states(case: Case) -> list[tuple[Any, Any]]:
 
 def _back(case: Case, step: Fraction, x: Any, mu: Any) -> float:
     """How far a run and back end from a start, the largest entry of (x, μ, t) over its size."""
-    forth, back = (case.scheme.flow(sign * step, DIGITS_OF_FORM) for sign in (1, -1))
+    forth, back = (scheme_of(case).flow(sign * step, DIGITS_OF_FORM) for sign in (1, -1))
     try:
         run = forth.trajectory(BACK, x0=x, mu0=mu)
         also = {}
-        if case.rule.way == "reversible":
+        if rule_of(case).way == "reversible":
             also = {"density0": run.density[-1]}
-        elif case.rule.way == "poincare":
+        elif rule_of(case).way == "poincare":
             also = {"energy0": run.scheme.inner.scene.parameters[ENERGY]}
         again = back.trajectory(BACK, x0=run.x[-1], mu0=run.mu[-1], t0=exact_rational(
             run.t[-1], "t"), **also)  # fmt: skip
@@ -190,7 +200,7 @@ def _back(case: Case, step: Fraction, x: Any, mu: Any) -> float:
 
 def _form(case: Case, step: Fraction, x: Any, mu: Any) -> float:
     """`form_defect` from a start and from a state of it whose K is not 0."""
-    run = case.scheme.flow(step, DIGITS_OF_FORM).trajectory(0, x0=x, mu0=mu)
+    run = scheme_of(case).flow(step, DIGITS_OF_FORM).trajectory(0, x0=x, mu0=mu)
     energy = run.scheme.inner.scene.parameters[ENERGY]
     at = run.x[0], run.mu[0]
     return max(form_defect(case.scheme, step, *at, e) for e in (energy, energy * Fraction(9, 8)))
@@ -206,9 +216,9 @@ def _energy(case: Case, step: Fraction) -> dict[str, Any]:
     scene, steps, found = case.scene, case.steps or STEPS, dict[str, Any]()
     if scene.force is not None or scene.timed:
         return found
-    plain = Scheme(scene, case.rule.base)
+    plain = Scheme(scene, rule_of(case).base)
     for _ in range(HALVINGS):
-        flow = case.scheme.flow(step)
+        flow = scheme_of(case).flow(step)
 
         def errors_of(more: int, flow: Any = flow) -> tuple[np.ndarray, np.ndarray]:
             run = flow.trajectory(more * steps, interval(more * steps))
@@ -220,7 +230,7 @@ def _energy(case: Case, step: Fraction) -> dict[str, Any]:
             found = {"measured": {"band": None, "slope": None}, "failed": str(failure)}
         if "failed" not in found and found["measured"]["band"] <= WIDE:
             told = judge_errors(replace(case, study="energy"), found)
-            if told.verdict != "fail" or case.rule.way != "poincare":
+            if told.verdict != "fail" or rule_of(case).way != "poincare":
                 break
         step /= 2
     return found
@@ -229,6 +239,6 @@ def _energy(case: Case, step: Fraction) -> dict[str, Any]:
 def _local(case: Case) -> dict[str, Any]:
     """What single steps of the rule say, in its own time."""
     try:
-        return of_evidence(case.scheme.inner)
+        return of_evidence(scheme_of(case).inner)
     except (ReferenceFailure, DiscmechError) as failure:
         return {"order": None, "unknown": " ".join(str(failure).split())}
