@@ -32,10 +32,11 @@ import numpy as np
 from ..bisections import StepContext
 from ..errors import BadInput, CannotMeasure, shown
 from ..geometry import composed_arrows, map_text
-from ..numbers import Arithmetic, Atoms, Series, arithmetic, run_text, series_namespace
-from .step_series import LOST, StepSeries
+from ..numbers import Arithmetic, Atoms, NotKnown, Series, arithmetic, run_text, series_namespace
+from .step_series import StepSeries
 
 MOST = 12  # the highest power of the step: the sums of differences lose a digit with each
+MOST_LOST = 4  # powers that quotients take from series, at the most
 WAY = 24  # Gauss nodes of a straight way between states
 
 
@@ -70,6 +71,7 @@ class ModifiedEquation:
         if refusal := _refusal(scheme):
             raise CannotMeasure(refusal)
         self.numbers = arithmetic(digits)
+        self._lost = 0
         self.flow = scheme.flow(scheme.scene.step, digits)
         self.n, self.m = len(scheme.equations.s.x), len(scheme.equations.s.mu)
 
@@ -188,8 +190,20 @@ class ModifiedEquation:
 
     # -- the expansion ---------------------------------------------------------------------------
 
-    def _expanded(
+    def _expanded(self, *given: Any) -> Terms:
+        """Return the terms; where quotients are 0/0 at h = 0, from series of more powers."""
+        for lost in range(self._lost, MOST_LOST):
+            try:
+                found = self._expanded_with(lost, *given)
+            except NotKnown:
+                continue
+            self._lost = lost
+            return found
+        return self._expanded_with(MOST_LOST, *given)
+
+    def _expanded_with(
         self,
+        lost: int,
         z: list[Any],
         shares: Sequence[Any],
         constants: Sequence[Sequence[Any]],
@@ -198,7 +212,7 @@ class ModifiedEquation:
     ) -> Terms:
         """Return the terms from K iterates of the step, each a series in h."""
         K, n = self.order + 1, self.n
-        h = Series.variable(K + LOST, numbers.number(1))
+        h = Series.variable(K + lost + 1, numbers.number(1))
         steps = [_Part(p, numbers, action) for p in self.flow.parts]
         qs = [[h * share, *own] for share, own in zip(shares, constants, strict=True)]
         x, mu = z[:n], z[n:]
@@ -214,7 +228,7 @@ class ModifiedEquation:
         for _ in range(K):
             for k, (part, q) in enumerate(zip(steps, qs, strict=True)):
                 before = x
-                x, mu, found = part.step(x, mu, q, w[k], K)
+                x, mu, found = part.step(x, mu, q, w[k], K, lost)
                 w[k] = [e.coefficient(0) if isinstance(e, Series) else e for e in found]
                 if action:
                     along = part.carried(along, before, found, z[:n], q)
@@ -284,6 +298,8 @@ def _combined(
 def _refusal(scheme: Any) -> str:
     """Return why a scheme has no modified equation of this form, a sentence; "" if it has one."""
     name, rule = scheme.scene.name, scheme.rule.name
+    if "inner" in vars(scheme):
+        return f"{rule} takes steps that vary: the modified equation is that of its base rule."
     if not scheme.rule.is_formula:
         return f"{rule} is a program, which has no series in the step."
     for is_so, why in (

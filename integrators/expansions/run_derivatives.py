@@ -197,7 +197,7 @@ class RunDifferentiated:
         w = parts[0].near([e[rows, None] for e in self.u], rates)
         for _ in range(every):
             for part, q in zip(parts, qs, strict=True):
-                x, mu, found = part(x, mu, q, w, 1, 0)
+                x, mu, found = part(x, mu, q, w, 1)
                 w = [e.coefficient(0) if isinstance(e, Series) else e for e in found]
         count = rows.stop - rows.start
         entries = [np.broadcast_to(e.coefficient(1), (count, width)) for e in (*x, *mu)]

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..bisections import StepContext
-from ..equations import OneStepEquations, closed_velocity, legendre_inverse
+from ..equations import OneStepEquations, closed_velocity, legendre_inverse, rates
 from ..errors import CannotMeasure
 from ..geometry import map_text
 from ..numbers import (
@@ -31,7 +31,6 @@ from ..numbers import (
 MOST = 60  # corrections of Newton's method, as of `numbers.newton`
 #: terms of the series with which constant terms are found: a row may be divided by h² at the most
 FEW = 4
-LOST = 3  # powers that divisions by h take from a series, at the most
 
 Values = Sequence[Any]
 
@@ -61,13 +60,13 @@ class StepSeries:
         self.n = len(self.equations.x)
 
     def __call__(
-        self, x: Values, mu: Values, q: Values, start: Values, power: int, lost: int = LOST
+        self, x: Values, mu: Values, q: Values, start: Values, power: int, lost: int = 0
     ) -> tuple[Any, Any, Any]:
         """Return (x′, μ′, w) of a step from (x, μ) up to a power; start: near w's constant terms.
 
         q: h, the parameters and the rule's constants. Some of these, or of x and μ, are `Series`,
-        known up to `lost` powers more, which divisions by h take away; so are the results, which
-        are taken for polynomials.
+        known up to `lost` powers more, which quotients take away that are 0/0 at h = 0; so are the
+        results, which are taken for polynomials. Raises `NotKnown` where more are taken away.
         """
         at, momentum = ([_constant(e) for e in part] for part in (x, mu))
         few = [_cut(e, FEW) for e in q]
@@ -75,8 +74,8 @@ class StepSeries:
         inverse = self._inverse(at, momentum, w, few)
         end = power + 1 + lost
         for k in range(1, power + 1):
-            part = [[_until(e, k + max(lost, 1)) for e in given] for given in (x, mu, w, q)]
-            rows, _ = self.rows(*part)
+            part = [[_until(e, k + 1 + lost) for e in given] for given in (x, mu, w)]
+            rows, _ = self.rows(*part, [_until(e, k + 2 + lost) for e in q])
             change = _times(inverse, rows)
             w = [_polynomial(e - step, k, end) for e, step in zip(w, change, strict=True)]
         _, grown = self.rows(x, mu, w, q)
@@ -128,7 +127,7 @@ class StepSeries:
             ) from None
 
     def start(self, x: Values, mu: Values, parameters: Values, near: Values) -> list[Any]:
-        """Return where Newton starts from constants (x, μ): ξ(x, μ) for each velocity, else 0."""
+        """Return where Newton starts from constants (x, μ): at ξ(x, μ), f(x, μ), or 0."""
         equations, s = self.equations, self.equations.s
         if isinstance(self.numbers, Atoms):
             closed = closed_velocity(s)
@@ -139,13 +138,13 @@ class StepSeries:
             xi = list(of_state(x, mu, parameters))
         else:
             xi = self.velocity(x, mu, parameters, near)
-        none = 0 * xi[0]
+        none = 0 * mu[0]
         if not self.mapped:
             return [*xi, *[none] * (len(equations.w) - len(xi))]
         if len(equations.multipliers):
             raise NotExpanded(f"{s.name} has constraints, so a step of length 0 is singular.")
-        slopes = sum(len(part) for part in equations.slopes)
-        return [*[none] * slopes, *xi * len(equations.velocities)]
+        f = _rates(s, self.numbers)(x, xi, mu, parameters)
+        return [*list(f) * len(equations.slopes), *xi * len(equations.velocities)]
 
     def velocity(self, x: Values, mu: Values, parameters: Values, near: Values) -> list[Any]:
         """Return ξ(x, μ) at columns of numbers, from velocities nearby."""
@@ -225,6 +224,14 @@ def _eliminated(entries: list[list[Any]], atoms: Atoms) -> list[list[Any]]:
             for i, row in enumerate(rows)
         ]
     return [row[size:] for row in rows]
+
+
+@lru_cache(maxsize=256)
+def _rates(s: Any, numbers: Arithmetic | Atoms) -> Any:
+    """Return f(x, ξ, μ, p) of coefficients."""
+    letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
+    text = numeric_text(letters, [list(rates(s))])
+    return run_text(text, series_namespace(numbers))["function"]
 
 
 @lru_cache(maxsize=256)

@@ -74,22 +74,23 @@ from .running_error import (
     values_of,
 )
 from .running_error_text import with_running_errors
-from .series import Series, series_namespace
+from .series import NotKnown, Series, series_namespace
 from .statements import Call, Together, called_text, function_text
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
     "Arithmetic", "Atoms", "Call", "Coefficients", "Definition", "Double", "Function",
     "InArithmetic", "LazyModule", "Letters", "MOST_DIGITS", "Matrix", "Multiple", "NotComputed",
-    "NotSmooth", "Number", "Numbers", "Parameters", "Series", "Together", "TooLong", "Tracked",
-    "Vector", "arithmetic", "as_one_number", "called_text", "code", "collect", "entry", "errors_of",
-    "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices", "exact_nested",
-    "exact_rational", "exact_vector", "finite", "first_violation", "flatten", "floats_exact",
-    "function_text", "measure", "inlined", "inverse_sizes", "is_zero", "jacobian", "listed",
-    "needed", "newton", "null_direction", "number", "numeric", "numeric_function", "numeric_text",
-    "opaque", "parts_of", "random_columns", "mpmath", "random_point", "refuse_large",
-    "refuse_unwritten", "register", "registered_function", "replaced", "rounded", "run_text",
-    "series_namespace", "short_numbers", "shown", "sizes", "slopes", "solve", "symbols_of", "sympy",
-    "to_sympy", "tracked", "tracked_later", "values_of", "vanishes", "vanishes_as", "whole_number",
-    "with_running_errors", "within_doubles", "with_tables", "working_digits", "written_out",
+    "NotKnown", "NotSmooth", "Number", "Numbers", "Parameters", "Series", "Together", "TooLong",
+    "Tracked", "Vector", "arithmetic", "as_one_number", "called_text", "code", "collect", "entry",
+    "errors_of", "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices",
+    "exact_nested", "exact_rational", "exact_vector", "finite", "first_violation", "flatten",
+    "floats_exact", "function_text", "measure", "inlined", "inverse_sizes", "is_zero", "jacobian",
+    "listed", "needed", "newton", "null_direction", "number", "numeric", "numeric_function",
+    "numeric_text", "opaque", "parts_of", "random_columns", "mpmath", "random_point",
+    "refuse_large", "refuse_unwritten", "register", "registered_function", "replaced", "rounded",
+    "run_text", "series_namespace", "short_numbers", "shown", "sizes", "slopes", "solve",
+    "symbols_of", "sympy", "to_sympy", "tracked", "tracked_later", "values_of", "vanishes",
+    "vanishes_as", "whole_number", "with_running_errors", "within_doubles", "with_tables",
+    "working_digits", "written_out",
 ]  # fmt: skip

@@ -8,6 +8,7 @@ x₁² = r² − x₀² and cos² = 1 − sin².
 
 from __future__ import annotations
 
+import time
 from fractions import Fraction
 from typing import Any
 
@@ -16,15 +17,14 @@ from .lazy import sympy
 from .types import Expression
 
 Monomial = tuple[tuple[int, Fraction], ...]
-#: products of terms that formulas may take: some seconds
-MOST_PRODUCTS = 3_000_000
+MOST_SECONDS = 15.0  # that formulas may take
 #: a coefficient that is no exact fraction and smaller is a zero
 NOTHING = 1e-40
 DIGITS = 60
 
 
 class TooLong(BadInput):
-    """A formula takes more products of terms than `MOST_PRODUCTS`."""
+    """Formulas take longer than `MOST_SECONDS`."""
 
 
 class Atoms:
@@ -38,7 +38,7 @@ class Atoms:
 
         self.exact, self._gmpy2 = exact, gmpy2
         self.expressions: list[Expression] = []
-        self.left = MOST_PRODUCTS
+        self._until = time.monotonic() + MOST_SECONDS
         #: (an atom, an exponent, what that power of it is in other atoms)
         self._rules: list[tuple[int, Fraction, Laurent]] = []
         self._known: dict[Any, int] = {}
@@ -46,6 +46,11 @@ class Atoms:
     def working(self) -> Any:
         """Return the context in which the arithmetic is done."""
         return self._gmpy2.context(self._gmpy2.context(), precision=220)
+
+    def check_time(self) -> None:
+        """Raise `TooLong` if formulas have taken too long."""
+        if time.monotonic() > self._until:
+            raise TooLong("the formulas become too long: ask for fewer powers of the step.")
 
     def number(self, top: Any, bottom: int = 1) -> Any:
         """Return top/bottom as a coefficient."""
@@ -206,9 +211,7 @@ class Laurent:
             other = self.atoms.number(other)
             return self.atoms.made({m: c * other for m, c in self.terms.items()})
         found: dict[Monomial, Any] = {}
-        self.atoms.left -= len(self.terms) * len(other.terms)
-        if self.atoms.left < 0:
-            raise TooLong("the formulas become too long: ask for fewer powers of the step.")
+        self.atoms.check_time()
         for a, c in self.terms.items():
             for b, d in other.terms.items():
                 m = _product(a, b)

@@ -23,6 +23,10 @@ from .lazy import sympy
 Coefficient = Any
 
 
+class NotKnown(BadInput):
+    """A coefficient is asked for beyond those that a series has."""
+
+
 def _none(e: Coefficient) -> bool:
     """Return whether a coefficient is the integer 0, which is certain and costs no products."""
     return type(e) is int and e == 0
@@ -59,9 +63,9 @@ class Series:
         return cls((one,), 1, terms + 1)
 
     def coefficient(self, k: int) -> Coefficient:
-        """Return the coefficient of ε^k; raise `BadInput` where it is not known."""
+        """Return the coefficient of ε^k; raise `NotKnown` beyond the last."""
         if k >= self.end:
-            raise BadInput(f"of a series up to the power {self.end - 1} the power {k} is asked.")
+            raise NotKnown(f"of a series up to the power {self.end - 1} the power {k} is asked.")
         return self.c[k - self.start] if 0 <= k - self.start < len(self.c) else 0
 
     def _as_series(self, other: Any) -> Series:
