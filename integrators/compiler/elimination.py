@@ -36,11 +36,11 @@ def solve(
     that rows are exchanged.
     """
     steps = Steps(coefficients)
-    matrix = matrix.applyfunc(lambda e: _multiplied_out(e, steps.q))
+    matrix = matrix.applyfunc(lambda e: _multiplied_out(e, coefficients))
     solution: dict[int, Letter] = {}
     for equations, unknowns in blocks(matrix, rows):
         block, right = matrix.extract(equations, unknowns), rhs.extract(equations, [0])
-        varies = bool(block.free_symbols - steps.q)
+        varies = not all(map(coefficients.constant, block))
         large = work(block) > UNROLLED if varies else len(unknowns) > NAMELESS
         if large or (exchange and varies and len(unknowns) > ADJUGATE):
             solved = steps.together(block, right)
@@ -51,7 +51,7 @@ def solve(
     return sympy.Matrix([solution[j] for j in range(matrix.cols)]), steps.done
 
 
-def _multiplied_out(e: Expression, q: set[Letter]) -> Expression:
+def _multiplied_out(e: Expression, coefficients: Coefficients) -> Expression:
     """Return `e` with parameters multiplied into sums whose terms have parameters as well.
 
     In the equations themselves this would let energy drift (`Coefficients`). In their derivatives
@@ -59,7 +59,7 @@ def _multiplied_out(e: Expression, q: set[Letter]) -> Expression:
     """
 
     def constants(term: Expression) -> list[Expression]:
-        return [f for f in sympy.Mul.make_args(term) if not f.free_symbols - q]
+        return [f for f in sympy.Mul.make_args(term) if coefficients.constant(f)]
 
     terms = []
     for term in sympy.Add.make_args(e):
@@ -87,12 +87,12 @@ class Steps:
     """Intermediate values, named in the order in which they are computed."""
 
     def __init__(self, coefficients: Coefficients) -> None:
-        self.q = coefficients.q
+        self.constant = coefficients.constant
         self.done: list[Assignment] = []
 
     def name(self, letter: str, value: Expression) -> Expression:
         """Return a new symbol for the value; one of parameters alone stays unnamed."""
-        if not value.free_symbols - self.q:
+        if self.constant(value):
             return value
         symbol = sympy.Symbol(f"{letter}{len(self.done)}", real=True)
         self.done.append(([symbol], [value]))

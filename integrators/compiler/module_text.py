@@ -23,6 +23,7 @@ from ..numbers import (
     called_text,
     function_text,
     needed,
+    symbols_of,
     sympy,
     with_tables,
     written_out,
@@ -268,7 +269,7 @@ class KernelText:
         uses = [*system.gain, *system.increment]
         inner = self._written(needed(system.definitions, uses, known=system.y))
         used = [*system.gain, *at_end, *(e for _, values in inner for e in values)]
-        if any(set(system.y) & e.free_symbols for e in used):
+        if symbols_of(used) & set(system.y):
             before.append((list(system.y), [x + e for x, e in zip(system.x, d, strict=True)]))
         before += [*inner, (new_k, at_end)]
         swap = dict(zip(at_end, new_k, strict=True))

@@ -113,13 +113,19 @@ def _costly(
     wanted = set(variables)
     terms: list[Expression] = []
     visited: set[Expression] = set()
+    letters: dict[Expression, frozenset[Letter]] = {}  # sympy looks at shared parts again
+
+    def held(e: Expression) -> frozenset[Letter]:
+        if e not in letters:
+            letters[e] = frozenset({e}) if e.is_Symbol else frozenset().union(*map(held, e.args))
+        return letters[e]
 
     def visit(e: Expression) -> None:
-        if e in visited or not e.free_symbols & wanted:
+        if e in visited or not held(e) & wanted:
             return
         visited.add(e)
         costly = e.is_Function or (e.is_Pow and not (e.exp.is_Integer and e.exp > 0))
-        if costly and e.free_symbols <= wanted | constants:
+        if costly and held(e) <= wanted | constants:
             if e not in terms:
                 terms.append(e)
             return

@@ -89,10 +89,10 @@ class ControlStages:
         of = DiscreteLagrangian(c, rule)
         of_cost = [c.x[-1], *(q for q in c.q if q not in control)]
         self._of_cost = SecondDerivatives(
-            of.expression, inputs_of_step, of_cost, of.chain.definitions()
+            of.expression, inputs_of_step, of_cost, of.scope.definitions()
         )
         #: everything from which it was made
-        self.formulas = [system, of_step, of.expression, *of.chain.definitions()]
+        self.formulas = [system, of_step, of.expression, *of.scope.definitions()]
 
     def cost(self, a: np.ndarray, times: np.ndarray, h: float) -> Any:
         """Return C_d, its gradients and Hessians."""

@@ -24,7 +24,6 @@ from .continuous import (
     rates,
     vector_field,
 )
-from .covectors import times
 from .discrete_equations import DiscreteEquations
 from .discrete_lagrangian import DiscreteLagrangian
 from .discretised_scene import DiscretisedScene
@@ -35,7 +34,7 @@ from .one_step_equations import OneStepEquations
 from .phase_space import inverse_two_form, orientation
 from .rule_view import answers_of
 from .stage_equations import no_stages, stage_source
-from .symbols import SceneSymbols, vector
+from .symbols import SceneSymbols, times, vector
 from .system import step_system
 from .virtual_work import discrete_force, force_points
 

@@ -80,7 +80,7 @@ class ConstrainedEquations(OneStepEquations):
         self.rows = sympy.Matrix.vstack(*rows)
         self.w = sympy.Matrix.vstack(s.u, self.multipliers, end, nu)
         self.increment = maps.increment.col_join(over(maps.gain, h) + leaving + arriving)
-        self.view: Any = SimpleNamespace(chain=of.chain)
+        self.view: Any = SimpleNamespace(scope=of.scope)
 
     @property
     def symmetric(self) -> bool:

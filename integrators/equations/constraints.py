@@ -7,10 +7,9 @@ from typing import Any
 from ..errors import BadInput, shown
 from ..numbers import jacobian, sympy
 from ..numbers.types import Column, SymbolicMatrix
-from .covectors import times
 from .discrete_lagrangian import DiscreteLagrangian
 from .rule_view import written
-from .symbols import SceneSymbols, column, entries_of
+from .symbols import SceneSymbols, column, entries_of, times
 
 
 def constraint(s: SceneSymbols, x: Column) -> Column:

@@ -1,8 +1,8 @@
-"""A discrete Lagrangian as a weighted sum of placed terms, and its derivatives.
+"""A discrete Lagrangian as a weighted sum of values of L, and its derivatives.
 
-What a rule gave is taken apart: each value of the Lagrangian becomes a letter with a weight, each
-point of the step a column of letters. The derivatives of L_d then are sums of derivatives of terms,
-each derived once (`integrators.equations.terms`).
+What a rule gave is taken apart: each value of the Lagrangian becomes a node with a weight, each
+point of the step a column of held nodes (`points`), which e→ and e← move in a known way. What L_d
+changes by then is a sum of covectors against what they stand at.
 """
 
 from __future__ import annotations
@@ -11,67 +11,74 @@ from typing import Any
 
 from ..errors import BadInput
 from ..groupoids import Clocked
-from ..numbers import jacobian, sympy
-from ..numbers.types import Column, Expression, Expressions, Replacement
+from ..numbers import Graph, Node, Nodes, Scope, jacobian, sympy
+from ..numbers.types import Column, Expression, Expressions
 from ..rules import Discretisation
 from ..scene import OnGroup
-from .chain_rule import Block, ChainRule, partials
-from .covectors import Covectors, key_of, times
 from .on_group import Element
-from .point_motion import lettered_motion
+from .points import Point, place_point
 from .rule_view import GroupoidForRule, LagrangianForRule, answers_of, value_of_rule
 from .symbols import SceneSymbols, column, vector
-from .terms import CurveTerm, Node, Term
+from .terms import CurveTerm, Placed, placed
 
 
 class DiscreteLagrangian:
-    """L_d of a rule in the letters of `chain`: `expression`, `covectors`, `points` of the step.
+    """L_d of a rule in a `graph`: its `value`, its `gradient` and the `points` of the step.
 
+    scope: what is held: points, chart values, nodes of curves.
     element: the group element g, where L_d is given as a function of it.
     """
 
     def __init__(self, s: SceneSymbols, rule: Discretisation) -> None:
         self.s, self.groupoid = s, s.groupoid
-        self.chain = ChainRule()
-        #: blocks that e→ and e← move in a known way: points of the straight step, a group element
-        self.moved: list[Block] = []
-        #: letters of gradients that are written out in kernels, with their values
-        self.inline: Replacement = {}
-        self.covectors = Covectors()
-        self.expression: Expression = 0
+        self.graph = Graph()
+        self.scope = Scope(self.graph)
+        self.graph.fixed = {e.index for e in self.graph.letters(s.q)}
+        self.x, self.u, self.stages = map(self.graph.letters, (s.x, s.u, s.stages))
+        self.h = self.graph.letter(s.h)
+        #: what e→ and e← move in a known way: points of the straight step, a group element
+        self.moved: list[Point] = []
+        #: (nodes, covectors): L_d changes by Σ covector · d(node)
+        self._covectors: list[tuple[Nodes, Nodes]] = []
+        #: weighted forces at x and at points of the straight step, by the first of their letters
+        self._forces: dict[int | None, list[Node]] = {}
+        #: what moving x and y does to points b(base, W) of a curve, by e→(b) = 0, m each
+        self.turned_x = self.turned_y = [self.graph.number(0)] * len(s.u)
+        self.value: Node = self.graph.number(0)
         #: (weight, L at a point and a velocity) wherever the rule asks for L
         self.asked: list[tuple[Expression, Expression]] = []
-        self._points: dict[Expression, Block] = {}
-        self._charts: dict[tuple[Any, ...], Block] = {}
-        self._terms: dict[str, Term] = {}
+        self._points: dict[Expression, Point] = {}
+        self._charts: dict[Any, list[Node]] = {}
         self._curves: dict[tuple[Any, ...], CurveTerm] = {}
         self.weighted = False  # whether it is a weighted sum of values of L, and nothing else
         self.element: Element | None = None
         self.L, self.G = LagrangianForRule(s), GroupoidForRule(s)
         if isinstance(s.given, OnGroup):
             self.element = Element(s.given, s)
-            self.chain.add(self.element.block)
-            self.moved.append(self.element.block)
-            self.expression = self.element.discrete_lagrangian(rule)
-            self._add_direct(self.expression)
+            self.moved.append(self.element.placed(self.scope, self.u))
+            self._add_direct(self.element.discrete_lagrangian(rule))
             return
         if s.given is None and s.hamiltonian is None:
             s.lagrangian  # noqa: B018 - a wrong Lagrangian is named before the rule
-        self.expression = self._taken_apart(value_of_rule(rule, self.L, self.G))
-        self._pass_charts_on()
+        self._take_apart(value_of_rule(rule, self.L, self.G))
 
     @property
-    def points(self) -> tuple[Block, ...]:
-        """The points b(x, u; θh) that L_d holds."""
+    def expression(self) -> Expression:
+        """Return L_d in x, u, s and letters of held nodes."""
+        return self.graph.shown(self.value)
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """Return the points b(x, u; θh) that L_d contains."""
         return tuple(self._points.values())
 
     @property
     def straight(self) -> bool:
-        """Whether L is asked for at points of the straight step only, all of them in `asked`."""
+        """Return True if all values of L are at points of the straight step, which `asked` has."""
         return not self._curves
 
-    def _taken_apart(self, given: Expression) -> Expression:
-        """L_d from an expression in x, u, s, q and in answers; its parts go to `covectors`."""
+    def _take_apart(self, given: Expression) -> None:
+        """Read L_d from an expression in x, u, s, q and in answers."""
         L = self.L
         calls = sorted(given.atoms(L.Value, L.Fast), key=sympy.default_sort_key)
         outer = [c for c in calls if not any(c in o.args or o.has(c) for o in calls if o is not c)]
@@ -91,84 +98,94 @@ class DiscreteLagrangian:
                 f"{self.s.name}: a force acts where the rule asks for L, with the weight that L "
                 "has there, and this rule is no weighted sum of values of L; take another rule."
             )
-        weighted = self.resolved(weighted)
-        values = {}
-        for weight, (call, letter) in zip(weights, names.items(), strict=True):
+        for weight, call in zip(weights, names, strict=True):
             if weight != 0:
-                values[letter] = self._place(call, self.resolved(weight))
-        self._add_direct(weighted)
-        value: Expression = weighted.xreplace(values)
-        return value
+                self._place(call, self.resolved(weight))
+        self._add_direct(self.resolved(weighted).xreplace(dict.fromkeys(letters, sympy.S.Zero)))
 
-    # -- covectors ------------------------------------------------------------------------------
+    # -- derivatives -----------------------------------------------------------------------------
+
+    def gradient(self) -> tuple[list[Node], list[Node], list[Node], list[list[Node]]]:
+        """Return ∂L_d by x, u, the stages and each of `moved`, as if these were independent."""
+        graph, parts = self.graph, [self.x, self.u, self.stages, *(p.nodes for p in self.moved)]
+        seeds = [e for part in parts for e in part]
+        pairs = [
+            (1, covector, self.scope.row(node, seeds))
+            for nodes, covectors in self._covectors
+            for node, covector in zip(nodes, covectors, strict=True)
+            if covector
+        ]
+        row, at = graph.combined(pairs), 0
+        found = []
+        for part in parts:
+            found.append([row.get(at + i, graph.number(0)) for i in range(len(part))])
+            at += len(part)
+        x, u, stages, *moved = found
+        if self._curves or len(stages):  # sums over nodes
+            u = self.scope.held_sums(u)
+        return x, u, stages, moved
+
+    @property
+    def by_x(self) -> Column:
+        """Return ∂L_d/∂x at fixed u, stages and points, in sympy."""
+        return self.graph.shown_column(self.gradient()[0])
+
+    def force_at(self, nodes: Nodes) -> list[Node]:
+        """Return the weighted force at x or at a point of the straight step, m entries."""
+        none = [self.graph.number(0)] * len(self.u)
+        return self._forces.get(_key_of(nodes), none)
+
+    def _add(self, nodes: Nodes, weight: Node, covectors: Nodes) -> None:
+        self._covectors.append((nodes, [weight * e for e in covectors]))
 
     def _add_direct(self, e: Expression) -> None:
-        """What L_d holds outside of terms."""
-        s = self.s
-        blocks = [b.letters for b in self.chain.blocks if isinstance(b, Block)]
-        for letters in (s.x, s.u, s.stages, *blocks):
-            if len(letters):
-                self.covectors.add(letters, jacobian([e], letters).T)
+        """Add a part of L_d that is no value of L."""
+        value = self.graph.read(e)
+        self._covectors.append(([value], [self.graph.one]))
+        self.value = self.value + value
 
-    def _pass_charts_on(self) -> None:
-        """Covectors at chart values go on to what these are made of, the last chart first."""
-        for block in reversed(self._charts.values()):
-            for by, matrix in block.partials:
-                self.covectors.add(by, times(matrix.T, self.covectors.of(block.letters)))
-        if any(isinstance(b, Node) for b in self.chain.blocks) or len(self.s.stages):
-            u = self.covectors.of(self.s.u)  # a sum over nodes: its derivatives get letters
-            letters = vector(f"f{len(self.chain.blocks)}", len(u))
-            block = Block(letters, u, summed=True)
-            self.covectors.columns[key_of(self.s.u)] = self.chain.add(block)
+    # -- placing values of L ---------------------------------------------------------------------
 
-    # -- placing terms --------------------------------------------------------------------------
-
-    def _place(self, call: Expression, weight: Expression) -> Expression:
-        """Add weight·l at the point and velocity of a call; returns l there."""
-        n = len(self.s.x)
+    def _place(self, call: Expression, weight: Expression) -> None:
+        """Add weight·l at the point and velocity of a call."""
+        n, size = len(self.s.x), self.graph.read(weight)
         point, W = self._point(call.args[:n])
         if isinstance(call, self.L.Fast):
-            return self._straight("fast", [self._lettered(point, W)], weight)
+            nodes = self._nodes_of(point, W)
+            swap = dict(zip(self.s.x, nodes, strict=True))
+            value = self.graph.read(self.s.fast_at(self.s.x), swap)
+            self._covectors.append(([value], [size]))
+            self.value = self.value + size * value
+            return
         self.asked.append((weight, call))
         D, moving = self._velocity(call.args[n:])
         if W is not None and moving in (None, (point, W)):  # the point's own curve
-            return self._on_curve(point, None, moving is not None, W, D, weight)
-        point = self._lettered(point, W)
-        if moving is None:
-            return self._straight("lagrangian", [point, D], weight)
-        base, W = moving
-        return self._on_curve(base, point, True, W, D, weight)
+            self._on_curve(point, None, moving is not None, W, D, size)
+        elif moving is None:
+            self._straight(self._nodes_of(point, W), self._chart(D), size)
+        else:
+            base, curve = moving
+            self._nodes_of(point, W)
+            self._on_curve(base, point, True, curve, D, size)
 
-    def _term(self, name: str) -> Term:
-        s = self.s
-        if name not in self._terms and name == "fast":
-            self._terms[name] = Term(s.x, s.fast_at(s.x), column(()))
-        elif name not in self._terms:
-            time = s.x[-1] if s.clocked else None
-            self._terms[name] = Term(s.x.col_join(s.u), s.lagrangian, s.force, time)
-        return self._terms[name]
+    def _straight(self, point: list[Node], velocity: list[Node], weight: Node) -> None:
+        """Add the Lagrangian at nodes."""
+        value, (at_x, at_xi), force = placed(self.graph, self.s, point, velocity)
+        self._add(point, weight, at_x)
+        self._add(velocity, weight, at_xi)
+        self._act(point, weight, force)
+        self.value = self.value + weight * value
 
-    def _straight(self, name: str, columns: list[Column], weight: Expression) -> Expression:
-        """A term at letters that are known: its derivatives are the term's with other letters."""
-        term = self._term(name)
-        (*gradient, force), block = term.placed(columns, f"g{len(self.chain.blocks)}")
-        self.chain.add(block)
-        if not len(self.s.stages):
-            self.inline |= dict(zip(block.letters, block.values, strict=True))
-        for letters, slope in zip(columns, gradient, strict=True):
-            self.covectors.add(letters, weight * slope)
-        self._act(columns[0], weight * force)
-        place = [e for letters in columns for e in letters]
-        return term.value.xreplace(dict(zip(term.letters, place, strict=True)))
-
-    def _act(self, point: Column, force: Column) -> None:
-        """A weighted force at a point whose letters are known."""
-        if not len(force):
+    def _act(self, point: list[Node], weight: Node, force: list[Node]) -> None:
+        """Add a weighted force at a point."""
+        if not force:
             return
-        if any(point == c for c in (self.s.x, *(b.letters for b in self.moved))):
-            self.covectors.add_force(point, self.s.h * force)
+        if any(point == e for e in (self.x, *(p.nodes for p in self.moved))):
+            size = self.h * weight
+            more = [size * e for e in force]
+            self._forces[_key_of(point)] = self.graph.plus(self.force_at(point), more)
         elif self.groupoid.kind == "pair":
-            self.covectors.add(point[: len(force), :], force)  # moved as it is displaced
+            self._add(point[: len(force)], weight, force)  # moved as it is displaced
         else:
             raise BadInput(
                 f"{self.s.name}: the rule asks for L at a point that is no b(x, w; h), so the "
@@ -182,25 +199,30 @@ class DiscreteLagrangian:
         moving: bool,
         W: Column,
         D: Column,
-        weight: Expression,
-    ) -> Expression:
-        """A term at a node of a curve (`CurveTerm`)."""
-        key = key_of(base), None if point is None else key_of(point), moving
+        weight: Node,
+    ) -> None:
+        """Add the Lagrangian at a node of a curve (`CurveTerm`)."""
+        key = tuple(base), None if point is None else tuple(point), moving
         if key not in self._curves:
-            name, term = f"node{1 + len(self._curves)}", self._term("lagrangian")
-            self._curves[key] = CurveTerm(self.groupoid, term, name, base, point, moving)
-        elapsed = self.groupoid.share(W) if isinstance(self.groupoid, Clocked) else 0
-        node = Node(self.chain, self._curves[key], self._chart(W), self._chart(D), elapsed)
-        d = self.covectors
-        for part, letters in node.columns.items():
-            if letters is not None and len(letters):
-                d.add(letters, weight * node.gradient[part])
+            name = f"node{1 + len(self._curves)}"
+            at = None if point is None else self._nodes_of(point, None)
+            self._curves[key] = CurveTerm(self.graph, self.s, name, base, at, moving)
+        elapsed = self.groupoid.share(W) if isinstance(self.groupoid, Clocked) else sympy.S.Zero
+        node = Placed(self.scope, self._curves[key], self._chart(W), self._chart(D),
+                      self.graph.read(elapsed))  # fmt: skip
+        for part, nodes in node.columns.items():
+            if nodes:
+                self._add(nodes, weight, node.gradient[part])
         if point is not None:
-            self._act(point, weight * node.gradient["force"])
+            self._act(self._nodes_of(point, None), weight, node.gradient["force"])
         if any(node.gradient["turned"]):
-            known = d.turned.get(key_of(base), 0 * self.s.u)
-            d.turned[key_of(base)] = known + weight * self.s.h * node.gradient["turned"]
-        return node.value
+            size = self.h * weight
+            turned = [size * e for e in node.gradient["turned"]]
+            if base == self.s.x:
+                self.turned_x = self.graph.plus(self.turned_x, turned)
+            else:
+                self.turned_y = self.graph.plus(self.turned_y, turned)
+        self.value = self.value + weight * node.value
 
     # -- points, velocities, chart values -------------------------------------------------------
 
@@ -222,7 +244,7 @@ class DiscreteLagrangian:
             return s.u, None
         rest = answers_of(args, self.G.Velocity)
         if rest is None or (base := self._base(rest[:n])) is None:
-            return self._chart(column(map(self.resolved, args))), None
+            return column(map(self.resolved, args)), None
         w, dw, h = rest[n : n + m], rest[n + m : -1], rest[-1]
         D = column(map(self.resolved, dw))
         return D, (base, column(self.resolved(h * e) for e in w))
@@ -237,54 +259,54 @@ class DiscreteLagrangian:
             return self.point_of_step(sympy.Integer(1)).letters
         return None
 
-    def point_of_step(self, theta: Expression) -> Block:
-        """The block of the point b(x, u; θh)."""
+    def point_of_step(self, theta: Expression) -> Point:
+        """Return the point b(x, u; θh)."""
         g, s = self.groupoid, self.s
         if theta not in self._points:
-            z = s.y if theta == 1 else vector(f"z{len(self.chain.blocks)}", g.dim_x)
+            z = s.y if theta == 1 else vector(f"z{self.graph.parts}", g.dim_x)
             value = g.target(s.x, s.u, theta * s.h)
-            motion = g.point_motion(s.x, s.u, s.h, theta, z)
-            if theta != 1:  # e→ leaves the end where it is, so nothing is made of its motion
-                motion = lettered_motion(self.chain, motion, s)
-            block = Block(z, value, partials(value, [s.x]), theta=theta, motion=motion)
+            point = place_point(self.scope, z, value, self.u, [s.x])
+            point.theta = theta
+            # e→ leaves the end where it is, so nothing is made of its motion
+            point.move(g.point_motion(s.x, s.u, s.h, theta, z), None if theta == 1 else s)
             if s.forced:
-                block.displacement = g.displacement_at(s.x, s.u, s.h, theta)
-            self._points[theta] = block
-            self.chain.add_point(block, s.u)
-            self.moved.append(block)
+                right, left = g.displacement_at(s.x, s.u, s.h, theta)
+                point.displacement = self.graph.matrix(right), self.graph.matrix(left)
+            self._points[theta] = point
+            self.moved.append(point)
         return self._points[theta]
 
-    def _lettered(self, point: Column, W: Column | None) -> Column:
-        """Letters of a point: itself, or a chart block of its expressions."""
+    def _nodes_of(self, point: Column, W: Column | None) -> list[Node]:
+        """Return the nodes of a point: known ones if it is a point of the step, else held ones."""
         if W is not None:
             point = self.groupoid.target(point, W, sympy.Integer(1))
-        columns = [self.s.x, *(b.letters for b in self.moved)]
-        return point if any(point == c for c in columns) else self._chart(point)
+        columns = [self.s.x, *(p.letters for p in self.moved)]
+        return self.graph.letters(point) if any(point == c for c in columns) else self._chart(point)
 
-    def _chart(self, value: Column) -> Column:
-        """Letters for a column of expressions in x, u, s and points; u itself needs none."""
-        value = value.applyfunc(lambda e: e.expand())
-        if value == self.s.u or any(value == block.letters for block in self._charts.values()):
-            return value
-        key = tuple(value)
+    def _chart(self, value: Column) -> list[Node]:
+        """Hold a column of expressions in x, u, s and points, unless it is u; return its nodes."""
+        if value == self.s.u:
+            return self.u
+        nodes = [self.graph.expanded(self.graph.read(e)) for e in value]
+        key = tuple(e.index for e in nodes)
+        if nodes == self.u:
+            return nodes
         if key not in self._charts:
-            letters = vector(f"w{len(self.chain.blocks)}", len(value))
-            earlier = [self.s.x, self.s.u, self.s.stages, *(b.letters for b in self.moved)]
-            self._charts[key] = Block(letters, value, partials(value, earlier))
-            self.chain.add(self._charts[key])
-        return self._charts[key].letters
+            letters = vector(f"w{self.graph.parts}", len(nodes))
+            self._charts[key] = self.scope.group(list(letters), nodes, named=False)
+            self._charts[tuple(e.index for e in self._charts[key])] = self._charts[key]
+        return self._charts[key]
 
     def _gradient(self, point: Expressions) -> Column:
-        """Letters of ∂V/∂x at a point, whose derivatives by the point are the Hessian of V."""
-        at = self._lettered(column(map(self.resolved, point)), None)
-        key = ("gradient", *at)
+        """Return letters of ∂V/∂x at a point."""
+        at = self._nodes_of(column(map(self.resolved, point)), None)
+        key = ("gradient", *(e.index for e in at))
         if key not in self._charts:
-            value = self.L.part("gradient", at)
-            block = Block(vector(f"d{len(self.chain.blocks)}", len(value)), value)
-            block.partials = partials(value, [at])
-            self._charts[key] = block
-            self.chain.add(block)
-        return self._charts[key].letters
+            value = self.L.part("gradient", self.graph.shown_column(at))
+            letters = vector(f"d{self.graph.parts}", len(value))
+            values = self.graph.column(value)
+            self._charts[key] = self.scope.group(list(letters), values, named=False)
+        return self.graph.shown_column(self._charts[key])
 
     def resolved(self, e: Expression) -> Expression:
         """The expression with straight points as letters and every other answer written out."""
@@ -304,3 +326,8 @@ class DiscreteLagrangian:
                     swap[node] = node.written_out()
             e = e.xreplace(swap)
         return e
+
+
+def _key_of(nodes: Nodes) -> int | None:
+    """Return the number that identifies a column of nodes."""
+    return nodes[0].index if nodes else None

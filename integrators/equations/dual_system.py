@@ -1,7 +1,7 @@
 """What a one-step map sees of a scene: its vector field, energy and Poisson tensor on the dual.
 
 Every answer stands for a letter, and the map's expressions stay small however often it asks: what
-a letter stands for is kept in blocks, through which derivatives go (`chain_rule`).
+a letter stands for is held, through which derivatives go (`numbers.graph`).
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from typing import Any, cast
 from ..errors import BadInput, shown
 from ..groupoids import RetractionGroupoid
 from ..numbers import (
+    Graph,
+    Scope,
     first_violation,
     floats_exact,
     jacobian,
@@ -24,7 +26,6 @@ from ..numbers import (
 )
 from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
 from ..scene import halves
-from .chain_rule import Block, ChainRule, partials
 from .continuous import (
     closed_velocity,
     energy,
@@ -79,7 +80,9 @@ class DualSystem:
         #: μ of the state
         self._mu = s.mu[:0, :] if s.degenerate else s.mu
         self.n, self.m = len(s.x), len(self._mu)
-        self.chain = ChainRule()
+        self.graph = Graph()
+        self.scope = Scope(self.graph)
+        self.graph.fixed = {e.index for e in self.graph.letters(s.q)}
         #: columns of letters that stand for nothing else
         self._given = [s.x, s.mu, *unknowns]
         #: each letter that was answered, as the map sees it
@@ -105,7 +108,7 @@ class DualSystem:
         at = self._at(z)
         if self.velocities:
             raise BadInput("s.df needs a closed form of ξ(x, μ), which this scene has not.")
-        return self._shown(self.chain.total(self._field(at), column([*at.x, *at.mu])))
+        return self._shown(self.scope.total(self._field(at), column([*at.x, *at.mu])))
 
     def xi(self, z: Column) -> Column:
         """The velocity ξ = ∂H/∂μ at z, m×1."""
@@ -298,8 +301,9 @@ class DualSystem:
 
     def _shown(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
         """The matrix as the map sees it: its letters as answers, which know what they depend on."""
-        for letter in symbols_of(matrix) & self.chain.owner.keys() - self._seen.keys():
-            self._seen[letter] = _answer()(letter, *sorted(self._bases(letter), key=str))
+        for letter in symbols_of(matrix) - self._seen.keys():
+            if self.graph.value_of(letter) is not None:
+                self._seen[letter] = _answer()(letter, *sorted(self._bases(letter), key=str))
         return sympy.Matrix(*matrix.shape, replaced(map(sympy.sympify, matrix), self._seen))
 
     def _bases(self, letter: Letter) -> set[Letter]:
@@ -307,13 +311,9 @@ class DualSystem:
         pending, seen = {letter}, set[Letter]()
         while pending:
             seen |= pending
-            values = [self._value(e) for e in pending if e in self.chain.owner]
-            pending = symbols_of(values) - seen
+            values = (self.graph.value_of(e) for e in pending)
+            pending = symbols_of(v for v in values if v is not None) - seen
         return seen & {e for part in self._given for e in part}
-
-    def _value(self, letter: Letter) -> Expression:
-        block = self.chain.owner[letter]
-        return block.values[list(block.letters).index(letter)]
 
     def _check(self, z: Any) -> None:
         shape = getattr(z, "shape", None)
@@ -375,9 +375,11 @@ class DualSystem:
 
     def _named(self, name: str, values: Column, by: Any = None) -> Column:
         """Letters for the values; by: their derivatives, where these are known."""
-        letters = vector(f"{name}{len(self.chain.blocks)}", len(values))
+        letters = vector(f"{name}{self.graph.parts}", len(values))
         if len(values):
-            known = [*self._given, *(block.letters for block in self.chain.blocks)]
-            slopes = partials(values, known) if by is None else by
-            self.chain.add(Block(letters, values, slopes, summed=True))
+            graph = self.graph
+            slopes: Any = None if by is None else [
+                (graph.letters(letters), graph.matrix(matrix)) for letters, matrix in by
+            ]  # fmt: skip
+            self.scope.group(list(letters), graph.column(values), slopes)
         return letters

@@ -10,14 +10,15 @@ Cayley chart stays polynomial.
 
 from __future__ import annotations
 
+import itertools
 from functools import cached_property
 from typing import Any
 
-from ..numbers import Definition, needed, opaque, replaced, symbols_of, sympy
+from ..numbers import Definition, Node, needed, opaque, sympy
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
-from .covectors import times
 from .discrete_lagrangian import DiscreteLagrangian
-from .point_motion import gradient_along
+from .points import gradient_along
+from .symbols import column
 
 
 class LegendreMaps:
@@ -29,6 +30,7 @@ class LegendreMaps:
 
     def __init__(self, of: DiscreteLagrangian) -> None:
         self.of, self.element, self.s, self.groupoid = of, of.element, of.s, of.groupoid
+        self._altered: frozenset[str] = frozenset()
         s, groupoid = of.s, of.groupoid
         self.rho = groupoid.rho(s.x, s.h)
         self.L, self.R = groupoid.L(s.x, s.u, s.h), groupoid.R(s.x, s.u, s.h)
@@ -36,12 +38,11 @@ class LegendreMaps:
         self._arrows: tuple[Any, Any] = (groupoid, s.u)
         if self.element is not None:
             self._arrows = self.element, self.element.g
-        #: (a map written out, that map in letters of gradients, whose derivatives are known)
-        self._forms: list[tuple[Column, Column]] = []
 
     def altered(self, **maps: SymbolicMatrix) -> LegendreMaps:
         """Other matrices in place of the maps named; what follows from these is derived anew."""
         other = LegendreMaps(self.of)
+        other._altered = frozenset(maps)
         for name, matrix in maps.items():
             setattr(other, name, matrix)
         return other
@@ -52,69 +53,70 @@ class LegendreMaps:
         return self.of.expression
 
     @cached_property
-    def _base(self) -> dict[str, Column]:
-        """F⁻, F⁺ and F⁺ − F⁻ in all letters, gradients of terms included."""
-        s, d, chain, zero = self.s, self.of.covectors, self.of.chain, 0 * self.s.u
-        of_u, of_x = d.of(s.u), times(self.rho.T, d.of(s.x)) if len(s.x) else zero
-        turned_x = d.turned.get(s.x[0], zero) if len(s.x) else zero
-        turned_y = d.turned.get(s.y[0], zero) if len(s.y) else zero
-        minus = times(self.R.T, of_u) - of_x - turned_x
-        plus = times(self.L.T, of_u) + turned_y
+    def _derived(self) -> dict[str, list[Node]]:
+        """Return F⁻, F⁺, F⁺ − F⁻ and ∂L_d/∂s as nodes."""
+        of, graph = self.of, self.of.graph
+        of_x, of_u, stages, of_moved = of.gradient()
+        rho, L, R = map(graph.matrix, (self.rho, self.L, self.R))
+        m = len(of_u)
+        along_x = graph.plus(graph.transposed(rho, of_x, m), of.turned_x)
+        minus = graph.plus(graph.transposed(R, of_u), [-e for e in along_x])
+        plus = graph.plus(graph.transposed(L, of_u), of.turned_y)
         # like terms of functions cancel as they stand: writing their factors out would take long
         difference = (self.L - self.R).applyfunc(lambda e: e if opaque(e) else e.expand())
-        gain = times(difference.T, of_u) + of_x + turned_x + turned_y
-        for block in self.of.moved:
-            assert block.motion is not None
-            anchor, _, right, left = block.motion
-            gradient = d.of(block.letters)
-            varying = all(symbols_of(e) - set(s.q) for e in (right, gradient))
-            along = times(anchor.T, written := self._inlined(gradient))
+        gain = graph.plus(graph.transposed(graph.matrix(difference), of_u), along_x, of.turned_y)
+        for point, gradient in zip(of.moved, of_moved, strict=True):
+            if not point.nodes:
+                continue
+            along = graph.transposed(point.anchor, gradient)
+            fields = [*itertools.chain(*point.right)]
+            varying = all(any(map(graph.slopes, e)) for e in (fields, gradient))
             if self.element is None and varying:  # asked for many times, and g by its entries
-                name = f"k{len(chain.blocks)}"
-                along = gradient_along(chain, block, written, name, s.forced)
-            minus, plus = minus + times(right.T, along), plus + times(left.T, along)
-            gain += times((left - right).T, along)
-            if block.displacement is not None:
-                force = d.force_at(block.letters, s.u)
-                right, left = (times(c.T, force) for c in block.displacement)
-                minus, plus, gain = minus + right, plus + left, gain + (left - right)
-        at_start = d.force_at(s.x, s.u)  # the start is displaced by −a
-        minus, gain = minus - at_start, gain + at_start
-        return {"minus": minus, "plus": plus, "gain": gain}
+                along = gradient_along(of.scope, point, gradient, "k", self.s.forced)
+            right, left = (graph.transposed(e, along, m) for e in (point.right, point.left))
+            minus, plus = graph.plus(minus, right), graph.plus(plus, left)
+            apart = [[b - a for a, b in zip(*rows, strict=True)]
+                     for rows in zip(point.right, point.left, strict=True)]  # fmt: skip
+            gain = graph.plus(gain, graph.transposed(apart, along, m))
+            if point.displacement is not None:
+                force = of.force_at(point.nodes)
+                right, left = (graph.transposed(e, force) for e in point.displacement)
+                minus, plus = graph.plus(minus, right), graph.plus(plus, left)
+                gain = graph.plus(gain, left, [-e for e in right])
+        at_start = of.force_at(of.x)  # the start is displaced by −a
+        minus, gain = graph.plus(minus, [-e for e in at_start]), graph.plus(gain, at_start)
+        return {"minus": minus, "plus": plus, "gain": gain, "stages": stages}
 
     @cached_property
     def minus(self) -> Column:
         """F⁻, m×1."""
-        return self._cancelled(self._base["minus"])
+        return self._shown("minus")
 
     @cached_property
     def plus(self) -> Column:
         """F⁺, m×1."""
-        return self._cancelled(self._base["plus"])
+        return self._shown("plus")
 
     @cached_property
     def gain(self) -> Column:
         """F⁺ − F⁻ with what they share cancelled, m×1: recomputing F⁺ would let momenta drift."""
-        return self._cancelled(self._base["gain"])
-
-    def _cancelled(self, column: SymbolicMatrix) -> SymbolicMatrix:
-        """Gradients written out; polynomials in the letters of g too, so that x·g − x·g cancels."""
-        written = self._inlined(column)
-        if self.element is None:
-            self._forms.append((written, column))
-            return written
-        letters = list(self.element.g)
-        return written.applyfunc(lambda e: e.expand().collect(letters))
-
-    def _inlined(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
-        if not self.of.inline:
-            return matrix
-        return sympy.Matrix(*matrix.shape, replaced(matrix, self.of.inline))
+        return self._shown("gain")
 
     @cached_property
     def stage_equations(self) -> Column:
         """∂L_d/∂s, which vanish, k·m×1."""
-        return self.of.covectors.of(self.s.stages)
+        return self._shown("stages")
+
+    def _shown(self, name: str) -> Column:
+        return self._cancelled(self.of.graph.shown_column(self._derived[name]))
+
+    def _cancelled(self, column: SymbolicMatrix) -> SymbolicMatrix:
+        """Return the matrix; on the group as polynomials in the entries of g, so that x·g − x·g
+        cancels."""
+        if self.element is None:
+            return column
+        letters = list(self.element.g)
+        return column.applyfunc(lambda e: e.expand().collect(letters))
 
     @cached_property
     def system(self) -> Column:
@@ -126,18 +128,33 @@ class LegendreMaps:
     def slope(self) -> SymbolicMatrix:
         """∂E/∂w, square."""
         columns = [c for c in (self.s.u, self.s.stages) if len(c)]
-        parts = [p for p in (self.minus, self.stage_equations) if len(p)]
-        rows = [sympy.Matrix.hstack(*[self.total(p, c) for c in columns]) for p in parts]
-        return sympy.Matrix.vstack(*rows)
+        return sympy.Matrix.hstack(*[self.total(self.system, c) for c in columns])
+
+    @cached_property
+    def rows(self) -> Column:
+        """E/h, in which powers of h cancel before they are ever rounded."""
+        return self.per_step(self.system)
+
+    @cached_property
+    def slope_of_rows(self) -> SymbolicMatrix:
+        """∂(E/h)/∂w, square."""
+        if "slope" in self._altered:
+            return self.per_step(self.slope)
+        return self.total(self.rows, column([*self.s.u, *self.s.stages]))
+
+    def per_step(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
+        """Return matrix/h, term by term."""
+        graph = self.of.graph
+        h = graph.letter(self.s.h)
+        return matrix.applyfunc(lambda e: graph.shown(graph.divided(graph.read(e), h)))
 
     def total(self, column: Column, variable: Column) -> SymbolicMatrix:
-        """d(column)/d(variable) through all letters; the variable is x, u or s."""
-        in_letters = next((form for written, form in self._forms if written is column), column)
-        return self._inlined(self.of.chain.total(in_letters, variable))
+        """Return d(column)/d(variable) through all letters; the variable is x, u or s."""
+        return self.of.scope.total(column, variable)
 
     def definitions(self, *uses: Expressions) -> list[Definition]:
         """What the letters in the expressions stand for, in order."""
-        return needed(self.of.chain.definitions(), [e for use in uses for e in use])
+        return needed(self.of.scope.definitions(), [e for use in uses for e in use])
 
     @cached_property
     def minus_along_right(self) -> SymbolicMatrix:

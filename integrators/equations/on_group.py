@@ -16,11 +16,11 @@ from typing import Any
 
 from ..errors import BadInput
 from ..groupoids import LieGroup, Motion, RetractionGroupoid
-from ..numbers import sympy
+from ..numbers import Node, Scope, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Discretisation
 from ..scene import OnGroup
-from .chain_rule import Block
+from .points import Point, place_point
 from .rule_view import LagrangianForRule
 from .symbols import SceneSymbols
 
@@ -51,15 +51,15 @@ class Element:
         left = [(h * self.g * e).reshape(self.size**2, 1) for e in basis]
         return sympy.Matrix.hstack(*right), sympy.Matrix.hstack(*left)
 
-    @cached_property
-    def block(self) -> Block:
+    def placed(self, scope: Scope, u: list[Node]) -> Point:
         """The letters of g, which stand for τ(hu) B, with ∂g/∂u = (e→ g) R⁻¹."""
         s, groupoid, size = self.s, self.groupoid, self.size**2
         value = groupoid.element(s.u, s.h) * s.translate[0]
         inverse_right = groupoid.tau.inverse_right_field(groupoid.algebra, s.h * s.u)
-        motion = Motion(sympy.eye(size), self.fields[0] * inverse_right, *self.fields)
-        letters, values = self.g.reshape(size, 1), value.reshape(size, 1)
-        return Block(letters, values, [(s.u, motion.slope)], motion=motion)
+        point = place_point(scope, self.g.reshape(size, 1), value.reshape(size, 1), u, [])
+        slope = self.fields[0] * inverse_right
+        point.move(Motion(sympy.eye(size), slope, *self.fields))
+        return point
 
     @cached_property
     def left(self) -> SymbolicMatrix:

@@ -86,11 +86,11 @@ class OneStepEquations:
 
     def total(self, entries: Column, variable: Column) -> SymbolicMatrix:
         """d(entries)/d(variable) through all letters; the variable is w or z."""
-        return self.view.chain.total(entries, variable)
+        return self.view.scope.total(entries, variable)
 
     def definitions(self, *uses: Expressions) -> list[Definition]:
         """What the letters in the expressions stand for, in order."""
-        return needed(self.view.chain.definitions(), [e for use in uses for e in use])
+        return needed(self.view.scope.definitions(), [e for use in uses for e in use])
 
     @cached_property
     def fields(self) -> tuple[Any, ...]:

@@ -11,7 +11,7 @@ from ..errors import BadInput
 from ..groupoids import chart_extents
 from ..numbers.types import Expression, Letters
 from .discrete_equations import DiscreteEquations
-from .one_step_equations import OneStepEquations, over
+from .one_step_equations import OneStepEquations
 from .symbols import vector
 
 
@@ -30,9 +30,10 @@ def step_system(
         return replace(equations.system, composed=composed, adjoint=other)
     s, at_points, element = equations.s, equations.at_points, equations.element
     h = equations.h
-    rows, gain = over(at_points.system, h), over(at_points.gain, h)
-    # by u and the stages; on the group along e→, ∂F⁻/∂u · R
-    slope = over(at_points.slope if element is None else at_points.minus_along_right, h)
+    rows, gain = at_points.rows, at_points.per_step(at_points.gain)
+    slope = at_points.slope_of_rows
+    if element is not None:  # along e→, ∂F⁻/∂u · R
+        slope = at_points.per_step(at_points.minus_along_right)
     branches = [] if element is None else [element.branch]
     groupoid = equations.groupoid
     used = equations.L.free_symbols

@@ -26,7 +26,7 @@ from .definitions import (
     symbols_of,
     written_out,
 )
-from .differentiation import jacobian, slopes
+from .differentiation import jacobian
 from .evaluation import evaluate, evaluate_at, evaluate_matrix, number
 from .exact import (
     exact,
@@ -45,6 +45,7 @@ from .exact import (
     whole_number,
     within_doubles,
 )
+from .graph import Frame, Graph, Node, NodeMatrix, Nodes, Rational, Scope
 from .identities import (
     first_violation,
     is_zero,
@@ -79,18 +80,19 @@ from .statements import Call, Together, called_text, function_text
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
-    "Arithmetic", "Atoms", "Call", "Coefficients", "Definition", "Double", "Function",
-    "InArithmetic", "LazyModule", "Letters", "MOST_DIGITS", "Matrix", "Multiple", "NotComputed",
-    "NotKnown", "NotSmooth", "Number", "Numbers", "Parameters", "Series", "Together", "TooLong",
-    "Tracked", "Vector", "arithmetic", "as_one_number", "called_text", "code", "collect", "entry",
-    "errors_of", "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices",
-    "exact_nested", "exact_rational", "exact_vector", "finite", "first_violation", "flatten",
-    "floats_exact", "function_text", "measure", "inlined", "inverse_sizes", "is_zero", "jacobian",
-    "listed", "needed", "newton", "null_direction", "number", "numeric", "numeric_function",
-    "numeric_text", "opaque", "parts_of", "random_columns", "mpmath", "random_point",
-    "refuse_large", "refuse_unwritten", "register", "registered_function", "replaced", "rounded",
-    "run_text", "series_namespace", "short_numbers", "shown", "sizes", "slopes", "solve",
-    "symbols_of", "sympy", "to_sympy", "tracked", "tracked_later", "values_of", "vanishes",
-    "vanishes_as", "whole_number", "with_running_errors", "within_doubles", "with_tables",
-    "working_digits", "written_out",
+    "Arithmetic", "Atoms", "Call", "Coefficients", "Definition", "Double", "Frame", "Function",
+    "Graph", "InArithmetic", "LazyModule", "Letters", "MOST_DIGITS", "Matrix", "Multiple",
+    "Node", "NodeMatrix", "Nodes", "NotComputed", "NotKnown", "NotSmooth", "Number", "Numbers",
+    "Parameters", "Rational", "Scope", "Series", "Together", "TooLong", "Tracked", "Vector",
+    "arithmetic", "as_one_number", "called_text", "code", "collect", "entry", "errors_of",
+    "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices", "exact_nested",
+    "exact_rational", "exact_vector", "finite", "first_violation", "flatten", "floats_exact",
+    "function_text", "inlined", "inverse_sizes", "is_zero", "jacobian", "listed", "measure",
+    "mpmath", "needed", "newton", "null_direction", "number", "numeric", "numeric_function",
+    "numeric_text", "opaque", "parts_of", "random_columns", "random_point", "refuse_large",
+    "refuse_unwritten", "register", "registered_function", "replaced", "rounded", "run_text",
+    "series_namespace", "short_numbers", "shown", "sizes", "solve", "symbols_of", "sympy",
+    "to_sympy", "tracked", "tracked_later", "values_of", "vanishes", "vanishes_as",
+    "whole_number", "with_running_errors", "with_tables", "within_doubles", "working_digits",
+    "written_out",
 ]  # fmt: skip

@@ -52,21 +52,21 @@ class Coefficients(AsWritten):
             self.values.append(expression)
         return self._index[expression]
 
-    def _constant(self, e: Expression) -> bool:
+    def constant(self, e: Expression) -> bool:
         """Whether an expression has symbols of q only."""
         if e not in self._of_q:
-            self._of_q[e] = all(map(self._constant, e.args)) and (not e.is_Symbol or e in self.q)
+            self._of_q[e] = all(map(self.constant, e.args)) and (not e.is_Symbol or e in self.q)
         return self._of_q[e]
 
     def letter(self, e: Expression) -> Expression | None:
         """The symbol of a coefficient; integers are none."""
-        return self.symbol(e) if not e.is_Integer and self._constant(e) else None
+        return self.symbol(e) if not e.is_Integer and self.constant(e) else None
 
     def terms(self, e: Expression) -> Expressions:
         """The terms of a sum, its coefficients added up."""
-        constant = [a for a in e.args if self._constant(a)]
+        constant = [a for a in e.args if self.constant(a)]
         return e.args if len(constant) < 2 else [
-            sympy.Add(*constant), *(a for a in e.args if not self._constant(a))
+            sympy.Add(*constant), *(a for a in e.args if not self.constant(a))
         ]  # fmt: skip
 
     def factors(self, e: Expression) -> Expressions:
@@ -76,7 +76,7 @@ class Coefficients(AsWritten):
         """
         constant, rest = list[Expression](), list[Expression]()
         for factor in e.args if e.is_Mul else [e]:
-            if self._constant(factor):
+            if self.constant(factor):
                 constant.append(factor)
                 continue
             base, power = factor.as_base_exp()

@@ -138,7 +138,7 @@ def test_legendre_maps_from_their_definitions(scene, rule):
     gain = point.at(of.written_out(of.at_points.gain))
     assert all_close(gain, [p - q for p, q in zip(plus, minus, strict=True)])
     # and a wrong sign of ρ, which no group would show, is seen
-    of_x = of.written_out(of.at_points.of.covectors.of(of.x)) if point.g.dim_x else []
+    of_x = of.written_out(of.at_points.of.by_x) if point.g.dim_x else []
     if point.g.dim_x and not all(d == 0 for d in of.rho.T * of_x):
         flipped = of.legendre_minus + 2 * of.rho.T * of_x
         assert not all_close(point.at(flipped), minus, 10)

@@ -18,7 +18,7 @@ from discmech.integrators import (
     se,
 )  # fmt: skip
 from discmech.integrators.numbers import arithmetic, evaluate_at, first_violation, random_point
-from tests.objects import SCENES
+from tests.objects import SCENES, SCHEMES, named, scheme
 
 
 @discretisation(stages=1)
@@ -92,6 +92,21 @@ def test_derivatives_through_terms_are_the_slopes_of_what_is_written_out(scene, 
                 wanted = slopes_by(letter, written, point)
                 for a, b in zip(found[j :: len(variable)], wanted, strict=True):
                     assert abs(a - b) < 1e-24 * (1 + abs(b))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scene", "rule"), named(SCHEMES))
+def test_the_slope_of_every_scheme_is_that_of_its_rows(scene, rule):
+    of = scheme(scene, rule)
+    maps, s = of.at_points, of.s
+    point = random_point([*s.x, *s.u, *s.stages, *s.q], [*s.u, *s.stages, s.h])
+    point |= s.constant_values(80)
+    written = of.written_out(maps.system)
+    found = evaluate_at(maps.slope, point, 60, maps.definitions(maps.slope))
+    for j, letter in enumerate(of.w):
+        wanted = slopes_by(letter, written, point)
+        for a, b in zip(found[j :: len(of.w)], wanted, strict=True):
+            assert abs(a - b) < 1e-24 * (1 + abs(b))
 
 
 # -- an oracle: the rule asked with the groupoid's own maps, differentiated as it stands -----------

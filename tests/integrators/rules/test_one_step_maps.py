@@ -158,10 +158,10 @@ def test_the_field_is_the_bracket_with_the_energy(scene):
     view = DualSystem(s)
     z = sympy.Matrix([*s.x, *s.mu])
     gap = view.letters(view.f(z) - view.B(z) * view.dH(z) - view.force(z))
-    gradient = view.chain.total(view.letters([view.H(z)]), z).T - view.letters(view.dH(z))
+    gradient = view.scope.total(view.letters([view.H(z)]), z).T - view.letters(view.dH(z))
     point = random_point([*z, *s.q], [s.h])
     for matrix in (gap, gradient):
-        used = needed(view.chain.definitions(), list(matrix))
+        used = needed(view.scope.definitions(), list(matrix))
         assert max(map(abs, evaluate_matrix(matrix, 30, point, used))) < 1e-25
 
 

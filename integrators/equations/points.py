@@ -1,0 +1,150 @@
+"""Points that e→ and e← move in a known way: their derivatives are not those of an expression."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+from ..groupoids import Motion
+from ..numbers import Frame, Node, NodeMatrix, Scope, symbols_of
+from ..numbers.types import Column, Expression
+from .symbols import SceneSymbols, column
+
+
+class Point:
+    """A held point z: `letters` and `nodes`, and how it moves, once that is said (`move`).
+
+    By ∂z/∂u it moves by anchor · slope, along e→ and e← by anchor · right and anchor · left. theta:
+    its fraction of the straight step, if it is a point of that. displacement: where a force acts,
+    how e→ and e← displace the point, m×m each.
+    """
+
+    anchor: NodeMatrix
+    slope: NodeMatrix
+    right: NodeMatrix
+    left: NodeMatrix
+
+    def __init__(self, scope: Scope, letters: Column, nodes: list[Node], by: list[Node]) -> None:
+        self.scope, self.letters, self.nodes, self.by = scope, letters, nodes, by
+        self.theta: Expression | None = None
+        self.frame: Frame | None = None
+        self.displacement: tuple[NodeMatrix, NodeMatrix] | None = None
+
+    @property
+    def values(self) -> Column:
+        """Return the values of the letters, in sympy."""
+        return column(self.scope.graph.value_of(letter) for letter in self.letters)
+
+    @property
+    def is_end(self) -> bool:
+        """Return True for the point y = b(x, u; h)."""
+        return bool(self.theta == 1)
+
+    def move(self, motion: Motion, held: SceneSymbols | None = None) -> None:
+        """Set how the point moves. held: the letters of the step if entries of the motion that
+        contain more than h and parameters are to be held, else None."""
+        graph, scope = self.scope.graph, self.scope
+        anchor, slope, right, left = motion
+        self.anchor = graph.matrix(anchor)
+        more = graph.matrix(left - right)
+        self.slope, self.right = graph.matrix(slope), graph.matrix(right)
+        if held is not None:
+            entries = dict.fromkeys([*slope, *right, *(left - right)])
+            values = [e for e in entries if e.free_symbols - set(held.q)]
+            assert symbols_of(values) <= {*held.q, *held.x, *held.u}, "z belongs into the anchor"
+            read = [graph.read(e) for e in values]
+            swap = {e.index: v for e, v in zip(read, scope.held(read, "d", False), strict=True)}
+            self.slope, self.right, more = (
+                [[swap.get(e.index, e) for e in row] for row in matrix]
+                for matrix in (self.slope, self.right, more)
+            )
+        self.left = [graph.plus(*rows) for rows in zip(self.right, more, strict=True)]
+        if not self.nodes:
+            return
+        partials = self.nodes[0].args[0].partials
+        if anchor.cols < anchor.rows and symbols_of(anchor) & set(self.letters):
+            letters = scope.names("e", anchor.cols)
+            self.frame = Frame(graph.letters(letters), self.by, self.slope)
+            scope.frames.append(self.frame)
+            partials.insert(0, (self.frame.letters, self.anchor))
+        elif anchor.cols:
+            columns = [list(c) for c in zip(*self.slope, strict=True)]
+            matrix = [
+                [graph.sum((1, a * s) for a, s in zip(row, c, strict=True)) for c in columns]
+                for row in self.anchor
+            ]
+            partials.insert(0, (self.by, matrix))
+
+
+def place_point(
+    scope: Scope, letters: Column, value: Column, by: list[Node], further: Sequence[Column]
+) -> Point:
+    """Hold a point. by: the nodes with which it moves as `Point.move` says; further: columns of
+    letters with which it moves as its value says."""
+    graph = scope.graph
+    values, symbols = graph.column(value), symbols_of(value)
+
+    def slopes(nodes: list[Node]) -> NodeMatrix:
+        return Scope(graph).jacobian(values, nodes)
+
+    partials: list[Any] = [
+        (nodes, partial(slopes, nodes))
+        for nodes in (graph.letters(c) for c in further if len(c) and symbols & set(c))
+    ]
+    return Point(scope, letters, scope.group(list(letters), values, partials, False), by)
+
+
+def gradient_along(
+    scope: Scope, point: Point, gradient: list[Node], name: str, forced: bool
+) -> list[Node]:
+    """Hold the gradient at a point along the k columns of its anchor.
+
+    forced: True where a force acts; the covector then need be no gradient, with no symmetry.
+    """
+    graph = scope.graph
+    values = graph.transposed(point.anchor, gradient)
+    made = scope.group(scope.names(name, len(values)), values)
+    if point.frame is not None and not forced:
+        _add_symmetry(point, gradient, made)
+    return [e if value else value for e, value in zip(made, values, strict=True)]
+
+
+def _add_symmetry(point: Point, gradient: list[Node], along: list[Node]) -> None:
+    """Give the group of a gradient along the columns A of a point's anchor the symmetry
+
+        A_a⟨g, A_i⟩ = A_i⟨g, A_a⟩ + ⟨g, [A_a, A_i]⟩,   a < i
+
+    along: ⟨g, A_i⟩ held, of which the last terms are multiples in an algebra.
+    """
+    graph, frame = point.scope.graph, point.frame
+    assert frame is not None
+    k = len(along)
+    columns = [[row[i] for row in point.anchor] for i in range(k)]
+    slopes = [Scope(graph).jacobian(c, point.nodes) for c in columns]
+    commutators = [[graph.number(0)] * k for _ in range(k)]
+    for a, i in itertools.combinations(range(k), 2):
+        field = [
+            graph.sum(
+                [*((1, e * z) for e, z in zip(ahead, columns[a], strict=True) if e and z),
+                 *((-1, e * z) for e, z in zip(back, columns[i], strict=True) if e and z)]
+            )
+            for ahead, back in zip(slopes[i], slopes[a], strict=True)
+        ]  # fmt: skip
+        if any(field):
+            ratios = ((_ratio(field, c), e) for c, e in zip(columns, along, strict=True))
+            multiples = (r * e for r, e in ratios if r is not None)
+            whole = graph.sum((1, g * e) for g, e in zip(gradient, field, strict=True))
+            commutators[i][a] = next(multiples, whole)
+    along[0].args[0].symmetry = frame.letters, commutators
+
+
+def _ratio(field: Sequence[Node], of: Sequence[Node]) -> Node | None:
+    """Return the ratio of two fields if one is a multiple of the other, else None."""
+    graph = field[0].graph
+    pairs = [(e, f) for e, f in zip(field, of, strict=True) if e or f]
+    if not pairs[0][1]:
+        return None
+    ratio = graph.product([(pairs[0][0], 1), (pairs[0][1], -1)])
+    return ratio if all(e is ratio * f for e, f in pairs) else None

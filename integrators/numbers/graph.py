@@ -1,0 +1,740 @@
+"""Expressions as one graph that differentiates itself.
+
+A `Graph` holds every expression once: equal ones are the same node. Sums collect like terms and
+products collect powers, with rational coefficients, as sympy's do; so a partial derivative that two
+letters share is found again, and second derivatives of a sum of potentials are those of its terms.
+sympy is what is read (`Graph.read`) and what is shown (`Graph.shown`).
+
+A node that is held (`Scope`) stands for its value without being merged into the sums and products
+around it. So what many others use stays in one place, and is differentiated in one place: rows of
+derivatives of what is held are held, too. Shown in sympy it is a letter with a `Definition`. Where
+more is known of its derivatives than its value tells (a point that moves along ρ, a gradient whose
+derivative is symmetric) it says so (`Group`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
+from math import gcd
+from typing import Any, TypeAlias
+
+from .definitions import Definition
+from .lazy import sympy
+from .types import Column, Expression, Letter, SymbolicMatrix
+
+NUMBER, LETTER, CONSTANT, SUM, PRODUCT, CALL, HELD, RESULT = range(8)
+
+#: a rational number; what is whole may be an int
+Rational: TypeAlias = Any
+#: {place of a letter in a variable: derivative by it}, without zeros
+Row: TypeAlias = "dict[int, Node]"
+Nodes: TypeAlias = "Sequence[Node]"
+NodeMatrix: TypeAlias = "list[list[Node]]"
+
+
+class Node:
+    """An expression of a graph; `args` by kind:
+
+    NUMBER: the number. LETTER, CONSTANT: the sympy expression. SUM: (constant, ((index,
+    coefficient), …)). PRODUCT: ((index of a base, rational exponent), …). CALL: (a function of
+    slots, indices of its arguments). HELD: (its `Group`, place in it). RESULT: (a call, which has
+    `partials(number)`, the number of the result).
+    """
+
+    __slots__ = ("args", "graph", "index", "kind")
+
+    def __init__(self, graph: Graph, kind: int, args: Any, index: int) -> None:
+        self.graph, self.kind, self.args, self.index = graph, kind, args, index
+
+    def __add__(self, other: Any) -> Node:
+        return self.graph.sum([(1, self), (1, self.graph.node(other))])
+
+    def __sub__(self, other: Any) -> Node:
+        return self.graph.sum([(1, self), (-1, self.graph.node(other))])
+
+    def __neg__(self) -> Node:
+        return self.graph.sum([(-1, self)])
+
+    def __mul__(self, other: Any) -> Node:
+        return self.graph.product([(self, 1), (self.graph.node(other), 1)])
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __bool__(self) -> bool:
+        return self.kind != NUMBER or self.args != 0
+
+    @property
+    def is_number(self) -> bool:
+        """Return True for a rational number."""
+        return self.kind == NUMBER
+
+    @property
+    def is_letter(self) -> bool:
+        """Return True for a letter that stands for nothing else."""
+        return self.kind == LETTER
+
+    @property
+    def leads_negative(self) -> bool:
+        """Return True for a sum whose first term has a negative coefficient."""
+        return self.kind == SUM and self.args[1][0][1] < 0
+
+    @property
+    def scaled(self) -> tuple[Rational, Node]:
+        """Return (c, e) where the node is c·e with a number c; c = 1 for a sum of several terms."""
+        if self.kind == SUM and not self.args[0] and len(self.args[1]) == 1:
+            ((index, c),) = self.args[1]
+            return c, self.graph.nodes[index]
+        return 1, self
+
+    def fraction(self) -> tuple[Node, Node]:
+        """Return (N, D) with N/D equal to the node; D is the product of its denominators."""
+        above, below = self._over_powers()
+        nodes = self.graph.nodes
+        return above, self.graph.product((nodes[i], n) for i, n in below.items())
+
+    def _over_powers(self) -> tuple[Node, dict[int, Rational]]:
+        """Return (N, {index of a denominator: its power})."""
+        graph, nodes, powers = self.graph, self.graph.nodes, dict[int, Rational]()
+        if self.kind == PRODUCT:
+            factors: list[tuple[Node, Rational]] = []
+            for i, n in self.args:
+                if n < 0 and n.denominator == 1:
+                    powers[i] = powers.get(i, 0) - n
+                elif n == 1:
+                    above, below = nodes[i]._over_powers()
+                    factors.append((above, 1))
+                    for k, p in below.items():
+                        powers[k] = powers.get(k, 0) + p
+                else:
+                    factors.append((nodes[i], n))
+            return graph.product(factors), powers
+        if self.kind != SUM:
+            return self, {}
+        parts = [(c, *nodes[i]._over_powers()) for i, c in self.args[1]]
+        for _, _, below in parts:
+            for k, p in below.items():
+                powers[k] = max(powers.get(k, 0), p)
+        whole = []
+        for c, above, below in [(self.args[0], graph.one, {}), *parts]:
+            missing = ((nodes[k], p - below.get(k, 0)) for k, p in powers.items())
+            whole.append((c, graph.product([(above, 1), *missing])))
+        return graph.sum(whole), powers
+
+    def __repr__(self) -> str:
+        return str(self.graph.shown(self))
+
+
+@dataclass(eq=False)
+class Group:
+    """Nodes that are held together: `letters` are their names, `values` their values.
+
+    partials: [(nodes that the values depend on, the matrix of derivatives by these)], where these
+    are not derived from the values; a matrix may be a function that makes it when it is asked for.
+    symmetry: where the values are ⟨g, A_i⟩, a gradient along directions: these, and the matrix C
+    with A_a⟨g, A_i⟩ = A_i⟨g, A_a⟩ + C_ia for a < i, so that half of the derivatives are known.
+    quotients: where the values are quotients, (N, D) of each.
+    """
+
+    scope: Scope
+    letters: Sequence[Letter]
+    values: list[Node]
+    partials: list[tuple[Nodes, Any]] | None = None
+    symmetry: tuple[list[Node], NodeMatrix] | None = None
+    nodes: list[Node] = field(default_factory=list)
+    quotients: list[tuple[Node, Node]] = field(default_factory=list)
+    named: bool = True
+
+    def definition(self, graph: Graph) -> Definition:
+        """Return the letters with their values in sympy."""
+        return Definition(tuple(self.letters), tuple(map(graph.shown, self.values)))
+
+
+@dataclass(eq=False)
+class Frame:
+    """The directions ζ in which a point of more coordinates moves: dζ = slope · d(by)."""
+
+    letters: list[Node]
+    by: list[Node]
+    slope: NodeMatrix
+
+
+class Scope:
+    """The held nodes of one step, or of one function: groups and calls, in order of creation."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph = graph
+        self.parts: list[Any] = []
+        self.frames: list[Frame] = []
+        #: what is held elsewhere and is a letter here
+        self.given: list[Node] = []
+        self._held: dict[Any, Node] = {}
+        #: by the variable: the derivatives that are known so far
+        self._rows: dict[tuple[int, ...], dict[int, Row]] = {}
+
+    def group(
+        self,
+        letters: Sequence[Letter],
+        values: Sequence[Node],
+        partials: list[tuple[Nodes, Any]] | None = None,
+        named: bool = True,
+    ) -> list[Node]:
+        """Hold values under letters and return the nodes that stand for them.
+
+        named: True if rows of their derivatives are held, too: the values are sums over many nodes.
+        """
+        made = Group(self, list(letters), list(values), partials, named=named)
+        return self._append(made)
+
+    def _append(self, group: Group) -> list[Node]:
+        self.append(group)
+        group.nodes = [self.graph.make(HELD, (group, i)) for i in range(len(group.values))]
+        self.graph.name(group.letters, group.nodes)
+        return group.nodes
+
+    def held(self, values: Sequence[Node], name: str, named: bool = True) -> list[Node]:
+        """Hold values that are sums, products or functions, equal ones once; return all values."""
+        new = {v.index: v for v in values if v.kind in (SUM, PRODUCT, CALL)}
+        new = {i: v for i, v in new.items() if i not in self._held}
+        if new:
+            made = self.group(self.names(name, len(new)), list(new.values()), named=named)
+            self._held |= zip(new, made, strict=True)
+        return [self._held.get(v.index, v) for v in values]
+
+    def held_sums(self, values: Sequence[Node]) -> list[Node]:
+        """Hold the values that are sums of several terms; return all of them."""
+        sums = [v for v in values if v.kind == SUM and (v.args[0] or len(v.args[1]) > 1)]
+        found = {v.index: e for v, e in zip(sums, self.held(sums, "f"), strict=True)}
+        return [found.get(v.index, v) for v in values]
+
+    def names(self, letter: str, count: int) -> list[Letter]:
+        """Return letters that the graph does not have so far."""
+        prefix = f"{letter}{self.graph.parts}"
+        return [sympy.Symbol(f"{prefix}_{i}", real=True) for i in range(count)]
+
+    def append(self, part: Any) -> None:
+        """Append a group, or a call whose results have letters; both have a `definition`."""
+        self.parts.append(part)
+        self.graph.parts += 1
+
+    def quotients(self, above: Sequence[Node], below: Sequence[Node], name: str) -> list[Node]:
+        """Hold N/D, whose derivatives (∂N − (N/D) ∂D)/D are quotients of the same kind.
+
+        1/D is held too, so that rational derivatives stay small.
+        """
+        keys = [(n.index, d.index) for n, d in zip(above, below, strict=True)]
+        new = [i for i, key in enumerate(keys) if key not in self._held and above[i]]
+        if new:
+            over = [self._inverse(below[i]) for i in new]
+            pairs = zip(new, over, strict=True)
+            values = [self.graph.product([(above[i], 1), (o, 1)]) for i, o in pairs]
+            given = [(above[i], below[i]) for i in new]
+            made = self._append(Group(self, self.names(name, len(new)), values, quotients=given))
+            self._held |= {keys[i]: node for i, node in zip(new, made, strict=True)}
+        return [self._held[key] if n else n for key, n in zip(keys, above, strict=True)]
+
+    def _inverse(self, below: Node) -> Node:
+        key = ("inverse", below.index)
+        if key not in self._held:
+            value = self.graph.product([(below, -1)])
+            if value.kind == NUMBER:
+                return value
+            group = Group(self, self.names("o", 1), [value], named=False)
+            (made,) = self._append(group)
+            square = [[self.graph.product([(made, 2)], -1)]]
+            group.partials = [([below], square)]
+            self._held[key] = made
+        return self._held[key]
+
+    def definitions(self) -> list[Definition]:
+        """Return all letters with their values, in order."""
+        return [part.definition(self.graph) for part in self.parts]
+
+    # -- derivatives -----------------------------------------------------------------------------
+
+    def total(self, column: Column, variable: Column) -> SymbolicMatrix:
+        """Return d(column)/d(variable), all in sympy; the variable is a column of letters."""
+        g = self.graph
+        rows = self.jacobian(g.column(column), g.letters(variable))
+        return sympy.Matrix(len(rows), len(variable), [g.shown(e) for row in rows for e in row])
+
+    def jacobian(self, nodes: Sequence[Node], by: Sequence[Node]) -> NodeMatrix:
+        """Return ∂nodes/∂by, a row for each node, through all held nodes.
+
+        A point of many coordinates moves in fewer directions: derivatives are taken along these
+        (`Frame`) and then multiplied by their slope.
+        """
+        g, width = self.graph, len(by)
+        moved = {e.index for e in by}
+        frames = [f for f in self.frames if moved & {e.index for e in f.by}]
+        seeds = [*by, *(e for f in frames for e in f.letters)]
+        rows = [self.row(e, seeds) for e in nodes]
+        result = []
+        for row in rows:
+            terms: list[list[Any]] = [[] for _ in by]
+            for j, e in row.items():
+                if j < width:
+                    terms[j].append((1, e))
+            at = width
+            for f in frames:
+                place = {e.index: k for k, e in enumerate(f.by)}
+                for k in range(len(f.letters)):
+                    if (along := row.get(at + k)) is None:
+                        continue
+                    for j, e in enumerate(by):
+                        if e.index in place and (slope := f.slope[k][place[e.index]]):
+                            terms[j].append((1, g.product([(along, 1), (slope, 1)])))
+                at += len(f.letters)
+            result.append([g.sum(t) for t in terms])
+        return result
+
+    def row(self, node: Node, seeds: Sequence[Node]) -> Row:
+        """Return {place: ∂node/∂seed} for the seeds that the node depends on."""
+        key = tuple(e.index for e in seeds)
+        if key not in self._rows:
+            apart: dict[int, Row] = {e.index: {} for e in self.given}
+            self._rows[key] = apart | {i: {j: self.graph.one} for j, i in enumerate(key)}
+        return self._row(node, self._rows[key])
+
+    def _row(self, node: Node, known: dict[int, Row]) -> Row:
+        found = known.get(node.index)
+        if found is None:
+            found = known[node.index] = self._derived(node, known)
+        return found
+
+    def _derived(self, node: Node, known: dict[int, Row]) -> Row:
+        g = self.graph
+        if node.kind == HELD:
+            return self._of_held(node, known)
+        if node.kind == RESULT:
+            call, number = node.args
+            return g.combined([(1, *pair) for pair in self._through(call.partials(number), known)])
+        if node.kind == LETTER:
+            return {}
+        parts = [(e, self._row(g.nodes[i], known)) for i, e in g.slopes(node).items()]
+        return g.combined([(1, e, row) for e, row in parts if row])
+
+    def _through(
+        self, partials: Iterable[tuple[Nodes, Callable[[], Sequence[Node]]]], known: dict[int, Row]
+    ) -> list[tuple[Node, Row]]:
+        pairs = []
+        for by, slopes in partials:
+            rows = [self._row(e, known) for e in by]
+            if any(rows):
+                pairs += [(s, row) for s, row in zip(slopes(), rows, strict=True) if row and s]
+        return pairs
+
+    def _of_held(self, node: Node, known: dict[int, Row]) -> Row:
+        g, (group, place) = self.graph, node.args
+        if group.quotients:
+            return self._of_quotient(node, known)
+        if group.partials is not None:
+            given = [(by, _rows_of(matrix, place)) for by, matrix in group.partials]
+            row = g.combined([(1, s, row) for s, row in self._through(given, known)])
+        else:
+            row = dict(self._row(group.values[place], known))
+        if group.symmetry is not None:
+            directions, commutators = group.symmetry
+            for a in range(place):
+                for j in known.get(directions[a].index, ()):
+                    (own,) = known[directions[place].index]
+                    other = self._row(group.nodes[a], known).get(own, g.number(0))
+                    row[j] = other + commutators[place][a]
+        row = {j: e for j, e in row.items() if e}
+        if not group.named:
+            return row
+        return dict(zip(row, group.scope.held_sums(list(row.values())), strict=True))
+
+    def _of_quotient(self, node: Node, known: dict[int, Row]) -> Row:
+        g, (group, place) = self.graph, node.args
+        above, below = group.quotients[place]
+        over = group.scope._inverse(below)
+        of_above, of_below = self._row(above, known), self._row(below, known)
+        if not of_below:
+            return g.combined([(1, over, of_above)])
+        places = sorted({*of_above, *of_below})
+        zero = g.number(0)
+        tops = [
+            of_above.get(j, zero) - node * of_below[j] if j in of_below else of_above[j]
+            for j in places
+        ]
+        made = group.scope.quotients(tops, [below] * len(tops), "v")
+        return {j: e for j, e in zip(places, made, strict=True) if e}
+
+
+def _rows_of(matrix: Any, place: int) -> Callable[[], Sequence[Node]]:
+    """Return a function that gives a row of a matrix, which may have to be made first."""
+
+    def row() -> Sequence[Node]:
+        whole = matrix() if callable(matrix) else matrix
+        found: Sequence[Node] = whole[place]
+        return found
+
+    return row
+
+
+class Graph:
+    """All nodes of expressions that are derived together; each exists once."""
+
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self.parts = 0  # of all scopes
+        self._known: dict[Any, Node] = {}
+        self._read: dict[Expression, Node] = {}
+        self._shown: dict[int, Expression] = {}
+        self._slopes: dict[int, Row] = {}
+        self._primitives: dict[int, tuple[Rational, Node]] = {}
+        #: indices of letters by which nothing is differentiated: the step, the parameters
+        self.fixed: set[int] = set()
+        self.one = self.number(1)
+
+    # -- nodes -----------------------------------------------------------------------------------
+
+    def make(self, kind: int, args: Any) -> Node:
+        """Return the node of this kind with these arguments, which must be in normal form."""
+        key = kind, args
+        found = self._known.get(key)
+        if found is None:
+            found = self._known[key] = Node(self, kind, args, len(self.nodes))
+            self.nodes.append(found)
+        return found
+
+    def number(self, value: Rational) -> Node:
+        """Return the node of a rational number."""
+        return self.make(NUMBER, value)
+
+    def letter(self, symbol: Letter) -> Node:
+        """Return the node of a letter, or the held node that it stands for."""
+        return self.read(symbol)
+
+    def letters(self, symbols: Iterable[Letter]) -> list[Node]:
+        """Return the nodes of letters."""
+        return [self.read(s) for s in symbols]
+
+    def name(self, letters: Iterable[Letter], nodes: Iterable[Node]) -> None:
+        """Let letters of sympy stand for nodes: these are read and shown as the letters."""
+        for letter, node in zip(letters, nodes, strict=True):
+            self._read[letter] = node
+            self._shown[node.index] = letter
+
+    def value_of(self, letter: Letter) -> Expression | None:
+        """Return the value of a letter in sympy, or None if it stands for no held node."""
+        node = self._read.get(letter)
+        if node is None or node.kind != HELD:
+            return None
+        group, place = node.args
+        return self.shown(group.values[place])
+
+    def node(self, value: Any) -> Node:
+        """Return a node as it is, a rational number or an expression of sympy as a node."""
+        if isinstance(value, Node):
+            return value
+        return self.number(value) if isinstance(value, int | Fraction) else self.read(value)
+
+    def sum(self, terms: Iterable[tuple[Rational, Node]]) -> Node:
+        """Return Σ coefficient · node, with like terms collected."""
+        constant: Rational = 0
+        found: dict[int, Rational] = {}
+        for c, e in terms:
+            if e.kind == NUMBER:
+                constant += c * e.args
+            elif e.kind == SUM:
+                constant += c * e.args[0]
+                for i, a in e.args[1]:
+                    found[i] = found.get(i, 0) + c * a
+            else:
+                found[e.index] = found.get(e.index, 0) + c
+        items = tuple(sorted((i, _whole(c)) for i, c in found.items() if c))
+        if not items:
+            return self.number(_whole(constant))
+        if len(items) == 1 and not constant and items[0][1] == 1:
+            return self.nodes[items[0][0]]
+        return self.make(SUM, (_whole(constant), items))
+
+    def product(self, factors: Iterable[tuple[Node, Rational]], coefficient: Rational = 1) -> Node:
+        """Return coefficient · Π node^exponent, with powers collected."""
+        powers: dict[int, Rational] = {}
+        pending = list(factors)
+        while pending:
+            e, n = pending.pop()
+            kind, whole = e.kind, n.denominator == 1
+            if not n:
+                continue
+            if kind == NUMBER and whole and (e.args or n > 0):
+                coefficient *= Fraction(e.args) ** int(n) if n < 0 else e.args ** int(n)
+            elif kind == PRODUCT and whole:
+                pending += [(self.nodes[i], p * n) for i, p in e.args]
+            elif kind == SUM and whole:
+                if e.index not in self._primitives:
+                    self._primitives[e.index] = self._primitive(e)
+                size, base = self._primitives[e.index]
+                if size != 1:
+                    coefficient *= Fraction(size) ** int(n) if n < 0 else size ** int(n)
+                    pending.append((base, n))
+                else:
+                    powers[e.index] = powers.get(e.index, 0) + n
+            else:
+                powers[e.index] = powers.get(e.index, 0) + n
+            if not pending:  # roots that became whole powers of products
+                for i, p in list(powers.items()):
+                    if p and p.denominator == 1 and self.nodes[i].kind == PRODUCT:
+                        pending.append((self.nodes[i], powers.pop(i)))
+        if not coefficient:
+            return self.number(0)
+        coefficient = _whole(coefficient)
+        items = tuple(sorted((i, n) for i, n in powers.items() if n))
+        if not items:
+            return self.number(coefficient)
+        if len(items) == 1 and items[0][1] == 1:
+            found = self.nodes[items[0][0]]
+            return found if coefficient == 1 else self.sum([(coefficient, found)])
+        found = self.make(PRODUCT, items)
+        return found if coefficient == 1 else self.make(SUM, (0, ((found.index, coefficient),)))
+
+    def _primitive(self, e: Node) -> tuple[Rational, Node]:
+        """Return (c, e) of a sum c·e that is a factor: c is its sign times the whole number that
+        divides all of its terms, or the coefficient of a single term."""
+        constant, terms = e.args
+        if not constant and len(terms) == 1:
+            return terms[0][1], self.nodes[terms[0][0]]
+        sign = 1 if terms[0][1] > 0 else -1
+        size = 0
+        for number in (*(c for _, c in terms), constant):
+            if number.denominator != 1:
+                size = 1
+                break
+            size = gcd(size, int(number))
+        size *= sign
+        if size == 1:
+            return 1, e
+        scale = Fraction(1, size) if abs(size) != 1 else size
+        return size, self.sum([(scale, e)])
+
+    def divided(self, node: Node, by: Node) -> Node:
+        """Return node/by, a sum term by term, so that powers of `by` cancel."""
+        over = self.product([(by, -1)])
+        if node.kind != SUM:
+            return node * over
+        constant, terms = node.args
+        return self.sum([(constant, over), *((c, self.nodes[i] * over) for i, c in terms)])
+
+    def expanded(self, node: Node) -> Node:
+        """Return the node with products of sums multiplied out, to whole positive powers."""
+        if node.kind == SUM:
+            constant, terms = node.args
+            inner = ((c, self.expanded(self.nodes[i])) for i, c in terms)
+            return self.sum([(constant, self.one), *inner])
+        if node.kind != PRODUCT:
+            return node
+        found, rest = [(1, self.one)], []
+        for i, n in node.args:
+            base = self.nodes[i]
+            if base.kind != SUM or n < 0 or n.denominator != 1:
+                rest.append((base, n))
+                continue
+            constant, terms = self.expanded(base).args
+            parts = [(constant, self.one), *((c, self.nodes[k]) for k, c in terms)]
+            for _ in range(n):
+                found = [(a * c, e * part) for a, e in found for c, part in parts if c]
+        outside = self.product(rest)
+        return self.sum((c, e * outside) for c, e in found)
+
+    def combined(self, pairs: Sequence[tuple[Rational, Node | None, Row]]) -> Row:
+        """Return Σ coefficient · factor · row, without zeros; a factor None is 1."""
+        if len(pairs) == 1 and pairs[0][1] is None and pairs[0][0] == 1:
+            return pairs[0][2]
+        terms: dict[int, list[tuple[Rational, Node]]] = {}
+        for c, factor, row in pairs:
+            for j, e in row.items():
+                if factor is not None:
+                    e = factor if e is self.one else self.product([(factor, 1), (e, 1)])
+                terms.setdefault(j, []).append((c, e))
+        found = ((j, self.sum(t)) for j, t in terms.items())
+        return {j: e for j, e in found if e}
+
+    def result(self, call: Any, number: int) -> Node:
+        """Return a result of a call; call.partials(number) is [(nodes, function of the slopes)]."""
+        return self.make(RESULT, (call, number))
+
+    # -- matrices --------------------------------------------------------------------------------
+
+    def matrix(self, given: SymbolicMatrix) -> NodeMatrix:
+        """Return the nodes of a matrix of sympy, row by row."""
+        return [[self.read(e) for e in row] for row in given.tolist()]
+
+    def column(self, given: Column) -> list[Node]:
+        """Return the nodes of a column of sympy."""
+        return [self.read(e) for e in given]
+
+    def transposed(self, matrix: NodeMatrix, other: Sequence[Node], width: int = 0) -> list[Node]:
+        """Return matrixᵀ · column. width: the number of columns of a matrix without rows."""
+        width = len(matrix[0]) if matrix else width
+        return [
+            self.sum(
+                (1, self.product([(row[j], 1), (e, 1)]))
+                for row, e in zip(matrix, other, strict=True)
+                if row[j] and e
+            )
+            for j in range(width)
+        ]
+
+    def plus(self, *columns: Sequence[Node]) -> list[Node]:
+        """Return the sum of columns."""
+        return [self.sum((1, e) for e in row) for row in zip(*columns, strict=True)]
+
+    # -- sympy -----------------------------------------------------------------------------------
+
+    def read(self, e: Expression, swap: dict[Expression, Node] | None = None) -> Node:
+        """Return the node of an expression of sympy. swap: nodes for parts of it; all other parts
+        that are read are added to it."""
+        known = self._read if swap is None else swap
+        found = known.get(e)
+        if found is None:
+            found = known[e] = self._added(e, swap)
+        return found
+
+    def _added(self, e: Expression, swap: dict[Expression, Node] | None) -> Node:
+        if e.is_Rational:
+            return self.number(int(e.p) if e.q == 1 else Fraction(int(e.p), int(e.q)))
+        if e.is_Symbol:
+            return self._read[e] if e in self._read else self.make(LETTER, e)
+        if e.is_Add:
+            return self.sum((1, self.read(a, swap)) for a in e.args)
+        if e.is_Mul:
+            return self.product((self.read(a, swap), 1) for a in e.args)
+        if e.is_Pow and e.exp.is_Rational:
+            exponent = Fraction(int(e.exp.p), int(e.exp.q))
+            base = self.read(e.base, swap)
+            if base.kind != NUMBER or (exponent.denominator == 1 and base.args):
+                return self.product([(base, exponent)])
+        if not e.args or not any(map(_has_letters, e.args)):
+            return self.make(CONSTANT, e)
+        function, arguments = _with_slots(e)
+        return self.make(CALL, (function, tuple(self.read(a, swap).index for a in arguments)))
+
+    def slopes(self, node: Node) -> Row:
+        """Return {index: derivative} by the letters and the held nodes that a node contains, as if
+        they were independent of each other; not by those of `fixed`."""
+        found = self._slopes.get(node.index)
+        if found is None:
+            found = self._slopes[node.index] = self._derived(node)
+        return found
+
+    def _derived(self, node: Node) -> Row:
+        kind, args = node.kind, node.args
+        if kind in (LETTER, HELD, RESULT):
+            return {} if node.index in self.fixed else {node.index: self.one}
+        pairs: list[tuple[Rational, Node | None, Row]] = []  # coefficient, factor, row
+        if kind == SUM:
+            pairs = [(c, None, self.slopes(self.nodes[i])) for i, c in args[1]]
+        elif kind == PRODUCT:
+            for place, (i, n) in enumerate(args):
+                if row := self.slopes(self.nodes[i]):
+                    rest = [(self.nodes[k], p) for at, (k, p) in enumerate(args) if at != place]
+                    pairs.append((n, self.product([*rest, (self.nodes[i], n - 1)]), row))
+        elif kind == CALL:
+            for place, i in enumerate(args[1]):
+                if row := self.slopes(self.nodes[i]):
+                    pairs.append((1, self.slope(node, place), row))
+        return self.combined(pairs)
+
+    def slope(self, call: Node, place: int) -> Node:
+        """Return the derivative of a function by one of its arguments."""
+        function, arguments = call.args
+        value = function.diff(slot(place))
+        if value.has(sympy.Derivative):  # it has none that is known, which its evaluation says
+            bound = sympy.Dummy("bound", real=True)
+            value = sympy.Subs(value.xreplace({slot(place): bound}), bound, slot(place))
+            return self.make(CALL, (value, arguments))
+        return self.read(value, {slot(k): self.nodes[i] for k, i in enumerate(arguments)})
+
+    def shown(self, node: Node) -> Expression:
+        """Return the node in sympy, with letters for held nodes."""
+        found = self._shown.get(node.index)
+        if found is None:
+            found = self._shown[node.index] = self._written(node)
+            self._read.setdefault(found, node)
+        return found
+
+    def _written(self, node: Node) -> Expression:
+        kind, args = node.kind, node.args
+        if kind == NUMBER:
+            return _rational(args)
+        if kind in (LETTER, CONSTANT):
+            return args
+        if kind == SUM:
+            constant, terms = args
+            parts = [self._scaled(c, self.nodes[i]) for i, c in terms]
+            return sympy.Add(_rational(constant), *parts) if constant else sympy.Add(*parts)
+        if kind == PRODUCT:
+            return sympy.Mul(*(self._raised(i, n) for i, n in args))
+        assert kind == CALL, "what is held and results have letters"
+        function, arguments = args
+        swap = {slot(k): self.shown(self.nodes[i]) for k, i in enumerate(arguments)}
+        return function.xreplace(swap)
+
+    def _scaled(self, c: Rational, node: Node) -> Expression:
+        return self.shown(node) if c == 1 else sympy.Mul(_rational(c), self.shown(node))
+
+    def _raised(self, i: int, n: Rational) -> Expression:
+        base = self.shown(self.nodes[i])
+        return base if n == 1 else base ** _rational(n)
+
+    def shown_column(self, nodes: Sequence[Node]) -> Column:
+        """Return nodes as a column of sympy."""
+        return sympy.Matrix(len(nodes), 1, [self.shown(e) for e in nodes])
+
+
+_SLOTS: list[Letter] = []
+
+
+def slot(place: int) -> Letter:
+    """Return the letter that stands for an argument of a function."""
+    while len(_SLOTS) <= place:
+        _SLOTS.append(sympy.Dummy(f"slot{len(_SLOTS)}", real=True))
+    return _SLOTS[place]
+
+
+def _has_letters(e: Any) -> bool:
+    return bool(e.free_symbols)
+
+
+def _with_slots(e: Expression) -> tuple[Expression, list[Expression]]:
+    """Return a function with slots for the arguments that contain letters, and these arguments.
+
+    An entry of a table is a function of the arguments of the table; an expression that is no
+    function is treated as one of its letters.
+    """
+    if not isinstance(e, sympy.Function | sympy.Pow):
+        letters = sorted(e.free_symbols, key=str)
+        return e.xreplace({s: slot(k) for k, s in enumerate(letters)}), letters
+    arguments: list[Expression] = []
+
+    def slotted(part: Expression) -> Expression:
+        arguments.append(part)
+        return slot(len(arguments) - 1)
+
+    def function(of: Expression) -> Expression:
+        parts = []
+        for a in of.args:
+            if not a.free_symbols:
+                parts.append(a)
+            elif hasattr(a, "slope") or not isinstance(a, sympy.Expr):
+                parts.append(function(a))
+            else:
+                parts.append(slotted(a))
+        return of.func(*parts)
+
+    return function(e), arguments
+
+
+def _whole(value: Rational) -> Rational:
+    """Return a number, as an int if it is whole."""
+    return value.numerator if value.denominator == 1 else value
+
+
+@lru_cache(maxsize=4096)
+def _rational(value: Rational) -> Expression:
+    return sympy.Rational(value.numerator, value.denominator)
