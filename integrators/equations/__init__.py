@@ -1,4 +1,4 @@
-"""What is derived from one discrete Lagrangian: Legendre maps, residual, FL, W, Ω."""
+"""Objects derived from one discrete Lagrangian: Legendre maps, residual, FL, W, Ω."""
 
 from .absolute_terms import absolute_terms, energy_terms
 from .checks import check_force, check_momentum, check_regular, check_start

@@ -1,4 +1,4 @@
-"""What a scheme must satisfy before anything is run: known letters, a start, regularity."""
+"""Conditions on a scheme before any run: known letters, a start, regularity."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from .symbols import SceneSymbols
 
 
 def check_letters(maps: LegendreMaps, rule: Discretisation) -> None:
-    """Raise `BadInput` if L_d holds unknown symbols, not u, or not every stage."""
+    """Raise `BadInput` if L_d contains unknown symbols, not u, or not every stage."""
     s, of = maps.s, named(maps.s.name, rule)
     used = maps.definitions([maps.discrete_lagrangian])
     letters = {letter for d in used for letter in d.letters}
@@ -63,7 +63,7 @@ def check_letters(maps: LegendreMaps, rule: Discretisation) -> None:
 
 
 def check_known(symbols: set[Expression], s: SceneSymbols, rule: Discretisation) -> None:
-    """Raise `BadInput` if one of the symbols of L_d is none of x, u and parameters."""
+    """Raise `BadInput` if one of the symbols of L_d is not among x, u and parameters."""
     if unknown := symbols - {*s.x, *s.u, *s.q}:
         raise BadInput(
             f"{named(s.name, rule)}: the discrete Lagrangian holds the unknown symbol "
@@ -72,7 +72,7 @@ def check_known(symbols: set[Expression], s: SceneSymbols, rule: Discretisation)
 
 
 def named(scene: str, rule: Discretisation) -> str:
-    """The scene with the rule, and where a rule of the user's is."""
+    """Return the scene with the rule, and the place of a user's rule."""
     place = line_of(rule.formula)
     return (f"{place}: " if place else "") + f"{scene} with {rule.name}"
 
@@ -80,9 +80,9 @@ def named(scene: str, rule: Discretisation) -> str:
 def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:
     """Raise `BadInput` if ∂E/∂w (FL, without stages) or ∂²l/∂ξ² is singular at two random points.
 
-    The second too: where it is singular, terms O(h²) of the potential can make FL regular, but
-    there is no system on the dual that the map approximates. A discrete Lagrangian that stands for
-    no continuous one is asked for FL only.
+    The second is checked too: where it is singular, terms O(h²) of the potential can make FL
+    regular, but there is no system on the dual that the map approximates. For a discrete Lagrangian
+    without a continuous one only FL is checked.
     """
     s, w = equations.s, equations.w
     of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
@@ -111,11 +111,13 @@ def singular(
     known: Sequence[Definition] = (),
     alike: Sequence[dict[Letter, Letter]] = (),
 ) -> dict[Any, Any]:
-    """{which: a direction that it takes to 0}, of matrices that are singular at three points.
+    """Return {which: a direction that it maps to 0}, for matrices that are singular at three
+    points.
 
-    Two are random, in no unit. In the unit of a scene they may be so far from its motion that the
-    matrix has lost all its digits there, so the third is of the sizes of the start (`start_sizes`).
-    alike: entries of w that are rates, each with the entry of (x, μ) of which it is one.
+    Two are random, without units. In the unit of a scene they may be so far from its motion that
+    the matrix has lost all its digits there, so the third has the sizes of the start
+    (`start_sizes`). alike: entries of w that are rates, each with the entry of (x, μ) whose rate it
+    is.
     """
     found = dict.fromkeys(asked)
     for seed in range(3):
@@ -133,7 +135,7 @@ def singular(
             point |= s.constant_values(40)
         try:
             values = {a: evaluate_matrix(asked[a], 30, point, known) for a in found}
-        except NotComputed:  # which a run says, with the function that is to be mended
+        except NotComputed:  # a run reports this, with the function that has to be changed
             return {}
         found = {a: null_direction(matrix) for a, matrix in values.items()}
         found = {a: direction for a, direction in found.items() if direction is not None}
@@ -141,10 +143,11 @@ def singular(
 
 
 def start_sizes(s: SceneSymbols, scene: Scene) -> dict[Letter, Any]:
-    """The sizes of x, ξ, μ and h at the start of a scene, in its own units, exact or of 30 digits.
+    """Return the sizes of x, ξ, μ and h at the start of a scene, in its units, exact or of 30
+    digits.
 
-    An entry that is 0 is as large as the others are; a velocity 0 as it goes through x in the
-    duration; a momentum as the Lagrangian has it of these velocities.
+    An entry that is 0 gets the size of the others; a velocity 0 that of x over the duration; a
+    momentum the Lagrangian's for these velocities.
     """
     time = to_sympy(scene.duration)
 
@@ -171,7 +174,7 @@ def start_sizes(s: SceneSymbols, scene: Scene) -> dict[Letter, Any]:
 def check_start(s: SceneSymbols, scene: Scene) -> None:
     """Raise `BadInput` unless the start gives every quantity its value (as |Γ|² = 1), exactly.
 
-    And where the force or the Lagrangian is no real number there.
+    Also if the force or the Lagrangian is not a real number there.
     """
     check_force(s, scene)
     check_lagrangian(s, scene)
@@ -196,7 +199,7 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
 
 
 def _at_start(s: SceneSymbols, scene: Scene) -> dict[Letter, Exact]:
-    """The values of x, the velocity and the parameters at the start."""
+    """Return the values of x, the velocity and the parameters at the start."""
     given = map(to_sympy, [*s.with_time(scene.x0), *scene.v0])
     found = dict(zip([*s.x, *s.u], given, strict=True)) | s.exact_parameters(scene)
     mu = [] if scene.mu0 is None else map(to_sympy, scene.mu0)
@@ -204,7 +207,7 @@ def _at_start(s: SceneSymbols, scene: Scene) -> dict[Letter, Exact]:
 
 
 def check_force(s: SceneSymbols, scene: Scene) -> None:
-    """Raise `BadInput` where a component of the force is no real number at the start."""
+    """Raise `BadInput` if a component of the force is not a real number at the start."""
     if not s.forced:
         return
     at = _at_start(s, scene)
@@ -220,12 +223,12 @@ def check_force(s: SceneSymbols, scene: Scene) -> None:
 
 
 def check_lagrangian(s: SceneSymbols, scene: Scene) -> None:
-    """Raise `BadInput` where the Lagrangian or the Hamiltonian is no finite real number at x0."""
+    """Raise `BadInput` if the Lagrangian or the Hamiltonian is not a finite real number at x0."""
     if scene.lagrangian is None:
         return
     try:
         (value,) = evaluate_matrix(sympy.Matrix([s.phase_lagrangian]), 30, _at_start(s, scene))
-    except NotComputed:  # which a run says, with the function that is to be mended
+    except NotComputed:  # a run reports this, with the function that has to be changed
         return
     if not (value.is_real and value.is_finite):
         given = scene.hamiltonian is not None
@@ -237,11 +240,11 @@ def check_lagrangian(s: SceneSymbols, scene: Scene) -> None:
 
 
 def check_two_form(s: SceneSymbols, scene: Scene) -> None:
-    """Raise `BadInput` where dϑ is singular everywhere, or at the start, or has no value there."""
+    """Raise `BadInput` if dϑ is singular everywhere, or at the start, or has no value there."""
     inverse_two_form(s)
     try:
         found = evaluate_matrix(two_form(s), 30, _at_start(s, scene))
-    except NotComputed:  # which a run says, with the function that is to be mended
+    except NotComputed:  # a run reports this, with the function that has to be changed
         return
     if not all(e.is_real and e.is_finite for e in found):
         raise BadInput(
@@ -258,11 +261,11 @@ def check_two_form(s: SceneSymbols, scene: Scene) -> None:
 def check_momentum(s: SceneSymbols, scene: Scene, x: Numbers, mu: Numbers) -> None:
     """Raise `BadInput` unless (x, μ), numbers of any arithmetic, satisfy every constraint.
 
-    They may come from a row of a run, so not exactly: up to 2⁻²⁶ of what a relative change of every
-    entry by one would make, Σ |∂f/∂zᵢ zᵢ|.
+    They may come from a row of a run, so not exactly: up to 2⁻²⁶ of the effect of a relative change
+    of every entry by one, Σ |∂f/∂zᵢ zᵢ|.
     """
     if all(gap <= 0 for gap in _gaps(s, scene)([float(e) for e in [*x, *mu]])):
-        return  # round-off of this quick look has no part in it
+        return  # round-off of this quick check does not matter
     start = [to_sympy(exact(e, "start")) for e in [*x, *mu]]
     at = dict(zip([*s.x, *s.mu], start, strict=True))
     for name, formula, wanted in _constraints(s, scene):
@@ -277,7 +280,7 @@ def check_momentum(s: SceneSymbols, scene: Scene, x: Numbers, mu: Numbers) -> No
 
 @lru_cache(maxsize=64)
 def _gaps(s: SceneSymbols, scene: Scene) -> Callable[[list[float]], list[float]]:
-    """|f − its value| − 2⁻²⁷ Σ |∂f/∂zᵢ zᵢ| of each constraint as a function of z = (x, μ)."""
+    """Return |f − its value| − 2⁻²⁷ Σ |∂f/∂zᵢ zᵢ| of each constraint, a function of z = (x, μ)."""
     z = [*s.x, *s.mu]
     rows = [
         abs(formula - wanted) - sympy.Add(*[abs(formula.diff(e) * e) for e in z]) / 2**27
@@ -287,7 +290,7 @@ def _gaps(s: SceneSymbols, scene: Scene) -> Callable[[list[float]], list[float]]
 
 
 def _constraints(s: SceneSymbols, scene: Scene) -> Iterator[tuple[str, Expression, Exact]]:
-    """(name, formula in x and μ, its value) of the quantities with a value."""
+    """Yield (name, formula in x and μ, its value) of the quantities with a value."""
     for quantity in scene.symmetries:
         if quantity.value is not None:
             formula = s.call(quantity.formula, quantity.name, s.position, s.mu, s.parameters)
@@ -296,6 +299,6 @@ def _constraints(s: SceneSymbols, scene: Scene) -> Iterator[tuple[str, Expressio
 
 
 def _compared(value: Exact, wanted: Exact) -> str:
-    """A number in so many digits that it differs from the one it should be."""
+    """Return a number with enough digits to differ from the one that it should be."""
     difference = float(value - wanted)
     return f"{float(value):.6g}" if abs(difference) > 1e-4 else f"{wanted} {difference:+.2g}"

@@ -27,17 +27,16 @@ from .discrete_equations import DiscreteEquations
 from .one_step_equations import OneStepEquations, over
 from .symbols import SceneSymbols, column, vector
 
-#: of the terms that an entry is the sum of: round-off of numbers of 30 digits
+#: share of the sum of an entry's terms: round-off of numbers of 30 digits
 NONE = 1e-20
 
 
 class ConstrainedEquations(OneStepEquations):
-    """The equations of a rule's step on a scene with constraints, as of a one-step map.
+    """The equations of a rule's step on a scene with constraints, in the form of a one-step map.
 
-    discrete: the discrete equations without the constraints, if they are derived already, else
-    made here; multipliers: hλ/2, behind u in w.
-    Raises `CannotMeasure` for a rule with stages, or one that asks for L at other points than those
-    of the straight step.
+    discrete: the discrete equations without the constraints, if they are derived already;
+    multipliers: hλ/2, behind u in w. Raises `CannotMeasure` for a rule with stages, or one that
+    evaluates L at other points than those of the straight step.
     """
 
     explicit = False
@@ -52,7 +51,7 @@ class ConstrainedEquations(OneStepEquations):
         self.z = column([*s.x, *s.mu])
         of, maps, h = self.discrete.of, self.discrete.at_points, s.h
         self.of = of
-        #: (weight, letters of the point) wherever the rule asks for L
+        #: (weight, letters of the point) of each evaluation of L in the rule
         self.asked = [
             (weight, column(map(of.resolved, call.args[: len(s.x)]))) for weight, call in of.asked
         ]
@@ -84,7 +83,7 @@ class ConstrainedEquations(OneStepEquations):
 
     @property
     def symmetric(self) -> bool:
-        """Whether a step meets the constraints alike from both of its ends."""
+        """True if a step meets the constraints in the same way from both of its ends."""
         thetas: dict[Any, Any] = {}
         for weight, point in self.asked:
             block = next((b for b in self.of.points if b.letters == point), None)
@@ -115,10 +114,10 @@ class ConstrainedEquations(OneStepEquations):
             )
 
     def check_regular(self, scene: Any) -> None:
-        """Raise `BadInput` for redundant constraints and where ∂²l/∂ξ² is singular everywhere.
+        """Raise `BadInput` for redundant constraints, and if ∂²l/∂ξ² is singular everywhere.
 
-        Redundant are those that follow from others, or vanish, at the start. Constraints may hold a
-        velocity without mass, but μ does not tell it: (x, μ) is no state then.
+        Redundant are those that follow from others, or vanish, at the start. Constraints may fix a
+        velocity without mass, but μ does not determine it: then (x, μ) is no state.
         """
         s, name = self.s, scene.name
         for direction in singular({"": mass_matrix(s)}, s, s.x, s.u, scene).values():

@@ -13,7 +13,7 @@ from .symbols import SceneSymbols, column, entries_of, times
 
 
 def constraint(s: SceneSymbols, x: Column) -> Column:
-    """φ(x), k×1, at a column x, with its time if it holds one."""
+    """Return φ(x), k×1, at a column x, with its time if it contains one."""
     given = _given(s, x)
     if not given or any(hasattr(e, "__iter__") or hasattr(e, "shape") for e in given):
         raise BadInput(
@@ -24,7 +24,7 @@ def constraint(s: SceneSymbols, x: Column) -> Column:
 
 
 def constraint_matrix(s: SceneSymbols, x: Column) -> SymbolicMatrix:
-    """A, k×m, of A(x) ξ = 0: φ′(x) ρ̂(x), or the rows as they are given."""
+    """Return A, k×m, of A(x) ξ = 0: φ′(x) ρ̂(x), or the given rows."""
     if s.holonomic:
         return times(jacobian(constraint(s, x), x), s.groupoid.rho(x, s.h) / s.h)
     m, given = len(s.u), _given(s, x)
@@ -38,18 +38,19 @@ def constraint_matrix(s: SceneSymbols, x: Column) -> SymbolicMatrix:
 
 
 def vanishing_at_states(s: SceneSymbols) -> Column:
-    """φ(x), where it is holonomic, and A(x) ξ of the velocity at x, in (x, ξ = v).
+    """Return φ(x), if it is holonomic, and A(x) ξ of the velocity at x, in (x, ξ = v).
 
-    What steps are held against: nothing here is made of the rows that they solve.
+    Steps are compared with these: they do not use the rows that steps solve.
     """
     found = constraint(s, s.x) if s.holonomic else sympy.zeros(0, 1)
     return found.col_join(constraint_matrix(s, s.x) * s.v)
 
 
 def vanishing_in_a_step(of: DiscreteLagrangian) -> Column:
-    """Σ ω_i/h A(x_i) u over the points x_i where a rule asks for L with the weights ω_i, in (x, u).
+    """Return Σ ω_i/h A(x_i) u over the points x_i of a rule's values of L with weights ω_i, in (x,
+    u).
 
-    Only of a nonholonomic scene: a holonomic one asks nothing of the way (0×1).
+    It is for a nonholonomic scene: a holonomic one restricts only the end (0×1).
     """
     s, n = of.s, len(of.s.x)
     if s.holonomic:

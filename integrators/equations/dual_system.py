@@ -37,12 +37,12 @@ from .continuous import (
 from .phase_space import inverse_two_form
 from .symbols import SceneSymbols, column, vector
 
-MOST_TERMS = 6  # of the series of a part's flow
+MOST_TERMS = 6  # terms of the series of a part's flow
 
 
 @cache
 def _answer() -> Any:
-    """Functions of a letter and of the unknowns and states that it depends on: no formulas."""
+    """Return functions of a letter and of the unknowns and states behind it: no formulas."""
 
     def derivative(self: Any, s: Letter) -> Expression:
         raise BadInput(
@@ -56,7 +56,7 @@ def _answer() -> Any:
 
 @dataclass(eq=False)
 class Point:
-    """A state at which the map asks: letters of x, of μ and of ξ(x, μ), and what was answered."""
+    """A state at which the map evaluates: letters of x, of μ and of ξ(x, μ), and its answers."""
 
     x: Column
     mu: Column
@@ -65,12 +65,12 @@ class Point:
 
 
 class DualSystem:
-    """The scene as a one-step map sees it, on the dual algebroid with states z = (x, μ).
+    """The scene for a one-step map, on the dual algebroid with states z = (x, μ).
 
-    n, m: the lengths of x and μ; where something depends on the time, it is the last entry of x.
-    Of a degenerate Lagrangian ϑ(x)·v − H(x) the state is z = x, and m = 0.
-    parameters: the scene's, by name. groupoid: the scene's. Answers have no formula: a map that
-    differentiates one, or replaces something in it, is told so.
+    n, m: the lengths of x and μ; if the scene depends on the time, it is the last entry of x. For a
+    degenerate Lagrangian ϑ(x)·v − H(x) the state is z = x, and m = 0. parameters: the scene's, by
+    name. groupoid: the scene's. Answers have no formula: a map that differentiates one, or replaces
+    a part of it, gets an error.
     """
 
     def __init__(self, s: SceneSymbols, unknowns: Sequence[Column] = ()) -> None:
@@ -85,7 +85,7 @@ class DualSystem:
         self.graph.fixed = {e.index for e in self.graph.letters(s.q)}
         #: columns of letters that stand for nothing else
         self._given = [s.x, s.mu, *unknowns]
-        #: each letter that was answered, as the map sees it
+        #: each letter in an answer, as the map sees it
         self._seen: dict[Letter, Expression] = {}
         #: ξ at points where it has no closed form: unknowns of the step, and the rows they solve
         self.velocities: list[Column] = []
@@ -97,13 +97,13 @@ class DualSystem:
     # -- what a map may ask ----------------------------------------------------------------------
 
     def f(self, z: Column) -> Column:
-        """The vector field (ẋ, μ̇) at z, (n+m)×1."""
+        """Return the vector field (ẋ, μ̇) at z, (n+m)×1."""
         return self._shown(self._field(self._at(z)))
 
     def df(self, z: Column) -> SymbolicMatrix:
-        """The derivative of the vector field at z, (n+m)×(n+m).
+        """Return the derivative of the vector field at z, (n+m)×(n+m).
 
-        Raises `BadInput` where ξ(x, μ) has no closed form.
+        Raises `BadInput` if ξ(x, μ) has no closed form.
         """
         at = self._at(z)
         if self.velocities:
@@ -111,24 +111,27 @@ class DualSystem:
         return self._shown(self.scope.total(self._field(at), column([*at.x, *at.mu])))
 
     def xi(self, z: Column) -> Column:
-        """The velocity ξ = ∂H/∂μ at z, m×1."""
+        """Return the velocity ξ = ∂H/∂μ at z, m×1."""
         return self._shown(self._at(z).xi)
 
     def H(self, z: Column) -> Expression:
-        """The energy ⟨μ, ξ⟩ − l(x, ξ) at z."""
+        """Return the energy ⟨μ, ξ⟩ − l(x, ξ) at z."""
         at = self._at(z)
         by = [(at.x, self._force(at).T), (at.mu, self._speed(at).T)]
         slopes = [part for part in by if len(part[0])]
         return self._shown(self._placed(at, "zh", lambda: [energy(self._s)], slopes))[0]
 
     def dH(self, z: Column) -> Column:
-        """The gradient (∂H/∂x, ∂H/∂μ) of the energy at z, (n+m)×1; the second part is ξ."""
+        """Return the gradient (∂H/∂x, ∂H/∂μ) of the energy at z, (n+m)×1; the second part is ξ."""
         at = self._at(z)
         return self._shown(self._force(at).col_join(self._speed(at)))
 
     def force(self, z: Column) -> Column:
-        """What the vector field has beside B dH at z, (n+m)×1: the scene's force on μ, the rate 1
-        of the time. Zeros where there is neither."""
+        """Return the vector field less B dH at z, (n+m)×1: the scene's force on μ, the time's rate
+        1.
+
+        It is 0 without a force and a time.
+        """
         s, at = self._s, self._at(z)
         rates_of_x = [int(s.clocked and i == self.n - 1) for i in range(self.n)]
         if not s.forced:
@@ -136,9 +139,10 @@ class DualSystem:
         return self._shown(column([*rates_of_x, *self._placed(at, "zp", lambda: s.force)]))
 
     def B(self, z: Column) -> SymbolicMatrix:
-        """The Poisson tensor at z, (n+m)×(n+m): the vector field is B dH + force.
+        """Return the Poisson tensor at z, (n+m)×(n+m): the vector field is B dH + force.
 
-        {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ; of a degenerate Lagrangian the inverse of dϑ.
+        {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ; for a degenerate Lagrangian the inverse of
+        dϑ.
         """
         s, at = self._s, self._at(z)
         if s.degenerate:
@@ -147,11 +151,11 @@ class DualSystem:
         return self._shown(poisson_tensor(s, at.x, at.mu))
 
     def theta(self, z: Column) -> Column:
-        """The one-form ϑ at z = x of a degenerate Lagrangian, n×1; `BadInput` of another scene."""
+        """Return ϑ at z = x of a degenerate Lagrangian, n×1; `BadInput` for another scene."""
         return self._shown(self._one_form(self._at(z)))
 
     def dtheta(self, z: Column) -> SymbolicMatrix:
-        """∂ϑ_i/∂x_j at z = x, n×n; raises as `theta`."""
+        """Return ∂ϑ_i/∂x_j at z = x, n×n; raises as `theta` does."""
         at = self._at(z)
         self._one_form(at)
         s = self._s
@@ -165,9 +169,10 @@ class DualSystem:
         return halves(self._s.one_form)  # the map's refusal has seen that they are halves
 
     def flow(self, part: Callable[..., Any], z: Column, h: Expression) -> Column:
-        """The flow of a part(x, mu, p) of H for the time h, from z: its series in h, where it ends.
+        """Return the flow from z of a part(x, mu, p) of H for the time h: its series in h, if that
+        ends.
 
-        Raises `BadInput` where more than `MOST_TERMS` terms are not zero.
+        Raises `BadInput` if more than `MOST_TERMS` terms are not zero.
         """
         given = self.letters(z)
         letters = column([*self._s.x, *self._s.mu])
@@ -181,7 +186,7 @@ class DualSystem:
         return new
 
     def check_parts(self, parts: Sequence[Callable[..., Any]]) -> None:
-        """Raise `BadInput` unless the parts add up to H, but for a constant."""
+        """Raise `BadInput` unless the parts add up to H, except for a constant."""
         s = self._s
         if s.forced or s.clocked:
             raise BadInput(
@@ -207,7 +212,7 @@ class DualSystem:
         return found
 
     def _series(self, part: Callable[..., Any]) -> list[Column]:
-        """The derivatives of z along the field of a part of H, up to the last that is not zero."""
+        """Return the derivatives of z along the field of a part of H, up to the last non-zero."""
         s = self._s
         if part not in self._parts:
             states = [*s.x, *s.mu]
@@ -227,27 +232,27 @@ class DualSystem:
         return self._parts[part]
 
     def split(self, z: Column) -> tuple[Column, Column]:
-        """(x, μ) of a state, n×1 and m×1."""
+        """Return (x, μ) of a state, n×1 and m×1."""
         self._check(z)
         return z[: self.n, :], z[self.n :, :]
 
     def join(self, x: Column, mu: Column) -> Column:
-        """The state (x, μ), (n+m)×1."""
+        """Return the state (x, μ), (n+m)×1."""
         return column([*x, *mu])
 
     def act(self, x: Column, sigma: Column) -> Column:
-        """x·τ(σ), n×1, where the groupoid is that of a group or its action; the time stays."""
+        """Return x·τ(σ), n×1, on a group's groupoid or that of its action; the time stays."""
         place, clock = x[: self._s.n, :], x[self._s.n :, :]
         target = self._group.target(self.letters(place), self._chart(sigma), sympy.Integer(1))
         return self._shown(target).col_join(clock) if self._s.n else x
 
     def chart_velocity(self, sigma: Column, xi: Column) -> Column:
-        """σ̇ with d/dt τ(σ) = τ(σ) ξ in the chart of a group, m×1."""
+        """Return σ̇ with d/dt τ(σ) = τ(σ) ξ in the chart of a group, m×1."""
         left = self._group.L(self._s.position, self._chart(sigma), sympy.Integer(1))
         return self._shown(left) * xi
 
     def coadjoint(self, sigma: Column, mu: Column, inverse: bool = False) -> Column:
-        """Ad*_{τ(σ)} μ of a group, m×1: what μ becomes when g = τ(σ) is the motion.
+        """Return Ad*_{τ(σ)} μ of a group, m×1: the value of μ after the motion g = τ(σ).
 
         inverse: Ad*_{τ(σ)⁻¹} μ.
         """
@@ -266,7 +271,7 @@ class DualSystem:
         return cast(RetractionGroupoid, getattr(self.groupoid, "inner", self.groupoid))
 
     def _chart(self, sigma: Column) -> Column:
-        """Letters for coordinates in the chart of a group."""
+        """Return letters for coordinates in the chart of a group."""
         if self.groupoid.retraction is None:
             raise BadInput(f"it asks for a chart, and {self.groupoid.name} is of no group.")
         values = self.letters(sigma)
@@ -276,7 +281,7 @@ class DualSystem:
 
     @cached_property
     def degree(self) -> int | None:
-        """The degree of H as a polynomial in z; None where it is none."""
+        """The degree of H as a polynomial in z; None if it is none."""
         xi = closed_velocity(self._s)
         if xi is None:
             return None
@@ -290,9 +295,9 @@ class DualSystem:
     # -- letters ---------------------------------------------------------------------------------
 
     def letters(self, given: Iterable[Expression]) -> Column:
-        """What a map gives, with the letters that its answers stand for.
+        """Return a map's expressions, with the letters that its answers stand for.
 
-        Raises `BadInput` if it replaced something in an answer.
+        Raises `BadInput` if the map replaced a part of an answer.
         """
         found = replaced(map(floats_exact, given), {seen: e for e, seen in self._seen.items()})
         if any(isinstance(part, _answer()) for part in parts_of(found)):
@@ -307,7 +312,7 @@ class DualSystem:
         return sympy.Matrix(*matrix.shape, replaced(map(sympy.sympify, matrix), self._seen))
 
     def _bases(self, letter: Letter) -> set[Letter]:
-        """The letters of states and unknowns that a letter depends on."""
+        """Return the letters of states and unknowns that a letter depends on."""
         pending, seen = {letter}, set[Letter]()
         while pending:
             seen |= pending
@@ -343,15 +348,15 @@ class DualSystem:
         return self._points[values]
 
     def _field(self, at: Point) -> Column:
-        """(ẋ, μ̇) at a point, as letters."""
+        """Return (ẋ, μ̇) at a point, as letters."""
         return self._placed(at, "zf", lambda: rates(self._s)[: self.n + self.m, :])
 
     def _force(self, at: Point) -> Column:
-        """∂H/∂x at a point, as letters, n×1."""
+        """Return ∂H/∂x at a point, as letters, n×1."""
         return self._placed(at, "zg", lambda: energy_gradient(self._s)[0])
 
     def _speed(self, at: Point) -> Column:
-        """∂H/∂μ = ξ at a point, as letters, m×1."""
+        """Return ∂H/∂μ = ξ at a point, as letters, m×1."""
         return at.xi[: self.m, :]
 
     def _one_form(self, at: Point) -> Column:
@@ -363,7 +368,7 @@ class DualSystem:
         return self._placed(at, "zo", lambda: self._s.one_form)
 
     def _placed(self, at: Point, name: str, entries: Callable[[], Any], by: Any = None) -> Column:
-        """Letters for entries in (x, ξ, μ) at a point, the same whenever they are asked for."""
+        """Return letters for entries in (x, ξ, μ) at a point, the same for each call."""
         if name not in at.answers:
             values = column(replaced(entries(), self._letters(at)))
             at.answers[name] = self._named(name, values, by)

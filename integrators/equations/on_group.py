@@ -26,7 +26,7 @@ from .symbols import SceneSymbols
 
 
 class Element:
-    """The letters of g, what they stand for, τ(hu) B, and how the invariant fields move them.
+    """The letters of g, their values τ(hu) B, and their derivatives along the invariant fields.
 
     Raises `BadInput` unless the groupoid is a matrix group or an action of one, with real matrices.
     """
@@ -69,28 +69,28 @@ class Element:
         return self.groupoid.L(self.s.x, self.s.u, self.s.h) * sympy.Matrix.hstack(*adjoint)
 
     def discrete_lagrangian(self, rule: Discretisation) -> Expression:
-        """L_d of `own`, or of its adjoint, as a polynomial in the letters of g where it is one."""
+        """Return L_d of `own`, or of its adjoint, in the letters of g, expanded."""
         value = rule.formula(LagrangianForRule(self.s), self, self.s.x, self.g, self.s.h)
         return value.expand()
 
     @cached_property
     def branch(self) -> Expression:
-        """The number that tells solutions apart (`OnGroup`), in x and the letters of g."""
+        """The number that identifies a solution (`OnGroup`), in x and the letters of g."""
         s, function = self.s, self.given.branch or self.given.formula
         return s.call(function, "its branch", s.x, self.g, s.h, s.parameters).expand()
 
     def target(self, x: Column, g: SymbolicMatrix, h: Expression) -> Column:
-        """x·g, n×1."""
+        """Return x·g, n×1."""
         return x if isinstance(self.groupoid, LieGroup) else self.groupoid.moved(x, g)
 
     def inversion(self, x: Column, g: SymbolicMatrix, h: Expression) -> SymbolicMatrix:
-        """−g⁻¹: what a rule takes for the u of the inverse arrow is −ι."""
+        """Return −g⁻¹: a rule takes −ι as the u of the inverse arrow."""
         adjugate = g.adjugate()
         if all(e.trace() == 0 for e in self.groupoid.algebra.matrices):
             return -adjugate  # det g = 1
         return -adjugate / g.det()
 
     def increment(self, x: Column, g: SymbolicMatrix, h: Expression) -> Column:
-        """x·g − x, n×1."""
+        """Return x·g − x, n×1."""
         moved = self.target(x, g, h) - x
         return moved.applyfunc(lambda e: sympy.collect(sympy.expand(e), list(x)))

@@ -1,8 +1,8 @@
-"""The equations of a one-step map: its unknowns, the rows they solve, and what z grows by.
+"""The equations of a one-step map: its unknowns, the rows they solve, and the growth of z.
 
-An explicit map solves for the slope D in Z = z + hD, which stands alone on its row; an implicit one
-for the D at which its residual vanishes; one with stages for these. Where ξ(x, μ) has no closed
-form, each velocity that the map asks for is an unknown too.
+An explicit map solves for the slope D in Z = z + hD, which is alone on its row; an implicit one for
+the D at which its residual vanishes; one with stages for these. If ξ(x, μ) has no closed form, each
+velocity in the map is an unknown too.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ from .symbols import SceneSymbols, column, vector
 
 
 class OneStepEquations:
-    """What is derived from a scene's functions and a one-step map: symbolic, exact, no value.
+    """Objects derived from a scene's functions and a one-step map: symbolic, exact, without values.
 
-    Attributes: x, u, y, h and `s` with the parameters' letters, as of `DiscreteEquations`; w, the
+    Attributes: x, u, y, h and `s` with the parameters' letters, as in `DiscreteEquations`; w, the
     unknowns; rows, which vanish at them; increment, Z − z ((n+m)×1). Raises `BadInput` if the map
-    cannot be evaluated, gives another shape or holds unknown letters, and `CannotMeasure` where the
+    cannot be evaluated, gives another shape or contains unknown letters, and `CannotMeasure` if the
     scene has no vector field or the map does not exist on its groupoid.
     """
 
     element = None
-    #: unknowns behind u that a run's rows hold
+    #: unknowns behind u in a run's rows
     multipliers: Any = ()
-    #: what tells these equations from others on disk (`DiscreteEquations.altered`)
+    #: a mark of these equations on disk (`DiscreteEquations.altered`)
     mark = ""
 
     def __init__(self, s: SceneSymbols, rule: OneStepMap) -> None:
         self.s, self.rule, self.groupoid = s, rule, s.groupoid
         self.x, self.u, self.y, self.h = s.x, s.u, s.y, s.h
         self.z = column([*s.x, *s.mu])
-        #: the state as the map sees it: x alone of a degenerate Lagrangian
+        #: the state of the map: only x for a degenerate Lagrangian
         self.state = s.x if s.degenerate else self.z
         size = len(self.state)
         main = [vector(f"zd{k}", size) for k in range(max(1, rule.stages))]
@@ -66,7 +66,7 @@ class OneStepEquations:
         self.slopes, self.velocities = main, self.view.velocities
         self.w = column([e for part in (*main, *self.velocities) for e in part])
         self.rows = column([e for part in (rows, *self.view.velocity_rows) for e in part])
-        if s.degenerate:  # μ is ϑ(x), wherever it began
+        if s.degenerate:  # μ is ϑ(x), for any start
             new = column([*new, *self.view.letters(self.view.theta(new))])
         self.increment = new - self.z
         self._new = new
@@ -76,7 +76,7 @@ class OneStepEquations:
 
     @property
     def explicit(self) -> bool:
-        """Whether nothing has to be solved for."""
+        """True if nothing has to be solved for."""
         return not (self.rule.stages or self.rule.implicit or self.velocities)
 
     @cached_property
@@ -94,13 +94,13 @@ class OneStepEquations:
 
     @cached_property
     def fields(self) -> tuple[Any, ...]:
-        """What the Poisson tensor is made of."""
+        """The parts of the Poisson tensor."""
         return self.groupoid.rho(self.x, self.h), *self.groupoid.structure_functions(self.x, self.h)
 
     @cached_property
     def _explicit_rows(self) -> ExplicitRows | None:
-        """Rows with unknowns that give these one after another; None where one is solved for."""
-        # those with multipliers have no velocities, and are not asked for them
+        """Rows that give their unknowns one after another; None if one has to be solved for."""
+        # equations with multipliers have no velocities
         if self.multipliers or self.explicit or self.velocities:
             return None
         known = self.definitions(self.rows, self.increment)
@@ -108,7 +108,7 @@ class OneStepEquations:
 
     @cached_property
     def system(self) -> System:
-        """One step as the data that the compiler is given."""
+        """One step as data for the compiler."""
         n, s = len(self.x), self.s
         if (found := self._explicit_rows) is not None:
             return System(
@@ -166,9 +166,10 @@ class OneStepEquations:
         return self.s.evaluated(self.rule.formula, f"map {self.rule.name}", self.view, *arguments)
 
     def _state(self, given: Any, what: str) -> Column:
-        """A column of n+m expressions; raises `BadInput` for any other shape."""
+        """Return a column of n+m expressions; raises `BadInput` for any other shape."""
         shape = getattr(given, "shape", None)
-        several = hasattr(given, "__iter__") if shape is None else shape  # no entries without axes
+        # an array without axes has no entries
+        several = hasattr(given, "__iter__") if shape is None else shape
         entries = list(given) if several else [given]
         size = len(self.state)
         if len(entries) != size or (shape is not None and 1 not in shape):
@@ -202,7 +203,7 @@ class OneStepEquations:
             )
 
     def __getattr__(self, name: str) -> Any:
-        """What only a discrete Lagrangian has is not there, and that is said."""
+        """Raise `CannotMeasure` for an attribute that only a discrete Lagrangian has."""
         if name.startswith("_") or "rule" not in self.__dict__:
             raise AttributeError(name)
         raise CannotMeasure(self._without(name))
@@ -214,5 +215,5 @@ class OneStepEquations:
 
 
 def over(matrix: SymbolicMatrix, h: Expression) -> SymbolicMatrix:
-    """matrix/h term by term, so that powers of h cancel before they are ever rounded."""
+    """Return matrix/h term by term, so that powers of h cancel before they are ever rounded."""
     return matrix.applyfunc(lambda e: sympy.Add(*[t / h for t in sympy.Add.make_args(e)]))

@@ -26,19 +26,19 @@ from ..numbers.types import Column, Expression, Letter, Number, Replacement, Sym
 from ..scene import OnGroup, Scene, takes_fourth
 from .sums import summing_at_once
 
-#: names that coordinates, coefficients and intermediate results have
+#: names of coordinates, coefficients and intermediate results
 _TAKEN = re.compile(
     r"h|(x|u|v|w|y|d|s|r|g|B|iB|c_of_g|mu|ex|emu|la|nu|ve)(_\d+)*|[a-z]{1,2}\d+(_\d+)*"
 )
 
 
 def vector(letter: str, length: int) -> Column:
-    """Real letters letter_0, letter_1, …, as a column."""
+    """Return real letters letter_0, letter_1, …, as a column."""
     return column(sympy.Symbol(f"{letter}_{i}", real=True) for i in range(length))
 
 
 def column(entries: Iterable[Expression]) -> Column:
-    """The entries as a column, n×1 also where there are none."""
+    """Return the entries as a column, n×1 also for none."""
     given = list(entries)
     return sympy.Matrix(len(given), 1, given)
 
@@ -57,14 +57,14 @@ def times(one: SymbolicMatrix, other: SymbolicMatrix) -> SymbolicMatrix:
 
 
 def entries_of(given: Any) -> list[Any]:
-    """What was given, as a list; of one entry where it is no collection."""
+    """Return the given value as a list; of one entry if it is no collection."""
     shape = getattr(given, "shape", None)
     many = hasattr(given, "__iter__") if shape is None else shape != ()
     return list(given) if many else [given]
 
 
 def _of_text(value: str, place: str) -> Expression:
-    """The exact number of a text such as "1/10"; raises `BadInput` for any other text."""
+    """Return the exact number of a text such as "1/10"; raises `BadInput` for any other text."""
     try:
         return to_sympy(exact(value, place))
     except BadInput:
@@ -77,8 +77,8 @@ def _of_text(value: str, place: str) -> Expression:
 class SceneSymbols:
     """Columns x, u, v, y, mu (natural momenta), the step h and the parameters of one scene.
 
-    Of the scene it keeps the groupoid and the functions, which are written in these letters, and no
-    value: another scene that differs in values alone has these symbols too. With a rule of k
+    It keeps the scene's groupoid and its functions, which are written in these letters, and no
+    value: another scene that differs only in values has these symbols too. With a rule of k
     internal stages also s, a column of k·m letters (`stages`), and the rule's constants
     (`constant`).
     """
@@ -86,7 +86,7 @@ class SceneSymbols:
     def __init__(self, scene: Scene, stages: int = 0) -> None:
         self.name, self.groupoid = scene.name, scene.groupoid
         self.n, m = scene.groupoid.dim_x, scene.groupoid.dim_u
-        #: whether the time is the last entry of x
+        #: True if the time is the last entry of x
         self.clocked = scene.clocked
         self.stages = vector("s", stages * m)
         if self.clocked:
@@ -96,10 +96,10 @@ class SceneSymbols:
         self._lagrangian, self._fast, self._force = scene.lagrangian, scene.fast, scene.force
         self._hamiltonian = scene.hamiltonian
         self._one_form = scene.one_form
-        #: whether x is a phase space with the form dϑ, and μ = ϑ(x)
+        #: True if x is a phase space with the form dϑ, and μ = ϑ(x)
         self.degenerate = scene.one_form is not None
         self.forced = scene.force is not None
-        #: the function of the constraints, and whether they are φ(x) = 0 (`constraints`)
+        #: the function of the constraints; True if they are φ(x) = 0 (`constraints`)
         self.restricted = scene.holonomic or scene.nonholonomic
         self.holonomic = scene.holonomic is not None
         own = self.groupoid.symbols
@@ -111,26 +111,26 @@ class SceneSymbols:
         self.parameter_list: list[Letter] = []
         for name, value in scene.parameters.items():
             setattr(self.parameters, name, self._parameter(name, value))
-        #: (B, B⁻¹) of the translate in use, where L_d is given on the group
+        #: (B, B⁻¹) of the current translate, if L_d is given on the group
         self.translate: tuple[SymbolicMatrix, ...] = ()
         algebra = getattr(scene.groupoid, "algebra", None)
         if isinstance(self.given, OnGroup) and algebra is not None:
             self.translate = tuple(self.matrix(name, algebra.size) for name in ("B", "iB"))
 
     def for_another_rule(self) -> SceneSymbols:
-        """These letters without the constants, which are those of one rule."""
+        """Return these letters without the constants, which belong to one rule."""
         other = copy(self)
         other.constants = {}
         return other
 
     @staticmethod
     def matrix(letter: str, size: int) -> SymbolicMatrix:
-        """Letters of a square matrix."""
+        """Return letters of a square matrix."""
         return sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"{letter}_{i}_{j}", real=True))
 
     def _parameter(self, name: str, value: Any) -> Letter | SymbolicMatrix:
         if _TAKEN.fullmatch(name):
-            name = f"p.{name}"  # no identifier, so it is nobody else's symbol
+            name = f"p.{name}"  # no identifier, so no other symbol has it
         if not isinstance(value, tuple):
             rows, columns, ending = 1, 1, ""
         else:
@@ -144,13 +144,13 @@ class SceneSymbols:
             return sympy.Symbol(name + ending.format(i, j), real=True)
 
         while set(matrix := sympy.Matrix(rows, columns, letter)) & set(self.parameter_list):
-            name = f"p.{name}"  # as for the first of a, beside an a_0
+            name = f"p.{name}"  # such as the first of a, beside an a_0
         self.parameter_list.extend(matrix)
         return matrix if ending else matrix[0]
 
     @property
     def q(self) -> list[Letter]:
-        """What a kernel's `prepare` takes: h, the parameters, the rule's constants, B and B⁻¹."""
+        """The arguments of a kernel's `prepare`: h, parameters, the rule's constants, B and B⁻¹."""
         translate = [e for matrix in self.translate for e in matrix]
         return [self.h, *self.parameter_list, *self.constants, *translate]
 
@@ -164,12 +164,12 @@ class SceneSymbols:
 
     @property
     def stage_columns(self) -> list[Column]:
-        """The stages one by one: k columns m×1, as a rule is given them."""
+        """The stages one by one: k columns m×1, as a rule gets them."""
         m = len(self.u)
         return [self.stages[i : i + m, :] for i in range(0, len(self.stages), m)]
 
     def q_values(self, step: Any, parameters: Sequence[Any], numbers: Arithmetic) -> list[Number]:
-        """The values of `q` at B = e, as numbers of an arithmetic.
+        """Return the values of `q` at B = e, as numbers of an arithmetic.
 
         parameters: their values in the order of `parameter_list` (`Scene.parameter_values`).
         """
@@ -178,7 +178,7 @@ class SceneSymbols:
         return [numbers.number(v) for v in (step, *parameters, *constants, *e)]
 
     def constant(self, value: Callable[[int], Any]) -> Letter:
-        """A letter for a number that `value(digits)` computes to any number of digits."""
+        """Return a letter for a number that `value(digits)` computes to any number of digits."""
         for symbol, known in self.constants.items():
             if known == value:
                 return symbol
@@ -187,11 +187,11 @@ class SceneSymbols:
         return symbol
 
     def constant_values(self, digits: int) -> Replacement:
-        """The constants as sympy numbers of that many digits."""
+        """Return the constants as sympy numbers of that many digits."""
         return {c: sympy.Float(value(digits), digits) for c, value in self.constants.items()}
 
     def exact_parameters(self, scene: Scene) -> Replacement:
-        """The parameters' values in a scene, exactly."""
+        """Return the parameters' values in a scene, exactly."""
         return dict(zip(self.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
 
     @property
@@ -200,22 +200,22 @@ class SceneSymbols:
         return self.x[: self.n, :]
 
     def with_time(self, x: Any, t: Any = 0) -> Any:
-        """A point of `position` with the time t behind it where x holds one."""
-        if not self.clocked or not np.iterable(x):  # what is no list is refused elsewhere
+        """Return a point of `position` with the time t behind it if x contains one."""
+        if not self.clocked or not np.iterable(x):  # other values are refused elsewhere
             return x
         given = list(x)
         return [*given, t] if len(given) == self.n else given
 
     def call(self, function: Callable[..., Any], what: str, *arguments: Any) -> Expression:
-        """The scalar that a function of the user's gives for symbols.
+        """Return the scalar that a user's function gives for symbols.
 
-        what: how messages call it. Raises `BadInput`, one sentence with the line, for whatever the
-        function raises and for what is no scalar.
+        what: its name in messages. Raises `BadInput`, one sentence with the line, for any error of
+        the function and for a result that is no scalar.
         """
         return self.scalar(self.evaluated(function, what, *arguments), what, function)
 
     def evaluated(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
-        """Whatever a function of the user's gives for symbols; raises as `call`."""
+        """Return the result of a user's function for symbols; raises as `call` does."""
         try:
             with short_numbers(f"{self.name}: {what}"):
                 return summing_at_once(function)(*arguments)
@@ -240,7 +240,7 @@ class SceneSymbols:
         return (f"{place}: " if place else "") + f"{self.name}: {what}"
 
     def scalar(self, value: Any, what: str, function: Any = None) -> Expression:
-        """A sympy scalar of an expression or a 1×1 matrix, floats made exact.
+        """Return a sympy scalar of an expression or a 1×1 matrix, with floats made exact.
 
         Raises `BadInput` for anything else, naming the function that gave it.
         """
@@ -265,7 +265,7 @@ class SceneSymbols:
         return floats_exact(expression)
 
     def scalars(self, values: Iterable[Any], what: str, function: Any) -> Column:
-        """A column of `scalar`s; raises `BadInput` for one that is not finite and real, too."""
+        """Return a column of `scalar`s; raises `BadInput` also if one is not finite and real."""
         found = column(self.scalar(e, what, function) for e in values)
         if found.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I):
             raise BadInput(f"{self._at(function, what)} is not finite and real: mend 1/0 or I.")
@@ -279,9 +279,9 @@ class SceneSymbols:
 
     @cached_property
     def hamiltonian(self) -> Expression | None:
-        """H(x, μ) where the scene gives it; None where it gives a Lagrangian.
+        """H(x, μ) if the scene gives it; None if it gives a Lagrangian.
 
-        Raises `BadInput` for letters that are unknown.
+        Raises `BadInput` for unknown letters.
         """
         if self._hamiltonian is None:
             return None
@@ -293,26 +293,26 @@ class SceneSymbols:
         return found
 
     def hamiltonian_at(self, x: Column, mu: Column) -> Expression:
-        """H at any columns x and μ, of a scene that gives it."""
+        """Return H at any columns x and μ, for a scene that gives it."""
         assert self._hamiltonian is not None
         arguments = self._at_point(self._hamiltonian, x, mu)
-        if self.degenerate:  # of x alone
+        if self.degenerate:  # a function of x alone
             arguments = (x, self.parameters)
         return self.call(self._hamiltonian, "its Hamiltonian", *arguments)
 
     @cached_property
     def one_form(self) -> Column:
-        """ϑ(x), n×1, of a degenerate scene; raises `BadInput` as `force`."""
+        """ϑ(x), n×1, of a degenerate scene; raises `BadInput` as `force` does."""
         return self._components(self._one_form, "its one-form", "x and p", self.x, self.parameters)
 
     @property
     def phase_lagrangian(self) -> Expression:
-        """What has the slope ρ̂ᵀ∂/∂x of the force: l(x, u), or μ·u − H(x, μ) where H is given."""
+        """l(x, u), or μ·u − H(x, μ) for a given H: its slope ρ̂ᵀ∂/∂x is the force's."""
         H = self.hamiltonian
         return self.lagrangian if H is None or self.degenerate else self.mu.dot(self.u) - H
 
     def fast_at(self, x: Column) -> Expression:
-        """The fast part of the potential at a column x; `CannotMeasure` if the scene names none."""
+        """Return the fast part of the potential at a column x; `CannotMeasure` if there is none."""
         if self._fast is None:
             raise CannotMeasure(
                 f"{self.name} names no fast part of its potential: give Scene(fast=...), or "
@@ -321,7 +321,7 @@ class SceneSymbols:
         return self.call(self._fast, "its fast potential", x, self.parameters)
 
     def lagrangian_at(self, x: Column, v: Column) -> Expression:
-        """l at any columns x and v; raises `CannotMeasure` if the scene has only a discrete one."""
+        """Return l at any columns x and v; raises `CannotMeasure` if only L_d is given."""
         if self._lagrangian is None:
             raise CannotMeasure(
                 f"{self.name} has only a discrete Lagrangian, so this cannot be asked."
@@ -330,12 +330,12 @@ class SceneSymbols:
         return self.call(self._lagrangian, "its Lagrangian", *arguments)
 
     def _at_point(self, function: Callable[..., Any], x: Column, v: Column) -> tuple[Any, ...]:
-        """The arguments of a function of (x, v, p) or (x, v, p, t)."""
+        """Return the arguments of a function of (x, v, p) or (x, v, p, t)."""
         time = (x[self.n],) if takes_fourth(function) else ()
         return x[: self.n, :], v, self.parameters, *time
 
     def _refuse_attitude(self, function: Any, what: str) -> None:
-        """Raise `BadInput` where a function on a Lie group, which has no x, depends on it."""
+        """Raise `BadInput` if a function on a Lie group, which has no x, depends on it."""
         if self.groupoid.kind != "group" or function is None:
             return
         size = self.groupoid.algebra.real.size  # type: ignore[attr-defined]
@@ -345,7 +345,7 @@ class SceneSymbols:
             try:
                 given = summing_at_once(function)(x, self.u, self.parameters, *time)
                 found = sympy.Matrix(entries_of(given))
-            except Exception:  # whatever it is, asking it with the empty x says it
+            except Exception:  # a call with the empty x reports any error
                 continue
             if found.free_symbols & {*pose}:
                 raise BadInput(
@@ -357,7 +357,7 @@ class SceneSymbols:
 
     @cached_property
     def force(self) -> Column:
-        """f(x, u), m×1; without entries where none acts.
+        """f(x, u), m×1; empty without a force.
 
         Raises `BadInput` for another number of components, unknown letters and infinite ones.
         """
@@ -368,7 +368,7 @@ class SceneSymbols:
         return self._components(self._force, "its force", "x, v, p and t", *arguments)
 
     def _components(self, function: Any, what: str, words: str, *arguments: Any) -> Column:
-        """The m components that a function of the user's gives, as finite expressions."""
+        """Return the m components that a user's function gives, as finite expressions."""
         given = self.evaluated(function, what, *arguments)
         found = self.scalars(entries_of(given), what, function)
         if len(found) != len(self.u):
@@ -390,7 +390,7 @@ class SceneSymbols:
             )
 
     def discrete_lagrangian_at(self, x: Column, arrow: Any, h: Expression) -> Expression:
-        """L_d(x, u; h), or L_d(x, g; h) where it is given on the group, as the scene gives it."""
+        """Return L_d(x, u; h), or L_d(x, g; h) on the group, as the scene gives it."""
         if self.given is None:
             raise BadInput(
                 "the rule own stands for the discrete Lagrangian that a scene gives itself."

@@ -1,4 +1,4 @@
-"""One step of a scheme as the data that the compiler is given."""
+"""One step of a scheme as data for the compiler."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ def step_system(
     adjoint: DiscreteEquations | None = None,
     composed: bool = False,
 ) -> System:
-    """The rows, their derivative and the update of a scheme's step, all divided by h.
+    """Return the rows, their derivative and the update of a scheme's step, all divided by h.
 
-    adjoint: the equations of the adjoint, where substeps of a composition are steps of it.
+    adjoint: the equations of the adjoint, if a composition has steps of it.
     """
     other = None if adjoint is None else step_system(adjoint)
     if isinstance(equations, OneStepEquations):
@@ -61,10 +61,10 @@ def step_system(
 
 
 def _along_group(equations: DiscreteEquations) -> tuple[Letters, tuple[Expression, ...]]:
-    """dw with τ(h(w + dw)) = τ(hc) τ(hw): the correction c of g, followed in the group.
+    """Return dw with τ(h(w + dw)) = τ(hc) τ(hw): the correction c of g, followed in the group.
 
-    Newton in the chart alone goes astray near its edge (Moser–Veselov, rotations spread over
-    the group, from the last step: it finds 55 of 100 steps; followed in the group 99).
+    Newton in the chart alone fails near its edge (Moser–Veselov, rotations spread over the group,
+    from the last step: it finds 55 of 100 steps; followed in the group 99).
     """
     groupoid: Any = equations.groupoid
     if not groupoid.tau.has_translates:
