@@ -149,3 +149,20 @@ def asymptotic_window(
             if best is None or last - first >= best.last - best.first:
                 best = Window(first, last, line)
     return best
+
+
+def marked(rows: list[dict[str, Any]], window: Window | None, floor: float) -> dict[str, Any]:
+    """Return {"order", "interval", "points"} of the line through the rows of a window.
+
+    Each row is marked: `used`, and `why_not` where its error is no part of the line.
+    """
+    first, last = (len(rows), len(rows)) if window is None else (window.first, window.last)
+    for i, row in enumerate(rows):
+        row["used"] = row["error"] is not None and first <= i <= last
+        if row["error"] is not None:
+            below = i > last or row["error"] <= floor
+            row["why_not"] = "" if row["used"] else "round-off" if below else "pre-asymptotic"
+    if window is None:
+        return {"order": None, "interval": None, "points": 0}
+    line = window.line
+    return {"order": line.slope, "interval": list(line.interval), "points": last - first + 1}

@@ -9,7 +9,7 @@ import numpy as np
 
 from discmech.integrators import Scheme
 
-from ..core.fitting import asymptotic_window
+from ..core.fitting import asymptotic_window, marked
 from ..systems.known import SPACING, Known
 from ..systems.lattice_system import LEAST
 
@@ -25,25 +25,18 @@ def in_space(rule: Any, known: Known) -> tuple[list[dict[str, Any]], float | Non
     The spacing of the grid, and with it the step, is halved repeatedly. error: the largest error of
     x or μ, each over its largest value.
     """
-    points, window = list[tuple[float, float]](), None
+    rows, window = list[dict[str, Any]](), None
     for levels in LEVELS:
-        for k in range(len(points), levels):
-            points.append(_error(rule, known, k))
-        steps, errors = zip(*points, strict=True)
-        window = asymptotic_window(steps, [e or math.nan for e in errors], LEAST, STRAIGHT)
+        rows += [_row(rule, known, k) for k in range(len(rows), levels)]
+        steps, errors = zip(*((row["step"], row["error"] or math.nan) for row in rows), strict=True)
+        window = asymptotic_window(steps, errors, LEAST, STRAIGHT)
         if window is not None:
             break
-    rows = []
-    for i, (step, error) in enumerate(points):
-        used = window is not None and window.first <= i <= window.last
-        below = error <= LEAST or (window is not None and i > window.last)
-        why = "" if used else "round-off" if below else "pre-asymptotic"
-        rows.append({"kind": "space", "step": step, "error": error, "used": used, "why_not": why})
-    return rows, None if window is None else window.line.slope
+    return rows, marked(rows, window, LEAST)["order"]
 
 
-def _error(rule: Any, known: Known, halvings: int) -> tuple[float, float]:
-    """Return (spacing, error) on the grid halved so many times; momenta are those of a site."""
+def _row(rule: Any, known: Known, halvings: int) -> dict[str, Any]:
+    """Return the row of the grid halved so many times; momenta are those of a site."""
     assert known.refined is not None and known.exact is not None
     spacing = SPACING / 2**halvings
     lattice = known.refined(spacing)
@@ -54,4 +47,4 @@ def _error(rule: Any, known: Known, halvings: int) -> tuple[float, float]:
     mu = np.where(lattice.free[:, None], flow.momenta(x, v), 0)
     off = max(float(abs(a - b).max() / (abs(b).max() or 1))
               for a, b in ((end.x[-1], x), (end.mu[-1], mu)))  # fmt: skip
-    return float(spacing), off
+    return {"kind": "space", "step": float(spacing), "error": off}

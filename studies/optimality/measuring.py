@@ -24,7 +24,7 @@ from discmech.integrators.scene import arguments_of, reads
 
 from ..core import lookup
 from ..core.case import Case, Choice, Progress, silent
-from ..core.fitting import Window, asymptotic_window
+from ..core.fitting import Window, asymptotic_window, marked
 from ..evidence.verdicts import of_evidence
 
 NAME = "optimality"
@@ -98,19 +98,13 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     orders = {k: None if w is None else w.line.slope for k, w in windows.items()}
     lowest = min((k for k, p in orders.items() if p is not None), default=None,
                  key=lambda kind: orders[kind] or 0)  # fmt: skip
-    chosen = None if lowest is None else windows[lowest]
-    for i, row in enumerate(rows):
-        row["used"] = chosen is not None and chosen.first <= i <= chosen.last
-        below = row["error"] <= floor or (chosen is not None and i > chosen.last)
-        row["why_not"] = "" if row["used"] else "round-off" if below else "pre-asymptotic"
+    line = marked(rows, None if lowest is None else windows[lowest], floor)
     return {
         "rows": rows,
         "floor": floor,
         "local": of_evidence(Scheme(_pushed(problem, found[-1]), case.rule)),
         "measured": {
-            "order": None if lowest is None else orders[lowest],
-            "interval": None if chosen is None else list(chosen.line.interval),
-            "points": 0 if chosen is None else chosen.last - chosen.first + 1,
+            **line,
             "orders": orders,
             "exact": exact,
             "corrections": [best.iterations for best in found],

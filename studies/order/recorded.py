@@ -5,13 +5,11 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from discmech import reference
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.foreign import Recorded, RecordedScheme
-from discmech.integrators.numbers import mpmath
+from discmech.integrators.foreign import Recorded
 
-from ..causes.round_off import gap
 from ..core.case import Case
+from ..systems import system_of
 from .window import fit
 
 FEWEST = 4  # fewest runs: as many points tell a straight line from a bent one
@@ -25,26 +23,22 @@ def measure(case: Case) -> dict[str, Any]:
     for a scene that depends on time.
     """
     scheme: Any = case.scheme
-    assert isinstance(scheme, RecordedScheme)
     if scheme.s.clocked and scheme.rule.recordings[0].start != 0:
         raise CannotMeasure(
             f"{case.scene.name} depends on time, and its reference begins at t = 0: "
             f"{case.label} begin at {float(scheme.rule.recordings[0].start):.6g}."
         )
     duration, at = common_time(scheme.rule)
-    exact = reference.solution(scheme.scene, duration, digits=30)
+    system = system_of(case)
+    exact = system.end(duration, 30)
     rows = []
     for run, index in zip(scheme.runs, at, strict=True):
-        dx, x = gap(run.x[index], exact.x)
-        dmu, mu = gap(run.mu[index], exact.mu)
-        size = mpmath.sqrt(x**2 + mu**2) or 1
+        error, of_x, of_mu = system.error(run.x[index], run.mu[index], exact)
         rows.append({
-            "steps": round(duration / run.step), "step": float(run.step),
-            "error": float(mpmath.sqrt(dx**2 + dmu**2) / size),
-            "error_x": float(dx / size) if len(exact.x) else None, "error_mu": float(dmu / size),
-            "used": False, "why_not": "",
+            "steps": round(duration / run.step), "step": float(run.step), "error": error,
+            "error_x": of_x, "error_mu": of_mu, "used": False, "why_not": "",
         })  # fmt: skip
-    found = fit(case, rows, exact.certain_digits)
+    found = fit(case, rows, exact.certain)
     return {"rows": rows, **found, "local": None, "duration": float(duration)}
 
 

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from ..core.case import Case
-from ..core.fitting import BENT, Window, asymptotic_window, bent_below
+from ..core.fitting import BENT, Window, asymptotic_window, bent_below, marked
 
 #: in double precision or not: a ladder ends when its order is so near to the expected one
 REACHED = {True: 0.05, False: 0.01}
@@ -128,19 +128,7 @@ def not_converging(rows: list[dict[str, Any]], order: float, key: str) -> str:
 def fit(case: Case, rows: list[dict[str, Any]], certain: float) -> dict[str, Any]:
     """Find the asymptotic window; note for every other point why it is left out."""
     window = _window(case, rows, "error", certain, [r.get("round_off", 0.0) for r in rows])
-    for i, row in enumerate(rows):
-        row["used"], row["why_not"] = False, row["why_not"] if row["error"] is None else ""
-        if window is not None and window.first <= i <= window.last:
-            row["used"] = True
-        elif row["error"] is not None:
-            behind = window is not None and i > window.last
-            below = behind or row["error"] <= floor(case, certain)
-            row["why_not"] = "round-off" if below else "pre-asymptotic"
-    measured: dict[str, Any] = {"order": None, "interval": None, "points": 0}
-    if window is not None:
-        line, points = window.line, window.last - window.first + 1
-        measured = {"order": line.slope, "interval": list(line.interval), "points": points}
-    return {"measured": measured, "certain": certain}
+    return {"measured": marked(rows, window, floor(case, certain)), "certain": certain}
 
 
 def slope(case: Case, rows: list[dict[str, Any]], key: str, certain: float) -> float | None:

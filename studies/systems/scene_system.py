@@ -37,7 +37,8 @@ class SceneSystem(System):
 
     def end(self, time: Any, digits: int) -> End:
         """Return the end by a certified reference."""
-        found = reference.solution(self.case.scene, time, digits=digits)
+        scene = self.scheme.scene  # with the start of recorded runs
+        found = reference.solution(scene, time, digits=digits)
         certain = found.certain_digits
         agreed = certain if self.case.scene.in_numbers else None
         return End(found.x, found.mu, certain, answer=found, agreed=agreed)
