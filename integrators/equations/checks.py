@@ -96,9 +96,12 @@ def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:
     known = equations.definitions(slope)
     found = singular({("FL", of_what): slope}, s, s.x, w, scene, known) | found
     for (name, of_what), direction in found.items():
+        other = ""
+        if mass and next(iter(mass.values())).is_zero_matrix:
+            other = " A Lagrangian linear in all velocities is given by one_form= and hamiltonian=."
         raise BadInput(
             f"{named(scene.name, rule)}: {name} is singular everywhere, in the direction "
-            f"({shown(direction)}) of {of_what} needs its kinetic energy."
+            f"({shown(direction)}) of {of_what} needs its kinetic energy.{other}"
         )
 
 

@@ -188,10 +188,10 @@ class DualSystem:
     def check_parts(self, parts: Sequence[Callable[..., Any]]) -> None:
         """Raise `BadInput` unless the parts add up to H, except for a constant."""
         s = self._s
-        if s.forced or s.clocked:
+        if s.forced or s.clocked or s.degenerate:
             raise BadInput(
-                f"{s.name} has a force or a time, of which a splitting by parts knows nothing: "
-                "take another method."
+                f"{s.name} has a force, a time or a one-form, of which a splitting by parts knows "
+                "nothing: take another method."
             )
         xi = closed_velocity(s)
         if xi is None:

@@ -20,7 +20,7 @@ def latex_of(scheme: DiscretisedScene) -> str | None:
     """
     equations, lines = scheme.equations, []
     given: list[tuple[str, Expression]] = []
-    if scheme.s.hamiltonian is not None:
+    if scheme.s.hamiltonian is not None and not scheme.s.degenerate:
         given.append(("H(x, mu)", scheme.s.hamiltonian))
     elif scheme.scene.lagrangian is not None:
         given.append(("l(x, u)", scheme.s.lagrangian))

@@ -14,7 +14,7 @@ import numpy as np
 
 from discmech import reference
 from discmech.integrators import Scene
-from discmech.integrators.equations import SceneSymbols, momentum
+from discmech.integrators.equations import SceneSymbols, energy_gradient, momentum
 from discmech.integrators.errors import DiscmechError
 from discmech.integrators.numbers import numeric
 from discmech.integrators.scene import remembered
@@ -31,11 +31,14 @@ def moving_energy(scene: Scene) -> float:
     """Return half the largest Σ |(μ − μ⁰)_i ξ_i| along the motion over the scene's duration.
 
     μ⁰ = ∂l/∂ξ(x, 0). It is the kinetic energy if that is a sum of squares. It is 0 if nothing
-    moves, or if no motion is known.
+    moves, or if no motion is known. On a phase space, half the largest Σ |∂H/∂xⁱ (xⁱ − x̄ⁱ)|, x̄ the
+    middle of the motion, which knows neither a constant nor a gauge: the same for an oscillator.
     """
     if scene.lagrangian is None:
         return 0.0
     s = SceneSymbols(scene)
+    if s.degenerate:
+        return _exchanged(scene, s)
     found = [_start(scene)] if scene.mu0 is None else []
     with suppress(DiscmechError, reference.ReferenceFailure):
         found.append(motion(scene))
@@ -58,6 +61,20 @@ def moving_energy(scene: Scene) -> float:
         sizes = np.abs((mu - own) * xi).sum(axis=1) / 2
     sizes = sizes[np.isfinite(sizes)]
     return float(sizes.max(initial=0.0))
+
+
+def _exchanged(scene: Scene, s: SceneSymbols) -> float:
+    """Return half the largest Σ |∂H/∂xⁱ (xⁱ − x̄ⁱ)| along the motion, or 0 if none is known."""
+    try:
+        x = motion(scene)[0]
+    except (DiscmechError, reference.ReferenceFailure):
+        return 0.0
+    letters = {"x": s.x, "p": s.parameter_list}
+    slope = numeric(letters, [list(energy_gradient(s)[0])], NUMBERS, columns=True)
+    parameters = [NUMBERS.number(p) for p in scene.parameter_values]
+    found = (np.broadcast_to(e, len(x)) for e in slope(x.T, parameters))
+    middle = (x.max(axis=0) + x.min(axis=0)) / 2
+    return float((np.abs(np.array(list(found)).T * (x - middle)).sum(axis=1) / 2).max())
 
 
 def _start(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -24,6 +24,7 @@ from discmech.integrators.equations import (
     SceneSymbols,
     constraint,
     constraint_matrix,
+    inverse_two_form,
     momentum,
 )
 from discmech.integrators.numbers import arithmetic, exact, mpmath, numeric, sympy, to_sympy
@@ -277,7 +278,8 @@ def _values(s: SceneSymbols, quantities: tuple[Any, ...]) -> Any:
     """
     numbers = arithmetic(DIGITS)
     # references of a Hamiltonian have μ in the place of the velocity
-    mu = dict(zip(s.mu, momentum(s) if s.hamiltonian is None else s.u, strict=True))
+    of_mu = s.hamiltonian is not None and not s.degenerate
+    mu = dict(zip(s.mu, s.u if of_mu else momentum(s), strict=True))
     off = [
         s.call(q.formula, q.name, s.position, s.mu, s.parameters).xreplace(mu)
         - to_sympy(exact(q.value, q.name))
@@ -322,6 +324,8 @@ def steps_from(place: Place, drawn: random.Random) -> Iterator[Fraction]:
 def is_linear(s: SceneSymbols) -> bool:
     """True if a scene's equations are linear: a quadratic Lagrangian on pairs, linear forces."""
     if s.groupoid.kind != "pair" or s.restricted or s.clocked:
+        return False
+    if s.degenerate and inverse_two_form(s).free_symbols & {*s.x}:
         return False
     H = s.hamiltonian
     given, letters = (s.lagrangian, [*s.position, *s.u]) if H is None else (

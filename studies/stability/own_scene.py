@@ -211,7 +211,7 @@ def _start(scene: Scene, dual: Dual, still: bool = False) -> np.ndarray:
 
     numbers = arithmetic(16)
     values = {"v0": (0,) * len(scene.v0), "mu0": None} if still and scene.v0 else {}
-    if still and scene.hamiltonian is not None:
+    if still and scene.hamiltonian is not None and scene.one_form is None:
         values = {"mu0": (0,) * len(scene.mu0 or ())}
     own = scene.with_values(**values) if values else scene
     x = [float(exact(e, "x0")) for e in own.x0]
