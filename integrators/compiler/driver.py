@@ -7,8 +7,8 @@ Python on gmpy2 numbers, the same text is the driver of high precision. Vectors 
 
 Supplied names: RULE and ADJOINT, records of the kernels `solver`, `update`, `carry`, `extents`,
 `branch` with the facts `affine`, `watched`, `branched`, `width`; SINGLE (a step is one substep),
-MIXED (substeps of the adjoint occur); LAYOUT and all names of `layout`; EPS (unit round-off),
-ROOT_EPS, HUGE, DECAY, MARGIN.
+MIXED (substeps of the adjoint occur), APART (they reuse other functions of x); LAYOUT and all
+names of `layout`; EPS (unit round-off), ROOT_EPS, HUGE, DECAY, MARGIN.
 """
 
 # ruff: noqa: F821 (names are supplied; the compiled language has no strict=)
@@ -81,16 +81,16 @@ def composed_step(z, guard, state, coefficients, kinds, substeps):
 def remembered(system, z, guard, state, coefficients, j):
     """Do substep j with its own coefficients and memory.
 
-    The rule and its adjoint reuse different functions of x, so where both occur each substep
-    computes its own.
+    The rule and its adjoint may reuse different functions of x (APART): then each substep computes
+    its own.
     """
     c = load(coefficients[j], slice(0, system.width))
     at = LAYOUT.memory + j * LAYOUT.row
     memo = load_memo(system, state, at)
-    before = z[:4] + (system.carry(z[0], c),) if MIXED else z
+    before = z[:4] + (system.carry(z[0], c),) if APART else z
     after, memo, w, guard, count, size, status = substep(system, before, memo, guard, c)
     save_memo(system, state, at, memo)
-    return after[:4] + ((),) if MIXED else after, w, guard, count, size, status
+    return after[:4] + ((),) if APART else after, w, guard, count, size, status
 
 
 def substep(system, z, memo, guard, c):

@@ -159,7 +159,7 @@ class KernelsAtStep:
         """Compute the reused functions of x anew."""
         if self.layout.reused:
             at = self.layout.parts
-            state[at[-1]] = self.kernels.carry[0](state[at[0]], c[0])
+            state[at[-1]] = self.kernels.carry[self.kinds[0]](state[at[0]], c[0])
 
     def seed(self, state: Vector, guess: Numbers) -> None:
         """Replace past solutions by the guess, from which Newton starts, with stages of 0."""

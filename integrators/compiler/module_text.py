@@ -53,16 +53,17 @@ def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
     kernels = [KernelText(s, suffix, omit) for s, suffix in zip(kinds, ("", "_of_adjoint"))]  # noqa: B905
     texts = [k.text for k in kernels]
     mixed = len(kernels) > 1
+    apart = mixed and kernels[0].carried != kernels[1].carried
     layout = Layout(
         n=len(system.x), m=len(system.u), solved=len(system.w),
-        reused=0 if mixed else len(kernels[0].carried),
+        reused=0 if apart else len(kernels[0].carried),
         width=max(len(k.coefficients.values) for k in kernels),
         iterated=not all(k.affine for k in kernels), multipliers=system.multipliers,
     )  # fmt: skip
     facts = [
         f"LAYOUT = {layout}",
         f"FAINT = 64 * EPS{' * EPS' if system.in_two_units else ''}",
-        f"SINGLE, MIXED = {not system.composed}, {mixed}",
+        f"SINGLE, MIXED, APART = {not system.composed}, {mixed}, {apart}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), kernels)),  # noqa: B905
         f"SYSTEMS = RULE,{' ADJOINT' if mixed else ''}",
     ]

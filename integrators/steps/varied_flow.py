@@ -119,6 +119,8 @@ class VariedFlow(Flow):
         qs = [list(part.q) for part in self.parts]
         if not self.varied.by_poincare:
             with self.numbers.working():
+                if len(kinds) > 1 and not any(kinds):
+                    kinds[0] = 1  # the first substep
                 first = self.step if self.varied.rule.way == "reversible" else 1
                 for k, q in enumerate(qs):
                     q.append(self.numbers.number(0 if k else first))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property, lru_cache
+from math import inf, nan
 from typing import Any
 
 from ..compiler import System
@@ -63,12 +64,20 @@ class VariedScheme:
 
     @cached_property
     def density0(self) -> float:
-        """The step density 1/σ at the scene's start; not positive, or no number, where σ is so."""
+        """The step density 1/σ at the scene's start; raises `BadInput` if σ is not positive."""
         numbers, scene = Double(), self.inner.scene
         mu = initial_momentum(self.inner.s, scene, numbers)
         given = self.inner.s.with_time(scene.x0), mu, scene.parameter_values
         x, mu, p = ([numbers.number(e) for e in part] for part in given)
-        return float(1 / self.control(numbers)(x, mu, p)[0])
+        try:
+            sigma = float(self.control(numbers)(x, mu, p)[0])
+        except (ArithmeticError, ValueError):
+            sigma = nan
+        if not 0 < sigma < inf:
+            raise BadInput(
+                f"{scene.name}: sigma is {sigma:.3g} at the start: give one that is positive."
+            )
+        return 1 / sigma
 
     def __getattr__(self, name: str) -> Any:
         if name in ("inner", "scene", "rule"):
@@ -145,14 +154,21 @@ class VariedScheme:
         return numeric(letters, [self.sigma, grows], numbers, columns=isinstance(numbers, Double))
 
 
-@lru_cache(maxsize=64)  # schemes that differ only in values share one
+@lru_cache(maxsize=64)  # schemes that differ in values alone have one
 def _system(kinds: tuple[Any, ...], composed: bool, sigma: Expression, way: str) -> System:
-    def of(equations: Any) -> System:
+    """Return the system of a step; `KernelsAtStep` calls those of its substeps 0 and 1.
+
+    Where a composition has no adjoint, 1 is the first substep, which alone changes the density.
+    """
+
+    def of(equations: Any, leading: bool = True) -> System:
         system = step_system(equations, composed=composed)
         if way != "poincare":
-            return controlled(system, equations.s, sigma, way)
+            return controlled(system, equations.s, sigma, way, leading)
         passed = equations.discrete_lagrangian.diff(getattr(equations.s.parameters, ENERGY))
         return with_columns(system, [letter(TIME)], [passed])
 
+    if way != "poincare" and composed and len(kinds) == 1:
+        return replace(of(kinds[0], leading=False), adjoint=of(kinds[0]))
     main, *others = map(of, kinds)
     return replace(main, adjoint=others[0]) if others else main

@@ -21,7 +21,7 @@ from ..numbers.types import Column, Expression, Letter, Replacement
 #: names of this room's letters, which no parameter of a scene can have: the physical time, the
 #: density, the effective step, the growth of the density, the roots of σ and of the new density,
 #: and e, by which only the first substep changes the density
-TIME, DENSITY, STEP, GROWTH, ROOT, AFTER, CONTROL = (f"sd{i}" for i in range(7))
+TIME, DENSITY, STEP, SIGMA, GROWTH, ROOT, AFTER, CONTROL = (f"sd{i}" for i in range(8))
 
 
 def letter(name: str) -> Letter:
@@ -42,20 +42,31 @@ def with_columns(
     )
 
 
-def controlled(system: System, s: SceneSymbols, sigma: Expression, way: str) -> System:
-    """Return a system of equal steps with a step that follows σ, in the way reversible or naive."""
-    h, zeta, step, root, control = system.q[0], *map(letter, (DENSITY, STEP, ROOT, CONTROL))
+def controlled(
+    system: System, s: SceneSymbols, sigma: Expression, way: str, leading: bool = True
+) -> System:
+    """Return a system of equal steps with a step that follows σ, in the way reversible or naive.
+
+    leading: whether the step changes the density; the later substeps of a composition take it as
+    it is.
+    """
+    h, zeta, step, value, root, control = (
+        system.q[0], *map(letter, (DENSITY, STEP, SIGMA, ROOT, CONTROL))
+    )  # fmt: skip
     growth, after = letter(GROWTH), letter(AFTER)
-    # a negative value has no real root: a run with such a σ or density ends there
     grows = logarithmic_rate(s, sigma) * sigma / root**2 if way == "reversible" else (
         1 / root**2 - zeta
     )  # fmt: skip
-    before = (
-        Definition((root,), (sympy.sqrt(sigma),)),
+    before = [
+        Definition((value,), (sigma,)),
+        # a negative value has no real root: a run with such a σ or density ends there
+        Definition((root,), (sympy.sqrt(value),)),
         Definition((growth,), (grows,)),
         Definition((after,), (sympy.sqrt(zeta + control * growth),)),
         Definition((step,), (h / after**2,)),
-    )
+    ]
+    if not leading:
+        before, growth = [Definition((step,), (h / zeta,))], sympy.Integer(0)
     # sizes that show a chart's edge do not depend on μ: they take the density before the step
     watched = tuple((kind, e.xreplace({h: h / zeta})) for kind, e in system.extents)
     inner = _in_letters(system, {h: step})
