@@ -28,7 +28,7 @@ CORRECTIONS = 60
 
 
 class _Gap(NamedTuple):
-    """How far one constraint is off at a start: by itself, and as a part of its size."""
+    """The residual of one constraint at a start: itself, and as a part of the constraint's size."""
 
     what: str
     off: Number

@@ -1,8 +1,8 @@
 """A discrete Lagrangian as a weighted sum of values of L, and its derivatives.
 
-What a rule gave is taken apart: each value of the Lagrangian becomes a node with a weight, each
-point of the step a column of held nodes (`points`), which e→ and e← move in a known way. What L_d
-changes by then is a sum of covectors against what they stand at.
+The value that a rule gives is taken apart: each value of the Lagrangian becomes a node with a
+weight, each point of the step a column of held nodes (`points`), which e→ and e← move in a known
+way. A change of L_d is then a sum of covectors applied to the changes of nodes.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .terms import CurveTerm, Placed, placed
 class DiscreteLagrangian:
     """L_d of a rule in a `graph`: its `value`, its `gradient` and the `points` of the step.
 
-    scope: what is held: points, chart values, nodes of curves.
+    scope: the held nodes: points, chart values, nodes of curves.
     element: the group element g, where L_d is given as a function of it.
     """
 
@@ -36,13 +36,13 @@ class DiscreteLagrangian:
         self.graph.fixed = {e.index for e in self.graph.letters(s.q)}
         self.x, self.u, self.stages = map(self.graph.letters, (s.x, s.u, s.stages))
         self.h = self.graph.letter(s.h)
-        #: what e→ and e← move in a known way: points of the straight step, a group element
+        #: the points of the straight step and the group element: e→ and e← move them in a known way
         self.moved: list[Point] = []
         #: (nodes, covectors): L_d changes by Σ covector · d(node)
         self._covectors: list[tuple[Nodes, Nodes]] = []
         #: weighted forces at x and at points of the straight step, by the first of their letters
         self._forces: dict[int | None, list[Node]] = {}
-        #: what moving x and y does to points b(base, W) of a curve, by e→(b) = 0, m each
+        #: the change of points b(base, W) of a curve as x and y move, by e→(b) = 0, m each
         self.turned_x = self.turned_y = [self.graph.number(0)] * len(s.u)
         self.value: Node = self.graph.number(0)
         #: (weight, L at a point and a velocity) wherever the rule asks for L
@@ -50,7 +50,7 @@ class DiscreteLagrangian:
         self._points: dict[Expression, Point] = {}
         self._charts: dict[Any, list[Node]] = {}
         self._curves: dict[tuple[Any, ...], CurveTerm] = {}
-        self.weighted = False  # whether it is a weighted sum of values of L, and nothing else
+        self.weighted = False  # True if L_d is a weighted sum of values of L, and nothing else
         self.element: Element | None = None
         self.L, self.G = LagrangianForRule(s), GroupoidForRule(s)
         if isinstance(s.given, OnGroup):
@@ -89,7 +89,7 @@ class DiscreteLagrangian:
         rest = weighted.xreplace(dict.fromkeys(letters, sympy.Integer(0)))
         linear = weighted - rest - sum(w * e for w, e in zip(weights, letters, strict=True))
         if weights.free_symbols - set(self.s.q) or linear.expand() != 0:
-            # no weighted sum: derived as it stands, letters bound by a Subs or an integral too
+            # no weighted sum: derived as a whole, also by letters that a Subs or an integral binds
             weighted, names, weights = given.xreplace({c: c.written_out() for c in outer}), {}, []
             weighted = weighted.doit()
         self.weighted = bool(len(weights)) and rest == 0
@@ -139,7 +139,7 @@ class DiscreteLagrangian:
         self._covectors.append((nodes, [weight * e for e in covectors]))
 
     def _add_direct(self, e: Expression) -> None:
-        """Add a part of L_d that is no value of L."""
+        """Add a part of L_d that is not a value of L."""
         value = self.graph.read(e)
         self._covectors.append(([value], [self.graph.one]))
         self.value = self.value + value
@@ -227,7 +227,7 @@ class DiscreteLagrangian:
     # -- points, velocities, chart values -------------------------------------------------------
 
     def _point(self, args: Expressions) -> tuple[Column, Column | None]:
-        """(letters or expressions of a point, None), or (base, W) of a point b(base, W; 1)."""
+        """Return (letters or expressions of a point, None), or (base, W) of b(base, W; 1)."""
         s, n = self.s, len(self.s.x)
         rest = answers_of(args, self.G.Target)
         if rest is None or (base := self._base(rest[:n])) is None:
@@ -238,7 +238,7 @@ class DiscreteLagrangian:
         return base, column(self.resolved(h * e) for e in u)
 
     def _velocity(self, args: Expressions) -> tuple[Column, tuple[Column, Column] | None]:
-        """(D, None) for the velocity D, or (D, (base, W)) for L(base, W; 1)⁻¹ D."""
+        """Return (D, None) for the velocity D, or (D, (base, W)) for L(base, W; 1)⁻¹ D."""
         s, n, m = self.s, len(self.s.x), len(self.s.u)
         if tuple(args) == tuple(s.u):
             return s.u, None
@@ -250,7 +250,7 @@ class DiscreteLagrangian:
         return D, (base, column(self.resolved(h * e) for e in w))
 
     def _base(self, x: Expressions) -> Column | None:
-        """The letters x or y that a target starts from, None if it is another point."""
+        """Return the letters x or y that a target starts from, or None for another point."""
         s = self.s
         if tuple(x) == tuple(s.x):
             return s.x
@@ -267,7 +267,7 @@ class DiscreteLagrangian:
             value = g.target(s.x, s.u, theta * s.h)
             point = place_point(self.scope, z, value, self.u, [s.x])
             point.theta = theta
-            # e→ leaves the end where it is, so nothing is made of its motion
+            # e→ does not move the end, so no node is needed for its motion
             point.move(g.point_motion(s.x, s.u, s.h, theta, z), None if theta == 1 else s)
             if s.forced:
                 right, left = g.displacement_at(s.x, s.u, s.h, theta)
@@ -277,7 +277,7 @@ class DiscreteLagrangian:
         return self._points[theta]
 
     def _nodes_of(self, point: Column, W: Column | None) -> list[Node]:
-        """Return the nodes of a point: known ones if it is a point of the step, else held ones."""
+        """Return the nodes of a point: the known ones of a point of the step, or new held ones."""
         if W is not None:
             point = self.groupoid.target(point, W, sympy.Integer(1))
         columns = [self.s.x, *(p.letters for p in self.moved)]
@@ -309,7 +309,7 @@ class DiscreteLagrangian:
         return self.graph.shown_column(self._charts[key])
 
     def resolved(self, e: Expression) -> Expression:
-        """The expression with straight points as letters and every other answer written out."""
+        """Return the expression with straight points as letters, all other answers written out."""
         L, G = self.L, self.G
         while nodes := e.atoms(G.Target, G.Velocity, L.Value, L.Fast, L.Gradient, L.Mass):
             swap = {}

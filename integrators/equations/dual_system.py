@@ -1,7 +1,7 @@
-"""What a one-step map sees of a scene: its vector field, energy and Poisson tensor on the dual.
+"""The vector field, energy and Poisson tensor of a scene on the dual, for one-step maps.
 
-Every answer stands for a letter, and the map's expressions stay small however often it asks: what
-a letter stands for is held, through which derivatives go (`numbers.graph`).
+Every answer is a letter, so the map's expressions stay small however often it asks; the value of a
+letter is held, and derivatives go through it (`numbers.graph`).
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ MOST_TERMS = 6  # terms of the series of a part's flow
 
 @cache
 def _answer() -> Any:
-    """Return functions of a letter and of the unknowns and states behind it: no formulas."""
+    """Return the class of functions, without formulas, of a letter and its unknowns and states."""
 
     def derivative(self: Any, s: Letter) -> Expression:
         raise BadInput(
-            "it differentiates what s gave, which is no formula; s.df is the derivative of s.f, "
-            "s.dH that of s.H."
+            "it differentiates an answer of s, which has no formula; s.df is the derivative of "
+            "s.f, s.dH that of s.H."
         )
 
     members = {"_eval_derivative": derivative, "_eval_is_real": lambda self: True}
@@ -127,7 +127,7 @@ class DualSystem:
         return self._shown(self._force(at).col_join(self._speed(at)))
 
     def force(self, z: Column) -> Column:
-        """Return the vector field less B dH at z, (n+m)×1: the scene's force on μ, the time's rate
+        """Return the vector field minus B dH at z, (n+m)×1: the scene's force on μ, the time's rate
         1.
 
         It is 0 without a force and a time.
@@ -164,7 +164,7 @@ class DualSystem:
 
     @property
     def halves(self) -> tuple[list[int], list[int]]:
-        """The places of x at which ϑ has a component, and the other half, where it vanishes."""
+        """Return the places of x where ϑ has a component, and the other half, where it vanishes."""
         self._one_form(self._at(self._s.x))
         return halves(self._s.one_form)  # the map's refusal has seen that they are halves
 
@@ -267,7 +267,7 @@ class DualSystem:
 
     @property
     def _group(self) -> RetractionGroupoid:
-        """The groupoid without the time."""
+        """Return the groupoid without the time."""
         return cast(RetractionGroupoid, getattr(self.groupoid, "inner", self.groupoid))
 
     def _chart(self, sigma: Column) -> Column:
@@ -281,7 +281,7 @@ class DualSystem:
 
     @cached_property
     def degree(self) -> int | None:
-        """The degree of H as a polynomial in z; None if it is none."""
+        """Return the degree of H as a polynomial in z, or None for another H."""
         xi = closed_velocity(self._s)
         if xi is None:
             return None
@@ -305,7 +305,7 @@ class DualSystem:
         return column(found)
 
     def _shown(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
-        """The matrix as the map sees it: its letters as answers, which know what they depend on."""
+        """Return the matrix for the map: its letters become answers, which know their letters."""
         for letter in symbols_of(matrix) - self._seen.keys():
             if self.graph.value_of(letter) is not None:
                 self._seen[letter] = _answer()(letter, *sorted(self._bases(letter), key=str))
@@ -379,7 +379,7 @@ class DualSystem:
         return dict(zip([*s.x, *s.u, *self._mu], [*at.x, *at.xi, *at.mu], strict=True))
 
     def _named(self, name: str, values: Column, by: Any = None) -> Column:
-        """Letters for the values; by: their derivatives, where these are known."""
+        """Return letters for the values. by: their derivatives, where these are known."""
         letters = vector(f"{name}{self.graph.parts}", len(values))
         if len(values):
             graph = self.graph

@@ -1,11 +1,11 @@
-"""F⁻, F⁺ and what a step solves, with points as letters: small expressions, for the kernels.
+"""F⁻, F⁺ and the equations of a step, with points as letters: small expressions for kernels.
 
 Two facts keep every expression small, on every groupoid:
 
     e→_γ(f∘β) = 0   and   e←_γ(f∘β) = ρ^i_γ(y) ∂f/∂y^i        (f a function of the base)
 
-so the end point y = b(x, u; h) never has to be differentiated in F⁻ or F⁺: what is rational in a
-Cayley chart stays polynomial.
+so the end point y = b(x, u; h) never has to be differentiated in F⁻ or F⁺: expressions that are
+rational in a Cayley chart stay polynomial.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ class LegendreMaps:
         s, groupoid = of.s, of.groupoid
         self.rho = groupoid.rho(s.x, s.h)
         self.L, self.R = groupoid.L(s.x, s.u, s.h), groupoid.R(s.x, s.u, s.h)
-        #: what knows the target, and an arrow in its letters: u in the chart, or the element g
+        #: the object that knows the target, and an arrow in its letters: u in the chart, or g
         self._arrows: tuple[Any, Any] = (groupoid, s.u)
         if self.element is not None:
             self._arrows = self.element, self.element.g
 
     def altered(self, **maps: SymbolicMatrix) -> LegendreMaps:
-        """Other matrices in place of the maps named; what follows from these is derived anew."""
+        """Return these maps with other matrices for those named; the rest is derived anew."""
         other = LegendreMaps(self.of)
         other._altered = frozenset(maps)
         for name, matrix in maps.items():
@@ -62,7 +62,7 @@ class LegendreMaps:
         along_x = graph.plus(graph.transposed(rho, of_x, m), of.turned_x)
         minus = graph.plus(graph.transposed(R, of_u), [-e for e in along_x])
         plus = graph.plus(graph.transposed(L, of_u), of.turned_y)
-        # like terms of functions cancel as they stand: writing their factors out would take long
+        # like terms of functions cancel unexpanded: multiplying their factors out would take long
         difference = (self.L - self.R).applyfunc(lambda e: e if opaque(e) else e.expand())
         gain = graph.plus(graph.transposed(graph.matrix(difference), of_u), along_x, of.turned_y)
         for point, gradient in zip(of.moved, of_moved, strict=True):
@@ -71,7 +71,7 @@ class LegendreMaps:
             along = graph.transposed(point.anchor, gradient)
             fields = [*itertools.chain(*point.right)]
             varying = all(any(map(graph.slopes, e)) for e in (fields, gradient))
-            if self.element is None and varying:  # asked for many times, and g by its entries
+            if self.element is None and varying:  # it is used many times; g is used by its entries
                 along = gradient_along(of.scope, point, gradient, "k", self.s.forced)
             right, left = (graph.transposed(e, along, m) for e in (point.right, point.left))
             minus, plus = graph.plus(minus, right), graph.plus(plus, left)
@@ -99,7 +99,7 @@ class LegendreMaps:
 
     @cached_property
     def gain(self) -> Column:
-        """F⁺ − F⁻ with what they share cancelled, m×1: recomputing F⁺ would let momenta drift."""
+        """F⁺ − F⁻ with common terms cancelled, m×1: recomputing F⁺ would let momenta drift."""
         return self._shown("gain")
 
     @cached_property
@@ -111,8 +111,7 @@ class LegendreMaps:
         return self._cancelled(self.of.graph.shown_column(self._derived[name]))
 
     def _cancelled(self, column: SymbolicMatrix) -> SymbolicMatrix:
-        """Return the matrix; on the group as polynomials in the entries of g, so that x·g − x·g
-        cancels."""
+        """Return the matrix; on the group with polynomials in g, so that x·g − x·g cancels."""
         if self.element is None:
             return column
         letters = list(self.element.g)
@@ -120,7 +119,7 @@ class LegendreMaps:
 
     @cached_property
     def system(self) -> Column:
-        """E = (F⁻, ∂L_d/∂s): what a step solves for w = (u, s), against (hμ, 0)."""
+        """E = (F⁻, ∂L_d/∂s): a step solves E = (hμ, 0) for w = (u, s)."""
         stages = self.stage_equations
         return self.minus.col_join(stages) if len(stages) else self.minus
 
@@ -153,7 +152,7 @@ class LegendreMaps:
         return self.of.scope.total(column, variable)
 
     def definitions(self, *uses: Expressions) -> list[Definition]:
-        """What the letters in the expressions stand for, in order."""
+        """Return the definitions of the letters in the expressions, in order."""
         return needed(self.of.scope.definitions(), [e for use in uses for e in use])
 
     @cached_property

@@ -52,7 +52,7 @@ class Element:
         return sympy.Matrix.hstack(*right), sympy.Matrix.hstack(*left)
 
     def placed(self, scope: Scope, u: list[Node]) -> Point:
-        """The letters of g, which stand for τ(hu) B, with ∂g/∂u = (e→ g) R⁻¹."""
+        """Return the letters of g, which stand for τ(hu) B, with ∂g/∂u = (e→ g) R⁻¹."""
         s, groupoid, size = self.s, self.groupoid, self.size**2
         value = groupoid.element(s.u, s.h) * s.translate[0]
         inverse_right = groupoid.tau.inverse_right_field(groupoid.algebra, s.h * s.u)
@@ -75,7 +75,7 @@ class Element:
 
     @cached_property
     def branch(self) -> Expression:
-        """The number that identifies a solution (`OnGroup`), in x and the letters of g."""
+        """Return the number that identifies a solution (`OnGroup`), in x and the letters of g."""
         s, function = self.s, self.given.branch or self.given.formula
         return s.call(function, "its branch", s.x, self.g, s.h, s.parameters).expand()
 

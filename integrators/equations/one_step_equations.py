@@ -76,7 +76,7 @@ class OneStepEquations:
 
     @property
     def explicit(self) -> bool:
-        """True if nothing has to be solved for."""
+        """True if a step solves no equation."""
         return not (self.rule.stages or self.rule.implicit or self.velocities)
 
     @cached_property
@@ -85,11 +85,11 @@ class OneStepEquations:
         return self.total(self.rows, self.w)
 
     def total(self, entries: Column, variable: Column) -> SymbolicMatrix:
-        """d(entries)/d(variable) through all letters; the variable is w or z."""
+        """Return d(entries)/d(variable) through all letters; the variable is w or z."""
         return self.view.scope.total(entries, variable)
 
     def definitions(self, *uses: Expressions) -> list[Definition]:
-        """What the letters in the expressions stand for, in order."""
+        """Return the definitions of the letters in the expressions, in order."""
         return needed(self.view.scope.definitions(), [e for use in uses for e in use])
 
     @cached_property
@@ -99,7 +99,7 @@ class OneStepEquations:
 
     @cached_property
     def _explicit_rows(self) -> ExplicitRows | None:
-        """Rows that give their unknowns one after another; None if one has to be solved for."""
+        """Rows that give their unknowns one after another; None if a step solves an equation."""
         # equations with multipliers have no velocities
         if self.multipliers or self.explicit or self.velocities:
             return None

@@ -1,4 +1,4 @@
-"""Points that e→ and e← move in a known way: their derivatives are not those of an expression."""
+"""Points that e→ and e← move in a known way, so that no expression is differentiated for them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from .symbols import SceneSymbols, column
 
 
 class Point:
-    """A held point z: `letters` and `nodes`, and how it moves, once that is said (`move`).
+    """A held point z: `letters` and `nodes`, and its motion, which `move` sets.
 
-    By ∂z/∂u it moves by anchor · slope, along e→ and e← by anchor · right and anchor · left. theta:
-    its fraction of the straight step, if it is a point of that. displacement: where a force acts,
-    how e→ and e← displace the point, m×m each.
+    ∂z/∂u is anchor · slope; e→ and e← move it by anchor · right and anchor · left. theta: its
+    fraction of the straight step, or None for a point that is not on it. displacement: the matrices
+    by which e→ and e← displace the point where a force acts, m×m each.
     """
 
     anchor: NodeMatrix
@@ -43,8 +43,8 @@ class Point:
         return bool(self.theta == 1)
 
     def move(self, motion: Motion, held: SceneSymbols | None = None) -> None:
-        """Set how the point moves. held: the letters of the step if entries of the motion that
-        contain more than h and parameters are to be held, else None."""
+        """Set the motion of the point. held: the letters of the step, to hold all entries of the
+        motion that contain more than h and parameters; None holds no entry."""
         graph, scope = self.scope.graph, self.scope
         anchor, slope, right, left = motion
         self.anchor = graph.matrix(anchor)
@@ -81,8 +81,8 @@ class Point:
 def place_point(
     scope: Scope, letters: Column, value: Column, by: list[Node], further: Sequence[Column]
 ) -> Point:
-    """Hold a point. by: the nodes with which it moves as `Point.move` says; further: columns of
-    letters with which it moves as its value says."""
+    """Hold a point. by: the nodes whose motion `Point.move` describes; further: columns of letters
+    by which the value is differentiated."""
     graph = scope.graph
     values, symbols = graph.column(value), symbols_of(value)
 
@@ -101,7 +101,7 @@ def gradient_along(
 ) -> list[Node]:
     """Hold the gradient at a point along the k columns of its anchor.
 
-    forced: True where a force acts; the covector then need be no gradient, with no symmetry.
+    forced: True where a force acts; the covector may then be no gradient, without a symmetry.
     """
     graph = scope.graph
     values = graph.transposed(point.anchor, gradient)
@@ -116,7 +116,7 @@ def _add_symmetry(point: Point, gradient: list[Node], along: list[Node]) -> None
 
         A_a⟨g, A_i⟩ = A_i⟨g, A_a⟩ + ⟨g, [A_a, A_i]⟩,   a < i
 
-    along: ⟨g, A_i⟩ held, of which the last terms are multiples in an algebra.
+    along: the held nodes of ⟨g, A_i⟩. In an algebra the last terms are multiples of these.
     """
     graph, frame = point.scope.graph, point.frame
     assert frame is not None
@@ -141,7 +141,7 @@ def _add_symmetry(point: Point, gradient: list[Node], along: list[Node]) -> None
 
 
 def _ratio(field: Sequence[Node], of: Sequence[Node]) -> Node | None:
-    """Return the ratio of two fields if one is a multiple of the other, else None."""
+    """Return r if the field is r times the other one, else None."""
     graph = field[0].graph
     pairs = [(e, f) for e, f in zip(field, of, strict=True) if e or f]
     if not pairs[0][1]:

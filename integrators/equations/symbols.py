@@ -44,10 +44,10 @@ def column(entries: Iterable[Expression]) -> Column:
 
 
 def times(one: SymbolicMatrix, other: SymbolicMatrix) -> SymbolicMatrix:
-    """one · other; nothing is multiplied by zero.
+    """Return one · other without multiplying by zero.
 
-    Sympy's product asks of every entry whether 0 times it is 0, so whether each of its letters and
-    functions is finite: with the gradient of many springs that takes longer than to derive it.
+    Sympy's product checks for every entry that 0 times it is 0, so that each of its letters and
+    functions is finite: for the gradient of many springs this takes longer than its derivation.
     """
     columns = other.T.tolist()
     return sympy.Matrix(one.rows, other.cols, [

@@ -24,8 +24,8 @@ class CurveTerm:
 
     base: the letters of the node's base point (x, or the end y of the step). point: the letters of
     the node's point where they are known (the ends of the step), or None: then it is b(base, W; 1).
-    moving: whether the velocity is L(base, W)⁻¹ D, or D itself. What is derived from the function's
-    results is written in letters r0, r1, … of these, up to a number.
+    moving: True if the velocity is L(base, W)⁻¹ D, False if it is D itself. Derivatives of the
+    function's results are written in letters r0, r1, … of results, up to a number.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class CurveTerm:
         m, one = groupoid.dim_u, sympy.Integer(1)
         self.scope = Scope(graph)
         W, D = vector("cw0", m), vector("cd0", m)
-        #: what the function takes: W, D and, where there is a time, how much of it W takes
+        #: arguments of the function: W, D and, where there is a time, the time that W takes
         self.arguments: list[Letter] = [*W, *D]
         self.columns: dict[str, list[Node]] = {
             "W": graph.letters(W), "D": graph.letters(D), "base": graph.letters(base),
@@ -50,7 +50,7 @@ class CurveTerm:
         self.scope.given = [*self.columns["base"], *self.columns["point"]]
         self.results: list[Node] = []
         self._known: dict[int, Node] = {}
-        self._numbers: dict[int, int] = {}  # of the letter of each result
+        self._numbers: dict[int, int] = {}  # number of each result, by the index of its letter
         self._slopes: dict[tuple[int, str], list[Node]] = {}
         self._function: Function | None = None
         none = [graph.number(0)] * m
@@ -91,12 +91,12 @@ class CurveTerm:
         outputs["W"] = graph.plus(outputs["W"], along)
         outputs |= {"point": [] if point is None else at_z, "turned": turned}
         outputs["force"] = [] if point is None else force
-        #: ∂Λ by the chart values W, D and by the base; by the point where that is known, and the
-        #: force there; what the motion of the base adds by e→(b) = 0
+        #: ∂Λ by the chart values W, D and by the base; by the point where its letters are known,
+        #: and the force there; the terms that the motion of the base adds by e→(b) = 0
         self.gradient = {part: [self._result(e) for e in es] for part, es in outputs.items()}
-        #: which entry of ∂Λ/∂(W, D) a result is, up to a sign: {number: (entry, sign)}
+        #: results that are entries of ∂Λ/∂(W, D), up to a sign: {number: (entry, sign)}
         self._in_gradient: dict[int, tuple[int, Rational]] = {}
-        if not force:  # a force is no gradient
+        if not force:  # with a force, Λ's derivative is not a gradient
             for i, e in enumerate([*self.gradient["W"], *self.gradient["D"]]):
                 sign, letter = e.scaled
                 if letter.index in self._numbers and abs(sign) == 1:
@@ -108,7 +108,7 @@ class CurveTerm:
         return self._result(self._value)
 
     def _result(self, value: Node) -> Node:
-        """Return the letter of a value as a result, but arguments and constants as they are."""
+        """Return the letter of a value as a result; return an argument or a constant itself."""
         graph, (sign, core) = self.graph, value.scaled
         if core.is_letter or not graph.slopes(value):
             return value
@@ -124,7 +124,7 @@ class CurveTerm:
         return graph.sum([(sign, self._known[core.index])])
 
     def slopes(self, number: int, part: str) -> list[Node]:
-        """Return ∂(a result)/∂(a part), in letters of results."""
+        """Return ∂(result)/∂(part) in letters of results, for the number of a result."""
         key = number, part
         if key not in self._slopes:
             if part in ("W", "D") and number in self._in_gradient:
@@ -226,5 +226,5 @@ def placed(
     scope = Scope(graph)
     (row,) = scope.jacobian([value], [*point, *velocity])
     if s.clocked:
-        row[len(point) - 1] = graph.number(0)  # no displacement moves the time
+        row[len(point) - 1] = graph.number(0)  # displacements do not change the time
     return value, (row[: len(point)], row[len(point) :]), [graph.read(e, swap) for e in s.force]

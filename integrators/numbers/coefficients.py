@@ -1,4 +1,4 @@
-"""What depends on the step and the parameters alone: computed once per flow, by letters."""
+"""Values that depend on the step and the parameters alone: computed once per flow, by letters."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ class Coefficients(AsWritten):
         self._scaled: Replacement = {}
 
     def __iter__(self) -> Iterator[str]:
-        """The names of those that have been asked for so far."""
+        """Iterate over the names of the coefficients that have been asked for so far."""
         return (f"c{i}" for i in range(len(self.values)))
 
     def with_increments(self, scaled: Replacement) -> Coefficients:
-        """These coefficients where each u of `scaled` is read as ξ/h, ξ being what it is given."""
+        """Return these coefficients with each u of `scaled` read as ξ/h, where ξ is its value."""
         other = copy(self)
         other._scaled = scaled
         return other
 
     def symbol(self, expression: Expression) -> Letter:
-        """The symbol that stands for a coefficient; −e is minus the symbol of e.
+        """Return the symbol of a coefficient; −e is minus the symbol of e.
 
-        Raises `BadInput` for complex ones.
+        Raises `BadInput` for a complex coefficient.
         """
         if expression.could_extract_minus_sign():
             return -self.symbol(-expression)
@@ -53,24 +53,24 @@ class Coefficients(AsWritten):
         return self._index[expression]
 
     def constant(self, e: Expression) -> bool:
-        """Whether an expression has symbols of q only."""
+        """Return True if all symbols of an expression are of q."""
         if e not in self._of_q:
             self._of_q[e] = all(map(self.constant, e.args)) and (not e.is_Symbol or e in self.q)
         return self._of_q[e]
 
     def letter(self, e: Expression) -> Expression | None:
-        """The symbol of a coefficient; integers are none."""
+        """Return the symbol of a coefficient, or None for an integer or another expression."""
         return self.symbol(e) if not e.is_Integer and self.constant(e) else None
 
     def terms(self, e: Expression) -> Expressions:
-        """The terms of a sum, its coefficients added up."""
+        """Return the terms of a sum, with its coefficients added up."""
         constant = [a for a in e.args if self.constant(a)]
         return e.args if len(constant) < 2 else [
             sympy.Add(*constant), *(a for a in e.args if not self.constant(a))
         ]  # fmt: skip
 
     def factors(self, e: Expression) -> Expressions:
-        """The factors of a product, its coefficients multiplied.
+        """Return the factors of a product, with its coefficients multiplied.
 
         3a − 3b and b − a become the a − b that is computed anyway.
         """
@@ -93,13 +93,13 @@ class Coefficients(AsWritten):
         return rest if part == 1 else [part, *rest]
 
     def text(self, name: str) -> str:
-        """Text of the function of the step and the parameters that computes the coefficients."""
+        """Return the text of the function of step and parameters that computes the coefficients."""
         q = {s: sympy.Symbol(f"q{i}", real=True) for i, s in enumerate(self._parameters)}
         return function_text(name, {"q": q.values()}, [[e.xreplace(q) for e in self.values]])
 
 
 def _content(terms: Expression) -> Expression:
-    """The integer that divides all terms of a sum."""
+    """Return the largest integer that divides all terms of a sum."""
     content = 0
     for term in terms.args:
         number = term.as_coeff_Mul()[0]
@@ -109,7 +109,7 @@ def _content(terms: Expression) -> Expression:
 
 
 class Parameters(Coefficients):
-    """The step and the parameters themselves as c[i], for kernels that compute all else anew."""
+    """The step and the parameters themselves as c[i], for kernels that compute the rest anew."""
 
     def __init__(self, q: Letters) -> None:
         super().__init__(q)
@@ -117,5 +117,5 @@ class Parameters(Coefficients):
         self._names = {p: sympy.Symbol(f"c{i}", real=True) for i, p in enumerate(q)}
 
     def letter(self, e: Expression) -> Expression | None:
-        """The name of a parameter in the kernel."""
+        """Return the name of a parameter in the kernel, or None for another expression."""
         return self._names.get(e)

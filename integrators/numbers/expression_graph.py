@@ -1,7 +1,7 @@
 """Common subexpressions by value numbering: a graph whose nodes are values, up to their signs.
 
-Partial sums and products that several have in common are found by the numbers of nodes. sympy's
-`cse` builds new expressions for each of them, which takes longer than all else that makes a
+Partial sums and products that occur in several expressions are found by the numbers of nodes.
+sympy's `cse` builds new expressions for each of them, which takes longer than all other work on a
 kernel's text.
 """
 
@@ -17,7 +17,7 @@ from .lazy import sympy
 from .registered import is_table
 from .types import Expression, Expressions, Letter, Replacement
 
-#: what a node is; `details` of a leaf: its text; of a call: the expression, or a function's name
+#: kinds of nodes; `details` of a leaf: its text; of a call: the expression, or a function's name
 LEAF, SUM, PRODUCT, INVERSE, POWER, CALL = range(6)
 MOST = 16  # the largest power that is a product; larger ones by the library's power
 _CONSTANTS = {"pi": "PI", "E": "exp(R(1))", "I": "1j"}
@@ -27,18 +27,18 @@ Value = int
 
 
 class AsWritten:
-    """How a graph reads expressions: as they are."""
+    """The way in which a graph reads expressions: unchanged."""
 
     def letter(self, e: Expression) -> Expression | None:
-        """A letter (or its opposite) that stands for all of e; None if there is none."""
+        """Return a letter, or its opposite, that stands for the whole of e, or None."""
         return None
 
     def terms(self, e: Expression) -> Expressions:
-        """The terms of a sum."""
+        """Return the terms of a sum."""
         return e.args
 
     def factors(self, e: Expression) -> Expressions:
-        """The factors of a product; none if e is no product."""
+        """Return the factors of a product, or () for another expression."""
         return e.args if e.is_Mul else ()
 
 
@@ -46,13 +46,13 @@ AS_WRITTEN = AsWritten()
 
 
 class Renamed(AsWritten):
-    """Expressions as they are, with other letters."""
+    """The way in which a graph reads expressions with other letters."""
 
     def __init__(self, names: Replacement) -> None:
         self.names = names
 
     def letter(self, e: Expression) -> Expression | None:
-        """The letter that stands for a letter."""
+        """Return the letter that replaces a letter, or None."""
         return self.names.get(e)
 
 
@@ -74,12 +74,12 @@ class ExpressionGraph:
         self._unknown: list[Expression] = []
 
     def values(self, expressions: Iterable[Expression]) -> list[Value]:
-        """The values of expressions, which are added with all their parts.
+        """Add expressions with all their parts and return their values.
 
-        Raises `BadInput` for what no arithmetic has.
+        Raises `BadInput` for a function that no arithmetic has.
         """
         found = list(map(self._value, expressions))
-        if self._unknown:  # the shortest is what was written, others are its derivatives
+        if self._unknown:  # the shortest is the user's own, others are its derivatives
             raise refused(min(self._unknown, key=lambda e: len(str(e))))
         return found
 
@@ -132,7 +132,7 @@ class ExpressionGraph:
         return 2 * self._nodes[by]
 
     def _sum(self, terms: Iterable[Value]) -> Value:
-        """a − b and b − a are one node: the term that was met first is positive."""
+        """Return the value of a sum; a − b and b − a are one node: the first term is positive."""
         terms = list(terms)
         if known := self._rationals(terms):
             return self._value(sympy.Add(*known))
@@ -167,15 +167,15 @@ class ExpressionGraph:
         return size if exponent > 0 else self._node(INVERSE, [size & ~1]) + size % 2
 
     def _rationals(self, values: list[Value]) -> list[Expression]:
-        """The numbers that these are, if all are rational: written out Python would divide them.
+        """Return the rational numbers of these values, or [] if one is not rational.
 
-        sympy does so unless it is told not to.
+        sympy combines them exactly; in the kernel's text Python would round each.
         """
         if any(v & ~1 not in self._rational for v in values):
             return []
         return [-self._rational[v & ~1] if v % 2 else self._rational[v] for v in values]
 
-    # -- what several sums or several products have in common -----------------------------------
+    # -- common parts of sums and of products ----------------------------------------------------
 
     def share(self) -> None:
         """Give partial sums and products that occur in several a node of their own."""
@@ -188,7 +188,7 @@ class ExpressionGraph:
                 self.parts[i] = [*sorted(rest.difference(kept)), *kept]
 
     def uses(self, roots: Iterable[Value]) -> Counter[int]:
-        """How often each node is asked for by the roots and by nodes that they need."""
+        """Return how often each node is used by the roots and by the nodes that they need."""
         counts = Counter(r >> 1 for r in roots)
         pending = list(counts)
         while pending:
@@ -199,7 +199,7 @@ class ExpressionGraph:
 
 
 def _decimal(number: Expression) -> str:
-    """All decimals of a Float's binary value, as of a float anywhere: `str` says fifteen of 0.1."""
+    """Return all decimals of a Float's binary value; `str` would give only fifteen of 0.1."""
     from mpmath.libmp import to_str
 
     _, _, exponent, bits = number._mpf_
@@ -207,10 +207,10 @@ def _decimal(number: Expression) -> str:
 
 
 def _shared(groups: dict[int, set[Value]], made: Any) -> list[tuple[int, set[Value]]]:
-    """[(node, its parts)] of those sums, or products, whose parts change.
+    """Return [(node, its parts)] of the sums, or the products, whose parts change.
 
     groups: the parts of each, the shortest first. Each is compared with the longer ones, and the
-    smallest common parts become a node first.
+    smallest common part becomes a node first. made: a function that adds a node for common parts.
     """
     owners: dict[Value, dict[int, None]] = {}
     for i, group in groups.items():
@@ -227,7 +227,7 @@ def _shared(groups: dict[int, set[Value]], made: Any) -> list[tuple[int, set[Val
 
     for i in groups:
         for part in groups[i]:
-            del owners[part][i]  # what is left are later groups
+            del owners[part][i]  # only later groups stay
         met = Counter(j for part in sorted(groups[i]) for j in owners[part])
         others = sorted((n, j) for j, n in met.items() if n > 1)
         for _, j in others:

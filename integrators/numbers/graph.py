@@ -3,13 +3,13 @@
 A `Graph` holds every expression once: equal ones are the same node. Sums collect like terms and
 products collect powers, with rational coefficients, as sympy's do; so a partial derivative that two
 letters share is found again, and second derivatives of a sum of potentials are those of its terms.
-sympy is what is read (`Graph.read`) and what is shown (`Graph.shown`).
+`Graph.read` makes nodes of sympy's expressions, `Graph.shown` expressions of nodes.
 
 A node that is held (`Scope`) stands for its value without being merged into the sums and products
-around it. So what many others use stays in one place, and is differentiated in one place: rows of
-derivatives of what is held are held, too. Shown in sympy it is a letter with a `Definition`. Where
-more is known of its derivatives than its value tells (a point that moves along ρ, a gradient whose
-derivative is symmetric) it says so (`Group`).
+around it. So a value that many others use is computed and differentiated in one place: the rows of
+its derivatives are held, too. In sympy it is a letter with a `Definition`. Its `Group` says more of
+its derivatives where more is known (a point that moves along ρ, a gradient whose derivative is
+symmetric).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .types import Column, Expression, Letter, SymbolicMatrix
 
 NUMBER, LETTER, CONSTANT, SUM, PRODUCT, CALL, HELD, RESULT = range(8)
 
-#: a rational number; what is whole may be an int
+#: a rational number; a whole one may be an int
 Rational: TypeAlias = Any
 #: {place of a letter in a variable: derivative by it}, without zeros
 Row: TypeAlias = "dict[int, Node]"
@@ -73,7 +73,7 @@ class Node:
 
     @property
     def is_letter(self) -> bool:
-        """Return True for a letter that stands for nothing else."""
+        """Return True for a letter that does not stand for another node."""
         return self.kind == LETTER
 
     @property
@@ -168,10 +168,10 @@ class Scope:
         self.graph = graph
         self.parts: list[Any] = []
         self.frames: list[Frame] = []
-        #: what is held elsewhere and is a letter here
+        #: nodes that are held elsewhere and are letters here
         self.given: list[Node] = []
         self._held: dict[Any, Node] = {}
-        #: by the variable: the derivatives that are known so far
+        #: known derivatives, by the variable
         self._rows: dict[tuple[int, ...], dict[int, Row]] = {}
 
     def group(
@@ -210,7 +210,7 @@ class Scope:
         return [found.get(v.index, v) for v in values]
 
     def names(self, letter: str, count: int) -> list[Letter]:
-        """Return letters that the graph does not have so far."""
+        """Return letters that the graph does not have yet."""
         prefix = f"{letter}{self.graph.parts}"
         return [sympy.Symbol(f"{prefix}_{i}", real=True) for i in range(count)]
 
@@ -376,11 +376,11 @@ def _rows_of(matrix: Any, place: int) -> Callable[[], Sequence[Node]]:
 
 
 class Graph:
-    """All nodes of expressions that are derived together; each exists once."""
+    """All nodes of expressions that are differentiated together; each exists once."""
 
     def __init__(self) -> None:
         self.nodes: list[Node] = []
-        self.parts = 0  # of all scopes
+        self.parts = 0  # number of groups and calls of all scopes
         self._known: dict[Any, Node] = {}
         self._read: dict[Expression, Node] = {}
         self._shown: dict[int, Expression] = {}
@@ -644,7 +644,7 @@ class Graph:
         """Return the derivative of a function by one of its arguments."""
         function, arguments = call.args
         value = function.diff(slot(place))
-        if value.has(sympy.Derivative):  # it has none that is known, which its evaluation says
+        if value.has(sympy.Derivative):  # no derivative is known; its evaluation raises an error
             bound = sympy.Dummy("bound", real=True)
             value = sympy.Subs(value.xreplace({slot(place): bound}), bound, slot(place))
             return self.make(CALL, (value, arguments))
@@ -670,7 +670,7 @@ class Graph:
             return sympy.Add(_rational(constant), *parts) if constant else sympy.Add(*parts)
         if kind == PRODUCT:
             return sympy.Mul(*(self._raised(i, n) for i, n in args))
-        assert kind == CALL, "what is held and results have letters"
+        assert kind == CALL, "held nodes and results have letters"
         function, arguments = args
         swap = {slot(k): self.shown(self.nodes[i]) for k, i in enumerate(arguments)}
         return function.xreplace(swap)
@@ -704,8 +704,8 @@ def _has_letters(e: Any) -> bool:
 def _with_slots(e: Expression) -> tuple[Expression, list[Expression]]:
     """Return a function with slots for the arguments that contain letters, and these arguments.
 
-    An entry of a table is a function of the arguments of the table; an expression that is no
-    function is treated as one of its letters.
+    An entry of a table is a function of the arguments of the table; an expression that is not a
+    function is treated as a function of its letters.
     """
     if not isinstance(e, sympy.Function | sympy.Pow):
         letters = sorted(e.free_symbols, key=str)

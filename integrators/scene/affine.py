@@ -40,7 +40,7 @@ class AffineLagrangian:
         return sum(a * b for a, b in zip(theta, v, strict=True)) - value
 
     def halved(self, scene: Any) -> bool:
-        """Whether half of the components of ϑ vanish; True too where asking fails."""
+        """Return True if half of the components of ϑ vanish, or if ϑ cannot be evaluated."""
 
         def letters(given: Any) -> Any:
             if not isinstance(given, tuple):
@@ -57,7 +57,7 @@ class AffineLagrangian:
 
 
 def halves(theta: Iterable[Any]) -> tuple[list[int], list[int]]:
-    """The places of the components of a one-form that do not vanish, and of those that do."""
+    """Return the places of the components of a one-form that do not vanish, and of the others."""
     found = [sympy.sympify(e) for e in theta]
     vanishing = [i for i, e in enumerate(found) if e == 0 or e.equals(0)]
     return [i for i in range(len(found)) if i not in vanishing], vanishing
