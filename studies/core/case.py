@@ -85,22 +85,30 @@ class Choice:
                     f"{scene.name} gives its discrete Lagrangian itself: "
                     f"{', '.join(rules)} {have} no part in it."
                 )
+        lattices = [s.name for s in self.scenes if "sites" in parts_of(s)]
+        maps = [rule.name for rule in self.rules if not runs_on_lattices(rule)]
+        if lattices and maps:
+            found.append(
+                f"{', '.join(lattices)}: lattices run by rules of values of L, not by one-step "
+                f"maps or programs such as {', '.join(maps)}."
+            )
+        if lattices and self.digits and 16 not in self.digits:
+            found.append(f"{', '.join(lattices)}: lattices run in double precision, --digits 16.")
         return found
 
     def on_lattices(self) -> Iterator[tuple[Any, Discretisation]]:
         """Yield every chosen lattice with every rule by which it runs.
 
         If rules are chosen and no scene, there are none: lattices have to be named, unless nothing
-        is chosen. Raises `BadInput` if only lattices are chosen, with maps that are not rules.
+        is chosen. Raises `BadInput` if only lattices are chosen, which cannot run so.
         """
         named: list[Any] = [s for s in self.scenes if "sites" in parts_of(s)]
         usual = () if self.scenes or self.rules or self.retractions else usual_lattices()
         found = [(lattice, rule) for lattice in (*named, *usual)
                  for rule in self.rules or map(discretisations.get, usual_rules(lattice))
-                 if not isinstance(rule, OneStepMap)]  # fmt: skip
+                 if runs_on_lattices(rule) and 16 in (self.digits or (16,))]  # fmt: skip
         if named and not found and len(named) == len(self.scenes):
-            names = ", ".join(rule.name for rule in self.rules)
-            raise BadInput(f"{names}: lattices run by rules, not by one-step maps; take midpoint.")
+            raise BadInput(" ".join(self.unheeded()))
         yield from found
 
     def charts(self, scene: Scene) -> list[Scene]:
@@ -108,6 +116,11 @@ class Choice:
         if scene.groupoid.retraction is None or not self.retractions:
             return [scene]
         return [in_chart(scene, name) for name in dict.fromkeys(self.retractions)]
+
+
+def runs_on_lattices(rule: Discretisation) -> bool:
+    """True for rules of values of L, whose equations are sums over sites and bonds."""
+    return rule.is_formula and not isinstance(rule, OneStepMap)
 
 
 @lru_cache(maxsize=256)
@@ -221,8 +234,6 @@ def plain_cases(
 
 def lattice_cases(study: str, choice: Choice) -> list[Case]:
     """Return every chosen lattice with every chosen rule, in double precision."""
-    if 16 not in (choice.digits or (16,)):
-        return []
     return [Case(study, lattice, rule, 16, choice.steps, thorough=choice.thorough)
             for lattice, rule in choice.on_lattices()]  # fmt: skip
 

@@ -16,8 +16,9 @@ STUDY = StudyFolder(
     summary="chains, nets and fields: the law on patches, order in space, contact, cost against N",
     asks="does a field keep its law on patches?",
     measured=(
-        "what variations carry through the bonds of patches of space and time; order in space of "
-        "fields against closed forms; single steps of a bond; laws of contact at sites; time and "
+        "what variations carry through the bonds of patches of space and time; the residual of a "
+        "step; order in space of fields against closed forms; single steps of a bond; laws of "
+        "contact at sites; time and "
         "memory against N; the rest is measured by order, energy, momentum and symplecticity"
     ),
     judged=(

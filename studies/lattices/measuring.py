@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -25,8 +26,8 @@ from .space import in_space
 
 NAME = "lattices"
 NEEDS = (
-    "it needs a lattice, in double precision, and a rule of values of L. (Of a beam single steps "
-    "are judged by --thorough; order, energy, momentum and symplecticity judge every lattice.)"
+    "it needs a lattice, in double precision: one that `discmech list` names, or a Lattice(...) in "
+    "a file of yours, and a rule of values of L."
 )
 SPACE_ORDER = 2  # the order of central differences
 LAWS = ("bond", "patch")
@@ -36,11 +37,11 @@ PAIRS = 2  # pairs by which Ω is tested at a state
 def cases(choice: Choice) -> list[Case]:
     """Return every lattice with three rules, or the chosen ones, and the controls."""
     if choice.digits and 16 not in choice.digits:
-        return []
+        return lattice_cases(NAME, choice)  # none, or it says why
     if choice.rules and not choice.scenes:  # without a chosen scene all lattices are tried
         choice = replace(choice, scenes=usual_lattices())  # type: ignore[arg-type]
     chosen = choice.scenes or usual_lattices()
-    found = [] if choice.controls else [c for c in lattice_cases(NAME, choice) if _has_some(c)]
+    found = [] if choice.controls else lattice_cases(NAME, choice)
     if choice.rules:
         return found
     for control in choice.controls or CONTROLS:
@@ -54,14 +55,6 @@ def cases(choice: Choice) -> list[Case]:
             f"the control {', '.join(choice.controls)} is run on {names}: name that, or no lattice."
         )
     return found
-
-
-def _has_some(case: Case) -> bool:
-    """True if any part of a lattice is judged here in the usual time."""
-    lattice: Any = case.scene
-    if "single_steps" not in system_of(case).lacks:
-        return True
-    return _on_patches(lattice) or timed(case) or lattice.contact is not None
 
 
 def _on_patches(lattice: Any) -> bool:
@@ -97,8 +90,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
     local, laws: the numbers of `measured`. space: {step, error, used, why_not}, coarse to fine;
     step is that of the grid. cost: that of `cost.costs`. measured: local, the order of single
-    steps; space_order, of fields; bond and patch (`patch_defects`), None on other groupoids than
-    pair(n), with constraints and for compositions; grows, the powers of N.
+    steps; space_order, of fields; the defects of a step from the end of a long run, which ties the
+    derivatives of the law to what runs; bond and patch (`patch_defects`), None on other groupoids
+    than pair(n), with constraints and for compositions; grows, the powers of N.
     """
     lattice: Any = case.scene
     if case.control is not None:
@@ -106,7 +100,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     known, label = known_of(lattice), f"{lattice.name} {case.label}"
     if lattice.contact is not None:
         return contacts.measure(case, label, progress, timed(case))
-    measured: dict[str, Any] = {"space_order": None, **dict.fromkeys(LAWS), "grows": None}
+    measured: dict[str, Any] = {"space_order": None, "grows": None}
     rows: list[dict[str, Any]] = []
     _ = case.scheme
     progress(f"{label}: single steps", 0.0)
@@ -117,10 +111,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         progress(f"{label}: order in space", 0.2)
         spatial, measured["space_order"] = in_space(case.rule, known)
         rows += spatial
-    if _on_patches(lattice):
-        progress(f"{label}: the law on patches", 0.4)
-        measured |= (laws := _laws(case, lattice, progress))
-        rows.append({"kind": "laws", "step": float(lattice.step), **laws})
+    progress(f"{label}: the law on patches", 0.4)
+    measured |= (laws := _laws(case, lattice, progress))
+    rows.append({"kind": "laws", "step": float(lattice.step), **laws})
     if timed(case) and known.sized is not None:
         progress(f"{label}: cost", 0.8)
         in_turn = costs(known.sized, case.rule, case.thorough)
@@ -129,17 +122,21 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {"rows": rows, "measured": measured}
 
 
-def _laws(case: Case, lattice: Any, progress: Progress) -> dict[str, float]:
-    """Return {"bond", "patch"} from the end of a long run; {} for compositions."""
+def _laws(case: Case, lattice: Any, progress: Progress) -> dict[str, float | None]:
+    """Return the defects of a step, and {"bond", "patch"}, from the end of a long run.
+
+    Both are None for compositions.
+    """
     system = system_of(case)
     states = system.states(progress)
     assert states is not None
     _, *state = states[-1]
     flow = system.flow(lattice.step)
-    try:
-        return patch_defects(partial(step_derivative, flow), lattice, *state)
-    except CannotMeasure:
-        return {}
+    found: dict[str, float | None] = {**dict.fromkeys(LAWS), **system.step_defects(flow, *state)}
+    if _on_patches(lattice):
+        with suppress(CannotMeasure):
+            found |= patch_defects(partial(step_derivative, flow), lattice, *state)
+    return found
 
 
 def _measured_control(case: Case, lattice: Any) -> dict[str, Any]:

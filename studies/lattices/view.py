@@ -29,7 +29,7 @@ COST = (
     "turn, and the power of N with which a whole step grows (slope). Dashed: plain loops in C. "
     "Times are of this machine and are not judged."
 )
-FORMS = ("poisson", "patch")  # the first is for controls alone
+FORMS = ("poisson", "patch", "residual")  # the first is for controls alone
 
 
 def _forms(measured: dict[str, Any]) -> str:
@@ -48,8 +48,6 @@ def _wanted(expected: dict[str, Any]) -> str:
         return f"laws of contact ≤ {scientific(expected['laws'])}"
     if "at_least" in expected:
         return f"≥ {scientific(expected['at_least'])}"
-    if expected.get("not_demanded"):
-        return str(expected["not_demanded"])
     order = f"order in space {expected['space_order']}, " if "space_order" in expected else ""
     return f"{order}law on patches ≤ {scientific(expected.get('limit'))}"
 
@@ -155,7 +153,7 @@ VIEW = View(
         ("Order in space", _space),
         ("Contact", lambda case: _contact(m) if "contact" in (m := mapping(case, "measured"))
          else NONE),
-        measured_column("patch", "Law on patches"),
+        measured_column("patch", "Law on patches"), measured_column("residual"),
         ("ns a site and step", _cost), ("Bytes a site", _memory),
     ],
     got=_got, wanted=_wanted, short=lambda m: _contact(m) if "contact" in m else _got(m),

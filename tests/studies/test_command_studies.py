@@ -39,7 +39,7 @@ MEASURED = {
     "extremes": {"fine", "coarse"},
     "savings": {"times"},
     "optimality": {"order", "interval", "points", "orders", "exact", "corrections", "cost"},
-    "lattices": {"local", "space_order", "bond", "patch", "grows"},
+    "lattices": {"local", "space_order", "residual", "bond", "patch", "grows"},
     "steps": {"order", "back", "form", "band", "slope"},
     "contact": {"stepped", "located", "late", "rests", "order", "time_error", "form"},
 }  # fmt: skip

@@ -198,11 +198,13 @@ def test_a_rule_of_another_order_is_caught():
     [
         ("space_order", 1.0, "in space is 1.000, below"), ("bond", 1e-9, "does not lose"),
         ("patch", np.nan, "neither stays nor leaves"),
+        ("residual", 1e-9, "not that of the equations"),
     ],
 )  # fmt: skip
 def test_a_number_that_is_wrong_is_a_fail(name, value, words):
     asked = case("breather", steps=100)
-    good = {"measured": {"space_order": 2.0, "bond": 0.0, "patch": 0.0, "local": None}}
+    good = {"measured": {"space_order": 2.0, "residual": 0.0, "bond": 0.0, "patch": 0.0,
+                         "local": None}}  # fmt: skip
     assert STUDY.judge(asked, good).verdict == "pass"
     bad = deepcopy(good)
     bad["measured"][name] = value
