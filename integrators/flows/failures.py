@@ -109,10 +109,10 @@ def _grown(context: StepContext, x: Vector) -> float:
     return float(sizes[1] / sizes[0])
 
 
-def check_two_form(context: StepContext, rows: Any) -> None:
+def check_two_form(context: StepContext, rows: Any, first: int = 0) -> None:
     """Raise `StepFailure` where dϑ changes its orientation between two rows of a run.
 
-    No motion goes through a singular dϑ, but a step may.
+    No motion goes through a singular dϑ, but a step may. first: the step at which the rows begin.
     """
     found = _orientation(context.equations.s)(
         np.asarray(rows.x, dtype=float).T, [float(e) for e in context.scene.parameter_values]
@@ -122,7 +122,7 @@ def check_two_form(context: StepContext, rows: Any) -> None:
         k = int(turned[0])
         state: dict[str, Any] = {"x": rows.x[k - 1], "mu": rows.mu[k - 1]}
         passed = "the step passes a state where dϑ is singular"
-        index = round(float(rows.t[k]) / float(rows.step)) - 1
+        index = first + round((float(rows.t[k]) - float(rows.t[0])) / float(rows.step)) - 1
         raise context.failure(passed, state, index, rows, BEFORE)
 
 

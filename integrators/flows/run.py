@@ -24,7 +24,7 @@ from ..compiler import (
 from ..errors import StepFailure
 from ..geometry import OneStepGeometry
 from ..groupoids import margin_of
-from ..numbers import Arithmetic, Matrix, Numbers, Vector, finite
+from ..numbers import Arithmetic, Double, Matrix, Numbers, Vector, finite
 from ..numbers.types import Exact
 from .failures import check_two_form, failure_of_run
 from .initial_state import Start
@@ -34,6 +34,7 @@ Progress: TypeAlias = Callable[[int], None] | None  # called with the number of 
 #: steps between two reports of progress, some hundredths of a second: compiled, and at many digits
 CHUNK, CHUNK_OF_DIGITS = 2**19, 64
 SHORT = 64  # the times of runs with at most so many rows are remembered
+WATCHED = 4096  # steps that are made again at once, to look at each
 STRETCH = 64  # steps by Newton's method before a fixed point is tried again
 
 
@@ -92,6 +93,23 @@ def run_from(
     branch: the number of the branch of the step before, if it is known. Raises `StepFailure`, with
     the rows so far, if a step cannot be solved.
     """
+    rows = _rows_from(edge, start, steps, every, progress, branch)
+    if edge.context.equations.s.degenerate:
+        check_two_form(edge.context, rows)
+        # with more digits than a double has steps are dear, and rows alone are looked at
+        if every > 1 and isinstance(edge.context.numbers, Double):
+            _watch(edge, start, rows.steps)
+    return rows
+
+
+def _rows_from(
+    edge: EdgePolicy,
+    start: Start,
+    steps: int,
+    every: int = 1,
+    progress: Progress = None,
+    branch: object = None,
+) -> Trajectory:
     if edge.stages is not None:
         machine, c = edge.stages, edge.stages.c
     else:
@@ -108,9 +126,21 @@ def run_from(
     rows = rows_of(edge, run, count, start.t0)
     if status:
         raise failure_of_run(edge, run, status, rows)
-    if edge.context.equations.s.degenerate:
-        check_two_form(edge.context, rows)
     return rows
+
+
+def _watch(edge: EdgePolicy, start: Start, steps: int) -> None:
+    """Raise `StepFailure` if a step passes a state where dϑ is singular: all steps are rows here.
+
+    Steps are made again, `WATCHED` at once.
+    """
+    context, first = edge.context, 0
+    while first < steps:
+        part = _rows_from(edge, start, min(WATCHED, steps - first))
+        check_two_form(context, part, first)
+        first += part.steps
+        x, mu, u = (np.array(e[-1]) for e in (part.base, part.mu, part.u))
+        start = Start(x, mu, context.start(x, mu, u), t0=start.t0)
 
 
 def _finite_rows(edge: EdgePolicy, run: Run, count: int, status: int) -> int | None:
