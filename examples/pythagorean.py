@@ -40,7 +40,7 @@ def best(call: Any, times: int = 7) -> float:
     return min(found)
 
 
-def reversible(rule: str = "kahan-li-8:trapezoidal", step: str = "1/96") -> dict[str, Any]:
+def reversible(rule: str = "kahan-li-8:trapezoidal", step: str = "1/128") -> dict[str, Any]:
     """Return {steps, ms, end, largest}: relative energy errors at the end, and of all steps."""
     flow = Scheme(SCENE, vary(get(rule))).flow(step)
     run = flow.until(T)

@@ -205,6 +205,19 @@ def test_first_look(tmp_path, monkeypatch):
     assert shown[-1]._repr_html_().count("data:image/png") >= 40
 
 
+def test_pythagorean():
+    """The energy after the encounters, and in them but for the rounding of a row."""
+    found = example("pythagorean").reversible()
+    assert found["largest"] <= 1e-9 and found["end"] < 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["reversible", "poincare"])
+def test_eccentric_orbit(way):
+    found = example("eccentric_orbit").drift(way, 1000)
+    assert found["band"] < 1e-9 and found["shift"] < 1e-11
+
+
 def test_every_example_has_a_test():
     names = {path.stem for path in FOLDER.glob("*.[pi]*y*")}
     assert names == {n.removeprefix("test_") for n in globals() if n.startswith("test_")} - {

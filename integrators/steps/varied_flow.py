@@ -11,7 +11,14 @@ import numpy as np
 from ..bisections import StepContext
 from ..compiler import KernelsAtStep, System
 from ..equations import SceneSymbols, energy, legendre_inverse
-from ..errors import SMALLER, BadInput, StepFailure, arguments_checked, check_progress
+from ..errors import (
+    SMALLER,
+    BadInput,
+    CannotMeasure,
+    StepFailure,
+    arguments_checked,
+    check_progress,
+)
 from ..flows import Flow, Start, Trajectory, run_from
 from ..geometry import LocalGeometry, OneStepGeometry
 from ..numbers import (
@@ -201,6 +208,11 @@ class VariedFlow(Flow):
             share = (wanted - t0) / float(run.t[-1] - t0)
             steps = int(run.steps * min(max(1.1, 1.02 * share), 16)) + every
 
+    def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
+        """Return (x, μ) after one step, whose density begins as 1/σ, and whose E₀ is the energy."""
+        run = self.trajectory(1, x0=x, mu0=mu)
+        return run.base[-1], run.mu[-1]
+
     def _more(self, start: Start, density0: Any) -> Vector:
         """Return the entries of the time and of the density behind x at a run's start."""
         numbers, t0 = self.numbers, self.numbers.number(start.t0)
@@ -275,6 +287,26 @@ def _energy(scene: Scene, numbers: Arithmetic) -> tuple[Any, Any]:
     s = SceneSymbols(scene)
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return numeric(letters, [energy(s)], numbers), legendre_inverse(s, numbers)
+
+
+def _refused(name: str) -> Any:
+    """Return a method that says why a flow of varying steps has none of that name."""
+
+    def method(self: VariedFlow, *given: Any, **named: Any) -> Any:
+        raise CannotMeasure(
+            f"{self.varied.rule.name} has steps that vary, and a step is no function of one arrow "
+            f"and one step size: it has no {name}; take trajectory, or the flow of "
+            f"Scheme(scene, {self.varied.rule.base.name})."
+        )
+
+    return method
+
+
+#: what `Flow` has of steps of one size
+for _name in ("elements", "arrow", "derivatives", "gradient", "evolve", "next_arrow", "devolve",
+              "inverse_legendre", "solutions", "pullback_defect", "poisson_defect", "step_defect",
+              "tangent"):  # fmt: skip
+    setattr(VariedFlow, _name, _refused(_name))
 
 
 def _part(run: VariedTrajectory, count: int, every: int) -> VariedTrajectory:

@@ -60,6 +60,7 @@ def test_rows_have_the_physical_time(way):
      ("gauss-2", "poincare", 4, distance), ("triple-jump:rectangle", "poincare", 4, square),
      ("trapezoidal", "reversible", 2, square), ("gauss-2", "reversible", 4, slow),
      ("triple-jump:trapezoidal", "reversible", 4, square),
+     ("triple-jump:rectangle", "reversible", 4, square),
      ("implicit-midpoint", "reversible", 2, distance), ("trapezoidal", "naive", 2, square)],
 )  # fmt: skip
 def test_the_order_at_the_times_that_are_reached(rule, way, order, sigma):
@@ -238,6 +239,18 @@ def test_what_is_refused():
         scheme().flow("1/10").trajectory(1, energy0=1)
     with pytest.raises(BadInput, match="has steps that vary: compose"):
         compose(vary(midpoint, square), "suzuki")
+
+
+def test_what_is_of_equal_steps_alone_is_refused():
+    flow = scheme().flow("1/10")
+    for name in ("derivatives", "tangent", "evolve", "poisson_defect", "step_defect", "gradient"):
+        with pytest.raises(CannotMeasure, match=f"it has no {name}"):
+            getattr(flow, name)([1, 0], [0, 1])
+    x, mu = flow.dual_step([1, 0], [0, 1])
+    run = flow.trajectory(1, x0=[1, 0], mu0=[0, 1])
+    assert np.array_equal([x, mu], [run.x[-1], run.mu[-1]])
+    members = flow.ensemble([[1, 0], [1, "1/10"]], [[0, 1], [0, 1]], steps=5)
+    assert np.array_equal(members.x[0], flow.trajectory(5, x0=[1, 0], mu0=[0, 1]).x)
 
 
 def test_it_goes_to_another_process():
