@@ -74,6 +74,14 @@ class Dual:
         self._parameters = [NUMBERS.number(p) for p in parameters]
         self._near = np.array([float(NUMBERS.number(v)) for v in v0])
 
+    def flow(self, scheme: Scheme, step: Any) -> Flow:
+        """Return the flow whose steps are looked at."""
+        return scheme.flow(step, 16)
+
+    def unit(self, size: np.ndarray) -> np.ndarray:
+        """Return the sizes of which coordinates have round-offs: here each its own."""
+        return size
+
     def velocity(self, z: np.ndarray) -> np.ndarray:
         """Return ξ(x, μ) of each row, (r, m)."""
         x, mu = self.split(z)
@@ -166,27 +174,35 @@ class Changes:
 
 
 def changes(
-    scheme: Scheme, step: Any, run: Any, done: int, states: int = STATES, form: bool = False
-) -> Changes | None:
+    scheme: Scheme, step: Any, run: Any, done: int, states: int = STATES, form: bool = False,
+    dual: Any = None,
+) -> Changes | None:  # fmt: skip
     """Return `Changes` of a run that took `done` steps of that size, or None.
 
     run: a `Trajectory` from the start on; states: how many are compared with the start; form: True
-    to seek another form that the method may keep, which costs its derivative. None for a scene
+    to seek another form that the method may keep, which costs its derivative. dual: H, f and dH
+    of a system that is no scene. None for a scene
     without free states (`dual_of`), and for a method that remembers more than its state. States
     that cannot be reached from the start (a singularity, another leaf) are left out.
     """
     rule = scheme.rule
     able = not rule.is_recorded and rule.unit(16) <= EPS  # it makes its own steps, in doubles
-    dual = dual_of(scheme.scene) if able else None
+    if dual is None and able:
+        dual = dual_of(scheme.scene)
     parts = [np.asarray(part, dtype=float) for part in (run.x, run.mu)]
     times = np.asarray(run.t, dtype=float)
-    if dual is None or len(times) < 2 or not all(np.isfinite(part).all() for part in parts):
+    if (
+        dual is None
+        or not able
+        or len(times) < 2
+        or not all(np.isfinite(part).all() for part in parts)
+    ):
         return None
 
     def rows(at: Any) -> np.ndarray:  # a run may have a million states, of which few are used
         return np.hstack([part[at] for part in parts])
 
-    flow = scheme.flow(step, 16)
+    flow = dual.flow(scheme, step)
     with np.errstate(all="ignore"):
         columns = [column for part in parts for column in part.T]
         size = np.array([max(column.max(), -column.min()) for column in columns])
@@ -289,7 +305,8 @@ def _forgets(flow: Flow, dual: Dual, start: np.ndarray) -> bool:
     rounded = np.abs(np.array(others) - again).max(axis=(0, 1))
     moved = np.ptp(states, axis=0)
     off = np.abs(again - states[2:]).max(axis=0)
-    return bool((off <= 4 * rounded + 64 * EPS * np.abs(states).max(axis=0) + SAME * moved).all())
+    size = dual.unit(np.abs(states).max(axis=0))
+    return bool((off <= 4 * rounded + 64 * EPS * size + SAME * moved).all())
 
 
 def _states(flow: Flow, dual: Dual, starts: np.ndarray, steps: int) -> np.ndarray:

@@ -17,6 +17,7 @@ from ..core.case import Progress, scheme_of
 from ..core.parts import is_built_in
 from .following import LongRun, followed
 from .known import Known, known_of
+from .lattice_modified import has_modified_energy, lattice_changes
 from .one_bond import LARGE, scene_of
 from .quantities import change, energies, entries_of, of_symmetries
 from .reference import rates_at, solution
@@ -70,7 +71,7 @@ class LatticeSystem(System):
     def lacks(self) -> dict[str, str]:  # type: ignore[override]
         """The reasons why no single steps are judged, or no form is derived in time."""
         lattice, rule = self.lattice, self.case.rule
-        found = {"modified_energy": "a lattice's energy is judged by long runs alone"}
+        found = {"modified_energy": "a lattice's energy is judged by its run first"}
         if is_built_in(lattice) and not self.case.thorough:
             if lattice.groupoid.dim_x > LARGE and rules.BUILT_IN.get(rule.name) is rule:
                 found["single_steps"] = "its series takes a quarter of a minute: --thorough"
@@ -191,6 +192,13 @@ class LatticeSystem(System):
         """Return the energy's errors over the largest sum of its absolute terms."""
         values, terms = self.energy(run)
         return (values - values[0]) / (terms[0] or 1)
+
+    def modified_changes(self, steps: int) -> list[dict[str, float]]:
+        """Return the changes along a run of the lattice's step, on pairs without constraints."""
+        if not has_modified_energy(self.lattice):
+            return []
+        found = lattice_changes(self.scheme, steps)
+        return [] if found is None else found.rows(_run(self.scheme, steps, True).size)
 
     def rates(self, state: Pair) -> dict[str, float]:
         """Return |dJ/dt| of the momenta of a lattice's symmetries, by the equations of motion."""

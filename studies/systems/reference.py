@@ -40,7 +40,7 @@ def solution(scheme: Any, duration: float) -> tuple[np.ndarray, np.ndarray, floa
     lattice = scheme.lattice
     x, v = lattice.start
     mu = np.where(lattice.free[:, None], scheme.flow(lattice.step).momenta(x, v), 0)
-    field = _field(scheme, x.shape, v)
+    field = field_of(scheme, x.shape, v)
     size = float(max(np.max(abs(x)), np.max(abs(mu))))
     start, ends = np.concatenate([x.ravel(), mu.ravel()]), []
     for tolerance in (TOLERANCE, LOOSER * TOLERANCE):
@@ -61,12 +61,17 @@ def solution(scheme: Any, duration: float) -> tuple[np.ndarray, np.ndarray, floa
 
 def rates_at(scheme: Any, x: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return (ẋ, μ̇) of all sites at x (N, n) and μ (N, m), by the equations of motion."""
-    found = _field(scheme, x.shape, scheme.lattice.start[1])(0, np.r_[x.ravel(), mu.ravel()])
+    found = field_of(scheme, x.shape, scheme.lattice.start[1])(0, np.r_[x.ravel(), mu.ravel()])
     return found[: x.size].reshape(x.shape), found[x.size :].reshape(mu.shape)
 
 
-def _field(scheme: Any, shape: tuple[int, int], near: np.ndarray) -> Any:
-    """Return the vector field on all x and then all μ, as scipy calls it."""
+def field_of(
+    scheme: Any, shape: tuple[int, ...], near: np.ndarray, most: float | None = MOST
+) -> Any:
+    """Return the vector field on all x and then all μ, as scipy calls it.
+
+    most: how often it may be asked; None for any number.
+    """
     lattice, ((s, of_sites, _), (bond, of_bonds, _)) = scheme.lattice, scheme.terms
     pairs, free, (N, n), m = lattice.pairs, lattice.free[:, None], shape, near.shape[1]
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
@@ -77,7 +82,7 @@ def _field(scheme: Any, shape: tuple[int, int], near: np.ndarray) -> Any:
     flow, asked = scheme.flow(lattice.step), itertools.count()
 
     def field(_: float, state: np.ndarray) -> np.ndarray:
-        if next(asked) >= MOST or not np.isfinite(state).all():
+        if (most is not None and next(asked) >= most) or not np.isfinite(state).all():
             raise CannotMeasure(f"{lattice.name}: its equations of motion are not followed.")
         x, mu = state[: N * n].reshape(N, n), state[N * n :].reshape(N, m)
         xi = velocities(flow, x[None], mu[None], near[None])[0].astype(float)

@@ -112,6 +112,13 @@ class System:
         """Return the number of steps of a long run in double precision."""
         raise NotImplementedError
 
+    def modified_changes(self, steps: int) -> list[dict[str, float]]:
+        """Return rows of the change of the modified energy along a run; none where it is unknown.
+
+        Each is over the scale of `energy_errors`.
+        """
+        return []
+
     def long_run(self, steps: int, progress: Progress) -> Any:
         """Return a run of so many steps of the usual size, with `t` and the energy."""
         raise NotImplementedError
