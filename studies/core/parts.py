@@ -15,8 +15,7 @@ SMOOTH = frozenset(("end", "energy", "momenta", "form"))
 #: the rules by which a lattice runs if none is chosen; those with stages meet no constraints
 RULES = ("trapezoidal", "midpoint", "gauss-2")
 STAGED = ("gauss-2",)
-#: fewer rules for these lattices: the rest shows nothing new, or takes long to compile. By gauss-2
-#: the energy of Toda's chain changes so slowly that a verdict takes 8 million steps
+#: fewer rules for these lattices: the rest shows nothing new, or takes long to compile
 FEWER = {"toda": ("trapezoidal",),
          "breather-box": ("midpoint",),
          **dict.fromkeys(("rotors", "membrane", "bead-chain"), ("trapezoidal", "midpoint")),

@@ -64,10 +64,9 @@ def _of_long_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
     its slope as runs get eight times as long.
     """
     told, slopes = judge_errors(case, measurement), [float(s) for s in measurement["slopes"]]
-    if measurement.get("modified"):
-        by_modified = modified.judged(measurement, told)
-        if by_modified.verdict != "inconclusive":
-            return by_modified
+    by_modified = modified.of_long_run(measurement, told)
+    if by_modified is not told and by_modified.verdict != "inconclusive":
+        return by_modified
     alike = not np.isfinite(slopes[-1])
     alike = alike or (len(slopes) > 1 and 0.5 <= slopes[-1] / slopes[-2] <= 2)
     if told.verdict != "fail" or alike or measurement["measured"]["band"] > WIDE:

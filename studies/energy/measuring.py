@@ -170,7 +170,7 @@ def _by_long_runs(case: Case, system: System, progress: Progress) -> dict[str, A
         if said != "pass":  # a slow part may come and go, which the modified energy leaves out
             taken = math.ceil(found["duration"] / float(case.scene.step))
             found["modified"] = system.modified_changes(taken)
-            said = modified.judged(found, judge_errors(case, found)).verdict
+            said = modified.of_long_run(found, judge_errors(case, found)).verdict
         if said == "pass" or (said == "inconclusive" and times > 1):
             break
     found["measured"]["drift"] = found["measured"]["slope"] * found["duration"]

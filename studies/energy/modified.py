@@ -206,6 +206,20 @@ def judged(measurement: dict[str, Any], told: Verdict) -> Verdict:
     return told
 
 
+def of_long_run(measurement: dict[str, Any], told: Verdict) -> Verdict:
+    """Return `judged` of a lattice's run, or told if the rows do not belong to its energy.
+
+    The states of the rows show the energy's own change too: if the line through the run's energy
+    rises by more than twice that, something else than the motion is measured.
+    """
+    rows = measurement.get("modified") or []
+    if not rows:
+        return told
+    seen = max(abs(r["energy"]) + r["round_off"] for r in rows)
+    line = abs(measurement["measured"]["slope"] * measurement["duration"])
+    return judged(measurement, told) if line <= 2 * seen else told
+
+
 def _of_run(told: Verdict, rows: list[Row], given: bool, band: float, duration: float) -> Verdict:
     """Return the verdict on the scene's own run, if its modified energy has no certain drift."""
     if not rows or not covers(rows, duration):

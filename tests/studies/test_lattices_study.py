@@ -239,7 +239,6 @@ def test_an_energy_that_comes_and_goes_slowly_is_no_fail():
     assert limit < 1e-7 * found["measured"]["band"]
 
 
-@pytest.mark.slow
 def test_the_modified_energy_tells_an_energy_that_wanders_slowly():
     """Of gauss-2 in 2,000 steps, where the energy itself was told by 8 million."""
     found = found_by("energy", "toda", "gauss-2", 2000)
