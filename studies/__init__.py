@@ -6,6 +6,7 @@ show(check("order", scenes=[scene], rules=[rule]))
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .core.study import Study, every_study
@@ -14,12 +15,14 @@ if TYPE_CHECKING:
     from .command.explain import explain
     from .core.case import Verdict
     from .order.own_runs import own_order
+    from .systems import system_of
     from .user.checking import check
     from .user.drawing import plot
     from .user.filming import film
 
 __all__ = [
-    "NAMES", "Study", "Verdict", "check", "explain", "film", "get", "own_order", "plot", "show"
+    "NAMES", "Study", "Verdict", "check", "explain", "film", "get", "own_order", "plot", "show",
+    "system_of",
 ]  # fmt: skip
 
 #: the studies of scenes and rules, in the order of the report; those of packages are found last
@@ -41,34 +44,20 @@ def _names() -> tuple[str, ...]:
     return tuple(study.name for study in every_study().values() if study.usual)
 
 
+#: the modules of names that are loaded when they are first asked for
+_LATER = {
+    "Verdict": "core.case", "check": "user.checking", "explain": "command.explain",
+    "film": "user.filming", "own_order": "order.own_runs", "plot": "user.drawing",
+    "system_of": "systems",
+}  # fmt: skip
+
+
 def __getattr__(name: str) -> Any:
-    """Loaded when they are first asked for: a page is written without any integrator."""
+    """Return a name of `__all__`: a page is written without any integrator."""
     if name == "NAMES":
         return _names()
-    if name == "Verdict":
-        from .core.case import Verdict
-
-        return Verdict
-    if name == "check":
-        from .user.checking import check
-
-        return check
-    if name == "explain":
-        from .command.explain import explain
-
-        return explain
-    if name == "own_order":
-        from .order.own_runs import own_order
-
-        return own_order
-    if name == "plot":
-        from .user.drawing import plot
-
-        return plot
-    if name == "film":
-        from .user.filming import film
-
-        return film
+    if name in _LATER:
+        return getattr(import_module(f"{__name__}.{_LATER[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -83,10 +83,12 @@ class Study:
         """Return the cases of a choice: every scene with every rule at every precision."""
         from discmech.integrators.scenes import all_scenes
 
-        from .case import plain_cases
+        from .case import lattice_cases, plain_cases
 
         own = self._own(replace(choice, scenes=choice.scenes or tuple(all_scenes())))
         found = plain_cases(self.name, own, self.digits) if own.scenes else []
+        if own.scenes and self.asks_for != "equations":
+            found += lattice_cases(self.name, own)
         return [c for c in found if self._of(c)]
 
     def measure(self, case: Case, progress: Progress) -> dict[str, Any]:

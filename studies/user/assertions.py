@@ -208,6 +208,8 @@ def _next_step(result: dict[str, Any], asks_order: bool) -> str:
 def _check_applies(study: Study, case: Case) -> None:
     """Raise `NotApplicable` unless the rule can be used on the scene and the study has a case."""
     chosen = Choice(scenes=(case.scene,), rules=(case.rule,), digits=(case.digits,))
+    if said := apart(chosen, study):
+        raise NotApplicable(" ".join(said))
     try:
         applies = not study.usual or study.cases(chosen)
         _ = case.scheme
@@ -216,8 +218,6 @@ def _check_applies(study: Study, case: Case) -> None:
     except BadInput as error:
         raise BadInput(str(error)) from None
     if not applies:
-        if said := apart(chosen):
-            raise NotApplicable(" ".join(said))
         raise NotApplicable(
             f"{study.name} says nothing of {case.scene.name} with {case.rule.name}: {study.needs}"
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -10,11 +11,13 @@ import pytest
 from discmech import BadInput, Lattice, Scheme, pair
 from discmech.integrators import rules
 from discmech.integrators.lattices import systems
-from discmech.studies import check, get
+from discmech.studies import Study, check, get, system_of
 from discmech.studies.command.entry import main
 from discmech.studies.core import lookup
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.fingerprint import of_case
+from discmech.studies.core.study import every_study
+from discmech.studies.user.assertions import NotApplicable, _check_applies
 
 STUDY = get("lattices")
 
@@ -51,6 +54,7 @@ def test_controls_by_name():
 
 MINE = """
 import json
+from typing import ClassVar
 
 import numpy as np
 from discmech import Lattice, pair
@@ -101,3 +105,26 @@ def test_a_lattice_and_a_problem_of_control_run_as_a_scene_does(ask):
     assert json.loads(steered)["cost"] == json.loads(solved)["cost"]
     free = json.loads(ask("run", "oscillator", "--step", "1/9", "--steps", "3", "--json", "-")[1])
     assert free["steps"] == 3 and "cost" not in free
+
+
+class Spread(Study):
+    """A study of a user's, of whatever has an energy."""
+
+    name, title, asks_for = "spread", "Spread of the energy", "energy"
+    limits: ClassVar = {"spread": 0.1}
+
+    def measure(self, case, progress):
+        system = system_of(case)
+        values, terms = system.energy(system.flow(case.scene.step).trajectory(50))
+        return {"measured": {"spread": np.ptp(values) / terms.max()}}
+
+
+def test_a_study_of_one_s_own_measures_lattices_as_scenes():
+    found = check(Spread(), ["toda", "kepler"], ["midpoint"])
+    assert {c["scene"]: c["verdict"] for c in found["cases"]} == {"toda": "pass", "kepler": "pass"}
+
+
+def test_an_assertion_of_what_a_lattice_lacks_says_so():
+    case = Case("reversibility", systems.get("toda"), rules.get("midpoint"), 16)
+    with pytest.raises(NotApplicable, match="not by reversibility"):
+        _check_applies(every_study()["reversibility"], case)
