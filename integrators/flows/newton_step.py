@@ -157,6 +157,8 @@ def of_poisson(
         step = step_from(exactly, x, mu, _start(exactly, guess))
         root = exactly.numbers.eps**0.5
         found = poisson_defect(exactly.geometry, x, mu, step, sign, root)
+        if found != found:  # the step leads to where something has no value
+            raise exactly.failure("the form has no value where the step ends", {"x": x, "mu": mu})
     return _public_number(context, found)
 
 
