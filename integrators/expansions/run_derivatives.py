@@ -117,6 +117,8 @@ class RunDifferentiated:
              "a contact closes or opens."),
             (scene.constrained, f"{scene.name} has constraints: derivatives of runs are those of "
              "free states (x, mu)."),
+            (scene.one_form is not None, f"{scene.name} has a one-form, and mu = ϑ(x): derivatives "
+             "of runs are those of free states (x, mu)."),
             (any(self.run.translates), f"the run of {scene.name} with {rule.name} left its chart: "
              "take smaller steps."),
         ):  # fmt: skip
