@@ -24,7 +24,7 @@ ENERGY = "energy_of_start"  # the parameter E₀
 
 @dataclass(frozen=True)
 class InOwnTime:
-    """L̃ or K of a Lagrangian or a Hamiltonian and σ, a function with the same arguments."""
+    """L̃ of a Lagrangian, or K of a Hamiltonian, with σ: a function with the same arguments."""
 
     function: Callable[..., Any]
     sigma: Callable[..., Any]
@@ -32,7 +32,7 @@ class InOwnTime:
 
     @property
     def __wrapped__(self) -> Callable[..., Any]:
-        """The function whose arguments it has, and whose line messages name."""
+        """The function whose arguments it has and whose line messages name."""
         return self.function
 
     @property

@@ -44,12 +44,12 @@ class Varied(Discretisation):
 
     @property
     def composes(self) -> bool:
-        """False: its step is one of the time τ, and has a state of its own."""
+        """False: its step is a step of the time τ and has a state of its own."""
         return False
 
     @property
     def digest(self) -> str:
-        """The way, and the rule with the coefficients of its composition."""
+        """The way and the rule with the coefficients of its composition, as a text."""
         own = getattr(self.base, "method", None)
         numbers = "" if own is None else f" {own.in_turn} {own.coefficients(60)}"
         return f"{self.way} {self.base.name} {self.base.order}{numbers} {self.base.digest}"

@@ -76,7 +76,7 @@ class Study:
 
     @cached_property
     def view(self) -> Any:
-        """How its numbers are shown, as a `report.view.View`."""
+        """The columns that show its numbers, a `report.view.View`."""
         return _plain_view()
 
     def cases(self, choice: Choice) -> list[Case]:
@@ -234,7 +234,7 @@ class StudyFolder(Study):
 
     @cached_property
     def view(self) -> Any:
-        """How its numbers are shown, as a `report.view.View`."""
+        """The columns that show its numbers, a `report.view.View`."""
         if find_spec(f"{self.package}.view") is None:
             return _plain_view()
         return import_module(f"{self.package}.view").VIEW

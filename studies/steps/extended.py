@@ -18,13 +18,13 @@ DIGITS = 60
 #: width of the differences, relative to each coordinate's size: their error, of order 4, is below
 #: its fourth power, 10⁻⁴⁰, and round-off over it below 10⁻⁴⁸
 WIDTH = 12
-#: what is left of 10⁻⁴⁰ where a fifth derivative is 10¹⁵ times a first: steps are a tenth of the
-#: way on which the motion is a short polynomial, so that derivatives grow by a thousand each
+#: an error of 10⁻⁴⁰ where a fifth derivative is 10¹⁵ times a first: steps are a tenth of the
+#: way on which the motion is a short polynomial, so that each derivative is a thousand times larger
 LIMIT = 1e-25
 
 
 def form_defect(scheme: Any, step: Any, x: Any, mu: Any, energy0: Any) -> float:
-    """The largest entry of M Π Mᵀ − Π′ over the sum of its absolute terms, at (x, μ, 0, −E₀)."""
+    """Return the largest |M Π Mᵀ − Π′| over the sum of its absolute terms, at (x, μ, 0, −E₀)."""
     numbers, flow = arithmetic(DIGITS), scheme.flow(step, DIGITS)
     with numbers.working():
         x, mu, (energy,) = (np.array([numbers.number(e) for e in part], dtype=object)
@@ -48,7 +48,7 @@ def form_defect(scheme: Any, step: Any, x: Any, mu: Any, energy0: Any) -> float:
 
 
 def _derivative(image: Callable[[Any], Any], start: Any, numbers: Any) -> Any:
-    """M, (n+m+2)², of (x, μ, t, p_t): nothing depends on t, and p_t = −E₀ stays."""
+    """Return M of (x, μ, t, p_t), (n+m+2)×(n+m+2): no entry depends on t, and p_t = −E₀ stays."""
     size = len(start)
     M = np.array([[numbers.number(int(i == j)) for j in range(size + 1)] for i in range(size + 1)])
     scale = max(abs(start))
@@ -63,7 +63,7 @@ def _derivative(image: Callable[[Any], Any], start: Any, numbers: Any) -> Any:
 
 
 def _tensor(scheme: Any, numbers: Any) -> Callable[[Any, Any], Any]:
-    """Π at (x, μ), as numbers."""
+    """Return the function that gives Π at (x, μ) in numbers."""
     s = scheme.inner.s
     rho, structure = natural_structure(s, s.x)
     bracket = sympy.zeros(len(s.mu))

@@ -20,7 +20,7 @@ LIMIT_BACK = 1e-30
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """The worst of order, way back, form and energy; of the control, that it is caught."""
+    """Return the worst verdict on order, way back, form and energy; the control must be caught."""
     expected: dict[str, Any] = {"order": scheme_of(case).order, "tolerance": TOLERANCE}
     judges = (_of_order, _of_back, _of_form, _of_energy)
     parts = [judged(case, measurement, expected) for judged in judges]
@@ -56,7 +56,7 @@ def _of_order(case: Case, measurement: dict[str, Any], expected: dict[str, Any])
 
 
 def _of_back(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
-    """Demanded of every way round a self-adjoint rule: of the naive one too, which fails."""
+    """Judge the way back where the rule is self-adjoint; the naive way fails here."""
     if not scheme_of(case).inner.self_adjoint:
         expected["back"] = f"{rule_of(case).base.name} is not self-adjoint: measured only"
         return Verdict("pass")
@@ -84,7 +84,7 @@ def _of_form(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) 
 
 
 def _of_energy(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
-    """Demanded by Poincaré, where a modified K is kept, and seen in the control.
+    """Judge the energy by Poincaré, where a modified K is kept, and of the control.
 
     A reversible method keeps the energy near an integrable reversible motion (Hairer, Lubich,
     Wanner, XI.3); in a chaotic one it may wander off (Faou, Hairer, Pham, BIT 44 (2004), 699).

@@ -1,4 +1,4 @@
-"""What rules with varying steps are worth: order at the times reached, way back, form, energy."""
+"""Measure rules with varying steps: order at the times reached, way back, form, energy."""
 
 from __future__ import annotations
 
@@ -38,18 +38,19 @@ RULES, CONTROL_SCENE = ("trapezoidal", "gauss-2"), "kepler"
 DIGITS = 50
 #: runs of a ladder, each of twice the steps; the most of them, and the steps of the first
 RUNGS, MOST_RUNGS, FIRST = 4, 10, 12
-SETTLED = 0.05  # of two orders one after another, of which a third would be nearer still
-RESOLVED = 0.01  # an error of a run whose ε is taken for the energy, the form and the way back
+SETTLED = 0.05  # difference of two successive orders below which no further run is made
+RESOLVED = 0.01  # largest error of a run whose ε is taken for the energy, the form and the way back
 BACK = 24  # steps forth and back
 STEPS = 50_000
-HALVINGS = 6  # sizes of ε that a long run is tried with
-PLACES = 2  # beside the start, of the way back and of the form
+HALVINGS = 6  # number of sizes of ε that a long run is tried with
+PLACES = 2  # number of places for the way back and the form, beside the start
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every chosen scene by every chosen rule whose steps vary; else those that name a σ.
+    """Return the cases: every chosen scene by every chosen rule whose steps vary.
 
-    Of these by two rules in two ways, and the control. With the control chosen, it alone.
+    Without a chosen rule, the scenes that name a σ, by two rules in two ways, and the control; with
+    a chosen control, the control alone.
     """
     if unknown := [c for c in choice.controls if c != CONTROL_NAME]:
         raise BadInput(f'the study steps has no control {unknown[0]}: there is "{CONTROL_NAME}".')
@@ -82,16 +83,16 @@ def scheme_of(case: Case) -> Any:
 
 
 def first_step(case: Case) -> Fraction:
-    """The ε whose step is the scene's own at its start, where σ has its value; a short number."""
+    """Return the ε whose step is the scene's own at the start, rounded to a short number."""
     return Fraction(f"{float(case.scene.step) * scheme_of(case).density0:.3g}")
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {step, steps, time, error} of the ladder; measured: order, back, form, band, slope.
+    """Return rows {step, steps, time, error} of the ladder and the measured numbers.
 
-    back: by how much a run and back miss their start, of all that a step changes, at 60 digits.
-    form: of "poincare" `extended.form_defect`, else None. Raises `CannotMeasure` for a rule of
-    equal steps.
+    measured: order, back, form, band, slope. back: the distance from the start after a run forth
+    and back, in all that a step changes, at 60 digits. form: `extended.form_defect` of "poincare",
+    else None. Raises `CannotMeasure` for a rule of equal steps.
     """
     if not isinstance(case.rule, Varied):
         raise CannotMeasure(f"{case.rule.name} has equal steps: {NEEDS}")
@@ -116,10 +117,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def _ladder(case: Case, step: Fraction) -> tuple[list[dict[str, Any]], list[float]]:
-    """(rows, orders from row to row): errors at the times that runs of ε, ε/2, … reach.
+    """Return (rows, orders from row to row): errors at the times that runs of ε, ε/2, … reach.
 
-    The reference is asked for at these times. Runs that end for their long steps are left out, and
-    more are made until the last orders are one (`SETTLED`).
+    The reference is computed at these times. Runs that fail for their long steps are left out, and
+    more are made until the last two orders agree (`SETTLED`).
     """
     wanted = scheme_of(case).order or 1
     step = step * (1 if wanted <= 2 else 2 if wanted <= 4 else 4) * Fraction(913, 1000)
@@ -150,7 +151,7 @@ def _ladder(case: Case, step: Fraction) -> tuple[list[dict[str, Any]], list[floa
 
 
 def _errors(case: Case, runs: Sequence[Any]) -> list[dict[str, Any]]:
-    """The rows of runs."""
+    """Return the rows of runs: the errors at their ends."""
     times = [exact_rational(run.t[-1], "t") for run in runs]
     exact = reference.solutions(case.scene, times, DIGITS + 5, proof=False)
     rows = []
@@ -165,8 +166,8 @@ def _errors(case: Case, runs: Sequence[Any]) -> list[dict[str, Any]]:
 
 
 def _states(case: Case) -> list[tuple[Any, Any]]:
-    """(x, μ) of the start, as None, and of places beside the motion; the start alone where the
-    scene has none."""
+    """Return (x, μ) of the start, as (None, None), and of places beside the motion, if there are
+    any."""
     try:
         places = evidence_of(Scheme(case.scene, rule_of(case).base)).places
     except (ReferenceFailure, DiscmechError):
@@ -176,7 +177,8 @@ def _states(case: Case) -> list[tuple[Any, Any]]:
 
 
 def _back(case: Case, step: Fraction, x: Any, mu: Any) -> float:
-    """How far a run and back end from a start, the largest entry of (x, μ, t) over its size."""
+    """Return the distance of the end of a run and back from its start: the largest entry of the
+    error in (x, μ, t) over its size."""
     forth, back = (scheme_of(case).flow(sign * step, DIGITS_OF_FORM) for sign in (1, -1))
     try:
         run = forth.trajectory(BACK, x0=x, mu0=mu)
@@ -199,7 +201,7 @@ def _back(case: Case, step: Fraction, x: Any, mu: Any) -> float:
 
 
 def _form(case: Case, step: Fraction, x: Any, mu: Any) -> float:
-    """`form_defect` from a start and from a state of it whose K is not 0."""
+    """Return the larger `form_defect` from a start with its energy and with another one."""
     run = scheme_of(case).flow(step, DIGITS_OF_FORM).trajectory(0, x0=x, mu0=mu)
     energy = run.scheme.inner.scene.parameters[ENERGY]
     at = run.x[0], run.mu[0]
@@ -207,11 +209,11 @@ def _form(case: Case, step: Fraction, x: Any, mu: Any) -> float:
 
 
 def _energy(case: Case, step: Fraction) -> dict[str, Any]:
-    """The energy over a long run, as the study of energy measures it; {} where it is not constant.
+    """Measure the energy of a long run as the study of energy does; {} where it is not constant.
 
-    With ε, or a half, … of it until a run goes through and its band is no wide one, since σ may be
-    far too long at one place of the motion; and by Poincaré until the energy stays: in a chaotic
-    motion what a symplectic step loses at a large ε is exponentially small at a smaller one.
+    ε is halved until a run goes through with a band that is not wide, since σ may be far too large
+    at one place of the motion; by Poincaré also until the energy stays: in a chaotic motion the
+    drift of a symplectic step at a large ε is exponentially small at a smaller one.
     """
     scene, steps, found = case.scene, case.steps or STEPS, dict[str, Any]()
     if scene.force is not None or scene.timed:
@@ -237,7 +239,7 @@ def _energy(case: Case, step: Fraction) -> dict[str, Any]:
 
 
 def _local(case: Case) -> dict[str, Any]:
-    """What single steps of the rule say, in its own time."""
+    """Return the order that single steps of the rule show, in its own time."""
     try:
         return of_evidence(scheme_of(case).inner)
     except (ReferenceFailure, DiscmechError) as failure:

@@ -1,4 +1,4 @@
-"""How varying steps are shown."""
+"""The columns of the report for rules whose steps vary."""
 
 from __future__ import annotations
 

@@ -208,7 +208,7 @@ class LatticeSystem(System):
 
     @property
     def text(self) -> str:
-        """The momenta of symmetries of the user's, which no equation of a step contains."""
+        """The momenta of a user's symmetries, which no equation of a step contains."""
         if is_built_in(self.lattice):
             return ""
         given = of_symmetries(self.lattice)

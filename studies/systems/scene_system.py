@@ -22,7 +22,7 @@ class SceneSystem(System):
 
     @cached_property
     def lacks(self) -> dict[str, str]:  # type: ignore[override]
-        """For a scene in numbers: no state is exact except along its two references."""
+        """The parts that a scene in numbers lacks: it has no exact state beside its references."""
         if self.case.scene.in_numbers:
             return {"single_steps": "no exact state is known beside the motion"}
         return {}
@@ -32,7 +32,7 @@ class SceneSystem(System):
         return self.case.rule.runs_at(digits)
 
     def steps_for(self, step: Any) -> int:
-        """As the scene counts them."""
+        """Return the number of steps of that size in the scene's duration."""
         return self.case.scene.steps_for(step)
 
     def end(self, time: Any, digits: int) -> End:

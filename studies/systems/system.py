@@ -75,7 +75,7 @@ class System:
         return self.case.scheme
 
     def flow(self, step: Any, **how: Any) -> Any:
-        """The flow at a step size, in the case's digits; how: what only flows of scenes take."""
+        """Return the flow at a step size, in the case's digits. how: options of flows of scenes."""
         return self.scheme.flow(step, self.case.digits, **how)
 
     def runs_at(self, digits: int) -> bool:
@@ -83,7 +83,7 @@ class System:
         raise NotImplementedError
 
     def steps_for(self, step: Any) -> int:
-        """How many steps of that size its duration has."""
+        """Return the number of steps of that size in its duration."""
         return -int(-self.case.scene.duration // step)
 
     @property
@@ -97,7 +97,7 @@ class System:
 
     @property
     def energy_changes(self) -> bool:
-        """Whether something else than a method's error changes the energy along a run."""
+        """True if something else than a method's error changes the energy along a run."""
         return bool(self.case.scene.contact is not None)
 
     def error(self, x: Any, mu: Any, end: Any) -> tuple[float, float | None, float | None]:
@@ -133,7 +133,7 @@ class System:
 
     @property
     def text(self) -> str:
-        """The text of momenta, on which results depend beside the equations of a step."""
+        """The text of momenta that no equation of a step contains; results depend on it."""
         return ""
 
     def energy_errors(self, run: Any) -> np.ndarray:
