@@ -94,7 +94,9 @@ def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found
 
 def asks_cause(study: Study, case: Case, verdict: Verdict) -> bool:
     """True if the cause of a verdict is to be sought."""
-    return verdict.verdict != "pass" and study.tells_causes and case.control is None
+    degenerate = getattr(case.scene, "one_form", None) is not None  # any study may see its modes
+    seeks = study.tells_causes or degenerate
+    return verdict.verdict != "pass" and seeks and case.control is None
 
 
 def diagnosed(study: Study, case: Case, found: Found) -> dict[str, Any] | None:

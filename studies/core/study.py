@@ -273,6 +273,10 @@ class StudyFolder(Study):
 
         if "sites" in parts_of(case.scene):  # causes are found in the equations of a scene
             return None
+        from ..causes.parasitic import parasitic
+
+        if (told := parasitic(case)) is not None or not self.tells_causes:
+            return told
         found: dict[str, Any] | None = self.judging.diagnose(case, measurement)
         return found
 

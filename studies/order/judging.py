@@ -104,10 +104,6 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     """Return the cause of an order below the expected one, or of errors that stop sinking too
     early."""
-    from ..causes.parasitic import parasitic
-
-    if (told := parasitic(case)) is not None:
-        return told
     of_step = (measurement.get("local") or {}).get("order")
     as_wanted = of_step is not None and of_step >= (case.order or 1) - BESIDE
     if case.scheme.one_step and not (as_wanted and case.rule.is_formula):

@@ -102,10 +102,7 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
 
         return of_step(case, order=False)
     from ..causes.diagnosis import named
-    from ..causes.parasitic import parasitic
 
-    if (told := parasitic(case)) is not None:
-        return told
     broken = _broken(case, measurement)
     if any(k in broken for k in CHANGES):
         return named(
