@@ -74,7 +74,9 @@ class StepContext:
     def exactly(self) -> StepContext:
         """The same step to twice the digits, where tests of the maps are free of round-off."""
         parts = tuple(part.exactly for part in self.substeps)
-        return StepContext(self.scheme, arithmetic(2 * self.numbers.digits), self.step, parts)
+        return StepContext(
+            self.scheme, arithmetic(max(16, 2 * self.numbers.digits)), self.step, parts
+        )
 
     @cached_property
     def chart(self) -> GroupChart:

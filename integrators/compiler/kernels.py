@@ -68,11 +68,11 @@ def compile(system: System, numbers: Arithmetic, omit: frozenset[str] = frozense
     omit: see `KernelText`.
     """
     text = kernel_text(system, omit)
-    multiple = isinstance(numbers, Multiple)
-    if multiple:
+    if type(numbers) is not Double:
         # Newton ends when the sum of |w| shows no change, but velocities beside impulses, which
         # have another unit, may still change: hence the wide margin
-        more = {"MARGIN": numbers.number(2**120)} if system.multipliers else {}
+        wide = isinstance(numbers, Multiple) and bool(system.multipliers)
+        more = {"MARGIN": numbers.number(2**120)} if wide else {}
         kernels = interpreted(text, numbers, **more)
     else:
         kernels = compiled_text(system, text)

@@ -31,6 +31,8 @@ def collocation(context: StepContext, without: frozenset[str]) -> tuple[StagesAt
     if reason := no_stages(equations):
         return None, reason
     nodes: Any = equations.rule.nodes
+    if context.numbers.digits < 16:
+        return None, "in single precision Newton's method does all"
     if context.numbers.digits == 16 and nodes.unknown < LEAST:
         return None, "a step of so few stages takes Newton's method no longer"
     source = stage_source(equations.s, nodes)

@@ -41,8 +41,10 @@ class Flow:
 
     step: a non-zero number (exact: a float is its binary value; "0.1" is one tenth); a negative
     step runs Φ₋ₕ, which is the inverse only for a self-adjoint rule. digits = 16 is compiled double
-    precision; more gives mpmath numbers. on_edge: "refuse", "bisect" or "shrink" if a step reaches
-    the edge of its chart (`bisections.edge_policies`). substeps: those of a composition, whose rows
+    precision, more gives mpmath numbers, and 7 single precision, run by Python.
+
+    on_edge: "refuse", "bisect" or "shrink" if a step reaches the edge of its chart
+    (`bisections.edge_policies`). substeps: those of a composition, whose rows
     have the u of the first substep; it has no Ψ on arrows, so its `evolve`, `devolve`, `tangent`
     and `pullback_defect` raise `CannotMeasure`. Raises `BadInput` for a step that is 0 or not
     finite, and for another on_edge.
@@ -71,7 +73,7 @@ class Flow:
             raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
         if not TINIEST <= abs(size) <= 1 / TINIEST:
             raise BadInput("the step is beyond 1e-100 or 1e100: choose units that fit the motion.")
-        self.numbers = numbers = arithmetic(digits)
+        self.numbers = numbers = arithmetic(digits, single=True)
         # thirty more digits, so that the shares add up to 1 in the flow's own numbers
         shares = [(e, exact_rational(share(digits + 30), "coefficient")) for e, share in substeps]
         made = {key: StepContext(key[0], numbers, key[1] * size) for key in shares}

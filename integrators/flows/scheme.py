@@ -151,7 +151,7 @@ class Scheme(DiscretisedScene):
         impacts: str | None = None,
     ) -> Flow:
         """Return the flow at one step size; digits = 16 is compiled double precision, more is
-        mpmath.
+        mpmath, and 7 single precision (numpy's float32).
 
         on_edge: "refuse", "bisect" or "shrink" if a step reaches the edge of its chart
         (`bisections.edge_policies`); a composition cannot "bisect". tolerance: instead of a step,

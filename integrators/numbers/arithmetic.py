@@ -161,6 +161,45 @@ class Double:
             raise ZeroDivisionError("singular matrix") from None
 
 
+class Single(Double):
+    """IEEE single precision, for runs of flows: numpy's float32 rounds each operation to 24 bits."""
+
+    digits = 7
+    eps: Number = 2.0**-24
+    dtype: Any = np.float32
+
+    def namespace(self) -> dict[str, Any]:
+        """Return what generated text needs: functions, the number type R, constants."""
+        functions = self.array_namespace()
+        return {**super().namespace(), **functions, "EPS": np.float32(self.eps),
+                "ROOT_EPS": np.float32(2.0**-12), "HUGE": np.float32(1e30),
+                "array": self.array}  # fmt: skip
+
+    def array_namespace(self) -> dict[str, Any]:
+        """Return what generated text needs to compute on whole columns of numbers."""
+        return {**super().array_namespace(), "R": np.float32, "PI": np.float32(math.pi)}
+
+    def number(self, value: Exact | Number, what: str = "value") -> Number:
+        """Return an exact value, float or mpf as a number of this kind."""
+        found = np.float32(super().number(float(value) if isinstance(value, np.floating) else value,
+                                          what))  # fmt: skip
+        if not np.isfinite(found):
+            raise BadInput(f"{what} is larger than any number of single precision.")
+        return found
+
+    def public(self, array: Numbers) -> np.ndarray:
+        """Return an array of numbers of single precision."""
+        return np.asarray(array, dtype=np.float32)
+
+    def zeros(self, *shape: int) -> np.ndarray:
+        """Return an array of zeros of this kind."""
+        return np.zeros(shape, dtype=np.float32)
+
+    def identity(self, size: int) -> Matrix:
+        """Return the identity matrix of this kind."""
+        return np.eye(size, dtype=np.float32)
+
+
 class Multiple:
     """Any number of decimal digits, with guard digits, on gmpy2's binary floating point."""
 
@@ -258,16 +297,27 @@ class Multiple:
         return det, np.array(found, dtype=object).reshape(b.shape)
 
 
-#: the two kinds of number
+#: the kinds of number; `Single` is a `Double` of fewer bits
 Arithmetic: TypeAlias = Double | Multiple
-_of_digits = cache(lambda digits: Double() if digits == 16 else Multiple(digits))
 
 
-def arithmetic(digits: int) -> Arithmetic:
-    """Return the arithmetic of that many decimal digits; 16 is double precision."""
+@cache
+def _of_digits(digits: int) -> Arithmetic:
+    if digits == Single.digits:
+        return Single()
+    return Double() if digits == Double.digits else Multiple(digits)
+
+
+def arithmetic(digits: int, single: bool = False) -> Arithmetic:
+    """Return the arithmetic of that many decimal digits; 16 is double precision.
+
+    single: True if 7, single precision, may be asked for: it is for flows alone.
+    """
+    if single and type(digits) is int and digits == Single.digits:
+        return _of_digits(digits)
     if type(digits) is not int or not 16 <= digits <= MOST_DIGITS:
         raise BadInput(
             f"digits is {shown(digits)}: give 16 (double precision) or a larger whole number, "
-            f"up to {MOST_DIGITS}."
+            f"up to {MOST_DIGITS}{', or 7 (single precision)' * single}."
         )
     return _of_digits(digits)

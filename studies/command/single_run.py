@@ -40,7 +40,9 @@ def add_to(commands: Any) -> None:
     )
     parser.add_argument("--steps", metavar="N", help="default: the scene's duration")
     parser.add_argument("--every", metavar="K", default="1", help="keep every K-th row (default 1)")
-    parser.add_argument("--digits", metavar="D", default="16")
+    parser.add_argument(
+        "--digits", metavar="D", default="16", help="16 is double precision, 7 single"
+    )
     parser.add_argument("--retraction", metavar="NAME")
     parser.add_argument(
         "--on-edge",
@@ -70,7 +72,7 @@ def run_scene(options: argparse.Namespace) -> int:
     scene, rule, step = system.case.scene, system.case.rule, flow.step
 
     def numbers(array: Any) -> Any:
-        if digits == 16:
+        if digits <= 16:
             return array.tolist()
         if array.ndim > 1:
             return [numbers(row) for row in array]
@@ -123,7 +125,7 @@ def _measured(
     from ..systems import system_of
 
     scene: Any = scene_asked(options, lattices=True)
-    digits, every = digits_in(options.digits), whole("--every")(options.every)
+    digits, every = digits_in(options.digits, single=True), whole("--every")(options.every)
     system = system_of(Case("run", scene, lookup.rule(options.rule or "trapezoidal"), digits))
     show(f"{scene.name}: deriving", 0.0)
     _ = system.scheme

@@ -77,13 +77,14 @@ def whole(what: str, most: int = 2**53) -> Callable[[str], int]:
     return read
 
 
-def digits_in(text: str) -> int:
-    """Return a precision."""
+def digits_in(text: str, single: bool = False) -> int:
+    """Return a precision; single: True if 7, single precision, may be asked for."""
     from discmech.integrators.numbers import MOST_DIGITS
 
     value = whole("--digits")(text)
-    if not 16 <= value <= MOST_DIGITS:
-        refuse(f"--digits is {value}: give 16 (double precision) up to {MOST_DIGITS}.")
+    if not (16 <= value <= MOST_DIGITS or (single and value == 7)):
+        also = ", or 7 (single precision)" * single
+        refuse(f"--digits is {value}: give 16 (double precision) up to {MOST_DIGITS}{also}.")
     return value
 
 

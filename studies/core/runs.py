@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from copy import copy
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache, reduce
 from typing import TYPE_CHECKING, Any
@@ -311,6 +312,10 @@ def energy_errors(scheme: DiscretisedScene, run: Trajectory, digits: int = 16) -
 
     If nothing moves it is the sum of absolute terms of H at the start.
     """
+    if digits < 16:  # of states in single precision the energy is computed in double
+        names = ("x", "u", "mu", "base")
+        wide = {name: getattr(run, name).astype(float) for name in names}
+        digits, run = 16, replace(run, **wide)
     values, terms = energy_with_terms(scheme, digits)(run)
     scale = moving_energy(scheme.scene) or float(terms[0].max()) or 1.0
     with arithmetic(digits).working():
