@@ -162,7 +162,7 @@ class Double:
 
 
 class Single(Double):
-    """IEEE single precision, for runs of flows: numpy's float32 rounds each operation to 24 bits."""
+    """IEEE single precision, for runs of flows: numpy's float32 rounds each operation."""
 
     digits = 7
     eps: Number = 2.0**-24
