@@ -43,7 +43,7 @@ def test_energy_that_drifts_fails_and_energy_that_oscillates_passes(monkeypatch,
         with np.errstate(all="ignore"):
             return series(np.asarray(run.t, dtype=float))
 
-    monkeypatch.setattr("discmech.studies.energy.measuring.energy_errors", errors)
+    monkeypatch.setattr("discmech.studies.systems.scene_system.energy_errors", errors)
     monkeypatch.setattr("discmech.studies.energy.modified.measured", lambda *_: [])
     with np.errstate(all="ignore"):
         found = measured("energy", "harmonic", midpoint, 16, 1000)
