@@ -18,7 +18,7 @@ from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import midpoint
 
-from ..core.case import Case, in_chart, scheme_of
+from ..core.case import Case, Measurement, in_chart, scheme_of
 from .exact_path import Truncation, truncation
 from .points import MEANT, mean_of_points, sum_of_weights
 from .round_off import ROWS, gap, residuals, size, unit
@@ -33,7 +33,7 @@ Told = tuple[str, str]  # cause, sentence
 
 
 def of_order(
-    case: Case, measurement: dict[str, Any], duration: Fraction, at_50_digits: Callable[[], Any]
+    case: Case, measurement: Measurement, duration: Fraction, at_50_digits: Callable[[], Any]
 ) -> dict[str, Any] | None:
     """Return {"cause", "sentence", "evidence"} of an order below the expected one, or None.
 
@@ -188,7 +188,7 @@ def _of_velocity(rule: Any) -> str:
 
 
 def _of_runs(
-    case: Case, measurement: dict[str, Any], duration: Fraction, at_50_digits: Callable[[], Any],
+    case: Case, measurement: Measurement, duration: Fraction, at_50_digits: Callable[[], Any],
     found: Truncation, evidence: Any, low: bool = False,
 ) -> Told | None:  # fmt: skip
     """Return the cause in the runs (start, Newton, reference or round-off), or None.
@@ -196,7 +196,7 @@ def _of_runs(
     L_d has its declared order, so the runs are tested. low: single steps with 50 digits have a
     lower order, so round-off is no cause.
     """
-    rows = [row for row in measurement["rows"] if row["error"] is not None]
+    rows = [row for row in measurement.rows if row["error"] is not None]
     best = min(rows, key=lambda row: row["error"])
     wanted = case.scheme.base.order
     flow = case.scheme.flow(duration / best["steps"], case.digits)

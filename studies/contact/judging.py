@@ -7,7 +7,8 @@ from typing import Any
 
 from discmech.integrators.contact import unsure_gaps
 
-from ..core.case import Case, Verdict
+from ..core.case import Case, Measurement, Verdict
+from ..core.outcome import Row
 from ..evidence import NEAR
 from ..symplecticity.measuring import limit
 from .measuring import FALLS, MODES, _free_of_work
@@ -44,12 +45,12 @@ def does_not_fall(rises: list[float], allowed: float) -> str:
     return f"{said}: that does not vanish with the step."
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge laws by round-off; rises of energy, and times of impacts, by the rule's order.
 
     A control has to break one of the laws a thousandfold.
     """
-    found, allowed = measurement["measured"], limit(case.digits)
+    found, allowed = measurement.measured, limit(case.digits)
     if case.control is not None:
         broken = [k for k, v in found.items() if not v <= (TURN if k == "slip" else 1e3 * allowed)]
         reason = "" if broken else "the control was not caught: it breaks no law of contact."
@@ -66,7 +67,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     return Verdict("pass", "", expected)
 
 
-def _untold(found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
+def _untold(found: Row, expected: Row) -> Iterator[str]:
     """Yield a sentence for each reason that leaves the verdict open."""
     if found.get("unsure"):
         yield unsure_gaps(found["unsure"])
@@ -99,7 +100,7 @@ def _untold(found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
         yield f"no single step between impacts could be judged: {unknown}."
 
 
-def _broken(case: Case, found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
+def _broken(case: Case, found: Row, expected: Row) -> Iterator[str]:
     """Yield a sentence for each law that does not hold."""
     allowed = expected["limit"]
     still = _free_of_work(case)

@@ -17,7 +17,7 @@ from discmech.integrators import BadInput
 from discmech.integrators.compiler import is_temporary
 from discmech.integrators.errors import CouldNotRun, shown
 
-from .case import VERDICTS
+from .outcome import VERDICTS
 from .store import Damaged, Store
 
 SCHEMA = 1  # version of saved and written results

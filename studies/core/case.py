@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -16,15 +16,14 @@ from discmech.integrators.scene import Scene, remembered
 from . import lookup
 from .family import DIGITS as OF_FAMILY
 from .family import FAMILY
+from .outcome import VERDICTS, Measurement, Verdict
 from .parts import parts_of, usual_lattices, usual_rules
 from .userfile import word_for_study
 
-VERDICTS = ("fail", "inconclusive", "pass")  # worst first
-#: further entries that a study may add to a case, beside `measured` and `rows`
-DETAILS = (
-    "kind", "periods", "duration", "floor", "crossovers", "label", "title", "extreme", "slice",
-    "unusable", "diagnosis", "local", "left_out_step",
-)  # fmt: skip
+__all__ = [
+    "Case", "Choice", "Measurement", "Progress", "Verdict", "family_cases", "in_chart",
+    "lattice_cases", "plain_cases", "scheme_of", "silent", "worst",
+]  # fmt: skip
 Progress = Callable[[str, float], None]
 
 
@@ -193,22 +192,6 @@ class Case:
         if self.steps is not None:
             parts += ["--steps", str(self.steps)]
         return " ".join([*parts, *(["--thorough"] if self.thorough else [])])
-
-
-@dataclass
-class Verdict:
-    """A judgement: a verdict, one sentence if it is not a pass, the expected values.
-
-    unusable: True if nothing can be judged because the input is bad. measured: numbers that judging
-    adds to the measurement; rows: rows that are shown in place of the measurement's.
-    """
-
-    verdict: str
-    reason: str = ""
-    expected: dict[str, Any] = field(default_factory=dict)
-    unusable: bool = False
-    measured: dict[str, Any] = field(default_factory=dict)
-    rows: list[dict[str, Any]] | None = None
 
 
 def silent(label: str, fraction: float) -> None:

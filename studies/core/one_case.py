@@ -1,35 +1,34 @@
-"""One case: measured, then judged; the cause is sought only if it did not pass."""
+"""One case: measured, then judged, with what is looked for only where it did not pass."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
-from typing import Any
+from dataclasses import replace
+from typing import Any, TypeVar
 
 from discmech.integrators import BadInput, StepFailure
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.geometry import StagesNotFound
 from discmech.integrators.numbers import arithmetic
 
-from .case import DETAILS, Case, Progress, Verdict, silent
+from .case import Case, Measurement, Progress, Verdict, silent
+from .outcome import Found, Result
 from .record import provenance
 from .runs import refuse_ended
 from .study import Study
 
-#: the JSON-able record of a case: "measurement" of the study, or "failed", [verdict, reason], if it
-#: cannot be measured; "unusable" if that is bad input; "order" of the rule on the scene, if it was
-#: needed; "more" once `Study.measure_more` was called; "seconds", and "measured_at"
-Found = dict[str, Any]
+Made = TypeVar("Made")
 
 
 def run_case(
     study: Study, case: Case, progress: Progress = silent, *, causes: bool = True
 ) -> dict[str, Any]:
-    """Return one case's result; a step that fails marks the case and is not raised.
+    """One case's result, as JSON has it; a step that fails marks the case and is not raised.
 
     So does a rule that cannot be used on the scene: the case is then also marked `unusable`.
-    causes: True to seek the cause if it did not pass.
+    causes: whether the cause of what did not pass is looked for.
     """
     found = measured_case(study, case, progress)
     verdict = judged(study, case, found)
@@ -37,59 +36,55 @@ def run_case(
         found = with_more(study, case, found, verdict)
         verdict = judged(study, case, found)
     cause = diagnosed(study, case, found) if causes and asks_cause(study, case, verdict) else None
-    return result_of(case, found, verdict, cause)
+    return Result(case, found, verdict, cause).to_json()
 
 
 def measured_case(study: Study, case: Case, progress: Progress = silent) -> Found:
-    """Return the measurement of a case, in numbers of its digits, or why it cannot be measured."""
+    """What is measured of a case, in numbers of its digits, or why it cannot be."""
     from discmech.reference import progress_to
 
     def along(_: str, share: float) -> None:
         progress(f"{case.scene.name} {case.label}: reference", share)
 
-    def measure() -> Found:
+    def measure() -> Measurement:
         watched = nullcontext() if progress is silent else progress_to(along)
         with watched, arithmetic(case.digits).working():
-            return {"measurement": study.measurement(case, progress)}
+            return study.measurement(case, progress)
 
     begun = time.perf_counter()
-    found = _or_why(case, measure)
+    found = _with(Found(), _or_why(case, measure))
     seconds = time.perf_counter() - begun
-    return {**found, **_order_of(case), "seconds": seconds, "measured_at": provenance()}
+    return replace(_with_order(found, case), seconds=seconds, measured_at=provenance())
 
 
 def judged(study: Study, case: Case, found: Found) -> Verdict:
-    """Return the verdict, made anew from the measurement."""
-    if "order" in found:
-        case.know_order(found["order"])
-    if "measurement" in found:
-        told = _or_why(case, lambda: {"verdict": study.verdict(case, found["measurement"])})
-        if "verdict" in told:
-            verdict: Verdict = told["verdict"]
-            return verdict
-        found = told
-    word, reason = found["failed"]
-    return Verdict(word, reason, unusable="unusable" in found)
+    """The verdict, made anew of what was measured."""
+    if found.knows_order:
+        case.know_order(found.order)
+    measurement = found.measurement
+    if measurement is None:
+        return found.failed or Verdict("inconclusive", "nothing was measured.")
+    return _or_why(case, lambda: study.verdict(case, measurement))
 
 
 def asks_more(study: Study, found: Found, verdict: Verdict) -> bool:
-    """True if more has to be measured before that verdict can be given."""
-    asked = "more" in found or "measurement" not in found
+    """Whether more has to be measured before that verdict can be given."""
+    asked = found.more or found.measurement is None
     return verdict.verdict != "pass" and study.measures_more and not asked
 
 
 def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found:
-    """Return the record with measurements that are made only if the first verdict is not a pass."""
-    begun = time.perf_counter()
+    """The same with what is measured only where the first verdict is no pass."""
+    begun, measurement = time.perf_counter(), found.measurement
+    assert measurement is not None
 
-    def measure() -> Found:
+    def measure() -> Measurement:
         with arithmetic(case.digits).working():
-            more = study.measure_more(case, found["measurement"], verdict)
-        return {"measurement": {**found["measurement"], **more}}
+            return measurement.with_extras(**study.measure_more(case, measurement, verdict))
 
     told = _or_why(case, measure)
-    seconds = found["seconds"] + time.perf_counter() - begun
-    return {**found, **told, **_order_of(case), "more": True, "seconds": seconds}
+    found = _with_order(found if isinstance(told, Verdict) else _with(found, told), case)
+    return replace(found, more=True, seconds=found.seconds + time.perf_counter() - begun)
 
 
 def asks_cause(study: Study, case: Case, verdict: Verdict) -> bool:
@@ -99,50 +94,30 @@ def asks_cause(study: Study, case: Case, verdict: Verdict) -> bool:
     return verdict.verdict != "pass" and seeks and case.control is None
 
 
-def diagnosed(study: Study, case: Case, found: Found) -> dict[str, Any] | None:
-    """Return the cause of a verdict that is not a pass, if it can be found."""
+def diagnosed(study: Study, case: Case, found: Found) -> Mapping[str, Any] | None:
+    """The cause of what did not pass, where one can be told."""
     from discmech.reference import ReferenceFailure
 
-    if "measurement" not in found:
+    if found.measurement is None:
         return None
     try:
-        return study.diagnose(case, found["measurement"])
+        return study.diagnose(case, found.measurement)
     except (StepFailure, BadInput, ReferenceFailure):
         return None
 
 
-def result_of(
-    case: Case, found: Found, verdict: Verdict, cause: dict[str, Any] | None
-) -> dict[str, Any]:
-    """Return the result of a case: JSON-able, as it is shown, written and compared."""
-    measurement = found.get("measurement", {"measured": {}, "rows": []})
-    told = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""
-    return {
-        "scene": case.scene.name,
-        "rule": case.label,
-        "retraction": case.scene.groupoid.retraction,
-        "digits": case.digits,
-        "verdict": verdict.verdict,
-        "reason": verdict.reason + told,
-        "command": case.command,
-        "control": case.control is not None,
-        "expected": verdict.expected,
-        "measured": {**measurement["measured"], **verdict.measured},
-        "rows": measurement["rows"] if verdict.rows is None else verdict.rows,
-        **{key: measurement[key] for key in DETAILS if key in measurement},
-        **({"diagnosis": cause} if cause else {}),
-        **({"unusable": True} if verdict.unusable else {}),
-        "seconds": found["seconds"],
-        "measured_at": found["measured_at"],
-    }
+def _with(found: Found, told: Measurement | Verdict) -> Found:
+    if isinstance(told, Verdict):
+        return replace(found, failed=told, measurement=None)
+    return replace(found, measurement=told)
 
 
-def _order_of(case: Case) -> Found:
-    return {"order": case.order} if case.knows_order else {}
+def _with_order(found: Found, case: Case) -> Found:
+    return replace(found, order=case.order, knows_order=True) if case.knows_order else found
 
 
-def _or_why(case: Case, make: Callable[[], Found]) -> Found:
-    """Return the result of a function, or the record of why it failed."""
+def _or_why(case: Case, make: Callable[[], Made]) -> Made | Verdict:
+    """What a function makes, or what is said where it cannot."""
     from discmech.reference import ReferenceFailure
 
     try:
@@ -151,9 +126,9 @@ def _or_why(case: Case, make: Callable[[], Found]) -> Found:
         try:
             refuse_ended(case, failure.time)
         except ReferenceFailure as end:
-            return {"failed": ["inconclusive", f"{failure} But {end}."]}
-        return {"failed": ["fail", str(failure)]}
+            return Verdict("inconclusive", f"{failure} But {end}.")
+        return Verdict("fail", str(failure))
     except (CannotMeasure, ReferenceFailure, StagesNotFound) as failure:
-        return {"failed": ["inconclusive", str(failure)]}
+        return Verdict("inconclusive", str(failure))
     except BadInput as error:
-        return {"failed": ["inconclusive", str(error)], "unusable": True}
+        return Verdict("inconclusive", str(error), unusable=True)

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from discmech.integrators import BadInput
 from discmech.integrators.errors import RAISED, DiscmechError, line_of, shown
 from discmech.integrators.numbers import arithmetic
 
+from .outcome import VERDICTS, Measurement, Verdict
+
 if TYPE_CHECKING:
-    from .case import Case, Progress, Verdict
+    from .case import Case, Progress
 
 
-def measured_by(study: Any, case: Case, progress: Progress) -> dict[str, Any]:
+def measured_by(study: Any, case: Case, progress: Progress) -> Measurement:
     """Return `Study.measure` with the case's digits, as numbers that JSON can hold.
 
     Raises `BadInput` for an error in it, and for an answer that is not {"measured": {name:
@@ -27,21 +30,18 @@ def measured_by(study: Any, case: Case, progress: Progress) -> dict[str, Any]:
             '{name: number}, "rows": [{name: number}, ...]}.'
         )
     found = {key: _plain(study, key, value) for key, value in given.items()}
-    return {"rows": [], **found}
+    return Measurement.of(found)
 
 
-def judged_by(study: Any, case: Case, measurement: dict[str, Any]) -> Verdict:
+def judged_by(study: Any, case: Case, measurement: Measurement) -> Verdict:
     """Return `Study.judge`; raises `BadInput` for an error in it or another answer."""
-    from .case import VERDICTS, Verdict
-
     said = _asked(study, study.judge, case, measurement)
     if not isinstance(said, Verdict) or said.verdict not in VERDICTS:
         raise BadInput(
             f"the study {study.name}: judge() gave {_short(said)}: return Verdict(word, reason), "
             f"where word is one of {', '.join(VERDICTS)}."
         )
-    said.expected = _plain(study, "expected", said.expected)
-    return said
+    return replace(said, expected=_plain(study, "expected", said.expected))
 
 
 def _asked(study: Any, function: Callable[..., Any], *given: Any) -> Any:

@@ -20,16 +20,15 @@ from . import fingerprint
 from .case import Case, Progress, scheme_of, silent
 from .cluster import Cluster
 from .one_case import (
-    Found,
     asks_cause,
     asks_more,
     diagnosed,
     judged,
     measured_case,
-    result_of,
     run_case,
     with_more,
 )
+from .outcome import Found, Result
 from .plan import Place, Plan, Task
 from .store import Carried, Store
 from .study import Study
@@ -59,10 +58,10 @@ def found_by(
 
     only: None also if anything would have to be measured before that verdict is complete.
     """
-    found = None if key is None else store.find("measurement", key)
-    if key is None or found is None:
+    kept = None if key is None else store.find("measurement", key)
+    if key is None or kept is None:
         return None
-    return _completed(store, study, case, key, found, only)
+    return _completed(store, study, case, key, Found.of_json(kept), only)
 
 
 def _completed(
@@ -73,7 +72,7 @@ def _completed(
     if asks_more(study, found, verdict):
         if only:
             return None
-        found = store.keep("measurement", key, with_more(study, case, found, verdict))
+        found = _kept(store, key, with_more(study, case, found, verdict))
         verdict = judged(study, case, found)
     if asks_cause(study, case, verdict):  # with other rules and scenes, so all text counts
         named = fingerprint.of_everything(key, verdict.verdict, verdict.reason)
@@ -83,7 +82,12 @@ def _completed(
                 return None
             told = store.keep("cause", named, [diagnosed(study, case, found)])
         (cause,) = told
-    return result_of(case, found, verdict, cause)
+    return Result(case, found, verdict, cause).to_json()
+
+
+def _kept(store: Store | Carried, key: str, found: Found) -> Found:
+    """It as it will be found."""
+    return Found.of_json(store.keep("measurement", key, found.to_json()))
 
 
 def measured(
@@ -97,8 +101,8 @@ def measured(
     if earlier is not None:
         return {**earlier, REMEMBERED: True}
     found = measured_case(study, case, progress)
-    if "unusable" not in found:
-        found = store.keep("measurement", key, found)
+    if not (found.failed and found.failed.unusable):
+        found = _kept(store, key, found)
     result = _completed(store, study, case, key, found)
     assert result is not None
     return result
@@ -243,9 +247,9 @@ def _in_worker(
     task: Task,
     also: Also,
     store: Store | Carried | None,
-) -> tuple[list[dict[str, Any]], dict[int, Any], list[Found | None]]:
+) -> tuple[list[dict[str, Any]], dict[int, Any], list[Any]]:
     """Return results, the answers of `also`, and on another machine the records to be kept."""
-    expect_unchanged(files)  # this loads them: the plan has objects of theirs
+    expect_unchanged(files)  # which loads them: the plan has things of theirs
     plan = _plan(packed)
     results, founds = [], []
     for i, k in task.places:

@@ -21,11 +21,12 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from .options import Option
+from .outcome import Measurement, Verdict
 
 if TYPE_CHECKING:
     from discmech.integrators.rules import Discretisation
 
-    from .case import Case, Choice, Progress, Verdict
+    from .case import Case, Choice, Progress
 
 #: suffix of the name of a rule whose steps were chosen for tolerances
 BY_TOLERANCE = ", tolerance"
@@ -91,7 +92,7 @@ class Study:
             found += lattice_cases(self.name, own)
         return [c for c in found if self._of(c)]
 
-    def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
+    def measure(self, case: Case, progress: Progress) -> Mapping[str, Any]:
         """Return the numbers of a case, {"measured": {name: number}, "rows": [{...}]}, without
         verdict.
 
@@ -99,11 +100,11 @@ class Study:
         """
         raise NotImplementedError
 
-    def judge(self, case: Case, measurement: dict[str, Any]) -> Verdict:
+    def judge(self, case: Case, measurement: Measurement) -> Verdict:
         """Judge the numbers without measuring: by default, none may be above its limit."""
-        return _within_limits(self, measurement["measured"])
+        return _within_limits(self, measurement.measured)
 
-    def measurement(self, case: Case, progress: Progress) -> dict[str, Any]:
+    def measurement(self, case: Case, progress: Progress) -> Measurement:
         """Return `measure`, checked: a function of a user's file may return anything.
 
         Raises `BadInput`, with the line, for an error in it and for entries that are not numbers.
@@ -112,7 +113,7 @@ class Study:
 
         return measured_by(self, case, progress)
 
-    def verdict(self, case: Case, measurement: dict[str, Any]) -> Verdict:
+    def verdict(self, case: Case, measurement: Measurement) -> Verdict:
         """Return `judge`, checked in the same way."""
         from .own_study import judged_by
 
@@ -140,8 +141,8 @@ class Study:
         return None
 
     def measure_more(
-        self, case: Case, measurement: dict[str, Any], said: Verdict
-    ) -> dict[str, Any]:
+        self, case: Case, measurement: Measurement, said: Verdict
+    ) -> Mapping[str, Any]:
         """Return further measurements that are made only if the first verdict is not a pass."""
         return {}
 
@@ -150,7 +151,7 @@ class Study:
         """True if it may measure more after a first verdict that is not a pass."""
         return type(self).measure_more is not Study.measure_more
 
-    def diagnose(self, case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+    def diagnose(self, case: Case, measurement: Measurement) -> Mapping[str, Any] | None:
         """Return the cause of a verdict that is not a pass, if it can be found."""
         return None
 
@@ -246,15 +247,15 @@ class StudyFolder(Study):
             return []
         return [c for c in self.measuring.cases(own) if self._of(c)]
 
-    def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
+    def measure(self, case: Case, progress: Progress) -> Measurement:
         """Return the numbers of a case: {"measured": {...}, "rows": [...], ...}."""
-        return dict(self.measuring.measure(case, progress))
+        return Measurement.of(self.measuring.measure(case, progress))
 
     measurement = measure
 
-    def judge(self, case: Case, measurement: dict[str, Any]) -> Verdict:
+    def judge(self, case: Case, measurement: Measurement) -> Verdict:
         """Judge the numbers without measuring."""
-        verdict: Verdict = self.judging.judge(case, measurement)
+        verdict: Verdict = self.judging.judge(case, Measurement.of(measurement))
         return verdict
 
     verdict = judge
@@ -267,7 +268,7 @@ class StudyFolder(Study):
         """Return the key of a race, whose cases one process measures; None for a single case."""
         return self._said("together", None, case)
 
-    def diagnose(self, case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+    def diagnose(self, case: Case, measurement: Measurement) -> Mapping[str, Any] | None:
         """Return the cause of a verdict that is not a pass, if it can be found."""
         from .parts import parts_of
 
@@ -277,7 +278,7 @@ class StudyFolder(Study):
 
         if (told := parasitic(case)) is not None or not self.tells_causes:
             return told
-        found: dict[str, Any] | None = self.judging.diagnose(case, measurement)
+        found: Mapping[str, Any] | None = self.judging.diagnose(case, measurement)
         return found
 
     @property
@@ -286,10 +287,11 @@ class StudyFolder(Study):
         return hasattr(self.judging, "diagnose")
 
     def measure_more(
-        self, case: Case, measurement: dict[str, Any], said: Verdict
-    ) -> dict[str, Any]:
+        self, case: Case, measurement: Measurement, said: Verdict
+    ) -> Mapping[str, Any]:
         """Return further measurements that are made only if the first verdict is not a pass."""
-        return dict(self.measuring.measure_more(case, measurement, said))
+        found: Mapping[str, Any] = self.measuring.measure_more(case, measurement, said)
+        return found
 
     @property
     def measures_more(self) -> bool:
@@ -318,8 +320,6 @@ class StudyFolder(Study):
 
 
 def _within_limits(study: Study, measured: Mapping[str, Any]) -> Verdict:
-    from .case import Verdict
-
     expected = {"limits": dict(study.limits)}
     if not study.limits:
         said = f"the study {study.name} has no limits and no judge(), so nothing can fail."

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from ..causes.round_off import unit, why_unknown
-from ..core.case import Case, Verdict
+from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..evidence.verdicts import demand_consistency
 from . import balance, modified
@@ -18,7 +17,7 @@ from .measuring import WIDE, judge_errors
 ROUND_OFFS = 16
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge the secular drift: over the run the slope may account for at most a tenth of the band.
 
     A method that loses or gains energy steadily has a band that is all slope. If the mean only
@@ -35,21 +34,21 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     return demand_consistency(measurement, _judge(case, measurement))
 
 
-def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def _judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge the run alone."""
     if reason := not_claimed(case.rule, "energy"):
         return Verdict("pass", "", {"not_demanded": reason})
-    if "balance_order" in measurement["measured"]:
+    if "balance_order" in measurement.measured:
         return _judge_balance(case, measurement)
     if "slopes" in measurement:
         return _of_long_runs(case, measurement)
     kept = case.scene.nonholonomic is None  # otherwise its band has no modified energy
     told = judge_errors(case, measurement, kept)
-    if kept and np.isfinite(measurement["measured"]["band"]):
+    if kept and np.isfinite(measurement.measured["band"]):
         told = modified.judged(measurement, told)
     if case.rule.is_recorded:  # recorded runs cannot take other steps
-        told.reason = told.reason.replace("take more --steps", "record longer runs")
-    measured = measurement["measured"]
+        told = told.because(told.reason.replace("take more --steps", "record longer runs"))
+    measured = measurement.measured
     drift = abs(measured.get("drift", measured["slope"] * measurement["duration"]))
     unsettled = told.verdict == "fail" or told.reason == modified.NOT_BACK
     if unsettled and 0 < drift <= (lost := measurement.get("lost", 0.0)):
@@ -57,7 +56,7 @@ def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     return told
 
 
-def _of_long_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
+def _of_long_runs(case: Case, measurement: Measurement) -> Verdict:
     """Judge a narrow band by the last two runs: it drifts if their slopes are alike.
 
     They are alike within a factor of two, and of one sign. An energy that comes and goes changes
@@ -69,13 +68,13 @@ def _of_long_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
         return by_modified
     alike = not np.isfinite(slopes[-1])
     alike = alike or (len(slopes) > 1 and 0.5 <= slopes[-1] / slopes[-2] <= 2)
-    if told.verdict != "fail" or alike or measurement["measured"]["band"] > WIDE:
+    if told.verdict != "fail" or alike or measurement.measured["band"] > WIDE:
         return told
     said = f"{told.reason} Its rate changes with the length of the run; take more --steps."
     return Verdict("inconclusive", said, told.expected)
 
 
-def _judge_balance(case: Case, measurement: dict[str, Any]) -> Verdict:
+def _judge_balance(case: Case, measurement: Measurement) -> Verdict:
     """Judge the balance of energy and work: it has to sink with the step by the method's order.
 
     The difference of two orders at steps halved twice is about what the next term of the error
@@ -86,16 +85,18 @@ def _judge_balance(case: Case, measurement: dict[str, Any]) -> Verdict:
     told = _sinks(case, measurement)
     if told.verdict == "fail" or "alone" not in measurement:
         return told
-    alone = judge(replace(case, scene=balance.left_alone(case.scene)), measurement["alone"])
+    alone = judge(
+        replace(case, scene=balance.left_alone(case.scene)), Measurement.of(measurement["alone"])
+    )
     if alone.verdict != "fail":
         return told
     said = f"without its force, and with its time held, {alone.reason}"
     return Verdict("fail", said, told.expected)
 
 
-def _sinks(case: Case, measurement: dict[str, Any]) -> Verdict:
+def _sinks(case: Case, measurement: Measurement) -> Verdict:
     """Judge that the balance sinks with its order."""
-    band, order = (measurement["measured"][k] for k in ("band", "balance_order"))
+    band, order = (measurement.measured[k] for k in ("band", "balance_order"))
     expected = balance.wanted(case)
     least = expected["balance_order"]
     if not np.isfinite(band):

@@ -16,10 +16,20 @@ from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.flows import Trajectory
 
 from ..causes.round_off import lost_one_way
-from ..core.case import Case, Choice, Progress, Verdict, lattice_cases, plain_cases, silent
+from ..core.case import (
+    Case,
+    Choice,
+    Measurement,
+    Progress,
+    Verdict,
+    lattice_cases,
+    plain_cases,
+    silent,
+)
 from ..core.claims import not_claimed
 from ..core.fitting import BATCHES, Line, batch_line, fit_line, steadiness
 from ..core.moving_energy import may_end
+from ..core.outcome import Row
 from ..core.runs import FAR, bins, refuse_ended
 from ..evidence.verdicts import CONSISTENCY, consistency_of
 from ..systems import System, system_of
@@ -121,14 +131,14 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     return found
 
 
-def measure_more(case: Case, measurement: dict[str, Any], said: Verdict) -> dict[str, Any]:
+def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[str, Any]:
     """Return lost: the possible drift of the energy if the rule's own formulas lose digits.
 
     Under a force it is that of the run without it, if there was one.
     """
     if "modified_energy" in system_of(case).lacks:
         return {}
-    if "balance_order" in measurement["measured"]:
+    if "balance_order" in measurement.measured:
         if "alone" not in measurement:
             return {}
         alone = replace(_alone(case), steps=case.steps or ALONE)
@@ -166,11 +176,13 @@ def _by_long_runs(case: Case, system: System, progress: Progress) -> dict[str, A
 
         found = measured_errors(case, errors_of)
         slopes[found["duration"]] = found["measured"]["slope"]
-        said = judge_errors(case, found).verdict
+        held = Measurement.of(found)
+        said = judge_errors(case, held).verdict
         if said != "pass":  # a slow part may come and go, which the modified energy leaves out
             taken = math.ceil(found["duration"] / float(case.scene.step))
             found["modified"] = system.modified_changes(taken)
-            said = modified.of_long_run(found, judge_errors(case, found)).verdict
+            held = Measurement.of(found)
+            said = modified.of_long_run(held, judge_errors(case, held)).verdict
         if said == "pass" or (said == "inconclusive" and times > 1):
             break
     found["measured"]["drift"] = found["measured"]["slope"] * found["duration"]
@@ -205,7 +217,7 @@ def _turns(run: Trajectory) -> int:
     return int(found.max(initial=0))
 
 
-def _say_drift(found: dict[str, Any]) -> None:
+def _say_drift(found: Row) -> None:
     """Add to `measured` the drift over the run: of the modified energy, or along the slope."""
     measured = found["measured"]
     rows = modified.resolved(found["modified"], measured["band"])
@@ -323,16 +335,16 @@ def _stand(edge_slopes: list[float] | None, allowed: float) -> bool:
     return edge_slopes is not None and max(map(abs, edge_slopes)) <= allowed
 
 
-def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> Verdict:
+def judge_errors(case: Case, measurement: Measurement, kept: bool = True) -> Verdict:
     """Return the verdict on a result of `measured_errors`; kept: False if nothing is demanded."""
-    band, slope = measurement["measured"]["band"], measurement["measured"]["slope"]
+    band, slope = measurement.measured["band"], measurement.measured["slope"]
     duration = measurement["duration"]
     round_off = max((r["round_off"] for r in measurement.get("modified") or []), default=0.0)
     expected: dict[str, Any] = {"slope_limit": _allowed(case, band, round_off) / duration}
     fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
     if not np.isfinite(band):
         return fail("the energy is no longer finite.")
-    edges = measurement["measured"].get("edge_slopes")
+    edges = measurement.measured.get("edge_slopes")
     if not kept:
         return Verdict("pass", "", {"not_demanded": "nonholonomic: measured only"})
     quarters = measurement.get("quarters") or []
@@ -353,7 +365,7 @@ def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> 
             return fail(f"{said}: certain, and the same in a run eight times as long.")
         once = "certain in one run, and not in one eight times as long"
         return unknown(f"{said}: {once}; take more --steps.")
-    low, high = measurement["measured"]["slope_interval"]
+    low, high = measurement.measured["slope_interval"]
     if low <= 0 <= high or measurement.get("steady", 1.0) < STEADY:
         return settled or unknown(
             "the run is too short to tell a drift from a wandering band: take more --steps."
@@ -366,13 +378,13 @@ def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> 
     )
 
 
-def _settled(measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict | None:
+def _settled(measurement: Measurement, expected: Row) -> Verdict | None:
     """Return the verdict on a large error that stays after the first half of the run, or None.
 
     A band is filled again and again. If the motion ends with it, the method has taken its energy;
     if the motion continues, it may be a flight away from the place of the errors.
     """
-    band, quarters = measurement["measured"]["band"], measurement.get("quarters") or []
+    band, quarters = measurement.measured["band"], measurement.get("quarters") or []
     if not (len(quarters) == 4 and FAR * max(quarters[2:]) < band):
         return None
     said = f"the energy's error, {band:.2g} of what moves, comes in half of the run and stays"

@@ -13,7 +13,7 @@ from discmech.integrators.equations import initial_momentum
 from discmech.integrators.errors import DiscmechError
 from discmech.integrators.flows import Trajectory
 
-from ..core.case import Case, Verdict
+from ..core.case import Case, Measurement, Verdict
 from ..core.fitting import steadiness
 from ..core.modified_energy import NUMBERS, STATES, changes, dual_of
 from ..core.moving_energy import moving_energy
@@ -176,7 +176,7 @@ def _goes_one_way(rows: list[Row]) -> bool:
     return steadiness(np.array([0.0, *(r["modified"] for r in rows)])) >= STEADY
 
 
-def judged(measurement: dict[str, Any], told: Verdict) -> Verdict:
+def judged(measurement: Measurement, told: Verdict) -> Verdict:
     """Return the verdict with the modified energy; told: that of the energy's band alone.
 
     If it stays along the run, there is no drift, for any part of the motion that the run is too
@@ -185,12 +185,12 @@ def judged(measurement: dict[str, Any], told: Verdict) -> Verdict:
     motion, which is not failed, and an energy that seems to stay is trusted only if the modified
     one does not go one way.
     """
-    band, duration = measurement["measured"]["band"], measurement["duration"]
+    band, duration = measurement.measured["band"], measurement["duration"]
     given = measurement.get("modified") or []
     rows = resolved(given, band)
     drift = certain_drift(rows)
     if drift is not None:
-        change, line = drift["modified"], measurement["measured"]["slope"] * duration
+        change, line = drift["modified"], measurement.measured["slope"] * duration
         said = 2 * abs(line) >= abs(change) or measurement.get("still")
         if told.verdict == "fail" and said:
             return told  # the line through all rows shows the same, and rest is the reason
@@ -206,7 +206,7 @@ def judged(measurement: dict[str, Any], told: Verdict) -> Verdict:
     return told
 
 
-def of_long_run(measurement: dict[str, Any], told: Verdict) -> Verdict:
+def of_long_run(measurement: Measurement, told: Verdict) -> Verdict:
     """Return `judged` of a lattice's run, or told if the rows do not belong to its energy.
 
     The states of the rows show the energy's own change too: if the line through the run's energy
@@ -216,7 +216,7 @@ def of_long_run(measurement: dict[str, Any], told: Verdict) -> Verdict:
     if not rows:
         return told
     seen = max(abs(r["energy"]) + r["round_off"] for r in rows)
-    line = abs(measurement["measured"]["slope"] * measurement["duration"])
+    line = abs(measurement.measured["slope"] * measurement["duration"])
     return judged(measurement, told) if line <= 2 * seen else told
 
 
@@ -228,7 +228,7 @@ def _of_run(told: Verdict, rows: list[Row], given: bool, band: float, duration: 
         return told
     if stands(rows, band):
         limit = max(r["bound"] for r in rows)
-        return Verdict("pass", "", told.expected | {"modified_limit": limit})
+        return Verdict("pass", "", {**told.expected, "modified_limit": limit})
     if told.verdict == "fail" and all(
         abs(r["modified"]) <= r["bound"] + r["walk"] + BEYOND * r["path"] for r in rows
     ):

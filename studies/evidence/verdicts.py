@@ -13,7 +13,8 @@ from discmech.integrators import Scheme
 from discmech.integrators.errors import DiscmechError
 from discmech.reference import ReferenceFailure
 
-from ..core.case import Case, Verdict
+from ..core.case import Case, Measurement, Verdict
+from ..core.outcome import Row
 from ..systems import system_of
 from . import NEAR, LocalOrder, evidence_of
 
@@ -38,7 +39,7 @@ def consistency_of(case: Case, least: int | None = 1) -> dict[str, Any] | None:
         return {"order": None, "unknown": " ".join(str(failure).split())}
 
 
-def demand_consistency(measurement: dict[str, Any], told: Verdict) -> Verdict:
+def demand_consistency(measurement: Measurement, told: Verdict) -> Verdict:
     """Return the verdict of the runs, or a fail if a single step is not consistent.
 
     It is for studies that a rule of any order passes. If the scene has no exact motion to compare
@@ -85,7 +86,7 @@ def _settled(found: LocalOrder) -> LocalOrder:
     return replace(found, order=lowest.order, component=lowest.name, place=lowest.place)
 
 
-def judge(local: dict[str, Any] | None, told: Verdict, wanted: int | None, what: str) -> Verdict:
+def judge(local: Row | None, told: Verdict, wanted: int | None, what: str) -> Verdict:
     """Return the verdict of the runs combined with the single steps: a pass needs both.
 
     what: the name of the system that made the steps, for the reason.
@@ -98,7 +99,7 @@ def judge(local: dict[str, Any] | None, told: Verdict, wanted: int | None, what:
             return told
         said = f"nothing is wrong with the runs, but no single step is judged: {local['unknown']}"
         return Verdict("inconclusive", said.rstrip(".") + ".", told.expected)
-    told.expected["local_order"] = order
+    told = told.expecting(local_order=order)
     if order >= least - NEAR or told.verdict == "fail":
         return told
     said = f"one step of {what} is of order {order:.2f} in {local['component']}, below "

@@ -6,7 +6,8 @@ from typing import Any
 
 from ..contact.judging import WORDS as OF_CONTACT
 from ..contact.judging import does_not_fall
-from ..core.case import Case, Verdict
+from ..core.case import Case, Measurement, Verdict
+from ..core.outcome import Row
 from ..evidence import verdicts
 from ..order import TOLERANCE
 from ..symplecticity.measuring import limit, limits
@@ -18,13 +19,13 @@ from .measuring import SPACE_ORDER
 SEEN = {DAMPED: ("poisson", "patch", "drift"), FLIPPED: ("poisson",), RUNGE_KUTTA: ("patch",)}
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge order in space on both sides, the law on patches by round-off, single steps by the
     order.
 
     Times are not judged. A control has to show a thousandfold in all its measurements.
     """
-    found, allowed = measurement["measured"], limit(16)
+    found, allowed = measurement.measured, limit(16)
     if case.control is not None:
         missed = [k for k in SEEN[case.control] if not found[k] >= 1e3 * allowed]
         said = f"the control was not caught: its {', '.join(missed)} is round-off."
@@ -35,7 +36,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     return verdicts.judge(found.get("local"), told, case.order, what)
 
 
-def _of_laws(case: Case, found: dict[str, Any], allowed: float) -> Verdict:
+def _of_laws(case: Case, found: Row, allowed: float) -> Verdict:
     tolerance, order = TOLERANCE[True], found["space_order"]
     expected: dict[str, Any] = {"limit": allowed}
     residual = expected["residual"] = limits(16)["residual"]
@@ -68,7 +69,7 @@ WORDS = {name: OF_CONTACT[name] for name in SHARED}
 WORDS |= {"missed": "a gap is closed and closing after a step"}
 
 
-def _judge_contact(measured: dict[str, Any]) -> Verdict:
+def _judge_contact(measured: Row) -> Verdict:
     """Judge laws by round-off, and rises of energy by their fall with the step, not times."""
     allowed = limit(16)
     expected = {"laws": allowed}

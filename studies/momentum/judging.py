@@ -8,6 +8,7 @@ from typing import Any
 from ..causes.round_off import why_unknown
 from ..core.case import (
     Case,
+    Measurement,
     Verdict,
 )
 from ..evidence.verdicts import demand_consistency
@@ -20,7 +21,7 @@ BLIND = 1e-3
 NO_RATE = 2.0**-30
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge a drift by round-off: the walk c·ε·√N of one rounding of x and μ per step, and J's own.
 
     A rounding of relative size ε at most is ε/√3 in the mean square, and N of them leave a walk
@@ -37,14 +38,14 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     return demand_consistency(measurement, _judge(case, measurement))
 
 
-def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def _judge(case: Case, measurement: Measurement) -> Verdict:
     steps, units = measurement["steps"], measurement.get("units", {})
     over = measurement.get("over") or _over(case, steps)
     limits = limits_of(case, measurement.get("walks") or walks_of(case, steps), units)
     walk = _epsilon(case) * math.sqrt(max(over.values()))
     expected = {"limit": max(limits.values(), default=0.0), "limits": limits,
                 "random_walk": walk, "over": over}  # fmt: skip
-    drift = measurement["measured"]["drift"]
+    drift = measurement.measured["drift"]
     judged = [*drift] if case.rule.claims is None else _claimed(case)
     if not judged:
         expected["not_demanded"] = f"{case.rule.name} claims to keep none of them: measured only"
@@ -59,7 +60,7 @@ def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if all(drift[k] <= lost[k] for k in drifting):
         return Verdict("inconclusive", why_unknown(name, drift[name], lost[name]), expected)
     said = f"{name} drifts by {drift[name]:.2g}, more than {allowed:.1e}{steps}."
-    rate = (measurement["measured"].get("rate") or {}).get(name, 0.0)
+    rate = (measurement.measured.get("rate") or {}).get(name, 0.0)
     if rate > NO_RATE:
         said += (
             " It is no symmetry of L: by the equations of motion its momentum changes, by "
@@ -69,7 +70,7 @@ def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def _believed(
-    measurement: dict[str, Any], judged: list[str], limits: dict[str, float], expected: Any
+    measurement: Measurement, judged: list[str], limits: dict[str, float], expected: Any
 ) -> Verdict:
     """Return the verdict without a drift: it depends on whether a fault would have shown."""
     for name, one in (measurement.get("beside") or {}).items():
@@ -98,8 +99,8 @@ def _believed(
     return Verdict("pass", "", expected)
 
 
-def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     """Return the cause of a drift beyond the limit (`cause_of_drift`); None under a force."""
-    drift = measurement["measured"]["drift"]
+    drift = measurement.measured["drift"]
     limits = judge(case, measurement).expected.get("limits", {})
     return cause_of_drift(case, {k: v for k, v in drift.items() if not v <= limits.get(k, 0)})

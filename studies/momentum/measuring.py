@@ -15,6 +15,7 @@ from ..causes.round_off import lost_one_way
 from ..core.case import (
     Case,
     Choice,
+    Measurement,
     Progress,
     Verdict,
     family_cases,
@@ -135,7 +136,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {**result, CONSISTENCY: consistency_of(case)}
 
 
-def measure_more(case: Case, measurement: dict[str, Any], said: Verdict) -> dict[str, Any]:
+def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[str, Any]:
     """Return lost: the possible drift of a quantity if the rule's own formulas lose digits."""
     if said.verdict != "fail" or system_of(case).momenta is not None:
         return {}

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any
 
-from ..core.case import Case, Verdict
+from ..core.case import Case, Measurement, Verdict
 from ..evidence import verdicts
 from ..order import TOLERANCE
 
 GROWS = 1.2  # times the change before, where nothing converges: of order 0 it is once
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the verdict of solutions and of the pushed scene's steps: a pass needs both."""
     told, local = _judge_solutions(case, measurement), measurement.get("local")
     return verdicts.judge(local, told, case.order, "the scene under its inputs")
 
 
-def _judge_solutions(case: Case, measurement: dict[str, Any]) -> Verdict:
+def _judge_solutions(case: Case, measurement: Measurement) -> Verdict:
     """Judge that each kind has the order of the rule, or changes only by round-off."""
-    measured, tolerance = measurement["measured"], TOLERANCE[True]
+    measured, tolerance = measurement.measured, TOLERANCE[True]
     wanted = case.order
     expected = {"order": wanted, "tolerance": tolerance}
     orders = {k: p for k, p in measured["orders"].items() if k not in measured["exact"]}

@@ -11,6 +11,7 @@ from discmech.integrators.rules import Composition
 
 from ..core.case import (
     Case,
+    Measurement,
     Verdict,
 )
 from ..evidence import NEAR as BESIDE
@@ -29,7 +30,7 @@ from .window import (
 STUCK = 1e-11
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge on both sides: an order above the expected one is as suspicious as one below.
 
     One very small step may still deny the runs: an order that is lower in any component may have
@@ -43,8 +44,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     return judging_steps.judge_effective(case, measurement, told)
 
 
-def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
-    order = measurement["measured"]["order"]
+def _judge_runs(case: Case, measurement: Measurement) -> Verdict:
+    order = measurement.measured["order"]
     tolerance = TOLERANCE[case.digits == 16]
     expected = {"order": case.order, "tolerance": tolerance}
     # the digits in which the two references of a scene in numbers agree
@@ -53,7 +54,7 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
     if case.rule.order and expected["order"] and case.rule.order > expected["order"]:
         expected["declared"] = case.rule.order  # this chart lowers it: see Scheme.order
     fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
-    rows, certain = measurement["rows"], measurement["certain"]
+    rows, certain = measurement.rows, measurement["certain"]
     if order is None:
         failed = [r for r in rows if r["why_not"] == "failed"]
         if len(failed) == len(rows):
@@ -101,7 +102,7 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
     )
 
 
-def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     """Return the cause of an order below the expected one, or of errors that stop sinking too
     early."""
     of_step = (measurement.get("local") or {}).get("order")
@@ -114,8 +115,8 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     processed = (measurement.get("local") or {}).get("effective") or {}
     if as_wanted and processed.get("cause"):
         return {"cause": "the processed order", "sentence": processed["cause"] + "."}
-    order, wanted = measurement["measured"]["order"], case.order
-    rows = [r for r in measurement["rows"] if r["error"] is not None]
+    order, wanted = measurement.measured["order"], case.order
+    rows = [r for r in measurement.rows if r["error"] is not None]
     if wanted is None or len(rows) < 2 or case.rule.is_recorded:
         return None
     if order is not None and order > wanted and (of_step is None or of_step > wanted - BESIDE):
@@ -134,14 +135,15 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     return of_order(case, measurement, ladder(case).duration, at_50_digits)
 
 
-def _with_multipliers(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
+def _with_multipliers(case: Case, measurement: Measurement, told: Verdict) -> Verdict:
     """Return the verdict of (x, μ) after the multipliers, which may only deny it."""
-    rows = [r for r in measurement["rows"] if "multipliers" in r]
+    rows = [r for r in measurement.rows if "multipliers" in r]
     if not rows or told.expected["order"] is None:
         return told
     # their mean is even in h: an error of order 2, except for that of the row itself
-    least = told.expected["multipliers"] = min(2, told.expected["order"])
-    found = measurement["measured"]["multipliers"]
+    least = min(2, told.expected["order"])
+    told = told.expecting(multipliers=least)
+    found = measurement.measured["multipliers"]
     errors = [r["multipliers"] for r in rows if r["multipliers"] is not None]
     if found is not None:
         wrong = found < least - TOLERANCE[case.digits == 16]
@@ -160,21 +162,21 @@ def _with_multipliers(case: Case, measurement: dict[str, Any], told: Verdict) ->
     return told
 
 
-def _of_recorded(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
+def _of_recorded(case: Case, measurement: Measurement, told: Verdict) -> Verdict:
     """Return the verdict on runs, in words for a user who can only record more of them."""
-    if len(measurement["rows"]) < FEWEST and measurement["measured"]["order"] is None:
-        told.verdict = "inconclusive"
-        told.reason = (
+    if len(measurement.rows) < FEWEST and measurement.measured["order"] is None:
+        said = (
             f"an order needs runs at {FEWEST} steps or more, each half of the one before, say; "
-            f"recorded are {len(measurement['rows'])}."
+            f"recorded are {len(measurement.rows)}."
         )
-    elif told.verdict == "inconclusive" and case.rule.unit(16) > 2.0**-53:
-        told.reason = (
+        return Verdict("inconclusive", said, told.expected)
+    if told.verdict == "inconclusive" and case.rule.unit(16) > 2.0**-53:
+        return told.because(
             f"the runs were written with digits of {case.rule.unit(16):.0e} of the motion, and too "
             "few of their errors are above these: record them with 17 digits."
         )
-    elif "--steps" in told.reason:
-        told.reason = (
+    if "--steps" in told.reason:
+        return told.because(
             "fewer than four of the recorded steps have errors on a straight line above round-off: "
             "record runs at other steps."
         )

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
-from ..core.case import Case, Verdict
+from ..core.case import Case, Measurement, Verdict
+from ..core.outcome import Row
 from ..evidence import NEAR
 
 UNRESOLVED = 0.02  # share of the final state: larger errors at the finest step are not small yet
 
 
-def judge(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
+def judge(case: Case, measurement: Measurement, told: Verdict) -> Verdict:
     """Return the verdict of the runs combined with that of single steps."""
     local = measurement.get("local") or {}
     expected, wanted = told.expected, told.expected["order"]
@@ -25,7 +25,8 @@ def judge(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
             )
             return Verdict("inconclusive", said.rstrip(".") + ".", expected)
         return told
-    expected["local_order"] = order
+    told = told.expecting(local_order=order)
+    expected = told.expected
     if order < least - NEAR:
         return _of_lower(local, told, order, least)
     if wanted is None:
@@ -35,7 +36,7 @@ def judge(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
     if told.verdict == "fail" and (why := _unresolved(case, measurement, local)):
         return Verdict("inconclusive", why, expected)
     if told.reason.startswith("every error is round-off"):
-        told.reason = (
+        return told.because(
             "every error of the runs is round-off beside the largest component, which says nothing "
             f"of the order; one step is of order {order:.2f} in {local['component']}: take another "
             "scene, or --digits 50."
@@ -43,7 +44,7 @@ def judge(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
     return told
 
 
-def judge_effective(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
+def judge_effective(case: Case, measurement: Measurement, told: Verdict) -> Verdict:
     """Return the verdict of the order and of the effective order, if the rule declares one."""
     if case.rule.effective is None or told.verdict != "pass":
         return told
@@ -52,9 +53,9 @@ def judge_effective(case: Case, measurement: dict[str, Any], told: Verdict) -> V
         said = f"nothing is known of the effective order {case.rule.effective} that it declares."
         return Verdict("inconclusive", said, told.expected)
     if found["verdict"]:
-        told.expected["effective"] = case.rule.effective
+        told = told.expecting(effective=case.rule.effective)
         if found["reached"]:
-            told.measured["effective"] = found["reached"]
+            told = replace(told, measured={"effective": found["reached"]})
     said = " ".join(filter(None, (told.reason, found["reason"])))
     return replace(told, verdict=found["verdict"] or "pass", reason=said)
 
@@ -64,14 +65,14 @@ def _of_exact(told: Verdict) -> Verdict:
     if told.verdict == "inconclusive":
         told = Verdict("pass", "", told.expected)
     if told.verdict == "pass":
-        told.reason = (
+        return told.because(
             "the method is exact on this scene: every single step, also beside its motion, ends "
             "where the motion does, to round-off."
         )
     return told
 
 
-def _of_lower(local: dict[str, Any], told: Verdict, order: float, least: int) -> Verdict:
+def _of_lower(local: Row, told: Verdict, order: float, least: int) -> Verdict:
     """Return the verdict on steps of an order below the expected one, or inconsistent."""
     floats = local.get("floats") or {}
     if floats.get("explain"):
@@ -104,11 +105,9 @@ def _of_lower(local: dict[str, Any], told: Verdict, order: float, least: int) ->
     return Verdict("fail", said, told.expected)
 
 
-def _of_higher(
-    measurement: dict[str, Any], local: dict[str, Any], told: Verdict, wanted: int
-) -> Verdict:
+def _of_higher(measurement: Measurement, local: Row, told: Verdict, wanted: int) -> Verdict:
     """Return the verdict on runs above the expected order: by the time, the scene, or the rule."""
-    order, runs = local["order"], measurement["measured"]["order"]
+    order, runs = local["order"], measurement.measured["order"]
     if order <= wanted + NEAR:
         said = (
             f"the runs are of order {runs:.2f}, since at this final time errors cancel; single "
@@ -121,13 +120,14 @@ def _of_higher(
             "a linear field asks for fewer of the order conditions, so that may be all of it."
         )
         return Verdict("pass", said, told.expected)
-    told.reason += f" One step says so too: the order is higher than declared, {order:.2f}."
-    return told
+    return told.because(
+        told.reason + f" One step says so too: the order is higher than declared, {order:.2f}."
+    )
 
 
-def _unresolved(case: Case, measurement: dict[str, Any], local: dict[str, Any]) -> str:
+def _unresolved(case: Case, measurement: Measurement, local: Row) -> str:
     """Return why the runs' errors are not small yet although single steps have the order; or ""."""
-    steps = [row["step"] for row in measurement["rows"] if row["error"] is not None]
+    steps = [row["step"] for row in measurement.rows if row["error"] is not None]
     if not steps or not local.get("rate"):
         return ""
     off = measurement["duration"] * local["rate"] * min(steps) ** (case.order or 2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from discmech.integrators import StepFailure, mean_multipliers
@@ -9,6 +10,7 @@ from discmech.integrators.flows import Flow, Trajectory
 
 from ..causes.round_off import gap
 from ..core.case import Case
+from ..core.outcome import Row
 from .window import floor, slope
 
 
@@ -21,7 +23,7 @@ def error(flow: Flow, run: Trajectory, forces: Any) -> float | None:
     return float(off / size)
 
 
-def decided(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
+def decided(case: Case, rows: Sequence[Row], certain: float) -> bool:
     """True if multipliers have a slope, or are exact."""
     errors = [e for r in rows if (e := r.get("multipliers")) is not None]
     exact = max(errors, default=0.0) <= floor(case, certain)

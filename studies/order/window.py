@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from typing import Any
 
-from ..core.case import Case
+from ..core.case import Case, Measurement
 from ..core.fitting import BENT, Window, asymptotic_window, bent_below, marked
+from ..core.outcome import Row
 
 #: in double precision or not: a ladder ends when its order is so near to the expected one
 REACHED = {True: 0.05, False: 0.01}
@@ -33,7 +35,7 @@ def decided(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
     return not approaches(case, rows, order, REACHED[case.digits == 16])
 
 
-def only_round_off(rows: list[dict[str, Any]]) -> bool:
+def only_round_off(rows: Sequence[Row]) -> bool:
     """True if the last three halvings of the step did not halve small errors.
 
     Round-off does not sink with the step, so no further rung helps; errors that are not small may
@@ -45,13 +47,13 @@ def only_round_off(rows: list[dict[str, Any]]) -> bool:
     return all(b > a / 2 for a, b in itertools.pairwise(last))
 
 
-def above_floor(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
+def above_floor(case: Case, rows: Sequence[Row], certain: float) -> bool:
     """True if enough errors are above the floor to fit a line."""
     least = floor(case, certain)
     return sum(r["error"] is not None and r["error"] > least for r in rows) >= LEAST_POINTS
 
 
-def approaches(case: Case, rows: list[dict[str, Any]], order: float, within: float) -> bool:
+def approaches(case: Case, rows: Sequence[Row], order: float, within: float) -> bool:
     """True if the slope misses the expected order by little, and the local orders approach it.
 
     within: the distance at which it is not missed. A line through the first steps of a method of
@@ -65,12 +67,12 @@ def approaches(case: Case, rows: list[dict[str, Any]], order: float, within: flo
     return missed[-1] < 0.75 * missed[0] and missed == sorted(missed, reverse=True)
 
 
-def _local_orders(rows: list[dict[str, Any]]) -> list[float]:
+def _local_orders(rows: Sequence[Row]) -> list[float]:
     return [math.log2(a["error"] / b["error"]) / math.log2(a["step"] / b["step"])
             for a, b in itertools.pairwise(rows)]  # fmt: skip
 
 
-def departure(case: Case, rows: list[dict[str, Any]], certain: float) -> str:
+def departure(case: Case, rows: Sequence[Row], certain: float) -> str:
     """Return why errors beside a straight line cannot be those of the expected order; "" if they
     can.
 
@@ -98,19 +100,19 @@ def departure(case: Case, rows: list[dict[str, Any]], certain: float) -> str:
     return ""
 
 
-def finest_order(case: Case, measurement: dict[str, Any]) -> float | None:
+def finest_order(case: Case, measurement: Measurement) -> float | None:
     """Return the local order of the two finest runs with errors above round-off, if any."""
     bent = BENT * floor(case, measurement["certain"])
-    clear = [r for r in measurement["rows"] if r["error"] is not None and r["error"] > bent]
+    clear = [r for r in measurement.rows if r["error"] is not None and r["error"] > bent]
     return _local_orders(clear[-2:])[0] if len(clear) > 1 else None
 
 
-def is_bent(case: Case, row: dict[str, Any]) -> bool:
+def is_bent(case: Case, row: Row) -> bool:
     """True if measured round-off changes log₂ of the error by more than a line may be off."""
     return bool(row["error"] <= bent_below(row.get("round_off", 0.0), STRAIGHT[case.digits == 16]))
 
 
-def not_converging(rows: list[dict[str, Any]], order: float, key: str) -> str:
+def not_converging(rows: Sequence[Row], order: float, key: str) -> str:
     """Return a sentence on errors that do not sink, of two rows or more; "" if none."""
     known = [r for r in rows if r[key] is not None]
     if len(known) < 2 or known[-1][key] <= NOWHERE:
@@ -131,14 +133,14 @@ def fit(case: Case, rows: list[dict[str, Any]], certain: float) -> dict[str, Any
     return {"measured": marked(rows, window, floor(case, certain)), "certain": certain}
 
 
-def slope(case: Case, rows: list[dict[str, Any]], key: str, certain: float) -> float | None:
+def slope(case: Case, rows: Sequence[Row], key: str, certain: float) -> float | None:
     """Return the slope of the errors of that name in their asymptotic window, or None."""
     window = _window(case, rows, key, certain)
     return None if window is None else window.line.slope
 
 
 def _window(
-    case: Case, rows: list[dict[str, Any]], key: str, certain: float, known: Any = None
+    case: Case, rows: Sequence[Row], key: str, certain: float, known: Any = None
 ) -> Window | None:
     errors = [math.nan if (e := r.get(key)) is None else e for r in rows]
     straight = STRAIGHT[case.digits == 16]

@@ -11,7 +11,7 @@ from discmech.integrators import StepFailure
 from discmech.integrators.foreign import derivative, guarded, noise_of
 from discmech.integrators.foreign.differences import FARTHEST
 
-from ..core.case import Case, Verdict
+from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..symplecticity.in_numbers import ENOUGH, along, embedded, left_by, resolved, undecided
 from ..symplecticity.places import looks, more_looks
@@ -98,16 +98,16 @@ def _even(scheme: Any, look: Any) -> bool:
     return bool(abs(values[0] - values[1]) <= 2.0**-40 * (1 + abs(values[0])))
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Fail a certain defect, and pass a resolved absence."""
-    measured, expected = measurement["measured"], dict[str, Any](resolved=resolved(case))
+    measured, expected = measurement.measured, dict[str, Any](resolved=resolved(case))
     if reason := not_claimed(case.rule, "reversible"):
         return Verdict("pass", "", {**expected, "not_demanded": reason})
     if measured["defect"] is None:
-        why = measurement["rows"][0]["why_not"]
+        why = measurement.rows[0]["why_not"]
         return Verdict("inconclusive", f"no step back could be made: {why}.", expected)
     if measured["certain"] > 0:
-        row = max(measurement["rows"], key=lambda r: r.get("certain") or 0.0)
+        row = max(measurement.rows, key=lambda r: r.get("certain") or 0.0)
         said = (
             f"a step back misses the start by {measured['certain']:.2g} of the motion beyond all "
         )

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from ..core.case import Case, Verdict
+from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from . import in_numbers
 from .measuring import limit
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge the round-off of two steps, as the symplecticity study judges that of one."""
     if not case.rule.is_formula:
         return in_numbers.judge(case, measurement)
     if reason := not_claimed(case.rule, "reversible"):
         return Verdict("pass", "", {"not_demanded": reason})
-    defect, wanted = measurement["measured"]["defect"], limit(case.digits)
+    defect, wanted = measurement.measured["defect"], limit(case.digits)
     local = measurement.get("local")
     if defect <= wanted:
         if local is None or local["defect"] <= local["limit"]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
 
-from ..core.case import Case, Verdict
+from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
+from ..core.outcome import Row
 from . import exchange, own_scene
 from .measuring import RESOLVED
 from .stiff import FAMILIES
@@ -15,7 +15,7 @@ from .stiff import FAMILIES
 LOOSE = ("escaped", "resonant")
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the verdict on a case.
 
     Linear: runs on both sides of the interval's ends confirm it, and the step is symplectic. Maps:
@@ -23,7 +23,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     family's bound excludes it as an effect of the energy's error; on fpu the exchange of energy at
     hω = 1/10 is right to a tenth. Controls: no interval at all, no bounded cell at all.
     """
-    measured = measurement["measured"]
+    measured = measurement.measured
     if measurement["kind"] == "linear":
         return _judge_linear(case, measured)
     if reason := not case.control and not_claimed(case.rule, "symplectic"):
@@ -34,7 +34,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     held = None if own else FAMILIES[case.scene.name].held
     # a run of the scene's own motion is held to the fastest rate of that motion
     slower = measured["frequency"] / measured["fastest"] if own else 1.0
-    inside = [r for r in measurement["rows"] if r["z"] <= RESOLVED * (1 + 1e-9) * min(1.0, slower)]
+    inside = [r for r in measurement.rows if r["z"] <= RESOLVED * (1 + 1e-9) * min(1.0, slower)]
     loose = [row for row in inside if held and row["z"] > held(Fraction(row["stiffness"]))]
     expected = {"bounded_up_to": RESOLVED, "of": len(inside), "escapes_not_judged": len(loose)}
     if case.control:
@@ -54,7 +54,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     return Verdict("fail", said, expected)
 
 
-def _judge_own(measured: dict[str, Any]) -> Verdict | None:
+def _judge_own(measured: Row) -> Verdict | None:
     """Return a fail if a step at the equilibrium is wrong, otherwise None."""
     off, end = measured["off_circle"], measured["stable_to"]
     expected = {"bounded_up_to": RESOLVED}
@@ -72,7 +72,7 @@ def _judge_own(measured: dict[str, Any]) -> Verdict | None:
     return None
 
 
-def _judge_exchange(measured: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+def _judge_exchange(measured: Row, expected: Row) -> Verdict:
     """Judge the exchange: springs that the step resolves pass on their energy as they should."""
     key = f"{float(exchange.RESOLVED):.3g}"
     if key not in measured.get("exchange", {}):
@@ -88,7 +88,7 @@ def _judge_exchange(measured: dict[str, Any], expected: dict[str, Any]) -> Verdi
     return Verdict("fail", reason, expected)
 
 
-def _judge_linear(case: Case, measured: dict[str, Any]) -> Verdict:
+def _judge_linear(case: Case, measured: Row) -> Verdict:
     off, first = measured["off_circle"], measured["stable_to"]
     if case.control:
         caught = off is not None or first == 0

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from ..core.case import Case, Verdict, worst
+from ..core.case import Case, Measurement, Verdict, worst
 from ..energy.measuring import judge_errors
 from ..evidence.verdicts import judge as judge_evidence
 from .extended import LIMIT
@@ -19,7 +19,7 @@ TOLERANCE = 0.1
 LIMIT_BACK = 1e-30
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the worst verdict on order, way back, form and energy; the control must be caught."""
     expected: dict[str, Any] = {"order": scheme_of(case).order, "tolerance": TOLERANCE}
     judges = (_of_order, _of_back, _of_form, _of_energy)
@@ -36,8 +36,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     return Verdict("fail", f"the naive step was not caught {missed}.", expected)
 
 
-def _of_order(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
-    order, wanted = measurement["measured"]["order"], scheme_of(case).order
+def _of_order(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
+    order, wanted = measurement.measured["order"], scheme_of(case).order
     told = Verdict("pass", "", expected)
     if not math.isfinite(order):
         said = "every error is round-off, which says nothing of an order."
@@ -55,13 +55,13 @@ def _of_order(case: Case, measurement: dict[str, Any], expected: dict[str, Any])
     return judge_evidence(measurement["local"], told, wanted, "the rule in its own time")
 
 
-def _of_back(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+def _of_back(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
     """Judge the way back where the rule is self-adjoint; the naive way fails here."""
     if not scheme_of(case).inner.self_adjoint:
         expected["back"] = f"{rule_of(case).base.name} is not self-adjoint: measured only"
         return Verdict("pass")
     expected["back"] = LIMIT_BACK
-    found = measurement["measured"]["back"]
+    found = measurement.measured["back"]
     if found <= LIMIT_BACK:
         return Verdict("pass")
     said = f"{BACK} steps of ε and as many of −ε miss their start by {found:.2g}, where round-off "
@@ -71,8 +71,8 @@ def _of_back(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) 
     return Verdict("fail", f"{said}.")
 
 
-def _of_form(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
-    found = measurement["measured"]["form"]
+def _of_form(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
+    found = measurement.measured["form"]
     if found is None:
         expected["form"] = "no form is kept, for the size of a step depends on the state"
         return Verdict("pass")
@@ -83,7 +83,7 @@ def _of_form(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) 
     return Verdict("fail", f"{said}differences of 60 digits would leave at most {LIMIT:.0e}.")
 
 
-def _of_energy(case: Case, measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+def _of_energy(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
     """Judge the energy by Poincaré, where a modified K is kept, and of the control.
 
     A reversible method keeps the energy near an integrable reversible motion (Hairer, Lubich,
@@ -95,7 +95,7 @@ def _of_energy(case: Case, measurement: dict[str, Any], expected: dict[str, Any]
         return Verdict("pass")
     told = Verdict("inconclusive", f"no long run goes through: {found.get('failed')}")
     if "failed" not in found:
-        told = judge_errors(replace(case, study="energy"), found)
+        told = judge_errors(replace(case, study="energy"), Measurement.of(found))
     if rule_of(case).way == "poincare" or case.control is not None:
         expected |= told.expected
         return told

@@ -19,7 +19,7 @@ from discmech.integrators.rules import get
 from discmech.integrators.steps import ENERGY, Varied
 from discmech.reference import ReferenceFailure
 
-from ..core.case import Case, Choice, Progress, plain_cases, silent
+from ..core.case import Case, Choice, Measurement, Progress, plain_cases, silent
 from ..core.runs import energy_errors, interval
 from ..energy.measuring import WIDE, judge_errors, measured_errors
 from ..evidence import evidence_of
@@ -231,7 +231,7 @@ def _energy(case: Case, step: Fraction) -> dict[str, Any]:
         except StepFailure as failure:
             found = {"measured": {"band": None, "slope": None}, "failed": str(failure)}
         if "failed" not in found and found["measured"]["band"] <= WIDE:
-            told = judge_errors(replace(case, study="energy"), found)
+            told = judge_errors(replace(case, study="energy"), Measurement.of(found))
             if told.verdict != "fail" or rule_of(case).way != "poincare":
                 break
         step /= 2

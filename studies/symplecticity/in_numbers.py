@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -31,8 +32,9 @@ from discmech.integrators.foreign import (
 )
 from discmech.integrators.numbers import Vector, jacobian, sympy
 
-from ..core.case import Case, Progress, Verdict
+from ..core.case import Case, Measurement, Progress, Verdict
 from ..core.claims import not_claimed
+from ..core.outcome import Row
 from .places import Look, looks, more_looks
 
 #: share of the defect of a method of that order: a smaller defect is none
@@ -75,7 +77,7 @@ def measure(case: Case, progress: Progress) -> dict[str, Any]:
     return {"rows": rows, "measured": _measured(rows), "local": {"seed": seed}}
 
 
-def undecided(case: Case, rows: list[dict[str, Any]]) -> bool:
+def undecided(case: Case, rows: Sequence[Row]) -> bool:
     """True if no defect is certain, and too few places clearly resolve the defect left there."""
     seen = [r for r in rows if r["certain"] is not None]
     if not seen or max(r["certain"] for r in seen) > rounded(case):
@@ -235,14 +237,14 @@ def _entry(at: tuple[int, ...], n: int) -> str:
     return f"{{{', '.join(names)}}}" if names else ""
 
 
-def _decisive(rows: list[dict[str, Any]]) -> dict[str, Any]:
+def _decisive(rows: Sequence[Row]) -> Row:
     """Return the row whose resolution `ENOUGH` places reach, relative to the defect left there."""
     seen = [r for r in rows if r["certain"] is not None]
     reached = sorted(seen, key=lambda r: r["resolution"] / (r["left"] or 2.0**-1022))
     return reached[min(ENOUGH, len(reached)) - 1]
 
 
-def _measured(rows: list[dict[str, Any]]) -> dict[str, Any]:
+def _measured(rows: Sequence[Row]) -> dict[str, Any]:
     seen = [r for r in rows if r["certain"] is not None]
     if not seen:
         return {"pullback": None, "poisson": None, "certain": None}
@@ -254,9 +256,9 @@ def _measured(rows: list[dict[str, Any]]) -> dict[str, Any]:
     return {"pullback": None, **found, **more}
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Fail a certain defect, pass a resolved absence, and name the missing evidence otherwise."""
-    measured, rows = measurement["measured"], measurement["rows"]
+    measured, rows = measurement.measured, measurement.rows
     expected: dict[str, Any] = {"resolved": resolved(case)}
     reason = not_claimed(case.rule, "symplectic")
     if not reason and not _closed_force(case):
@@ -329,7 +331,7 @@ def rounded(case: Case) -> float:
     return LIMIT * case.rule.unit(16) / 2.0**-53
 
 
-def _volume(case: Case, rows: list[dict[str, Any]]) -> str:
+def _volume(case: Case, rows: Sequence[Row]) -> str:
     """Return why volume, if it is claimed, is not kept, a sentence; "" if it is kept."""
     if not _claims_volume(case):
         return ""
@@ -344,7 +346,7 @@ def _volume(case: Case, rows: list[dict[str, Any]]) -> str:
     )
 
 
-def _volume_unknown(case: Case, rows: list[dict[str, Any]]) -> str:
+def _volume_unknown(case: Case, rows: Sequence[Row]) -> str:
     """Return why a claim of volume without a form is undecided, a sentence; "" if decided."""
     if not _claims_volume(case):
         return ""

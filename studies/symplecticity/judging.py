@@ -7,9 +7,11 @@ from typing import Any
 
 from ..core.case import (
     Case,
+    Measurement,
     Verdict,
 )
 from ..core.claims import not_claimed
+from ..core.outcome import Row
 from ..evidence.verdicts import demand_consistency
 from ..systems import system_of
 from . import in_numbers
@@ -37,29 +39,29 @@ def _free_of_forms(case: Case) -> str:
     return ""
 
 
-def _broken(case: Case, measurement: dict[str, Any]) -> dict[str, float]:
+def _broken(case: Case, measurement: Measurement) -> dict[str, float]:
     """Return the defects that exceed round-off; one that is not a number does."""
     allowed = limits(case.digits)
-    found = {k: v for k, v in measurement["measured"].items() if v is not None}
+    found = {k: v for k, v in measurement.measured.items() if v is not None}
     return {k: v for k, v in found.items() if k in demanded(case) and not v <= allowed[k]}
 
 
-def _broken_at(measurement: dict[str, Any]) -> dict[str, Any] | None:
+def _broken_at(measurement: Measurement) -> dict[str, Any] | None:
     """Return the step from a drawn place that does not keep the form, if there is one."""
     local = measurement.get("local") or {"unknown": ""}
     return None if "unknown" in local or local["defect"] <= local["limit"] else local
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge the form and the steps: keeping the form of another motion fails too."""
     return demand_consistency(measurement, _judge(case, measurement))
 
 
-def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def _judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge schemes by round-off, controls by a thousandfold defect (10²⁰-fold at 50 digits)."""
     if not case.rule.is_formula and not case.control:
         return in_numbers.judge(case, measurement)
-    found = {k: v for k, v in measurement["measured"].items() if v is not None}
+    found = {k: v for k, v in measurement.measured.items() if v is not None}
     if case.control:
         wanted = limit(case.digits) * (1e3 if case.digits == 16 else 1e20)
         caught = any(v >= wanted for v in found.values())
@@ -85,15 +87,15 @@ def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     return Verdict("fail", said, expected)
 
 
-def _seen_in(broken: dict[str, float], measurement: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+def _seen_in(broken: dict[str, float], measurement: Measurement) -> tuple[str, Row]:
     """Return the kind of the largest of these defects, and its row."""
     kind = max(broken, key=lambda k: _badness(broken[k]))
-    row = _worst(measurement["rows"], kind)
+    row = _worst(measurement.rows, kind)
     assert row is not None
     return kind, row
 
 
-def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     """Return which is to blame for a defect: the solver's residual, the update or the structure."""
     if case.control is not None:
         return None

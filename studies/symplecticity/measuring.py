@@ -9,6 +9,7 @@ steps of these maps (the residual).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -31,6 +32,7 @@ from ..core.case import (
     silent,
 )
 from ..core.family import KEPT
+from ..core.outcome import Row
 from ..core.runs import follow, largest_stable_step
 from ..evidence import evidence_of
 from ..evidence.verdicts import CONSISTENCY, consistency_of
@@ -270,7 +272,7 @@ def _control_defects(case: Case, flow: Any) -> list[tuple[float | None, float | 
             for x, u, mu in zip(run.base, run.u, run.mu, strict=True)]  # fmt: skip
 
 
-def _worst(rows: list[dict[str, Any]], kind: str) -> dict[str, Any] | None:
+def _worst(rows: Sequence[Row], kind: str) -> Row | None:
     """Return the row of the largest defect; one that is not a number is worse than any."""
     seen = [row for row in rows if row[kind] is not None]
     return max(seen, key=lambda row: _badness(row[kind]), default=None)

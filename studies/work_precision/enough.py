@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+
+from ..core.outcome import Row
 
 #: sinking errors are told from steady ones by the better one of the last two, compared with the
 #: best of those before: two of each
@@ -13,7 +14,7 @@ FEWEST = 4
 PATIENT = 20
 
 
-def errors_of(rows: Sequence[dict[str, Any]], metric: str) -> list[float]:
+def errors_of(rows: Sequence[Row], metric: str) -> list[float]:
     """Return the errors of finished runs; tolerances that share a step made one run."""
     found = {row["steps"] if "promised" in row else k: row[metric]
              for k, row in enumerate(rows) if row[metric] is not None}  # fmt: skip

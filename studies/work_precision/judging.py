@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from ..core.case import Case, Verdict
+from ..core.case import Case, Measurement, Verdict
 from .enough import FEWEST, errors_of
 
 STALLED = 2.0**-26  # √ε: a method that ends above that, and above its floor, solves another problem
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge that the errors of a method sink until rounding or the budget ends them.
 
     Errors that stop above √ε, and a thousand times above the floor, belong to another problem. Time
@@ -20,10 +18,10 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     metric = "error" if measurement["periods"] is None else "energy-max"
     limit = max(STALLED, 1000 * measurement["floor"].get(metric, 0.0))
     expected = {"limit": limit}
-    errors = errors_of(measurement["rows"], metric)
+    errors = errors_of(measurement.rows, metric)
     if not errors:
-        causes = [row["cause"] for row in measurement["rows"] if row["cause"]]
-        why = causes[-1] if causes else measurement["measured"]["cut"]
+        causes = [row["cause"] for row in measurement.rows if row["cause"]]
+        why = causes[-1] if causes else measurement.measured["cut"]
         return Verdict("inconclusive", f"no run came to its end: {why}.", expected)
     best = min(errors)
     if best <= limit or (len(errors) >= FEWEST and min(errors[-2:]) <= 0.7 * min(errors[:-2])):

@@ -80,9 +80,9 @@ GOOD = {"stepped": LAWS, "located": LAWS, "late": 0.5, "rests": False, "time_err
 )  # fmt: skip
 def test_a_number_that_is_wrong_is_a_fail(mode, name, value, words):
     case = Case("contact", SPRING, rules.get("midpoint"), 16, 40)
-    assert judging.judge(case, {"measured": GOOD}).verdict == "pass"
+    assert STUDY.judge(case, {"measured": GOOD}).verdict == "pass"
     bad = GOOD | ({name: value} if mode is None else {mode: {**GOOD[mode], name: value}})
-    verdict = judging.judge(case, {"measured": bad})
+    verdict = STUDY.judge(case, {"measured": bad})
     assert verdict.verdict == "fail" and words in verdict.reason
 
 
@@ -93,7 +93,7 @@ def test_a_number_that_is_wrong_is_a_fail(mode, name, value, words):
 ])  # fmt: skip
 def test_what_cannot_be_told_is_inconclusive(change, words):
     case = Case("contact", SPRING, rules.get("midpoint"), 16, 40)
-    verdict = judging.judge(case, {"measured": GOOD | change})
+    verdict = STUDY.judge(case, {"measured": GOOD | change})
     assert verdict.verdict == "inconclusive" and words in verdict.reason
 
 
@@ -156,12 +156,12 @@ def test_a_slip_that_ends_or_turns_in_a_step_is_no_defect(name, given, steps):
 def test_what_is_no_number_is_no_pass():
     case = Case("contact", ball(), rules.get("midpoint"), 16, 20)
     found = measuring.measure(case)
-    assert judging.judge(case, found).verdict == "pass"
+    assert STUDY.judge(case, found).verdict == "pass"
     for path in (("located", "cone"), ("stepped", "rises")):
         broken = deepcopy(found)
         value = float("nan") if path[1] == "cone" else [float("nan")]
         broken["measured"][path[0]][path[1]] = value
-        assert judging.judge(case, broken).verdict == "fail"
+        assert STUDY.judge(case, broken).verdict == "fail"
 
 
 def test_friction_on_a_curved_obstacle_stays_in_the_cones_of_both_ends():

@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from discmech.studies.core.case import Case, Verdict
+from discmech.studies.core.case import Case, Measurement, Verdict
 from discmech.studies.momentum.measuring import FARTHEST
 from discmech.studies.symplecticity.measuring import ROUND_OFFS
 
 from .measuring import LIMITS, SINGULAR
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge that runs are right, or stop beside the singular set of FL or without a solution."""
     unit = 10.0 ** (16 - case.digits)
     limits = {name: limit * unit for name, limit in LIMITS.items()}
     expected: dict[str, Any] = {"limits": limits, "singular": SINGULAR}
-    for row in measurement["rows"]:
+    for row in measurement.rows:
         axis = "a drawn axis" if row["axis"] is None else f"axis {row['axis']}"
         where = f"at {row['turn']:g} of a turn about {axis}"
         walk = FARTHEST / math.sqrt(3) * ROUND_OFFS * 2.0**-53 * math.sqrt(row["steps"])
@@ -30,7 +30,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         none_there = row["solutions"] == 0
         if row["outcome"] == "stopped" and row["steps"] and not near and not none_there:
             return Verdict("fail", f"it stopped {where}: {row['cause']}.", expected)
-    stopped = measurement["measured"]["stopped"]
-    if stopped > len(measurement["rows"]) // 10:
+    stopped = measurement.measured["stopped"]
+    if stopped > len(measurement.rows) // 10:
         return Verdict("inconclusive", f"{stopped} runs stopped; try another --steps.", expected)
     return Verdict("pass", "", expected)

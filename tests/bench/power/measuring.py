@@ -19,7 +19,7 @@ from discmech.integrators import BadInput, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation
 from discmech.studies import get
-from discmech.studies.core.case import Case, Choice, Progress, Verdict, silent
+from discmech.studies.core.case import Case, Choice, Measurement, Progress, Verdict, silent
 from discmech.studies.core.environment import environment
 from discmech.studies.core.fingerprint import text_of_study
 from discmech.studies.core.one_case import asks_more, judged, measured_case, with_more
@@ -161,7 +161,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {"measured": {"site": site, "what": what}, "rows": [], **found}
 
 
-def measure_more(case: Case, measurement: dict[str, Any], said: Verdict) -> dict[str, Any]:
+def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[str, Any]:
     """equivalent: the proof that a fault which nothing caught is none; "" where there is none."""
     assert isinstance(case, Candidate)
     with environment({"DISCMECH_CACHE": _own_cache().name}):
@@ -212,5 +212,5 @@ def _through_studies(candidate: Candidate) -> dict[str, Any]:
             verdict = judged(study, case, found)
         if verdict.unusable:  # bad input, by which `verify` ends
             return {"refused": verdict.reason}
-        founds[name] = {**found, "seconds": time.process_time() - begun}
+        founds[name] = replace(found, seconds=time.process_time() - begun).to_json()
     return {"founds": founds}

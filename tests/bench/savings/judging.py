@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from discmech.studies.core.case import (
     Case,
+    Measurement,
     Verdict,
 )
 
 from .measuring import SAME
 
 
-def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+def judge(case: Case, measurement: Measurement) -> Verdict:
     """Savings change the work and not the result."""
     expected = {"limit": SAME}
-    for row in measurement["rows"]:
+    for row in measurement.rows:
         if not row["difference"] <= SAME:
             said = f"without the saving {row['variant']!r} the momenta differ by "
             return Verdict("fail", f"{said}{row['difference']:.2g}.", expected)

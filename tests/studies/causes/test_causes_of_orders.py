@@ -32,7 +32,6 @@ from discmech.studies.causes.points import mean_of_points
 from discmech.studies.causes.round_off import residuals
 from discmech.studies.core.case import Case
 from discmech.studies.core.one_case import run_case
-from discmech.studies.order.judging import judge
 from tests.studies.causes.faults import Broken, cause, loose, wrong_start
 
 
@@ -308,7 +307,7 @@ def test_who_gives_velocities_of_the_chart_is_not_told_to():
 def test_an_order_of_nothing_has_no_sign():
     """Errors that stay had an order of "-0.000"."""
     measured = {"rows": [], "certain": 50, "measured": {"order": -1e-7}}
-    told = judge(order("kepler", midpoint), measured)
+    told = get("order").judge(order("kepler", midpoint), measured)
     assert told.reason.startswith("order 0.000 is below")
 
 
