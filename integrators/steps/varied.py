@@ -75,17 +75,19 @@ class Varied(Discretisation):
             (scene.contact is not None, "contact"),
             (scene.discrete_lagrangian is not None, "a discrete Lagrangian of its own"),
             (scene.in_numbers, "a Hamiltonian in numbers"),
-            (self.way == "poincare" and scene.force is not None, "a force"),
-            (self.way == "poincare" and scene.timed, "a time in its Lagrangian"),
             (scene.one_form is not None, "a one-form of its own"),
-            (self.way == "poincare" and not scene.groupoid.dim_x, "no base, on which σ depends"),
         ):
             if has:
-                other = ' Take way="reversible".' if "poincare" in self.way else ""
-                other = other if scene.force is not None or scene.timed else ""
+                return f"{scene.name} has {what}, for which {self.name} has no steps that vary."
+        for has, what in (
+            (scene.force is not None, "a force"),
+            (scene.timed, "a time in its Lagrangian"),
+            (not scene.groupoid.dim_x, "no base, on which sigma could depend"),
+        ):
+            if has and self.way == "poincare":
                 return (
-                    f"{scene.name} has {what}, for which {self.name} has no steps that vary."
-                    + other
+                    f"{scene.name} has {what}, for which {self.name} has no steps that vary: take "
+                    'way="reversible".'
                 )
         if self.way == "poincare" and not self.base.asks_lagrangian:
             return (

@@ -41,7 +41,7 @@ class VariedTrajectory(Trajectory):
 
     step is ε, of the time τ; if every=1, each row's own step of physical time is the difference of
     t. density (r,): the step density of each row, 1/σ; by "reversible" it is ζ, which is 1/σ to
-    O(ε²).
+    O(ε²). u (r, m) is the velocity in t, but by "poincare" that in τ.
     """
 
     density: Vector = field(kw_only=True)
@@ -191,22 +191,31 @@ class VariedFlow(Flow):
                     failure.trajectory = self._rows(failure.trajectory, judged=False)
                 raise
 
-    def until(self, time: Any, every: int = 1, **start: Any) -> VariedTrajectory:
+    def until(self, time: Any, every: int = 1, most: int = 10**7, **start: Any) -> VariedTrajectory:
         """Run to the first row whose physical time is `time` or more, with a positive step.
 
-        start: as for `trajectory`. The number of steps is found from runs that end before.
+        start: as for `trajectory`. The number of steps is found from runs that end before. Raises
+        `BadInput` for a time that is not after the start, and if `most` steps do not reach it, as
+        where σ goes to 0.
         """
         wanted, t0 = float(exact_rational(time, "time")), float(start.get("t0", 0))
         if not wanted > t0 or self.step < 0:
             raise BadInput(f"{self.varied.scene.name}: give a time after {t0:g}, and a step > 0.")
-        steps = 64
+        every, steps = whole_number("every", every, 1), 64
         while True:
             run = self.trajectory(-(-steps // every) * every, every, **start)
             reached = np.flatnonzero(run.t >= wanted)
             if len(reached):
                 return _part(run, int(reached[0]) + 1, every)
-            share = (wanted - t0) / float(run.t[-1] - t0)
-            steps = int(run.steps * min(max(1.1, 1.02 * share), 16)) + every
+            if run.steps >= most:
+                raise BadInput(
+                    f"{self.varied.scene.name} with {self.varied.rule.name}: {run.steps} steps end "
+                    f"at t = {float(run.t[-1]):.6g}, before {wanted:g}: take a larger step, "
+                    "another sigma, or more steps, until(time, most=...)."
+                )
+            passed = float(run.t[-1]) - t0
+            share = (wanted - t0) / passed if passed > 0 else 16
+            steps = min(int(run.steps * min(max(1.1, 1.02 * share), 16)) + every, most)
 
     def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
         """Return (x, μ) after one step, whose density begins as 1/σ, and whose E₀ is the energy."""

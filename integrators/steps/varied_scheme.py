@@ -8,7 +8,7 @@ from math import inf, nan
 from typing import Any
 
 from ..compiler import System
-from ..equations import initial_momentum, step_system
+from ..equations import SceneSymbols, initial_momentum, step_system
 from ..errors import BadInput, CannotMeasure, arguments_checked, brief_name
 from ..flows import Scheme
 from ..numbers import Arithmetic, Double, numeric, sympy
@@ -61,6 +61,11 @@ class VariedScheme:
     def controlled(self) -> bool:
         """True if the step density is a part of the state, changed by a controller."""
         return self.rule.way == "reversible"
+
+    @cached_property
+    def s(self) -> SceneSymbols:
+        """The letters of the scene itself, in which its energy is that of the physical time."""
+        return SceneSymbols(self.scene) if self.by_poincare else self.inner.s
 
     @cached_property
     def density0(self) -> float:
