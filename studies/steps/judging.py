@@ -27,7 +27,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     verdict = worst(part.verdict for part in parts)
     said = next((part.reason for part in parts if part.verdict == verdict), "")
     if case.control is None:
-        alone = rule_of(case).way == "naive" and measurement["measured"]["back"] > LIMIT_BACK
+        alone = rule_of(case).way == "naive" and measurement.measured["back"] > LIMIT_BACK
         if verdict == "pass" and alone:
             said = "a step that follows the present state alone loses what its rule keeps, which "
             said += f"nothing shows here, since {rule_of(case).base.name} is not self-adjoint."
