@@ -144,5 +144,7 @@ def about(scene: Any) -> dict[str, Any]:
         "dim_x": scene.groupoid.dim_x,
         "dim_u": scene.groupoid.dim_u,
         "parameters": ", ".join(f"{name} = {value}" for name, value in values.items()),
-        "symmetries": [f"{q.name} ({q.kind})" for q in getattr(scene, "symmetries", ())],
+        "symmetries": [f"{name} (momentum map)" for name in scene.symmetries]
+        if split is not None
+        else [f"{q.name} ({q.kind})" for q in scene.symmetries],
     }

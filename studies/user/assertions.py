@@ -129,7 +129,9 @@ def _assert(
         asked = claiming(lookup.rule_given(_in_folder(_boxed(rule), beside)), study.name)
     except BadInput as error:
         raise BadInput(_relative(str(error), beside)) from None  # the traceback is the test's own
-    if study.name == "momentum" and not any(q.to_roundoff for q in where.symmetries):
+    if study.name == "momentum" and not any(
+        getattr(q, "to_roundoff", True) for q in where.symmetries
+    ):
         raise BadInput(
             f"{where.name} declares no momentum map and no Casimir, so none can be asserted: give "
             "Scene(symmetries=[Conserved(...)]), or pytest.skip() the test for this scene."
