@@ -26,7 +26,6 @@ from .definitions import (
     symbols_of,
     written_out,
 )
-from .differentiation import jacobian
 from .evaluation import evaluate, evaluate_at, evaluate_matrix, number
 from .exact import (
     exact,
@@ -45,7 +44,7 @@ from .exact import (
     whole_number,
     within_doubles,
 )
-from .graph import Frame, Graph, Node, NodeMatrix, Nodes, Rational, Scope
+from .graph import Frame, Graph, Node, NodeMatrix, Nodes, Rational, Scope, jacobian
 from .identities import (
     first_violation,
     is_zero,

@@ -257,7 +257,7 @@ class Scope:
     def total(self, column: Column, variable: Column) -> SymbolicMatrix:
         """Return d(column)/d(variable), all in sympy; the variable is a column of letters."""
         g = self.graph
-        rows = self.jacobian(g.column(column), g.letters(variable))
+        rows = self.jacobian([g.node(e) for e in column], g.letters(variable))
         return sympy.Matrix(len(rows), len(variable), [g.shown(e) for row in rows for e in row])
 
     def jacobian(self, nodes: Sequence[Node], by: Sequence[Node]) -> NodeMatrix:
@@ -268,6 +268,7 @@ class Scope:
         """
         g, width = self.graph, len(by)
         moved = {e.index for e in by}
+        assert not moved & g.fixed, "the step and the parameters are taken for constants"
         frames = [f for f in self.frames if moved & {e.index for e in f.by}]
         seeds = [*by, *(e for f in frames for e in f.letters)]
         rows = [self.row(e, seeds) for e in nodes]
@@ -600,10 +601,13 @@ class Graph:
             return self.number(int(e.p) if e.q == 1 else Fraction(int(e.p), int(e.q)))
         if e.is_Symbol:
             return self._read[e] if e in self._read else self.make(LETTER, e)
-        if e.is_Add:
-            return self.sum((1, self.read(a, swap)) for a in e.args)
-        if e.is_Mul:
-            return self.product((self.read(a, swap), 1) for a in e.args)
+        if e.is_Add or e.is_Mul:
+            parts = []
+            for a in e.args:  # no generator, which would make the way down twice as long
+                parts.append(self.read(a, swap))
+            return (
+                self.sum((1, a) for a in parts) if e.is_Add else self.product((a, 1) for a in parts)
+            )
         if e.is_Pow and e.exp.is_Rational:
             exponent = Fraction(int(e.exp.p), int(e.exp.q))
             base = self.read(e.base, swap)
@@ -628,7 +632,8 @@ class Graph:
             return {} if node.index in self.fixed else {node.index: self.one}
         pairs: list[tuple[Rational, Node | None, Row]] = []  # coefficient, factor, row
         if kind == SUM:
-            pairs = [(c, None, self.slopes(self.nodes[i])) for i, c in args[1]]
+            for i, c in args[1]:
+                pairs.append((c, None, self.slopes(self.nodes[i])))
         elif kind == PRODUCT:
             for place, (i, n) in enumerate(args):
                 if row := self.slopes(self.nodes[i]):
@@ -664,23 +669,21 @@ class Graph:
             return _rational(args)
         if kind in (LETTER, CONSTANT):
             return args
+        parts = []
         if kind == SUM:
-            constant, terms = args
-            parts = [self._scaled(c, self.nodes[i]) for i, c in terms]
-            return sympy.Add(_rational(constant), *parts) if constant else sympy.Add(*parts)
+            for i, c in args[1]:
+                part = self.shown(self.nodes[i])
+                parts.append(part if c == 1 else sympy.Mul(_rational(c), part))
+            return sympy.Add(_rational(args[0]), *parts) if args[0] else sympy.Add(*parts)
         if kind == PRODUCT:
-            return sympy.Mul(*(self._raised(i, n) for i, n in args))
+            for i, n in args:
+                base = self.shown(self.nodes[i])
+                parts.append(base if n == 1 else base ** _rational(n))
+            return sympy.Mul(*parts)
         assert kind == CALL, "held nodes and results have letters"
         function, arguments = args
         swap = {slot(k): self.shown(self.nodes[i]) for k, i in enumerate(arguments)}
         return function.xreplace(swap)
-
-    def _scaled(self, c: Rational, node: Node) -> Expression:
-        return self.shown(node) if c == 1 else sympy.Mul(_rational(c), self.shown(node))
-
-    def _raised(self, i: int, n: Rational) -> Expression:
-        base = self.shown(self.nodes[i])
-        return base if n == 1 else base ** _rational(n)
 
     def shown_column(self, nodes: Sequence[Node]) -> Column:
         """Return nodes as a column of sympy."""
@@ -738,3 +741,8 @@ def _whole(value: Rational) -> Rational:
 @lru_cache(maxsize=4096)
 def _rational(value: Rational) -> Expression:
     return sympy.Rational(value.numerator, value.denominator)
+
+
+def jacobian(column: Iterable[Expression], letters: Iterable[Letter]) -> SymbolicMatrix:
+    """Return ∂(column)/∂(letters) in sympy, a matrix with a row for each entry of the column."""
+    return Scope(Graph()).total(list(column), list(letters))
