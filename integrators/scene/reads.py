@@ -275,7 +275,8 @@ class _Reader:
             return
         if hasattr(thing, "_mpf_"):
             self.add(thing._mpf_)
-        elif kind.__module__.partition(".")[0] in ("sympy", "gmpy2", "mpmath"):
+        # the class of an undefined function f(x) of sympy has no module
+        elif (kind.__module__ or "sympy").partition(".")[0] in ("sympy", "gmpy2", "mpmath"):
             try:
                 self.say(repr(thing))
             except ValueError:  # a number with too many digits

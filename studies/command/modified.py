@@ -58,9 +58,9 @@ def _modified(options: argparse.Namespace) -> int:
         found = kept(scheme, order, digits)
         show("writing formulas", 0.6)
         terms, missing = _formulas(scheme, found)
-    told = judge(found)
-    if told.verdict == "fail" and (reason := not_claimed(scheme.rule, "symplectic")):
-        told = Verdict("pass", f"{reason}. {told.reason}", {"not_demanded": reason})
+    verdict = judge(found)
+    if verdict.verdict == "fail" and (reason := not_claimed(scheme.rule, "symplectic")):
+        verdict = Verdict("pass", f"{reason}. {verdict.reason}", {"not_demanded": reason})
     slopes = {f"through h^{j}": _last(found, j) for j in range(order + 1)}
     if options.json:
         words = ["discmech", "modified", scheme.scene.name, rule, "--order", str(order)]
@@ -68,17 +68,17 @@ def _modified(options: argparse.Namespace) -> int:
         case = {
             "scene": scheme.scene.name, "rule": scheme.rule.name,
             "retraction": scheme.scene.groupoid.retraction, "digits": digits,
-            "verdict": told.verdict, "reason": told.reason, "expected": told.expected,
+            "verdict": verdict.verdict, "reason": verdict.reason, "expected": verdict.expected,
             "measured": slopes, "rows": as_rows(found),
             "formulas": {name: str(e) for name, e in terms.items()},
             "command": shlex.join(words),
         }  # fmt: skip
-        write_json(options.json, {"study": "modified", "verdict": told.verdict, "cases": [case]})
+        write_json(options.json, {"study": "modified", "verdict": verdict.verdict, "cases": [case]})
     if options.json != "-":
         lines = _page(scheme, found, terms, missing, options.latex)
-        lines += ["", told.verdict + (f": {told.reason}" if told.reason else "")]
+        lines += ["", verdict.verdict + (f": {verdict.reason}" if verdict.reason else "")]
         sys.stdout.write("".join(f"{line.rstrip()}\n" for line in lines))
-    return EXIT[told.verdict]
+    return EXIT[verdict.verdict]
 
 
 def _formulas(scheme: Scheme, found: Kept) -> tuple[dict[str, Any], str]:
@@ -147,10 +147,10 @@ def _page(
     lines.append("  up to  " + "".join(f"{head:>11}" for head in heads) + "      slope  wanted")
     for j in range(found.order + 1):
         slope = _last(found, j)
-        told = "round-off" if slope is None else f"{slope:.2f}"
+        text = "round-off" if slope is None else f"{slope:.2f}"
         wanted = f"≥ {found.wanted[j]}" if j >= found.first else f"{found.first}"
         errors = "".join(f"{error:>11.2e}" for error in found.errors[j])
-        lines.append(f"  h^{j:<5}{errors} {told:>10}  {wanted}")
+        lines.append(f"  h^{j:<5}{errors} {text:>10}  {wanted}")
     return lines
 
 

@@ -62,12 +62,12 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
         expected["order"] = (min(order, 2) if found["rests"] else order) - SLACK
     if reason := next(_broken(case, found, expected), ""):
         return Verdict("fail", reason, expected)
-    if reason := next(_untold(found, expected), ""):
+    if reason := next(_open_questions(found, expected), ""):
         return Verdict("inconclusive", reason, expected)
     return Verdict("pass", "", expected)
 
 
-def _untold(found: Row, expected: Row) -> Iterator[str]:
+def _open_questions(found: Row, expected: Row) -> Iterator[str]:
     """Yield a sentence for each reason that leaves the verdict open."""
     if found.get("unsure"):
         yield unsure_gaps(found["unsure"])

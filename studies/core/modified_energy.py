@@ -214,7 +214,7 @@ def changes(
         edges = np.unique(np.linspace(1, len(times), states + 1).astype(int))
         chosen = [a + int(away[a:b].argmin()) for a, b in itertools.pairwise(edges)]
         start = rows(slice(1))[0]
-        if not _forgets(flow, dual, start):
+        if not _has_no_memory(flow, dual, start):
             return None
         walk = _walk(flow, dual, rows, len(times), moved, size)
         if walk is None:
@@ -297,7 +297,7 @@ def _smooth_mean(values: np.ndarray) -> float:
     return float(values @ weights / weights.sum())
 
 
-def _forgets(flow: Flow, dual: Dual, start: np.ndarray) -> bool:
+def _has_no_memory(flow: Flow, dual: Dual, start: np.ndarray) -> bool:
     """Return True if a run continues from its own state as before: no method with memory does."""
     states = _states(flow, dual, start[None], 4)[0]
     beside = states[2] * (1 + 4 * EPS * np.array([[0.0], [1.0], [-1.0]]))

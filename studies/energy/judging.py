@@ -43,17 +43,17 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
     if "slopes" in measurement:
         return _of_long_runs(case, measurement)
     kept = case.scene.nonholonomic is None  # otherwise its band has no modified energy
-    told = judge_errors(case, measurement, kept)
+    verdict = judge_errors(case, measurement, kept)
     if kept and np.isfinite(measurement.measured["band"]):
-        told = modified.judged(measurement, told)
+        verdict = modified.judged(measurement, verdict)
     if case.rule.is_recorded:  # recorded runs cannot take other steps
-        told = told.because(told.reason.replace("take more --steps", "record longer runs"))
+        verdict = verdict.because(verdict.reason.replace("take more --steps", "record longer runs"))
     measured = measurement.measured
     drift = abs(measured.get("drift", measured["slope"] * measurement["duration"]))
-    unsettled = told.verdict == "fail" or told.reason == modified.NOT_BACK
+    unsettled = verdict.verdict == "fail" or verdict.reason == modified.NOT_BACK
     if unsettled and 0 < drift <= (lost := measurement.get("lost", 0.0)):
-        return Verdict("inconclusive", why_unknown("the energy", drift, lost), told.expected)
-    return told
+        return Verdict("inconclusive", why_unknown("the energy", drift, lost), verdict.expected)
+    return verdict
 
 
 def _of_long_runs(case: Case, measurement: Measurement) -> Verdict:
@@ -62,16 +62,16 @@ def _of_long_runs(case: Case, measurement: Measurement) -> Verdict:
     They are alike within a factor of two, and of one sign. An energy that comes and goes changes
     its slope as runs get eight times as long.
     """
-    told, slopes = judge_errors(case, measurement), [float(s) for s in measurement["slopes"]]
-    by_modified = modified.of_long_run(measurement, told)
-    if by_modified is not told and by_modified.verdict != "inconclusive":
+    verdict, slopes = judge_errors(case, measurement), [float(s) for s in measurement["slopes"]]
+    by_modified = modified.of_long_run(measurement, verdict)
+    if by_modified is not verdict and by_modified.verdict != "inconclusive":
         return by_modified
     alike = not np.isfinite(slopes[-1])
     alike = alike or (len(slopes) > 1 and 0.5 <= slopes[-1] / slopes[-2] <= 2)
-    if told.verdict != "fail" or alike or measurement.measured["band"] > WIDE:
-        return told
-    said = f"{told.reason} Its rate changes with the length of the run; take more --steps."
-    return Verdict("inconclusive", said, told.expected)
+    if verdict.verdict != "fail" or alike or measurement.measured["band"] > WIDE:
+        return verdict
+    said = f"{verdict.reason} Its rate changes with the length of the run; take more --steps."
+    return Verdict("inconclusive", said, verdict.expected)
 
 
 def _judge_balance(case: Case, measurement: Measurement) -> Verdict:
@@ -82,16 +82,16 @@ def _judge_balance(case: Case, measurement: Measurement) -> Verdict:
     fails. A balance that moves by a few roundings a step has no order, and passes. And if nothing
     acts, the energy has to stay: a weak force does not excuse a method that loses it.
     """
-    told = _sinks(case, measurement)
-    if told.verdict == "fail" or "alone" not in measurement:
-        return told
+    verdict = _sinks(case, measurement)
+    if verdict.verdict == "fail" or "alone" not in measurement:
+        return verdict
     alone = judge(
         replace(case, scene=balance.left_alone(case.scene)), Measurement.of(measurement["alone"])
     )
     if alone.verdict != "fail":
-        return told
+        return verdict
     said = f"without its force, and with its time held, {alone.reason}"
-    return Verdict("fail", said, told.expected)
+    return Verdict("fail", said, verdict.expected)
 
 
 def _sinks(case: Case, measurement: Measurement) -> Verdict:

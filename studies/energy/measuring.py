@@ -120,14 +120,14 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
             also["modified"] = modified.measured(case, run, more * steps)
         return times, errors
 
-    def told(band: float, duration: float) -> bool:
+    def is_enough(band: float, duration: float) -> bool:
         rows = modified.resolved(also["modified"], band)
         whole = modified.covers(rows, duration) and modified.stands(rows, band)
         whole = whole and band <= modified.WHOLE
         return at_places or whole or modified.certain_drift(rows) is not None
 
-    found = {**measured_errors(case, errors_of, told), **also}
-    _say_drift(found)
+    found = {**measured_errors(case, errors_of, is_enough), **also}
+    _add_drift(found)
     return found
 
 
@@ -217,7 +217,7 @@ def _turns(run: Trajectory) -> int:
     return int(found.max(initial=0))
 
 
-def _say_drift(found: Row) -> None:
+def _add_drift(found: Row) -> None:
     """Add to `measured` the drift over the run: of the modified energy, or along the slope."""
     measured = found["measured"]
     rows = modified.resolved(found["modified"], measured["band"])
@@ -226,12 +226,12 @@ def _say_drift(found: Row) -> None:
 
 
 def measured_errors(
-    case: Case, errors_of: ErrorsOf, told: Callable[[float, float], bool] | None = None
+    case: Case, errors_of: ErrorsOf, is_enough: Callable[[float, float], bool] | None = None
 ) -> dict[str, Any]:
     """Return `measure` for a function that gives (times, errors) of a run that is so many times as
     long.
 
-    told: (band, duration) ↦ True if no longer run is needed.
+    is_enough: (band, duration) ↦ True if no longer run is needed.
     """
     drifts: list[list[float]] = []
     for more in LONGER[:1] if case.rule.is_recorded else LONGER:
@@ -239,11 +239,11 @@ def measured_errors(
         line = fit_line(times, errors)
         edges = _edge_slopes(times, errors)
         allowed = _allowed(case, float(np.ptp(errors))) / times[-1]
-        inside = not abs(line.slope) > allowed or _stand(edges, allowed)
+        inside = not abs(line.slope) > allowed or _are_steady(edges, allowed)
         drift = certain_drift(case, times, errors)
         if drift is not None:
             drifts.append([float(times[-1]), drift.slope, *drift.interval])
-        if told is not None and told(float(np.ptp(errors)), float(times[-1])):
+        if is_enough is not None and is_enough(float(np.ptp(errors)), float(times[-1])):
             break
         if inside and drift is not None and len(drifts) == 1 and more < LONGER[-1]:
             continue
@@ -295,7 +295,7 @@ def certain_drift(case: Case, times: np.ndarray, errors: np.ndarray) -> Line | N
     return mean if beyond and min(ends) > 0 else None
 
 
-def _goes_on(drifts: list[list[float]]) -> bool:
+def _continues(drifts: list[list[float]]) -> bool:
     """True if a longer run has the same drift: slopes whose intervals meet."""
     if len(drifts) < 2:
         return False
@@ -331,7 +331,7 @@ def _edge_slopes(times: np.ndarray, errors: np.ndarray) -> list[float] | None:
     return [float(slope) for slope in np.polyfit(middles, extremes, 1)[0]]
 
 
-def _stand(edge_slopes: list[float] | None, allowed: float) -> bool:
+def _are_steady(edge_slopes: list[float] | None, allowed: float) -> bool:
     return edge_slopes is not None and max(map(abs, edge_slopes)) <= allowed
 
 
@@ -354,14 +354,14 @@ def judge_errors(case: Case, measurement: Measurement, kept: bool = True) -> Ver
             return fail(f"{said}, and each quarter twice that before: it grows.")
         return unknown(f"{said}: take more --steps.")
     settled = _settled(measurement, expected)
-    if abs(slope) <= expected["slope_limit"] or _stand(edges, expected["slope_limit"]):
+    if abs(slope) <= expected["slope_limit"] or _are_steady(edges, expected["slope_limit"]):
         drifts = measurement.get("drifts")
         if not drifts:
             return settled or Verdict("pass", "", expected)
         last, rate, *_ = drifts[-1]
         said = f"the energy drifts by {rate * last:.2g} over t = {last:.4g}, "
         said += f"{abs(rate) * last / band:.1%} of its band" if band else "all of its band"
-        if _goes_on(drifts):
+        if _continues(drifts):
             return fail(f"{said}: certain, and the same in a run eight times as long.")
         once = "certain in one run, and not in one eight times as long"
         return unknown(f"{said}: {once}; take more --steps.")

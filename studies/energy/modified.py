@@ -176,8 +176,8 @@ def _goes_one_way(rows: list[Row]) -> bool:
     return steadiness(np.array([0.0, *(r["modified"] for r in rows)])) >= STEADY
 
 
-def judged(measurement: Measurement, told: Verdict) -> Verdict:
-    """Return the verdict with the modified energy; told: that of the energy's band alone.
+def judged(measurement: Measurement, verdict: Verdict) -> Verdict:
+    """Return the verdict with the modified energy. verdict: the one on the energy's band alone.
 
     If it stays along the run, there is no drift, for any part of the motion that the run is too
     short for. If it goes one way, farther than any state on the way explains, that is a drift,
@@ -192,56 +192,58 @@ def judged(measurement: Measurement, told: Verdict) -> Verdict:
     if drift is not None:
         change, line = drift["modified"], measurement.measured["slope"] * duration
         said = 2 * abs(line) >= abs(change) or measurement.get("still")
-        if told.verdict == "fail" and said:
-            return told  # the line through all rows shows the same, and rest is the reason
-        return Verdict("fail", _drifts(change, drift["time"]), told.expected)
+        if verdict.verdict == "fail" and said:
+            return verdict  # the line through all rows shows the same, and rest is the reason
+        return Verdict("fail", _drifts(change, drift["time"]), verdict.expected)
     if band <= WHOLE:  # a quadratic modified energy stays beyond the limit of stability too
-        told = _of_run(told, rows, bool(given), band, duration)
+        verdict = _of_run(verdict, rows, bool(given), band, duration)
     found = drift_beside(measurement.get("beside") or [])
-    if found is not None and told.verdict != "fail":
+    if found is not None and verdict.verdict != "fail":
         place, drift = found
         where = ", ".join(f"{e:.4g}" for e in place["place"])
         said = f"beside the motion, from (x, μ) = ({where}) with the step {place['step']:.4g}, "
-        return Verdict("fail", said + _drifts(drift["modified"], drift["time"]), told.expected)
-    return told
+        return Verdict("fail", said + _drifts(drift["modified"], drift["time"]), verdict.expected)
+    return verdict
 
 
-def of_long_run(measurement: Measurement, told: Verdict) -> Verdict:
-    """Return `judged` of a lattice's run, or told if the rows do not belong to its energy.
+def of_long_run(measurement: Measurement, verdict: Verdict) -> Verdict:
+    """Return `judged` of a lattice's run, or the given verdict if the rows are not of its energy.
 
     The states of the rows show the energy's own change too: if the line through the run's energy
     rises by more than twice that, something else than the motion is measured.
     """
     rows = measurement.get("modified") or []
     if not rows:
-        return told
+        return verdict
     seen = max(abs(r["energy"]) + r["round_off"] for r in rows)
     line = abs(measurement.measured["slope"] * measurement["duration"])
-    return judged(measurement, told) if line <= 2 * seen else told
+    return judged(measurement, verdict) if line <= 2 * seen else verdict
 
 
-def _of_run(told: Verdict, rows: list[Row], given: bool, band: float, duration: float) -> Verdict:
+def _of_run(
+    verdict: Verdict, rows: list[Row], given: bool, band: float, duration: float
+) -> Verdict:
     """Return the verdict on the scene's own run, if its modified energy has no certain drift."""
     if not rows or not covers(rows, duration):
-        if told.verdict == "fail" and given:
-            return Verdict("inconclusive", NOT_BACK, told.expected)
-        return told
+        if verdict.verdict == "fail" and given:
+            return Verdict("inconclusive", NOT_BACK, verdict.expected)
+        return verdict
     if stands(rows, band):
         limit = max(r["bound"] for r in rows)
-        return Verdict("pass", "", {**told.expected, "modified_limit": limit})
-    if told.verdict == "fail" and all(
+        return Verdict("pass", "", {**verdict.expected, "modified_limit": limit})
+    if verdict.verdict == "fail" and all(
         abs(r["modified"]) <= r["bound"] + r["walk"] + BEYOND * r["path"] for r in rows
     ):
-        return Verdict("inconclusive", NOT_BACK, told.expected)
+        return Verdict("inconclusive", NOT_BACK, verdict.expected)
     last = rows[-1]
     beyond = abs(last["modified"]) > last["bound"] + last["walk"] + BEYOND * last.get("form", 0.0)
-    if told.verdict == "pass" and beyond and _goes_one_way(rows) and band > last["round_off"]:
+    if verdict.verdict == "pass" and beyond and _goes_one_way(rows) and band > last["round_off"]:
         said = (
             "the energy only seems to oscillate: the modified energy, which should not, changes by "
             f"{last['modified']:.2g} of the energy that moves, always one way; take more --steps."
         )
-        return Verdict("inconclusive", said, told.expected)
-    return told
+        return Verdict("inconclusive", said, verdict.expected)
+    return verdict
 
 
 def _drifts(change: float, time: float) -> str:

@@ -39,7 +39,7 @@ def consistency_of(case: Case, least: int | None = 1) -> dict[str, Any] | None:
         return {"order": None, "unknown": " ".join(str(failure).split())}
 
 
-def demand_consistency(measurement: Measurement, told: Verdict) -> Verdict:
+def demand_consistency(measurement: Measurement, verdict: Verdict) -> Verdict:
     """Return the verdict of the runs, or a fail if a single step is not consistent.
 
     It is for studies that a rule of any order passes. If the scene has no exact motion to compare
@@ -48,10 +48,10 @@ def demand_consistency(measurement: Measurement, told: Verdict) -> Verdict:
     """
     local = measurement.get(CONSISTENCY)
     if local is None or (local["order"] is None and not local.get("refused")):
-        return told
+        return verdict
     if local["order"] is not None and local["order"] >= 1 - NEAR:
-        return told
-    return judge(local, told, None, "the scene")
+        return verdict
+    return judge(local, verdict, None, "the scene")
 
 
 def of_evidence(scheme: Scheme, least: int | None = None, settled: bool = False) -> dict[str, Any]:
@@ -86,26 +86,26 @@ def _settled(found: LocalOrder) -> LocalOrder:
     return replace(found, order=lowest.order, component=lowest.name, place=lowest.place)
 
 
-def judge(local: Row | None, told: Verdict, wanted: int | None, what: str) -> Verdict:
+def judge(local: Row | None, verdict: Verdict, wanted: int | None, what: str) -> Verdict:
     """Return the verdict of the runs combined with the single steps: a pass needs both.
 
     what: the name of the system that made the steps, for the reason.
     """
     if local is None or local.get("exact") or local.get("floats"):
-        return told
+        return verdict
     order, least = local["order"], wanted or 1
     if order is None:
-        if told.verdict != "pass":
-            return told
+        if verdict.verdict != "pass":
+            return verdict
         said = f"nothing is wrong with the runs, but no single step is judged: {local['unknown']}"
-        return Verdict("inconclusive", said.rstrip(".") + ".", told.expected)
-    told = told.expecting(local_order=order)
-    if order >= least - NEAR or told.verdict == "fail":
-        return told
+        return Verdict("inconclusive", said.rstrip(".") + ".", verdict.expected)
+    verdict = verdict.expecting(local_order=order)
+    if order >= least - NEAR or verdict.verdict == "fail":
+        return verdict
     said = f"one step of {what} is of order {order:.2f} in {local['component']}, below "
     where = local["place"] + (f", seed {local['seed']}" if "seed" in local else "")
     said += f"{'the declared ' if wanted else ''}{least}: from an exact state ({where}) "
     said += f"a step of {local['step']:.1g} is off by O(h^{order + 1:.2f})"
     if order < 1 - NEAR:
         said += ", so the rule is not consistent: as h goes to 0 it follows another motion"
-    return Verdict("fail", f"{said}.", told.expected)
+    return Verdict("fail", f"{said}.", verdict.expected)

@@ -31,9 +31,9 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
         said = f"the control was not caught: its {', '.join(missed)} is round-off."
         return Verdict("fail" if missed else "pass", said if missed else "",
                        {"at_least": 1e3 * allowed})  # fmt: skip
-    told = _judge_contact(found) if "contact" in found else _of_laws(case, found, allowed)
+    verdict = _judge_contact(found) if "contact" in found else _of_laws(case, found, allowed)
     what = "two neighbours and their bond"
-    return verdicts.judge(found.get("local"), told, case.order, what)
+    return verdicts.judge(found.get("local"), verdict, case.order, what)
 
 
 def _of_laws(case: Case, found: Row, allowed: float) -> Verdict:

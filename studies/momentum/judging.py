@@ -52,7 +52,7 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
     drifting = [k for k, v in drift.items()
                 if k in judged and not v <= limits.get(k, expected["limit"])]  # fmt: skip
     if not drifting:
-        return _believed(measurement, judged, limits, expected)
+        return _judge_faults(measurement, judged, limits, expected)
     name = max(drifting, key=lambda k: drift[k])
     steps = f" in {over[name]} steps" if name in over else ""
     allowed = limits.get(name, expected["limit"])
@@ -69,7 +69,7 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
     return Verdict("fail", said, expected)
 
 
-def _believed(
+def _judge_faults(
     measurement: Measurement, judged: list[str], limits: dict[str, float], expected: Any
 ) -> Verdict:
     """Return the verdict without a drift: it depends on whether a fault would have shown."""

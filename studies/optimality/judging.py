@@ -13,8 +13,8 @@ GROWS = 1.2  # times the change before, where nothing converges: of order 0 it i
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the verdict of solutions and of the pushed scene's steps: a pass needs both."""
-    told, local = _judge_solutions(case, measurement), measurement.get("local")
-    return verdicts.judge(local, told, case.order, "the scene under its inputs")
+    verdict, local = _judge_solutions(case, measurement), measurement.get("local")
+    return verdicts.judge(local, verdict, case.order, "the scene under its inputs")
 
 
 def _judge_solutions(case: Case, measurement: Measurement) -> Verdict:

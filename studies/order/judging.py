@@ -36,12 +36,12 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     One very small step may still deny the runs: an order that is lower in any component may have
     only a small error, or one that this final time hides.
     """
-    told = _judge_runs(case, measurement)
-    told = _with_multipliers(case, measurement, told)
+    verdict = _judge_runs(case, measurement)
+    verdict = _with_multipliers(case, measurement, verdict)
     if case.rule.is_recorded:
-        return _of_recorded(case, measurement, told)
-    told = judging_steps.judge(case, measurement, told)
-    return judging_steps.judge_effective(case, measurement, told)
+        return _of_recorded(case, measurement, verdict)
+    verdict = judging_steps.judge(case, measurement, verdict)
+    return judging_steps.judge_effective(case, measurement, verdict)
 
 
 def _judge_runs(case: Case, measurement: Measurement) -> Verdict:
@@ -110,8 +110,8 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     if case.scheme.one_step and not (as_wanted and case.rule.is_formula):
         from ..causes import one_step
 
-        if (told := one_step.of_step(case, finest=finest_order(case, measurement))) is not None:
-            return told
+        if (cause := one_step.of_step(case, finest=finest_order(case, measurement))) is not None:
+            return cause
     processed = (measurement.get("local") or {}).get("effective") or {}
     if as_wanted and processed.get("cause"):
         return {"cause": "the processed order", "sentence": processed["cause"] + "."}
@@ -135,14 +135,14 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     return of_order(case, measurement, ladder(case).duration, at_50_digits)
 
 
-def _with_multipliers(case: Case, measurement: Measurement, told: Verdict) -> Verdict:
+def _with_multipliers(case: Case, measurement: Measurement, verdict: Verdict) -> Verdict:
     """Return the verdict of (x, μ) after the multipliers, which may only deny it."""
     rows = [r for r in measurement.rows if "multipliers" in r]
-    if not rows or told.expected["order"] is None:
-        return told
+    if not rows or verdict.expected["order"] is None:
+        return verdict
     # their mean is even in h: an error of order 2, except for that of the row itself
-    least = min(2, told.expected["order"])
-    told = told.expecting(multipliers=least)
+    least = min(2, verdict.expected["order"])
+    verdict = verdict.expecting(multipliers=least)
     found = measurement.measured["multipliers"]
     errors = [r["multipliers"] for r in rows if r["multipliers"] is not None]
     if found is not None:
@@ -151,33 +151,33 @@ def _with_multipliers(case: Case, measurement: Measurement, told: Verdict) -> Ve
     else:
         wrong = bool(not_converging(rows, least, "multipliers"))
         said = f"do not converge, with errors of {', '.join(f'{e:.2g}' for e in errors)}"
-    if wrong and told.verdict != "fail":
+    if wrong and verdict.verdict != "fail":
         said += ", though (x, μ) converges: the force of constraint is another."
-        return Verdict("fail", f"the multipliers of the constraints {said}", told.expected)
+        return Verdict("fail", f"the multipliers of the constraints {said}", verdict.expected)
     exact = bool(errors) and max(errors) <= floor(case, measurement["certain"])
-    if found is None and told.verdict == "pass" and not exact:
+    if found is None and verdict.verdict == "pass" and not exact:
         said = "(x, μ) has its order, but fewer than four errors of the multipliers of the "
         said += "constraints lie on a straight line above round-off: take more --steps."
-        return Verdict("inconclusive", said, told.expected)
-    return told
+        return Verdict("inconclusive", said, verdict.expected)
+    return verdict
 
 
-def _of_recorded(case: Case, measurement: Measurement, told: Verdict) -> Verdict:
+def _of_recorded(case: Case, measurement: Measurement, verdict: Verdict) -> Verdict:
     """Return the verdict on runs, in words for a user who can only record more of them."""
     if len(measurement.rows) < FEWEST and measurement.measured["order"] is None:
         said = (
             f"an order needs runs at {FEWEST} steps or more, each half of the one before, say; "
             f"recorded are {len(measurement.rows)}."
         )
-        return Verdict("inconclusive", said, told.expected)
-    if told.verdict == "inconclusive" and case.rule.unit(16) > 2.0**-53:
-        return told.because(
+        return Verdict("inconclusive", said, verdict.expected)
+    if verdict.verdict == "inconclusive" and case.rule.unit(16) > 2.0**-53:
+        return verdict.because(
             f"the runs were written with digits of {case.rule.unit(16):.0e} of the motion, and too "
             "few of their errors are above these: record them with 17 digits."
         )
-    if "--steps" in told.reason:
-        return told.because(
+    if "--steps" in verdict.reason:
+        return verdict.because(
             "fewer than four of the recorded steps have errors on a straight line above round-off: "
             "record runs at other steps."
         )
-    return told
+    return verdict

@@ -11,68 +11,68 @@ from ..evidence import NEAR
 UNRESOLVED = 0.02  # share of the final state: larger errors at the finest step are not small yet
 
 
-def judge(case: Case, measurement: Measurement, told: Verdict) -> Verdict:
+def judge(case: Case, measurement: Measurement, verdict: Verdict) -> Verdict:
     """Return the verdict of the runs combined with that of single steps."""
     local = measurement.get("local") or {}
-    expected, wanted = told.expected, told.expected["order"]
+    expected, wanted = verdict.expected, verdict.expected["order"]
     order, least = local.get("order"), wanted or 1
     if local.get("exact"):
-        return _of_exact(told)
+        return _of_exact(verdict)
     if order is None:
-        if told.verdict == "pass" and local.get("unknown") and case.rule.is_formula:
+        if verdict.verdict == "pass" and local.get("unknown") and case.rule.is_formula:
             said = (
                 f"the runs have their order, but no single step could be judged: {local['unknown']}"
             )
             return Verdict("inconclusive", said.rstrip(".") + ".", expected)
-        return told
-    told = told.expecting(local_order=order)
-    expected = told.expected
+        return verdict
+    verdict = verdict.expecting(local_order=order)
+    expected = verdict.expected
     if order < least - NEAR:
-        return _of_lower(local, told, order, least)
+        return _of_lower(local, verdict, order, least)
     if wanted is None:
-        return told
-    if told.verdict == "fail" and "above" in told.reason:
-        return _of_higher(measurement, local, told, wanted)
-    if told.verdict == "fail" and (why := _unresolved(case, measurement, local)):
+        return verdict
+    if verdict.verdict == "fail" and "above" in verdict.reason:
+        return _of_higher(measurement, local, verdict, wanted)
+    if verdict.verdict == "fail" and (why := _unresolved(case, measurement, local)):
         return Verdict("inconclusive", why, expected)
-    if told.reason.startswith("every error is round-off"):
-        return told.because(
+    if verdict.reason.startswith("every error is round-off"):
+        return verdict.because(
             "every error of the runs is round-off beside the largest component, which says nothing "
             f"of the order; one step is of order {order:.2f} in {local['component']}: take another "
             "scene, or --digits 50."
         )
-    return told
+    return verdict
 
 
-def judge_effective(case: Case, measurement: Measurement, told: Verdict) -> Verdict:
+def judge_effective(case: Case, measurement: Measurement, verdict: Verdict) -> Verdict:
     """Return the verdict of the order and of the effective order, if the rule declares one."""
-    if case.rule.effective is None or told.verdict != "pass":
-        return told
+    if case.rule.effective is None or verdict.verdict != "pass":
+        return verdict
     found = (measurement.get("local") or {}).get("effective")
     if found is None:
         said = f"nothing is known of the effective order {case.rule.effective} that it declares."
-        return Verdict("inconclusive", said, told.expected)
+        return Verdict("inconclusive", said, verdict.expected)
     if found["verdict"]:
-        told = told.expecting(effective=case.rule.effective)
+        verdict = verdict.expecting(effective=case.rule.effective)
         if found["reached"]:
-            told = replace(told, measured={"effective": found["reached"]})
-    said = " ".join(filter(None, (told.reason, found["reason"])))
-    return replace(told, verdict=found["verdict"] or "pass", reason=said)
+            verdict = replace(verdict, measured={"effective": found["reached"]})
+    said = " ".join(filter(None, (verdict.reason, found["reason"])))
+    return replace(verdict, verdict=found["verdict"] or "pass", reason=said)
 
 
-def _of_exact(told: Verdict) -> Verdict:
+def _of_exact(verdict: Verdict) -> Verdict:
     """Return the verdict on a method whose every step, from every place, is exact to round-off."""
-    if told.verdict == "inconclusive":
-        told = Verdict("pass", "", told.expected)
-    if told.verdict == "pass":
-        return told.because(
+    if verdict.verdict == "inconclusive":
+        verdict = Verdict("pass", "", verdict.expected)
+    if verdict.verdict == "pass":
+        return verdict.because(
             "the method is exact on this scene: every single step, also beside its motion, ends "
             "where the motion does, to round-off."
         )
-    return told
+    return verdict
 
 
-def _of_lower(local: Row, told: Verdict, order: float, least: int) -> Verdict:
+def _of_lower(local: Row, verdict: Verdict, order: float, least: int) -> Verdict:
     """Return the verdict on steps of an order below the expected one, or inconsistent."""
     floats = local.get("floats") or {}
     if floats.get("explain"):
@@ -82,14 +82,14 @@ def _of_lower(local: Row, told: Verdict, order: float, least: int) -> Verdict:
             f"the coefficients {values}{more} are floats, and as floats they end at "
             f"{floats['size']:.1g} of a step: below that there is no order"
         )
-        if told.verdict == "pass":
-            return Verdict("pass", f"{said}; above it the order is as expected.", told.expected)
-        if told.verdict == "fail" and "go" in told.reason:
+        if verdict.verdict == "pass":
+            return Verdict("pass", f"{said}; above it the order is as expected.", verdict.expected)
+        if verdict.verdict == "fail" and "go" in verdict.reason:
             hint = "write them exactly, or judge the rule by --digits 16."
-            return Verdict("inconclusive", f"{said}; {hint}", told.expected)
-        return told
-    if told.verdict == "fail":
-        return told
+            return Verdict("inconclusive", f"{said}; {hint}", verdict.expected)
+        return verdict
+    if verdict.verdict == "fail":
+        return verdict
     where = f" ({local['place']})" if local.get("place") else ""
     below = f"one step is of order {order:.2f} in {local['component']}, below the expected {least}"
     if order < 1 - NEAR:
@@ -98,14 +98,14 @@ def _of_lower(local: Row, told: Verdict, order: float, least: int) -> Verdict:
             f"from an exact state{where} is off by O(h^{order + 1:.2f}), so as h goes to 0 it "
             "follows another motion than the scene's."
         )
-        said = said if told.expected["order"] is None else f"{below}: {said}"
-        return Verdict("fail", said, told.expected)
+        said = said if verdict.expected["order"] is None else f"{below}: {said}"
+        return Verdict("fail", said, verdict.expected)
     said = f"{below}: from an exact state{where} a step of {local['step']:.1g} is off by "
     said += f"O(h^{order + 1:.2f}), however little that is in the runs."
-    return Verdict("fail", said, told.expected)
+    return Verdict("fail", said, verdict.expected)
 
 
-def _of_higher(measurement: Measurement, local: Row, told: Verdict, wanted: int) -> Verdict:
+def _of_higher(measurement: Measurement, local: Row, verdict: Verdict, wanted: int) -> Verdict:
     """Return the verdict on runs above the expected order: by the time, the scene, or the rule."""
     order, runs = local["order"], measurement.measured["order"]
     if order <= wanted + NEAR:
@@ -113,15 +113,15 @@ def _of_higher(measurement: Measurement, local: Row, told: Verdict, wanted: int)
             f"the runs are of order {runs:.2f}, since at this final time errors cancel; single "
             f"steps, also beside the motion, are of order {order:.2f}, as declared."
         )
-        return Verdict("pass", said, told.expected)
+        return Verdict("pass", said, verdict.expected)
     if local.get("linear"):
         said = (
             f"on this linear scene the rule is of order {order:.2f}, above the declared {wanted}: "
             "a linear field asks for fewer of the order conditions, so that may be all of it."
         )
-        return Verdict("pass", said, told.expected)
-    return told.because(
-        told.reason + f" One step says so too: the order is higher than declared, {order:.2f}."
+        return Verdict("pass", said, verdict.expected)
+    return verdict.because(
+        verdict.reason + f" One step says so too: the order is higher than declared, {order:.2f}."
     )
 
 

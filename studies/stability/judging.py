@@ -29,8 +29,8 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     if reason := not case.control and not_claimed(case.rule, "symplectic"):
         return Verdict("pass", "", {"not_demanded": reason})
     own = case.scene.name not in FAMILIES
-    if own and (told := _judge_own(measured)) is not None:
-        return told
+    if own and (verdict := _judge_own(measured)) is not None:
+        return verdict
     held = None if own else FAMILIES[case.scene.name].held
     # a run of the scene's own motion is held to the fastest rate of that motion
     slower = measured["frequency"] / measured["fastest"] if own else 1.0

@@ -43,21 +43,21 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
 def _of_order(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
     order, wanted = measurement.measured["order"], scheme_of(case).order
-    told = Verdict("pass", "", expected)
+    verdict = Verdict("pass", "", expected)
     if not math.isfinite(order):
         said = "every error is round-off, which says nothing of an order."
-        told = Verdict("inconclusive", said, expected)
+        verdict = Verdict("inconclusive", said, expected)
     elif wanted is not None and not abs(order - wanted) <= TOLERANCE:
         before = measurement["orders"][-2]
         side = "below" if order < wanted else "above"
         said = f"order {order:.3f} in ε, at the times reached, is {side} the expected {wanted}"
         if abs(order - wanted) < abs(before - wanted) / 1.5:
-            told = Verdict(
+            verdict = Verdict(
                 "inconclusive", f"{said}, and comes nearer: take a smaller step.", expected
             )
         else:
-            told = Verdict("fail", f"{said} by more than {TOLERANCE}.", expected)
-    return judge_evidence(measurement["local"], told, wanted, "the rule in its own time")
+            verdict = Verdict("fail", f"{said} by more than {TOLERANCE}.", expected)
+    return judge_evidence(measurement["local"], verdict, wanted, "the rule in its own time")
 
 
 def _of_back(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
@@ -98,11 +98,11 @@ def _of_energy(case: Case, measurement: Measurement, expected: dict[str, Any]) -
     if not found:
         expected["energy"] = "it is not constant"
         return Verdict("pass")
-    told = Verdict("inconclusive", f"no long run goes through: {found.get('failed')}")
+    verdict = Verdict("inconclusive", f"no long run goes through: {found.get('failed')}")
     if "failed" not in found:
-        told = judge_errors(replace(case, study="energy"), Measurement.of(found))
+        verdict = judge_errors(replace(case, study="energy"), Measurement.of(found))
     if rule_of(case).way != "reversible" or case.control is not None:
-        expected |= told.expected
-        return told
+        expected |= verdict.expected
+        return verdict
     expected["energy"] = "measured only: nothing but an integrable motion makes it stay"
     return Verdict("pass")

@@ -231,8 +231,8 @@ def _energy(case: Case, step: Fraction) -> dict[str, Any]:
         except StepFailure as failure:
             found = {"measured": {"band": None, "slope": None}, "failed": str(failure)}
         if "failed" not in found and found["measured"]["band"] <= WIDE:
-            told = judge_errors(replace(case, study="energy"), Measurement.of(found))
-            if told.verdict != "fail" or rule_of(case).way != "poincare":
+            verdict = judge_errors(replace(case, study="energy"), Measurement.of(found))
+            if verdict.verdict != "fail" or rule_of(case).way != "poincare":
                 break
         step /= 2
     return found
