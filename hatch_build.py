@@ -1,4 +1,4 @@
-"""What an editable install holds: one module `discmech` that runs the checkout's own."""
+"""Build the editable install: one module `discmech` that runs the checkout's own."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def symplectic_euler(s, z, Z, h):
 
 @one_step()
 def nothing(s, z, h):
-    """What moves nothing is its own adjoint."""
+    """The identity, which is its own adjoint."""
     return s.join(*s.split(z))
 
 

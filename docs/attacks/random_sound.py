@@ -61,7 +61,7 @@ def in_units(plain: Scene, powers: tuple[int, int, int]) -> Scene:
 
 
 def asked_of_rules(scene: Scene) -> bool:
-    """Whether it has quantities that a rule has to keep."""
+    """Return True if the scene has quantities that a rule has to keep."""
     return any(e.kind != "first integral" for e in scene.symmetries)
 
 

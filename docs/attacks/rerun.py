@@ -50,7 +50,7 @@ def second_rows():
 
 
 def answer_of(words):
-    """What a command of the second table answers, in a word; it runs in this folder."""
+    """Return the answer of a command of the second table, in a word; it runs in this folder."""
     program, *rest = words
     if program == "python":
         done = subprocess.run([sys.executable, *rest], cwd=HERE, capture_output=True, check=False)
@@ -68,7 +68,7 @@ def in_unit(words, unit):
 
 
 def verdict_of(words):
-    """What a command says of its one case."""
+    """Return the verdict of a command on its one case."""
     with TemporaryDirectory() as folder:
         found = Path(folder) / "found.json"
         main([*words, "--jobs", "1", "--json", str(found)])

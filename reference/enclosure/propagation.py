@@ -1,4 +1,4 @@
-"""How an error made early grows: a set that holds it, carried along a computed solution.
+"""The growth of an early error: a set that contains it, carried along a computed solution.
 
 The error e of a computed z~ obeys e' = M(t) e - d, d the defect, where M(t), the mean of the
 Jacobian between z~ and the solution, lies in the interval matrix J that `balls` gives over the

@@ -1,4 +1,4 @@
-"""How far the polynomials of one Taylor step are from solving the equations, bounded rigorously.
+"""Rigorous bounds on the residuals of the polynomials of one Taylor step in the equations.
 
 Each node n of the tape is a polynomial of degree N - 1 on |t| <= H (a state: degree N). Its error r
 is the distance to the node's true value along the states' polynomials. The recurrences make the

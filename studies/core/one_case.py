@@ -1,4 +1,4 @@
-"""One case: measured, then judged, with what is looked for only where it did not pass."""
+"""Measure a case and judge it; look for more numbers and for a cause if it does not pass."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ Made = TypeVar("Made")
 def run_case(
     study: Study, case: Case, progress: Progress = silent, *, causes: bool = True
 ) -> dict[str, Any]:
-    """One case's result, as JSON has it; a step that fails marks the case and is not raised.
+    """Return the result of one case for JSON; a step that fails marks the case and is not raised.
 
     So does a rule that cannot be used on the scene: the case is then also marked `unusable`.
-    causes: whether the cause of what did not pass is looked for.
+    causes: True to look for the cause of a verdict that is not a pass.
     """
     found = measured_case(study, case, progress)
     verdict = judged(study, case, found)
@@ -40,7 +40,7 @@ def run_case(
 
 
 def measured_case(study: Study, case: Case, progress: Progress = silent) -> Found:
-    """What is measured of a case, in numbers of its digits, or why it cannot be."""
+    """Return the measurement of a case, in numbers of its digits, or why it cannot be measured."""
     from discmech.reference import progress_to
 
     def along(_: str, share: float) -> None:
@@ -58,7 +58,7 @@ def measured_case(study: Study, case: Case, progress: Progress = silent) -> Foun
 
 
 def judged(study: Study, case: Case, found: Found) -> Verdict:
-    """The verdict, made anew of what was measured."""
+    """Return the verdict on a measurement, or the reason why there is no measurement."""
     if found.knows_order:
         case.know_order(found.order)
     measurement = found.measurement
@@ -68,13 +68,13 @@ def judged(study: Study, case: Case, found: Found) -> Verdict:
 
 
 def asks_more(study: Study, found: Found, verdict: Verdict) -> bool:
-    """Whether more has to be measured before that verdict can be given."""
+    """Return True if more has to be measured before that verdict can be given."""
     asked = found.more or found.measurement is None
     return verdict.verdict != "pass" and study.measures_more and not asked
 
 
 def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found:
-    """The same with what is measured only where the first verdict is no pass."""
+    """Return `found` with the numbers that are measured only if the first verdict is no pass."""
     begun, measurement = time.perf_counter(), found.measurement
     assert measurement is not None
 
@@ -88,14 +88,14 @@ def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found
 
 
 def asks_cause(study: Study, case: Case, verdict: Verdict) -> bool:
-    """True if the cause of a verdict is to be sought."""
+    """Return True if the cause of a verdict is to be sought."""
     degenerate = getattr(case.scene, "one_form", None) is not None  # any study may see its modes
     seeks = study.tells_causes or degenerate
     return verdict.verdict != "pass" and seeks and case.control is None
 
 
 def diagnosed(study: Study, case: Case, found: Found) -> Mapping[str, Any] | None:
-    """The cause of what did not pass, where one can be told."""
+    """Return the cause of a verdict that is not a pass, or None if it is unknown."""
     from discmech.reference import ReferenceFailure
 
     if found.measurement is None:
@@ -117,7 +117,7 @@ def _with_order(found: Found, case: Case) -> Found:
 
 
 def _or_why(case: Case, make: Callable[[], Made]) -> Made | Verdict:
-    """What a function makes, or what is said where it cannot."""
+    """Return the value of a function, or a verdict with the reason why it raises an error."""
     from discmech.reference import ReferenceFailure
 
     try:

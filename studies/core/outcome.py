@@ -1,4 +1,4 @@
-"""What was measured of a case, what that means, and both together: frozen, and JSON at the edge."""
+"""The measurement of a case, its verdict, and both together: frozen, with dictionaries for JSON."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from .case import Case
 
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
-#: what a study may say of a case beside `measured` and `rows`, and is shown
+#: extras of a measurement that are shown beside `measured` and `rows`
 DETAILS = (
     "kind", "periods", "duration", "floor", "crossovers", "label", "title", "extreme", "slice",
     "unusable", "diagnosis", "local", "left_out_step",
@@ -22,9 +22,9 @@ Row = Mapping[str, Any]
 class Measurement(Mapping[str, Any]):
     """The numbers of a case, without a verdict.
 
-    measured: figures by name; rows: the runs or points that they were made of; extras: by name what
-    else the judge or a view asks for. As a mapping it is what JSON has of it: {"measured", "rows",
-    **extras}.
+    measured: figures by name; rows: the runs or points that they were made of; extras: other values
+    by name, for the judge or a view. As a mapping it is the dictionary for JSON, {"measured",
+    "rows", **extras}.
     """
 
     measured: Mapping[str, Any] = field(default_factory=dict)
@@ -33,14 +33,14 @@ class Measurement(Mapping[str, Any]):
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Measurement:
-        """What JSON has of one."""
+        """Return the measurement of a dictionary from JSON."""
         if isinstance(given, Measurement):
             return given
         extras = {key: value for key, value in given.items() if key not in ("measured", "rows")}
         return cls(given.get("measured", {}), given.get("rows", []), extras)
 
     def with_extras(self, **more: Any) -> Measurement:
-        """The same with more, or other, extras."""
+        """Return this measurement with more, or other, extras."""
         return replace(self, extras={**self.extras, **more})
 
     def __getitem__(self, key: str) -> Any:
@@ -56,10 +56,10 @@ class Measurement(Mapping[str, Any]):
 
 @dataclass(frozen=True)
 class Verdict:
-    """What `judge` says: a verdict, one sentence where it is no pass, what was expected.
+    """The answer of `judge`: a verdict, a sentence if it is no pass, and the expected numbers.
 
-    unusable: whether nothing can be said because the input is bad. measured, rows: what judging
-    adds to the numbers of the measurement, and what is shown in place of its rows.
+    unusable: True if the input is bad, so that nothing can be judged. measured: numbers that
+    judging adds to those of the measurement; rows: rows that are shown in place of its own.
     """
 
     verdict: str
@@ -70,20 +70,20 @@ class Verdict:
     rows: Sequence[Row] | None = None
 
     def expecting(self, **more: Any) -> Verdict:
-        """The same with more that was expected."""
+        """Return this verdict with more expected numbers."""
         return replace(self, expected={**self.expected, **more})
 
     def because(self, reason: str) -> Verdict:
-        """The same for another reason."""
+        """Return this verdict with another reason."""
         return replace(self, reason=reason)
 
 
 @dataclass(frozen=True)
 class Found:
-    """What is kept of a case: its measurement, or the verdict of why it cannot be measured.
+    """The stored part of a case: its measurement, or a verdict on why it cannot be measured.
 
-    order: that of the rule on the scene, where it was asked for (`knows_order`). more: whether
-    `Study.measure_more` was asked. measured_at: date and commit.
+    order: the rule's order on the scene, if it was asked for (`knows_order`). more: True if
+    `Study.measure_more` was called. measured_at: date and commit.
     """
 
     measurement: Measurement | None = None
@@ -95,7 +95,7 @@ class Found:
     measured_at: Mapping[str, Any] = field(default_factory=dict)
 
     def to_json(self) -> Mapping[str, Any]:
-        """What the store has of it."""
+        """Return the dictionary that the store keeps."""
         held = {key: value for key, value in vars(self).items() if key not in _PARTS}
         parts = {"measurement": self.measurement and {**self.measurement},
                  "failed": self.failed and vars(self.failed)}  # fmt: skip
@@ -103,7 +103,7 @@ class Found:
 
     @classmethod
     def of_json(cls, given: Mapping[str, Any]) -> Found:
-        """What `to_json` said."""
+        """Return the object of a dictionary by `to_json`."""
         made = dict(given)
         if given["measurement"] is not None:
             made["measurement"] = Measurement.of(given["measurement"])
@@ -117,7 +117,7 @@ _PARTS = ("measurement", "failed")
 
 @dataclass(frozen=True)
 class Result:
-    """A case, what was found of it, its verdict, and its cause where one was told."""
+    """A case with its measurement, its verdict, and the cause of that if one is known."""
 
     case: Case
     found: Found
@@ -125,7 +125,7 @@ class Result:
     cause: Mapping[str, Any] | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """What is shown, written and compared of it."""
+        """Return the dictionary that is shown, written and compared."""
         case, verdict, cause = self.case, self.verdict, self.cause
         measurement = self.found.measurement or Measurement()
         told = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""
