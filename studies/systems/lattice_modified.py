@@ -24,7 +24,7 @@ class LatticeDual:
         self.scheme = scheme
         self.shapes = [part.shape for part in scheme.lattice.start]
         self.n, self.m = (int(np.prod(shape)) for shape in self.shapes)
-        self._field = field_of(scheme, self.shapes[0], scheme.lattice.start[1], most=None)
+        self._field = field_of(scheme, self.shapes[0], scheme.lattice.start[1])
 
     def __call__(self, z: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return H (r,), the largest sum of its absolute terms (r,), f and dH (r, n+m)."""

@@ -40,7 +40,7 @@ def solution(scheme: Any, duration: float) -> tuple[np.ndarray, np.ndarray, floa
     lattice = scheme.lattice
     x, v = lattice.start
     mu = np.where(lattice.free[:, None], scheme.flow(lattice.step).momenta(x, v), 0)
-    field = field_of(scheme, x.shape, v)
+    field = field_of(scheme, x.shape, v, MOST)
     size = float(max(np.max(abs(x)), np.max(abs(mu))))
     start, ends = np.concatenate([x.ravel(), mu.ravel()]), []
     for tolerance in (TOLERANCE, LOOSER * TOLERANCE):
@@ -66,7 +66,7 @@ def rates_at(scheme: Any, x: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np
 
 
 def field_of(
-    scheme: Any, shape: tuple[int, ...], near: np.ndarray, most: float | None = MOST
+    scheme: Any, shape: tuple[int, ...], near: np.ndarray, most: float | None = None
 ) -> Any:
     """Return the vector field on all x and then all μ, as scipy calls it.
 
