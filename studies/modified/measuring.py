@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import itertools
 import math
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from discmech.integrators import Scheme
+from discmech.integrators import Scheme, StepFailure
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.expansions import ModifiedEquation
 
@@ -24,6 +25,7 @@ from ..core.modified_energy import dual_of
 
 #: steps of the coarsest run, halvings, and states of each run that are looked at
 STEPS, HALVINGS, STATES = 16, 5, 32
+LARGER = 4  # times the scene's step, where that leaves round-off
 #: of a step's power, by which a slope may miss it: half way to the power that a wrong term leaves
 NEAR = 0.5
 #: of two successive slopes, by which they differ where the errors follow their power
@@ -58,9 +60,18 @@ class Kept:
 def kept(scheme: Scheme, order: int, digits: int = 16) -> Kept:
     """Measure how far the modified Hamiltonian of a scheme is kept along runs.
 
+    The largest step is the scene's, or `LARGER` of it where errors are round-off at smaller ones.
     Raises `CannotMeasure` where there is none (`ModifiedEquation`), and for a scheme without an
     order, or of a higher one.
     """
+    found = _kept(scheme, order, digits, 1)
+    if not all(found.slopes(j) for j in range(found.first, order + 1)):
+        with suppress(StepFailure):  # so large a step may have no solution
+            return _kept(scheme, order, digits, LARGER)
+    return found
+
+
+def _kept(scheme: Scheme, order: int, digits: int, larger: int) -> Kept:
     equation = ModifiedEquation(scheme, order, digits)
     equation.check_hamiltonian()
     first = scheme.order
@@ -79,7 +90,7 @@ def kept(scheme: Scheme, order: int, digits: int = 16) -> Kept:
     found.wanted = [first if j < first else j + 1 for j in range(order + 1)]
     eps = float(equation.numbers.eps)
     for k in range(HALVINGS):
-        flow = scheme.flow(scheme.scene.step / 2**k, digits)
+        flow = scheme.flow(larger * scheme.scene.step / 2**k, digits)
         run = flow.trajectory(STEPS * 2**k, max(1, STEPS * 2**k // STATES))
         z = np.hstack([run.x, run.mu])
         terms = dual(z.astype(float))[1].max()
