@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from ..numbers.types import Given, Rows
 from .lattice_flow import NUMBERS, File, LatticeFlow, LatticeTrajectory, Progress
 from .lattice_run import LatticeRun
 from .site_gaps import SiteGaps
-
-if TYPE_CHECKING:
-    from .lattice_scheme import LatticeScheme
 
 
 @dataclass(frozen=True)
@@ -55,7 +52,7 @@ class ContactLatticeFlow(LatticeFlow):
     Raises `BadInput` for a negative step and for a start inside the obstacle.
     """
 
-    def __init__(self, scheme: LatticeScheme, step: Given, digits: int = 16) -> None:
+    def __init__(self, scheme: Any, step: Given, digits: int = 16) -> None:
         super().__init__(scheme, step, digits)
         if self.step < 0:
             raise BadInput(f"{self.lattice.name}: an impact has no unique past, so a lattice with "
