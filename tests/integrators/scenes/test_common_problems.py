@@ -11,14 +11,22 @@ from discmech.integrators.rules import get
 from discmech.integrators.scenes import COMMON
 from discmech.integrators.scenes.abc_flow import field
 
-SLOW = {"argon", "pleiades", "pythagorean", "water"}  # whose references take seconds
+SLOW = {"argon", "pleiades", "water"}  # whose references take seconds
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in COMMON]
+    "name",
+    [
+        pytest.param(n, marks=pytest.mark.slow if n in SLOW else ())
+        for n in COMMON
+        if n != "pythagorean"
+    ],
 )
 def test_the_reference_and_a_run_agree(name):
-    """By Gauss collocation with three nodes, in a tenth of the duration; momenta are kept."""
+    """By Gauss collocation with three nodes, in a tenth of the duration; momenta are kept.
+
+    The Pythagorean problem has encounters that no equal steps resolve: see the tests of steps.
+    """
     scene = scenes.get(name)
     rule = get("gauss-3" if scene.has_lagrangian else "dual-gauss-3")
     steps = scene.steps_for(scene.step) // 10

@@ -133,6 +133,16 @@ def test_an_eccentric_orbit_of_many_periods(way, periods):
     assert abs(errors[-tenth:].mean() - errors[:tenth].mean()) < 1e-12 * np.sqrt(periods)
 
 
+@pytest.mark.slow
+def test_the_pythagorean_problem_beside_its_reference():
+    """Behind the first encounters, at the time that is reached."""
+    scene = scenes.get("pythagorean")
+    run = scheme("kahan-li-8:trapezoidal", sigma=None, scene=scene).flow("1/96").until(6)
+    exact = solution(scene, exact_rational(run.t[-1], "t"), digits=20, proof=False)
+    assert np.allclose(run.x[-1], np.array(exact.x, float), atol=1e-8)
+    assert np.allclose(run.mu[-1], np.array(exact.mu, float), atol=1e-8)
+
+
 def test_where_the_motion_is_at_a_time():
     """`until` ends at the first row whose time is the asked one or more."""
     flow = scheme(sigma=distance).flow("1/50")
