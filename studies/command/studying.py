@@ -22,7 +22,9 @@ def add_to(commands: Any, word: str = "") -> None:
 
         studies = {**studies, word: study_called(word)}
     for name, study in studies.items():
-        asked = commands.add_parser(name, help=study.summary)
+        limits = ", ".join(f"{what} {most:g}" for what, most in study.limits.items())
+        said = f"Limits: {limits}." if limits else None
+        asked = commands.add_parser(name, help=study.summary, epilog=said)
         add_choices(asked, of_scenes=study.usual)
         add_own(asked, study.options)
         asked.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")

@@ -11,6 +11,7 @@ STUDY = StudyFolder(
     name="contact",
     package=__name__,
     place=3.6,
+    example=("bouncing-ball", 40),
     asks_for="contact",
     title="Contact",
     summary="contact with friction: cones, energy, momentum, times of impacts",

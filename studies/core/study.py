@@ -11,13 +11,13 @@ import re
 import sys
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from .options import Option
@@ -45,7 +45,9 @@ class Study:
     title, about: the heading and a paragraph of its page. summary: a line of help; asks, measured,
     judged: the columns of docs/judged.md. place: its place in the report. digits: the precisions
     that are measured by default. limits: the largest value of each measured quantity in a case that
-    passes. needs: a sentence with the reason why it may apply to nothing that was chosen. alone: it
+    passes; of a study of the bench what its judge, help and docs/verdicts.md read. example: the
+    scene and the steps of the smallest case that says something, for tests. needs: a sentence with
+    the reason why it may apply to nothing that was chosen. alone: it
     measures times, so its cases, or those that are `timed`, have the machine alone, except those
     that are compared with each other, run by run in turn (`together`). usual: it is a command that
     takes scenes and rules; the others are about the bench itself, or are measured only for an
@@ -67,7 +69,8 @@ class Study:
     asks_for: str = "equations"
     options: tuple[Option, ...] = ()
     digits: tuple[int, ...] = (16,)
-    limits: ClassVar[Mapping[str, float]] = {}
+    limits: Mapping[str, float] = MappingProxyType({})
+    example: tuple[str, int] = ("pendulum", 100)
     is_study: ClassVar[bool] = True  # marks it for a user's file, which is read without this module
 
     @property
@@ -216,6 +219,8 @@ class StudyFolder(Study):
     turn: int = 1
     asks_for: str = "equations"
     options: tuple[Option, ...] = ()
+    limits: Mapping[str, float] = field(default_factory=dict, hash=False)
+    example: tuple[str, int] = ("pendulum", 100)
 
     @cached_property
     def measuring(self) -> ModuleType:

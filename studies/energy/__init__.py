@@ -6,6 +6,7 @@ STUDY = StudyFolder(
     name="energy",
     package=__name__,
     place=3,
+    example=("kepler", 2000),
     asks_for="energy",
     turn=0,
     title="Energy",

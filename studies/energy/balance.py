@@ -36,7 +36,7 @@ from ..core.moving_energy import motion, moving_energy
 from ..core.runs import in_rows, of_states
 
 HALVINGS, MOST_HALVINGS = 3, 5  # number of runs, and the most if their orders do not agree yet
-TOLERANCE = 0.05  # tolerance of an order, as in the study of order in double precision
+REACHED = 0.05  # runs are halved until their order is no shorter of the wanted one than this
 
 
 def applies(case: Case) -> bool:
@@ -140,9 +140,9 @@ def unsettled(orders: list[float], least: float) -> bool:
     return last < least and not last < least - abs(last - before)
 
 
-def wanted(case: Case) -> dict[str, Any]:
+def wanted(case: Case, short: float = REACHED) -> dict[str, Any]:
     """Return the least order of the balance: the method's, or 2, which is that of the sum.
 
     It is 1 for a rule that declares none: a consistent one balances energy and work in the limit.
     """
-    return {"balance_order": min(case.order or 1, 2) - TOLERANCE}
+    return {"balance_order": min(case.order or 1, 2) - short}

@@ -10,6 +10,7 @@ from ..causes.round_off import unit, why_unknown
 from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..evidence.verdicts import demand_consistency
+from ..order import TOLERANCE
 from . import balance, modified
 from .measuring import WIDE, judge_errors
 
@@ -97,7 +98,7 @@ def _judge_balance(case: Case, measurement: Measurement) -> Verdict:
 def _sinks(case: Case, measurement: Measurement) -> Verdict:
     """Judge that the balance sinks with its order."""
     band, order = (measurement.measured[k] for k in ("band", "balance_order"))
-    expected = balance.wanted(case)
+    expected = balance.wanted(case, TOLERANCE[True])
     least = expected["balance_order"]
     if not np.isfinite(band):
         return Verdict("fail", "the energy is no longer finite.", expected)

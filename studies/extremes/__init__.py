@@ -18,6 +18,7 @@ STUDY = StudyFolder(
     name="extremes",
     package=__name__,
     place=7,
+    example=("charged-particle", 50),
     title="Extremes",
     summary="what happens at the edge of each scene, and how it is noticed",
     asks="is every failure noticed?",

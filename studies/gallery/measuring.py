@@ -11,6 +11,7 @@ from discmech.integrators.errors import BadInput
 from ..core.case import Case, Progress, silent
 from ..core.one_case import run_case
 from ..core.study import every_study
+from ..order import TOLERANCE
 from .entries import Entry
 
 #: the studies that are run, and the claim that each judges
@@ -21,7 +22,6 @@ ASKED = {
 LONG = 5000  # steps of the runs of energy and momentum: the slowest library takes 1 ms a step
 TIMED = 2000  # steps whose time is measured, after as many
 DIGITS = 16
-TOLERANCE = 0.05  # tolerance of an order, as in double precision anywhere
 #: a few roundings in each step of a long run, all of one sign
 EXACT = 4 * 2.0**-52 * LONG
 
@@ -48,7 +48,7 @@ def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
             claim = "symplectic"
         failed = result["verdict"] == "fail"
         if name == "order" and entry.multistep and result["measured"]["order"] is not None:
-            failed = abs(result["measured"]["order"] - entry.claims["order"]) > TOLERANCE
+            failed = abs(result["measured"]["order"] - entry.claims["order"]) > TOLERANCE[True]
         if entry.claims.get(claim) and failed:
             differs.append(result["reason"])
         elif entry.claims.get(claim) and result["verdict"] == "inconclusive":

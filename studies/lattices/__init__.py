@@ -2,6 +2,7 @@
 
 from ..core.options import THOROUGH, control_option
 from ..core.study import StudyFolder
+from ..order import TOLERANCE
 
 #: faults to be caught: a step whose momenta shrink, a wrong sign, a step without the law
 DAMPED, FLIPPED, RUNGE_KUTTA = "damped momenta", "flipped bracket", "classical Runge-Kutta"
@@ -11,6 +12,7 @@ STUDY = StudyFolder(
     name="lattices",
     package=__name__,
     place=3.8,
+    example=("fput", 2000),
     asks_for="sites",
     title="Lattices",
     summary="chains, nets and fields: the law on patches, order in space, contact, cost against N",
@@ -22,8 +24,9 @@ STUDY = StudyFolder(
         "memory against N; the rest is measured by order, energy, momentum and symplecticity"
     ),
     judged=(
-        "the law on patches ≤ 1e-13, order in space 2 ± 0.05, single steps of the rule's order; a "
-        "damped step, a flipped bracket and a Runge–Kutta step must be caught; not judged on time"
+        f"the law on patches ≤ 1e-13, order in space 2 ± {TOLERANCE[True]:g}, single steps of the "
+        "rule's order; a damped step, a flipped bracket and a Runge–Kutta step must be caught; not "
+        "judged on time"
     ),
     about=(
         "A lattice is judged by what is linear in its sites: the derivative of a step is applied "

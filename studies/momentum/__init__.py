@@ -6,6 +6,7 @@ STUDY = StudyFolder(
     name="momentum",
     package=__name__,
     place=2,
+    example=("lagrange-top", 500),
     asks_for="momenta",
     turn=0,
     title="Momentum maps",

@@ -1,11 +1,13 @@
 """Optimal control: the order of states, costates and controls under refinement."""
 
 from ..core.study import StudyFolder
+from ..order import TOLERANCE
 
 STUDY = StudyFolder(
     name="optimality",
     package=__name__,
     place=9,
+    example=("oscillator", 16),
     title="Optimal control",
     summary="order of states, costates and controls of a problem of optimal control",
     asks="is a controlled motion optimal?",
@@ -13,7 +15,7 @@ STUDY = StudyFolder(
         "how much states, costates and controls at the nodes change when the steps are halved; "
         "Newton's corrections"
     ),
-    judged="the order of each, 0.05 from the rule's, or no change but round-off",
+    judged=f"the order of each, {TOLERANCE[True]:g} from the rule's, or no change but round-off",
     about=(
         "A problem of optimal control is solved with steps that are halved from solution to "
         "solution: what changes is the error of the coarser one, to the order of the rule. Each of "

@@ -2,13 +2,16 @@
 
 from ..core.study import StudyFolder
 
-#: how far an order may be from the expected one, above or below: in double precision, otherwise
-TOLERANCE = {True: 0.05, False: 0.01}
+#: the largest distance of an order from the expected one, to both sides
+LIMITS = {"order in double precision": 0.05, "order with more digits": 0.01}
+#: the same by whether a case is in double precision
+TOLERANCE = dict(zip((True, False), LIMITS.values(), strict=True))
 
 STUDY = StudyFolder(
     name="order",
     package=__name__,
     place=0,
+    limits=LIMITS,
     asks_for="end",
     turn=2,
     title="Order of accuracy",

@@ -10,6 +10,7 @@ STUDY = StudyFolder(
     name="stability",
     package=__name__,
     place=5,
+    example=("harmonic", 50),
     title="Stability",
     summary="linear intervals, and maps of stiff scenes over step and stiffness",
     asks="up to which step is it bounded?",

@@ -7,6 +7,7 @@ STUDY = StudyFolder(
     name="steps",
     package=__name__,
     place=3.2,
+    example=("kepler", 500),
     title="Steps that vary",
     summary="rules whose steps vary: order at the times reached, way back, extended form, energy",
     asks="do steps that vary keep what the rule keeps?",

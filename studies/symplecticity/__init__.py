@@ -7,6 +7,7 @@ STUDY = StudyFolder(
     name="symplecticity",
     package=__name__,
     place=1,
+    example=("rigid-body", 24),
     asks_for="form",
     title="Symplecticity",
     summary="pullback of Ω and Poisson form, with controls",

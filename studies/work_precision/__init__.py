@@ -29,6 +29,7 @@ STUDY = StudyFolder(
     name="work-precision",
     package=__name__,
     place=4,
+    example=("pendulum", 50),
     title="Work and precision",
     summary="error against run time, beside other people's integrators",
     asks="what does an accurate digit cost?",

@@ -35,7 +35,7 @@ JUDGES = (
     _study("energy", "certain_drift", "_are_steady", "_continues", "_settled", "_allowed",
            "_steadiness", "_edge_slopes", "WIDE", "SHARE", "STEADY", "CERTAIN", "PARTS",
            module="measuring"),
-    _study("energy", "applies", "wanted", "TOLERANCE", module="balance"),
+    _study("energy", "applies", "wanted", module="balance"),
     _study("momentum", "_judge_faults", "BLIND"),
     _study("momentum", "FARTHEST", "limits_of", "walks_of", module="measuring"),
     _study("symplecticity", "_broken", "_seen_in", "demanded"),

@@ -13,7 +13,7 @@ import pytest
 from discmech.integrators import Scene, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation
-from discmech.studies import NAMES, get
+from discmech.studies import NAMES, every_study, get
 from discmech.studies.core import lookup
 from discmech.studies.core.case import Case, Progress
 from discmech.studies.core.one_case import run_case
@@ -31,21 +31,7 @@ PAIRWISE = [
     ("fpu", "imex"),
 ]
 #: (scene, steps): the smallest case of each study that says something
-SMALL = {
-    "order": ("pendulum", 100),
-    "symplecticity": ("rigid-body", 24),
-    "momentum": ("lagrange-top", 500),
-    "energy": ("kepler", 2000),
-    "work-precision": ("pendulum", 50),
-    "stability": ("harmonic", 50),
-    "charts": ("moser-veselov", 6),
-    "extremes": ("charged-particle", 50),
-    "savings": ("pendulum", 50),
-    "contact": ("bouncing-ball", 40),
-    "optimality": ("oscillator", 16),
-    "lattices": ("fput", 2000),
-    "steps": ("kepler", 500),
-}
+SMALL = {study.name: study.example for study in every_study().values() if study.usual}
 
 
 def charts_slowly(study):

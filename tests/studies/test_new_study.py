@@ -124,6 +124,12 @@ def test_each_study_has_its_row_in_docs_judged():
             assert row in judged, f"paste into docs/judged.md: {row}"
 
 
+def test_the_page_of_thresholds_says_the_limits_of_order():
+    run, more = every_study()["order"].limits.values()
+    page = (ROOT / "docs" / "verdicts.md").read_text(encoding="utf-8")
+    assert f"| order, runs | {run:g}; {more:g} at more digits |" in page
+
+
 def test_the_glossary_has_a_row_for_each_word():
     from discmech.studies.report.glossary import rows
 

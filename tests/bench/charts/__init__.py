@@ -7,6 +7,7 @@ STUDY = StudyFolder(
     name="charts",
     package=__name__,
     place=6,
+    example=("moser-veselov", 6),
     title="Steps of every size",
     summary="steps of every size on a group, beside the method bound to one chart",
     asks="do steps of every size agree?",

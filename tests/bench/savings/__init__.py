@@ -7,6 +7,7 @@ STUDY = StudyFolder(
     name="savings",
     package=__name__,
     place=8,
+    example=("pendulum", 50),
     title="What is left out",
     summary="what leaving out work that a scene does not need is worth",
     asks="what does skipped work save?",
