@@ -6,7 +6,7 @@ This is the evolution operator through the identity bisections (`bisections.evol
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from ..geometry import (
     step_round_off,
 )
 from ..numbers import Number, Numbers, Vector, inverse_sizes, tracked
-
-if TYPE_CHECKING:
-    from .flow import Flow
 
 State: TypeAlias = tuple[Numbers, Numbers]  # (x, μ)
 
@@ -173,7 +170,7 @@ def of_step(context: StepContext, before: State, after: State, guess: Numbers | 
 
 
 def return_defect(
-    forth: Flow, back: Flow, x: Numbers, mu: Numbers, u0: Numbers, *returned: State
+    forth: Any, back: Any, x: Numbers, mu: Numbers, u0: Numbers, *returned: State
 ) -> Number:
     """Return how far Φ₋ₕ(Φₕ(x, μ)) is from (x, μ), like `Flow.step_defect`.
 
@@ -195,7 +192,7 @@ def return_defect(
 
 
 def form_change_defects(
-    flow: Flow, x: Numbers, mu: Numbers, u0: Numbers
+    flow: Any, x: Numbers, mu: Numbers, u0: Numbers
 ) -> tuple[Number, Number, Number]:
     """Return the effect of a force on ω in the step of a flow from (x, μ): two defects, and det P.
 
@@ -218,7 +215,7 @@ def form_change_defects(
 
 
 def restricted_form_defect(
-    flow: Flow,
+    flow: Any,
     x: Numbers,
     mu: Numbers,
     u0: Numbers,

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -24,10 +24,6 @@ from ..numbers import Double, LazyModule, Matrix, Number, Vector, inlined, numer
 from ..numbers.types import MatrixLike
 from .blocks import at_ends, of_all, placed, places
 from .lattice_run import LatticeRun
-
-if TYPE_CHECKING:
-    from .lattice_flow import LatticeFlow
-    from .restricted_step import RestrictedStep
 
 sparse: Any = LazyModule("scipy.sparse")
 linalg: Any = LazyModule("scipy.sparse.linalg")
@@ -41,7 +37,7 @@ class DualStep:
     Raises `CannotMeasure` for compositions and constraints, `StepFailure` if the step is not found.
     """
 
-    def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray) -> None:
+    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
         scheme, lattice = flow.scheme, flow.lattice
         if scheme.substeps:
             raise CannotMeasure(f"{lattice.name}: {scheme.rule.name} has several substeps; ask its "
@@ -125,9 +121,7 @@ class DualStep:
         return [bracket(*ends) for bracket, ends in zip(brackets, (before, after), strict=True)]
 
 
-def poisson_defect(
-    step: DualStep | RestrictedStep, pairs: int, seed: int, bracket_sign: int = 1
-) -> float:
+def poisson_defect(step: Any, pairs: int, seed: int, bracket_sign: int = 1) -> float:
     """Return the largest relative difference of a step's pairings over random pairs.
 
     The difference is (Mᵀα)·Π(Mᵀβ) − α·Π′β for a `DualStep` and ω′(Pa, Pb) − ω(a, b) for a
@@ -145,7 +139,7 @@ def poisson_defect(
 class Bracket:
     """Π at (x, μ): {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_γν μ_θ at each site."""
 
-    def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, sign: int) -> None:
+    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray, sign: int) -> None:
         s = flow.scheme.equations.site.s
         rho, structure = natural_structure(s, s.x)
         of_mu = sympy.zeros(len(s.mu))
@@ -172,7 +166,7 @@ def _totals(terms: list[np.ndarray]) -> tuple[float, float]:
 
 
 def derivatives_of_step(
-    flow: LatticeFlow, x: np.ndarray, w: np.ndarray, h: float
+    flow: Any, x: np.ndarray, w: np.ndarray, h: float
 ) -> tuple[dict[str, MatrixLike], dict[str, np.ndarray], list[int]]:
     """Return ({"Ex": sparse, …}, the same for each bond, the order of a bond's letters).
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -33,9 +33,6 @@ from .dual_step import poisson_defect
 from .lattice import Lattice, floats
 from .lattice_run import LatticeRun
 from .restricted_step import step_derivative
-
-if TYPE_CHECKING:
-    from .lattice_scheme import LatticeScheme
 
 Progress: TypeAlias = Callable[[int], None] | None  # called with the number of steps so far
 File: TypeAlias = str | Path | None
@@ -74,7 +71,7 @@ class LatticeFlow:
     of 0, and for digits other than 16.
     """
 
-    def __init__(self, scheme: LatticeScheme, step: Given, digits: int = 16) -> None:
+    def __init__(self, scheme: Any, step: Given, digits: int = 16) -> None:
         self.scheme, self.lattice = scheme, scheme.lattice
         if digits != 16:
             raise BadInput(f"{self.lattice.name}: lattices run in double precision; leave digits "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -22,14 +22,11 @@ from ..errors import BadInput, StepFailure
 from .sparse_steps import BEGIN, RUN, SHOW, SparseMatrix, SparseSteps
 from .two_halves import LEAST, TwoHalves
 
-if TYPE_CHECKING:
-    from .lattice_flow import LatticeFlow, LatticeTrajectory
-
 
 class LatticeRun:
     """The state of a run: x, ν, the unknowns of the last steps, and counters."""
 
-    def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray) -> None:
+    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
         self.flow, self.x, self.mu = flow, np.ascontiguousarray(x), np.ascontiguousarray(mu)
         self.nu, self.totals = np.zeros_like(self.mu), np.zeros(LATTICE_ENTRIES)
         self.free = flow.lattice.free
@@ -118,7 +115,7 @@ class LatticeRun:
         self.totals[MOST] = max(most, self.totals[MOST])
 
     @classmethod
-    def from_row(cls, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray) -> LatticeRun:
+    def from_row(cls, flow: Any, x: np.ndarray, mu: np.ndarray) -> LatticeRun:
         """Return a run that starts from a row of another one; raises `StepFailure`."""
         run = cls(flow, x.copy(), mu.copy())
         run.checked(run.show())
@@ -256,7 +253,7 @@ class LatticeRun:
                 return again
         return self
 
-    def failure(self, status: int, rows: LatticeTrajectory | None) -> StepFailure:
+    def failure(self, status: int, rows: Any) -> StepFailure:
         """Return the failure of a step that was not found."""
         # sites are written in order, so the first one that is not finite is the cause, not a result
         written = np.hstack([self.x, self.nu]) if self.flow.scheme.local else self._work

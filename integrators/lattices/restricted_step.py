@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from ..numbers.types import MatrixLike
 from .blocks import at_ends, of_all, of_lattice, placed, places
 from .dual_step import Bracket, Covector, DualStep, derivatives_of_step
 from .lattice_run import LatticeRun
-
-if TYPE_CHECKING:
-    from .lattice_flow import LatticeFlow
 
 sparse: Any = LazyModule("scipy.sparse")
 linalg: Any = LazyModule("scipy.sparse.linalg")
@@ -40,7 +37,7 @@ class RestrictedStep:
     Raises `CannotMeasure` for compositions, `StepFailure` if the step is not found.
     """
 
-    def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray) -> None:
+    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
         if flow.scheme.substeps:
             raise CannotMeasure(f"{flow.lattice.name}: {flow.scheme.rule.name} has several "
                                 "substeps; ask its base rule.")  # fmt: skip
@@ -96,7 +93,7 @@ class RestrictedStep:
         ]
 
 
-def step_derivative(flow: LatticeFlow, x: np.ndarray, mu: np.ndarray) -> DualStep | RestrictedStep:
+def step_derivative(flow: Any, x: np.ndarray, mu: np.ndarray) -> DualStep | RestrictedStep:
     """Return the step from (x, μ) with its derivative, of the kind that the lattice has."""
     return (RestrictedStep if flow.scheme.constrained else DualStep)(flow, x, mu)
 

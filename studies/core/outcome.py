@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from .case import Case
+from typing import Any
 
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: extras of a measurement that are shown beside `measured` and `rows`
@@ -119,7 +116,7 @@ _PARTS = ("measurement", "failed")
 class Result:
     """A case with its measurement, its verdict, and the cause of that if one is known."""
 
-    case: Case
+    case: Any  # `case.Case`, whose module imports this one
     found: Found
     verdict: Verdict
     cause: Mapping[str, Any] | None = None
