@@ -115,7 +115,7 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
         # beyond a collision it is wide, or the scale is that of the collision
         if not np.ptp(errors) <= WIDE or may_end(case.scene):
             refuse_ended(case, float(times[-1]))
-        also["still"], also["turns"] = _comes_to_rest(run), _turns(run)
+        also["still"], also["turns"] = _comes_to_rest(run), turns_of(run)
         if more == LONGER[0]:
             also["modified"] = modified.measured(case, run, more * steps)
         return times, errors
@@ -204,7 +204,7 @@ def _comes_to_rest(run: Trajectory) -> bool:
     )
 
 
-def _turns(run: Trajectory) -> int:
+def turns_of(run: Trajectory) -> int:
     """Return how often the coordinate that turns most often turns in a run, counted to `TURNS`."""
     parts = [np.asarray(part) for part in (run.x, run.mu)]
     found = np.zeros(sum(part.shape[1] for part in parts), dtype=int)

@@ -21,7 +21,7 @@ from discmech.reference import ReferenceFailure
 
 from ..core.case import Case, Choice, Measurement, Progress, plain_cases, silent
 from ..core.runs import energy_errors, interval
-from ..energy.measuring import WIDE, judge_errors, measured_errors
+from ..energy.measuring import WIDE, judge_errors, measured_errors, turns_of
 from ..evidence import evidence_of
 from ..evidence.verdicts import of_evidence
 from .extended import DIGITS as DIGITS_OF_FORM
@@ -222,12 +222,17 @@ def _energy(case: Case, step: Fraction) -> dict[str, Any]:
     for _ in range(HALVINGS):
         flow = scheme_of(case).flow(step)
 
+        turns = 0
+
         def errors_of(more: int, flow: Any = flow) -> tuple[np.ndarray, np.ndarray]:
+            nonlocal turns
             run = flow.trajectory(more * steps, interval(more * steps))
+            turns = turns_of(run)
             return np.asarray(run.t, dtype=float), energy_errors(plain, run, 16)
 
         try:
             found = measured_errors(replace(case, study="energy"), errors_of)
+            found["turns"] = turns
         except StepFailure as failure:
             found = {"measured": {"band": None, "slope": None}, "failed": str(failure)}
         if "failed" not in found and found["measured"]["band"] <= WIDE:
