@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from fractions import Fraction
 
 import numpy as np
@@ -98,6 +99,24 @@ def shown(direction: SymbolicMatrix) -> str:
     return ", ".join(f"{float(e):.3g}" for e in direction)
 
 
+#: condition number below which a matrix is regular, for any round-off of double precision
+CLEAR = 1e8
+
+
+def _clearly_regular(matrix: SymbolicMatrix) -> bool:
+    """Return True if double precision, which may overflow, tells that a matrix is regular."""
+    with np.errstate(all="ignore"), suppress(OverflowError, np.linalg.LinAlgError):
+        quick = np.array([float(e) for e in matrix]).reshape(matrix.shape)
+        if not quick.size or not np.isfinite(quick).all():
+            return False
+        for axis in (1, 0):
+            sizes = abs(quick).max(axis=axis, keepdims=True)
+            if not np.isfinite(quick := quick / sizes).all():  # a row of zeros, or one too small
+                return False
+        return bool(np.linalg.cond(quick) < CLEAR)
+    return False
+
+
 def null_direction(matrix: SymbolicMatrix, tolerance: float = 1e-20) -> SymbolicMatrix | None:
     """Return a column that a matrix of numbers (of 30 digits) maps to zero, or None if it is
     regular.
@@ -108,12 +127,14 @@ def null_direction(matrix: SymbolicMatrix, tolerance: float = 1e-20) -> Symbolic
     """
     if not all(e.is_real and e.is_finite for e in matrix):
         return None
+    if _clearly_regular(matrix):
+        return None
     sizes = [max((abs(e) for e in matrix[i, :]), default=0) or 1 for i in range(matrix.rows)]
     scaled = sympy.Matrix(*matrix.shape, lambda i, j: matrix[i, j] / sizes[i])
     widths = [max((abs(e) for e in scaled[:, j]), default=0) or 1 for j in range(matrix.cols)]
     scaled = sympy.Matrix(*matrix.shape, lambda i, j: scaled[i, j] / widths[j])
-    if scaled and np.linalg.cond(np.array(scaled.tolist(), dtype=float)) < 1e8:
-        return None  # regular, for any round-off of this quick check
+    if scaled and np.linalg.cond(np.array(scaled.tolist(), dtype=float)) < CLEAR:
+        return None
     reduced, pivots = scaled.rref(iszerofunc=lambda e: abs(e) <= tolerance, normalize_last=False)
     free = [j for j in range(matrix.cols) if j not in pivots]
     if not free:
