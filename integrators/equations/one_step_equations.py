@@ -66,6 +66,13 @@ class OneStepEquations:
         self.slopes, self.velocities = main, self.view.velocities
         self.w = column([e for part in (*main, *self.velocities) for e in part])
         self.rows = column([e for part in (rows, *self.view.velocity_rows) for e in part])
+        #: unknowns that are x/h: differences of ϑ are known to the round-off of x alone, so slopes
+        #: are too, and near an equilibrium Newton's method would look for a smaller one
+        self.floor = column(())
+        if s.degenerate and not self.explicit:
+            self.floor = vector("zx", len(s.x))
+            self.w = self.w.col_join(self.floor)
+            self.rows = self.rows.col_join(self.floor - s.x / s.h)
         if s.degenerate:  # μ is ϑ(x), for any start
             new = column([*new, *self.view.letters(self.view.theta(new))])
         self.increment = new - self.z

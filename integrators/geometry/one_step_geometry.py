@@ -58,6 +58,8 @@ class OneStepGeometry(LocalGeometry):
         parts = [f[: len(equations.state)]] * len(equations.slopes) + [xi] * len(
             equations.velocities
         )
+        if len(equations.floor):
+            parts = [*parts, x / self.q[0]]
         return np.concatenate(parts)
 
     def step(self, x: Vector, mu: Vector, start: Vector) -> tuple[Vector, Vector, Tracked]:

@@ -1,5 +1,6 @@
 """Laws of Lagrangians ϑ(x)·v − H(x) that are linear in the velocity, over scenes and methods."""
 
+from fractions import Fraction
 from functools import cache
 from math import log2
 from types import SimpleNamespace
@@ -259,3 +260,12 @@ def test_methods_say_where_they_have_no_meaning():
             scheme("lotka-volterra", rule)
     with pytest.raises(BadInput, match='say "symmetric", "midpoint" or "standard"'):
         get("projected-gauss-1-oblique")
+
+
+@pytest.mark.parametrize("name", ["degenerate-gauss-1", "projected-gauss-1"])
+@pytest.mark.parametrize("far", [0, "1e-12", "1e-5"])
+def test_small_motions_near_an_equilibrium_are_followed(name, far):
+    """Differences of ϑ are known to the round-off of x, however small the slopes are."""
+    near = scenes.get("lotka-volterra-half").with_values(x0=[Fraction(far) + 1, 2])
+    run = Scheme(near, get(name)).flow("1/10").trajectory(60)
+    assert np.abs(run.x - [1, 2]).max() < 2 * float(far) + 1e-15
