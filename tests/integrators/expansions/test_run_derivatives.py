@@ -132,7 +132,10 @@ def test_what_has_no_derivative_is_said_in_a_sentence():
         own.gradient(run, [1.0, 2.0, 3.0])
     with pytest.raises(BadInput, match='give "mu0" or "v0"'):
         own.derivatives(run, held="v")
-    group = made("moser-veselov", "midpoint", None)
+
+
+@slow
+def test_a_discrete_lagrangian_on_the_group_has_no_series():
+    flow = made("moser-veselov", "midpoint", None).flow("0.1")
     with pytest.raises(CannotMeasure, match="on the group itself"):
-        own = group.flow(group.scene.step)
-        own.derivatives(own.trajectory(1))
+        flow.derivatives(flow.trajectory(1))

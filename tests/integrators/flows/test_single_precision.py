@@ -35,7 +35,7 @@ def energies_apart(scheme, step, single, double):
 
 @pytest.mark.parametrize(("scene", "rule", "step", "steps"), [
     ("pendulum", "midpoint", "0.125", 2000),
-    ("rigid-body", "trapezoidal", "0.125", 500),
+    pytest.param("rigid-body", "trapezoidal", "0.125", 500, marks=slow),
     pytest.param("henon-heiles", "gauss-2", "0.25", 2000, marks=slow),
     pytest.param("heavy-top", "midpoint", "0.0625", 1000, marks=slow),
     pytest.param("spherical-pendulum", "trapezoidal", "0.0625", 1000, marks=slow),
