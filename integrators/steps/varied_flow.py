@@ -299,7 +299,7 @@ def _energy(scene: Scene, numbers: Arithmetic) -> tuple[Any, Any]:
 
 
 def _refused(name: str) -> Any:
-    """Return a method that says why a flow of varying steps has none of that name."""
+    """Return a method that refuses, with the reason why a flow of varying steps has no `name`."""
 
     def method(self: VariedFlow, *given: Any, **named: Any) -> Any:
         raise CannotMeasure(
@@ -308,10 +308,11 @@ def _refused(name: str) -> Any:
             f"Scheme(scene, {self.varied.rule.base.name})."
         )
 
+    method.__doc__ = f"Raise `CannotMeasure`: steps that vary have no {name}."
     return method
 
 
-#: what `Flow` has of steps of one size
+#: methods of `Flow` for steps of one size
 for _name in ("elements", "arrow", "derivatives", "gradient", "evolve", "next_arrow", "devolve",
               "inverse_legendre", "solutions", "pullback_defect", "poisson_defect", "step_defect",
               "tangent"):  # fmt: skip
