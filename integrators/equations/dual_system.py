@@ -1,7 +1,7 @@
 """The vector field, energy and Poisson tensor of a scene on the dual, for one-step maps.
 
 Every answer is a letter, so the map's expressions stay small however often it asks; the value of a
-letter is held, and derivatives go through it (`numbers.graph`).
+letter is held, and derivatives go through it (`numbers.held`).
 """
 
 from __future__ import annotations

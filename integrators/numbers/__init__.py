@@ -44,7 +44,8 @@ from .exact import (
     whole_number,
     within_doubles,
 )
-from .graph import Frame, Graph, Node, NodeMatrix, Nodes, Rational, Scope, jacobian
+from .graph import Graph, Node, NodeMatrix, Nodes, Rational
+from .held import Frame, Scope, jacobian
 from .identities import (
     first_violation,
     is_zero,
