@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..modified.measuring import Kept
 
 WIDTH = 100
+USUAL = 4  # power of the step, of rules of a lower order
 LONGEST = 4000  # letters of a formula that is printed
 
 
@@ -31,7 +32,9 @@ def add_to(commands: Any) -> None:
     parser.add_argument("scene")
     parser.add_argument("named", nargs="?", metavar="RULE", help=RULE_HELP)
     parser.add_argument("--rule", metavar="R", help="the rule, in place of RULE")
-    parser.add_argument("--order", default="4", metavar="K", help="the last power of h (default 4)")
+    parser.add_argument(
+        "--order", metavar="K", help="the last power of h (default: 4, or the rule's order)"
+    )
     parser.add_argument("--retraction", metavar="NAME")
     parser.add_argument("--digits", default="16", metavar="D")
     parser.add_argument("--latex", action="store_true", help="formulas as LaTeX")
@@ -48,13 +51,15 @@ def _modified(options: argparse.Namespace) -> int:
 
     if (options.named is None) == (options.rule is None):
         raise BadInput("say one rule: discmech modified SCENE RULE, or --rule RULE.")
-    rule, order = options.named or options.rule, whole("--order", 12)(options.order)
+    rule = options.named or options.rule
+    asked = None if options.order is None else whole("--order", 12)(options.order)
     digits = digits_in(options.digits)
     writable(options.json)
     with progress_shown("deriving") as show:
         show("deriving", 0.0)
         scheme = Scheme(scene_asked(options), lookup.rule(rule))
         show("running", 0.3)
+        order = max(USUAL, scheme.order or 0) if asked is None else asked
         found = kept(scheme, order, digits)
         show("writing formulas", 0.6)
         terms, missing = _formulas(scheme, found)
