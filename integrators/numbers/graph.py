@@ -293,9 +293,12 @@ class Graph:
         terms: dict[int, list[tuple[Rational, Node]]] = {}
         for c, factor, row in pairs:
             for j, e in row.items():
-                if factor is not None:
-                    e = factor if e is self.one else self.product([(factor, 1), (e, 1)])
-                terms.setdefault(j, []).append((c, e))
+                size = c
+                if factor is not None and e.kind == NUMBER:
+                    size, e = c * e.args, factor
+                elif factor is not None:
+                    e = self.product([(factor, 1), (e, 1)])
+                terms.setdefault(j, []).append((size, e))
         found = ((j, self.sum(t)) for j, t in terms.items())
         return {j: e for j, e in found if e}
 
