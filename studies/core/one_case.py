@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from discmech.integrators import BadInput, StepFailure
@@ -14,12 +14,46 @@ from discmech.integrators.geometry import StagesNotFound
 from discmech.integrators.numbers import arithmetic
 
 from .case import Case, Measurement, Progress, Verdict, silent
-from .outcome import Found, Result
+from .outcome import DETAILS, Found
 from .record import provenance
 from .runs import refuse_ended
 from .study import Study
 
 Made = TypeVar("Made")
+
+
+@dataclass(frozen=True)
+class Result:
+    """A case with its measurement, its verdict, and the cause of that if one is known."""
+
+    case: Case
+    found: Found
+    verdict: Verdict
+    cause: Mapping[str, Any] | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the dictionary that is shown, written and compared."""
+        case, verdict, cause = self.case, self.verdict, self.cause
+        measurement = self.found.measurement or Measurement()
+        told = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""
+        return {
+            "scene": case.scene.name,
+            "rule": case.label,
+            "retraction": case.scene.groupoid.retraction,
+            "digits": case.digits,
+            "verdict": verdict.verdict,
+            "reason": verdict.reason + told,
+            "command": case.command,
+            "control": case.control is not None,
+            "expected": verdict.expected,
+            "measured": {**measurement.measured, **verdict.measured},
+            "rows": measurement.rows if verdict.rows is None else verdict.rows,
+            **{key: measurement.extras[key] for key in DETAILS if key in measurement.extras},
+            **({"diagnosis": cause} if cause else {}),
+            **({"unusable": True} if verdict.unusable else {}),
+            "seconds": self.found.seconds,
+            "measured_at": self.found.measured_at,
+        }
 
 
 def run_case(

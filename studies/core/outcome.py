@@ -110,37 +110,3 @@ class Found:
 
 
 _PARTS = ("measurement", "failed")
-
-
-@dataclass(frozen=True)
-class Result:
-    """A case with its measurement, its verdict, and the cause of that if one is known."""
-
-    case: Any  # `case.Case`, whose module imports this one
-    found: Found
-    verdict: Verdict
-    cause: Mapping[str, Any] | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the dictionary that is shown, written and compared."""
-        case, verdict, cause = self.case, self.verdict, self.cause
-        measurement = self.found.measurement or Measurement()
-        told = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""
-        return {
-            "scene": case.scene.name,
-            "rule": case.label,
-            "retraction": case.scene.groupoid.retraction,
-            "digits": case.digits,
-            "verdict": verdict.verdict,
-            "reason": verdict.reason + told,
-            "command": case.command,
-            "control": case.control is not None,
-            "expected": verdict.expected,
-            "measured": {**measurement.measured, **verdict.measured},
-            "rows": measurement.rows if verdict.rows is None else verdict.rows,
-            **{key: measurement.extras[key] for key in DETAILS if key in measurement.extras},
-            **({"diagnosis": cause} if cause else {}),
-            **({"unusable": True} if verdict.unusable else {}),
-            "seconds": self.found.seconds,
-            "measured_at": self.found.measured_at,
-        }

@@ -20,6 +20,7 @@ from . import fingerprint
 from .case import Case, Progress, scheme_of, silent
 from .cluster import Cluster
 from .one_case import (
+    Result,
     asks_cause,
     asks_more,
     diagnosed,
@@ -28,7 +29,7 @@ from .one_case import (
     run_case,
     with_more,
 )
-from .outcome import Found, Result
+from .outcome import Found
 from .plan import Place, Plan, Task
 from .store import Carried, Store
 from .study import Study

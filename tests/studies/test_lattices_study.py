@@ -219,7 +219,7 @@ def test_a_number_that_is_wrong_is_a_fail(name, value, words):
 )  # fmt: skip
 def test_a_number_of_a_lattice_that_is_wrong_is_a_fail(study, name, value):
     asked, of_study = case("rotors", steps=100, study=study), get(study)
-    found = of_study.measure(asked, silent)
+    found = {**of_study.measure(asked, silent)}
     assert of_study.judge(asked, found).verdict == "pass"
     found["measured"][name] = value
     for row in found["rows"] if study == "symplecticity" else ():
