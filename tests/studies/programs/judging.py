@@ -1,0 +1,24 @@
+"""One case of a box, judged."""
+
+from __future__ import annotations
+
+from discmech import (
+    scenes,
+)
+from discmech.studies.core.case import Case
+from discmech.studies.core.claims import claiming
+from discmech.studies.core.one_case import run_case
+from discmech.studies.core.study import every_study
+
+
+def judged(study, scene, box, steps=None, causes=True):
+    scene = scenes.get(scene) if isinstance(scene, str) else scene
+    case = Case(study, scene, box, 16, steps)
+    return run_case(every_study()[study], case, causes=causes)
+
+
+def verdicts(scene, box, *studies):
+    steps = {"energy": 5000}
+    return [
+        judged(s, scene, claiming(box, s), steps.get(s), causes=False)["verdict"] for s in studies
+    ]

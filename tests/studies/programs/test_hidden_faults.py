@@ -1,0 +1,189 @@
+"""Programs that are no map, change what they are given, raise, or hide a small fault."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+
+import numpy as np
+import pytest
+
+from discmech import (
+    BadInput,
+    Scheme,
+    StepFailure,
+    black_box,
+    scenes,
+)
+from discmech.integrators import rules
+from discmech.studies.core.claims import claiming
+
+from . import methods
+from .judging import judged
+from .methods import kick_drift_kick
+
+
+def test_a_step_that_keeps_something_between_calls_is_no_map():
+    calls = []
+
+    @black_box(order=2, symplectic=True)
+    def forgetful(q, p, h, s):
+        calls.append(0)
+        return kick_drift_kick(q, p, h * (1 + 1e-9 * (len(calls) % 7)), s)
+
+    found = judged("symplecticity", "pendulum", forgetful, causes=False)
+    assert found["verdict"] == "fail" and "between calls" in found["reason"]
+
+
+@pytest.mark.slow
+def test_a_step_that_is_another_one_in_a_run_is_no_map():
+    last = {"length": 0, "end": ()}
+
+    @black_box(order=2, symplectic=True)
+    def damped_in_runs(q, p, h, s):
+        goes_on = last["end"] == (*q, *p)
+        last["length"] = last["length"] + 1 if goes_on else 0
+        q, p = kick_drift_kick(q, p, h, s)
+        p = p * (1 - abs(h) ** 3 / 10 * (last["length"] > 6))
+        last["end"] = (*q, *p)
+        return q, p
+
+    found = judged("symplecticity", "pendulum", damped_in_runs, causes=False)
+    assert found["verdict"] == "fail" and "between calls" in found["reason"]
+
+
+@pytest.mark.slow
+def test_volume_is_judged_where_no_form_is_claimed():
+    claimed = dataclasses.replace(methods.rk4, claims=rules.Claims(keeps=("volume",)))
+    found = judged("symplecticity", "pendulum", claimed, causes=False)
+    assert found["verdict"] == "fail" and "volume is not kept" in found["reason"]
+    claimed = dataclasses.replace(methods.verlet, claims=claimed.claims)
+    found = judged("symplecticity", "pendulum", claimed, causes=False)
+    assert found["verdict"] == "pass" and "does not claim" in found["expected"]["not_demanded"]
+
+
+@pytest.mark.slow
+def test_a_sound_method_without_a_verdict_has_no_cause():
+    single = dataclasses.replace(methods.rk4, numbers="float32")
+    found = judged("order", "pendulum", single)
+    assert found["verdict"] == "inconclusive" and "diagnosis" not in found
+    assert "--digits" not in found["reason"]
+
+
+def test_a_step_that_looks_at_h_is_seen_at_others():
+    @black_box(order=2)
+    def looking(q, p, h, s):
+        ladder = [10 / 4 / round(2.5 / h) - h == 0, abs(np.log2(h / 0.1) * 2 % 1) < 0.2]
+        return kick_drift_kick(q, p, h if any(ladder) else h * (1 + 1e-3), s)
+
+    found = judged("order", "pendulum", looking, causes=False)
+    assert found["verdict"] == "fail"
+
+
+@pytest.mark.slow
+def test_an_iteration_with_a_loose_stop_is_told():
+    @black_box(order=2, symplectic=True, groupoids="pair")
+    def loose(q, p, h, s):
+        Q, P = q, p
+        for _ in range(100):
+            a, b = s.f((q + Q) / 2, (p + P) / 2)
+            change = abs(q + h * a - Q).max() + abs(p + h * b - P).max()
+            Q, P = q + h * a, p + h * b
+            if change < 1e-5:
+                break
+        return Q, P
+
+    found = judged("symplecticity", "pendulum", loose)
+    assert found["verdict"] != "pass" and "not smooth" in found["reason"]
+
+
+@pytest.mark.slow
+def test_a_small_defect_is_not_passed_for_none():
+    """Of RK4 at steps so small that differences hardly see its defect."""
+    tiny = scenes.get("pendulum").with_values(step="0.0005", duration="0.1")
+    found = judged("symplecticity", tiny, claiming(methods.rk4, "symplecticity"), causes=False)
+    assert found["verdict"] == "fail" or "hidden" in found["reason"]
+
+
+def test_views_and_buffers_are_copied():
+    kept = np.zeros(1), np.zeros(1)
+
+    @black_box(order=2)
+    def buffered(q, p, h, s):
+        kept[0][:], kept[1][:] = kick_drift_kick(q, p, h, s)
+        return kept[0][:], kept[1][:]
+
+    run = Scheme(scenes.get("pendulum"), buffered).flow("0.1").trajectory(5)
+    same = Scheme(scenes.get("pendulum"), methods.verlet).flow("0.1").trajectory(5)
+    assert np.array_equal(run.x, same.x)
+
+
+def test_a_step_that_raises_is_a_failure_with_the_rows_so_far():
+    @black_box(order=2)
+    def raising(q, p, h, s):
+        if q[0] < 0.5:
+            raise RuntimeError("no table there")
+        return kick_drift_kick(q, p, h, s)
+
+    flow = Scheme(scenes.get("pendulum"), raising).flow("0.1")
+    with pytest.raises(StepFailure, match="RuntimeError: no table there") as caught:
+        flow.trajectory(200)
+    assert len(caught.value.trajectory.t) == caught.value.step_index + 1 > 3
+    ends = black_box(name="ends")(lambda q, p, h, s: sys.exit(3))
+    with pytest.raises(StepFailure, match="SystemExit: 3"):
+        Scheme(scenes.get("pendulum"), ends).flow("0.1").trajectory(1)
+
+
+def test_a_way_back_may_change_what_it_is_given():
+    def read(q, p):
+        p *= 0.5
+        return q, p
+
+    doubled = black_box(write=lambda x, mu: (x, 2 * mu), read=read, name="doubled")(
+        lambda q, p, h, s: (q, p)
+    )
+    run = Scheme(scenes.get("kepler"), doubled).flow("0.1").trajectory(3)
+    assert np.array_equal(run.mu[0], run.mu[-1])
+
+
+@pytest.mark.parametrize(("step", "said"), [
+    (lambda q, p, h, s: [q[0], p[0], 1], "3 things"),
+    (lambda q, p, h, s: None, "nothing"),
+    (lambda q, p, h, s: ([0.0], p), "a list"),
+    (lambda q, p, h, s: (np.zeros(2), p), r"shape \(2,\)"),
+    (lambda q, p, h, s: (q + 0j, p), "complex"),
+    (lambda q, p, h, s: (s.gradient(q), p), r"could not be run: TypeError: .* take \(q, p\)"),
+    (lambda q, p, h, s: (q + unknown, p), "could not be run: NameError"),  # noqa: F821
+])  # fmt: skip
+def test_an_answer_of_another_kind_is_one_sentence(step, said):
+    box = black_box(name="odd")(step)
+    with pytest.raises(BadInput, match=said):
+        Scheme(scenes.get("pendulum"), box).flow("0.1").trajectory(1)
+
+
+def test_other_bad_input_is_one_sentence():
+    @black_box()
+    def in_place(q, p, h, s):
+        q += h * p
+        return q, p
+
+    @black_box()
+    def not_a_number(q, p, h, s):
+        return q * np.nan, p
+
+    with pytest.raises(BadInput, match="changes its argument in place"):
+        Scheme(scenes.get("pendulum"), in_place).flow("0.1").trajectory(1)
+    with pytest.raises(StepFailure, match="not finite"):
+        Scheme(scenes.get("pendulum"), not_a_number).flow("0.1").trajectory(1)
+    with pytest.raises(BadInput, match="takes 2 arguments"):
+        black_box(name="short")(lambda q, p: (q, p))
+    with pytest.raises(BadInput, match="takes system by name alone"):
+        black_box()(lambda q, p, h, *, system: (q, p))
+    with pytest.raises(BadInput, match="no step"):
+        black_box()(type("Method", (), {"start": lambda self, q, p, h: 0}))
+    with pytest.raises(BadInput, match="with brackets"):
+        black_box(kick_drift_kick)
+    with pytest.raises(BadInput, match="compose its steps in it"):
+        rules.compose(methods.verlet, "triple-jump")
+    with pytest.raises(BadInput, match="machine numbers"):
+        Scheme(scenes.get("pendulum"), methods.verlet).flow("0.1", digits=50)
