@@ -61,20 +61,21 @@ def of_case(study: Study, case: Case, timed: bool) -> str:
 def text_of_study(study: Study) -> str:
     """Return the digest of the text by which a study measures.
 
-    For a study that is not the bench's own it has all of the bench and the study's own text; for
-    one in a package, the text of all files of its folder.
+    For a study that is not the bench's own it has all of the bench, the study's own text (in a
+    package, that of all files of its folder) and the values that its functions read. Raises
+    `Opaque` for one that reads files, clocks or chance, so that it is measured anew each time.
     """
     if isinstance(study, StudyFolder):
         return text_of(ROOT.joinpath(*study.package.split(".")[1:]))
     for file in reversed(loaded()):
         if file.studies.get(study.name) is study:
-            return of_everything(file.digest)
+            return of_everything(file.digest, reads(study, pure=True))
     module = sys.modules[type(study).__module__]
     if module.__name__ == "__main__" or not getattr(module, "__file__", None):
         raise Opaque(f"{study.name} is in no file")
     place = Path(str(module.__file__))
     files = sorted(place.parent.rglob("*.py")) if module.__package__ else [place]
-    return of_everything(*(p.read_text("utf-8") for p in files))
+    return of_everything(*(p.read_text("utf-8") for p in files), reads(study, pure=True))
 
 
 def known_by_text(case: Case) -> bool:
@@ -221,15 +222,19 @@ def text_of(folder: Path) -> str:
         place = pending.pop()
         if place in (*found, *parts) or place.name in SHOWING or not place.is_dir():
             continue
-        files = [p for p in place.glob("*.py") if not any(map(p.match, NOT_MEASURING))]
-        found[place] = [*files, *place.glob("*.c")]  # C files that it compiles
+        files = [
+            p for p in place.rglob("*.py")
+            if p.parent != place or not any(map(p.match, NOT_MEASURING))
+        ]  # fmt: skip
+        found[place] = [*files, *place.rglob("*.c")]  # C files that it compiles
         for file in files:
             text = file.read_text("utf-8")
-            beside = re.findall(r"^\s*from \.\.(\w+)", text, re.M)
+            outside = r"\.\." + r"\." * len(file.relative_to(place).parents[1:])
+            beside = re.findall(rf"^\s*from {outside}(\w+)", text, re.M)
             ours = re.findall(r"^\s*from discmech\.studies\.(\w+)", text, re.M)
             pending += [place.parent / name for name in beside]
             pending += [STUDIES[0] / name for name in ours]
-    shared = [p for part in parts for p in part.glob("*.py")]
+    shared = [p for part in parts for p in part.rglob("*.py")]
     return _digest(
         _text_of_mathematics(), _text([*shared, *(p for f in found.values() for p in f)])
     )

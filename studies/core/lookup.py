@@ -150,13 +150,6 @@ def address_of(thing: Discretisation | Scene) -> str:
     return word if place is None else f"{place}:{thing.name}"
 
 
-def stamp(thing: Discretisation | Scene) -> str:
-    """Return the word together with a digest of the text of its file."""
-    base = thing.base if isinstance(thing, Composition) and file_of(thing) is None else thing
-    file = file_of(base)
-    return word_for(thing) if file is None else f"{word_for(thing)} {file.digest}"
-
-
 def file_of(thing: Discretisation | Scene) -> UserFile | None:
     """Return the loaded file that defines it, or None; a scene may be in any chart."""
     for file in reversed(loaded()):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import hashlib
 import pickle
 import sys
 import traceback
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -24,7 +25,7 @@ class UserFile:
     """The definitions at a file's top level, by the names of rules, scenes and studies.
 
     Lattices are among the scenes. `path` is as it was first given, `digest` identifies its text
-    (and that of neighbours which it imports).
+    and that of the files beside it which it imports.
     """
 
     path: str
@@ -150,10 +151,8 @@ def _collect(
 
 def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType]:
     """Run the source, with its output on standard error; return (digest, module)."""
-    digest = hashlib.sha256(source)
-    module = ModuleType(f"discmech_user_{file.stem}_{digest.hexdigest()[:8]}")
+    module = ModuleType(f"discmech_user_{file.stem}_{hashlib.sha256(source).hexdigest()[:8]}")
     module.__file__ = str(file)
-    before = set(sys.modules)
     sys.modules[module.__name__] = module
     sys.path.insert(0, str(file.parent))  # its neighbours may be imported
     try:
@@ -170,11 +169,44 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType]:
         raise BadInput(f"{path}{f', line {line}' if line else ''}: {what}") from None
     finally:
         sys.path.remove(str(file.parent))
-    for name in sorted(set(sys.modules) - before):
-        neighbour = getattr(sys.modules[name], "__file__", None)
-        if neighbour and Path(neighbour).parent == file.parent and neighbour != str(file):
-            digest.update(Path(neighbour).read_bytes())
-    return digest.hexdigest(), module
+    return _digest_of(file, source), module
+
+
+def _digest_of(file: Path, source: bytes) -> str:
+    """Return the digest of a source, and of all files that it imports from its folder.
+
+    They are found by the texts, so that every process finds the same, whatever it loaded before.
+    """
+    texts, pending = {file: source}, [file]
+    while pending:
+        place = pending.pop()
+        for each in _imported(place, texts[place], file.parent):
+            if each not in texts and each.is_file():
+                texts[each] = each.read_bytes()
+                pending.append(each)
+    beside = (texts[each] for each in sorted(texts) if each != file)
+    return hashlib.sha256(b"\0".join((source, *beside))).hexdigest()
+
+
+def _imported(file: Path, source: bytes, folder: Path) -> Iterator[Path]:
+    """Yield the paths at which the modules that a source imports may be, in a folder or below."""
+    try:
+        statements = list(ast.walk(ast.parse(source)))
+    except SyntaxError:  # of a file that is imported only in some cases
+        return
+    for node in statements:
+        if isinstance(node, ast.Import):
+            found = [(folder, each.name) for each in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = file.parents[node.level - 1] if node.level else folder
+            found = [(base, f"{node.module or ''}.{each.name}") for each in node.names]
+        else:
+            continue
+        for place, name in found:
+            for part in filter(None, name.split(".")):  # every package on the way is run
+                place /= part
+                yield place.with_name(f"{part}.py")
+                yield place / "__init__.py"
 
 
 def _line_in(file: Path, error: BaseException) -> int | None:

@@ -123,6 +123,13 @@ def test_a_study_rests_on_those_that_it_imports_and_on_its_c_files(checkout):
     assert not changes(checkout, "studies/lattices/lattice.c", key)
 
 
+@pytest.mark.parametrize("name", ["__init__", "equations", "scipys"])
+def test_a_race_rests_on_the_integrators_of_others(checkout, name):
+    race = get("work-precision").cases(Choice((scenes.get("pendulum"),), (midpoint,)))[0]
+    ask = partial(fingerprint.of_case, get("work-precision"), race, True)
+    assert changes(checkout, f"studies/work_precision/peers/{name}.py", ask)
+
+
 def test_what_measures_imports_nothing_that_judges():
     """Else a judge would be part of a measurement, and not of its key."""
     judging = re.compile(r"^\s*(from \S*\bjudging|from \S+ import .*\bjudging)", re.M)

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import json
+import sys
+from importlib import invalidate_caches
 
 import mpmath
 import pytest
 
 from discmech import BadInput, check
+from discmech.integrators.scene import Opaque
 from discmech.studies import Study, Verdict
 from discmech.studies.command import main
 from discmech.studies.core import study as room
+from discmech.studies.core import userfile
+from discmech.studies.core.fingerprint import text_of_study
+from discmech.studies.core.study_lookup import study_called
 
 FILE = """
 from discmech.studies import Study
@@ -57,6 +63,38 @@ def test_a_limit_judges_and_a_change_of_it_is_seen(file, capsys):
     code, found = asked(capsys, *file(1e-3), *scenes)
     assert code == 1 and found["remembered"] == 0
     assert "most is" in found["cases"][0]["reason"] and "above 0.001" in found["cases"][0]["reason"]
+
+
+BESIDE = {
+    "module": ("import beside", "beside.FACTOR", "beside.py", "FACTOR = 1e{}"),
+    "package": ("from parts.values import FACTOR", "FACTOR", "parts/values.py", "FACTOR = 1e{}"),
+    "late": ("", "__import__('beside').FACTOR", "beside.py", "FACTOR = 1e{}"),
+    "data": ("import numpy", "numpy.loadtxt('data.txt')", "data.txt", "1e{}"),
+    "file": ("", "float(open('data.txt').read())", "data.txt", "1e{}"),
+}
+
+
+@pytest.mark.parametrize("kind", BESIDE)
+def test_a_change_of_what_it_reads_is_seen(file, tmp_path, kind, monkeypatch):
+    """Its text has another digest, or none, so that nothing kept of it is used."""
+    imported, value, beside, text = BESIDE[kind]
+    (tmp_path / "parts").mkdir()
+    edits = {"class Energy": f"{imported}\n\nclass Energy", "abs(run.mu).max()": value}
+    (word,) = file(1e3, **edits)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    found = []
+    for power in (0, 9):
+        (tmp_path / beside).write_text(text.format(power), encoding="utf-8")
+        monkeypatch.setattr(userfile, "_loaded", {})  # as in a process of its own
+        for name in ("beside", "parts", "parts.values"):
+            sys.modules.pop(name, None)
+        invalidate_caches()
+        try:
+            found.append(text_of_study(study_called(word)))
+        except Opaque:
+            found.append(None)
+    assert found[0] is None or found[0] != found[1]
+    assert (None in found) == (kind in ("late", "data", "file"))
 
 
 def test_other_processes_find_it_again(file, capsys):

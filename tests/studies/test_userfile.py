@@ -272,3 +272,21 @@ def test_plain_functions_are_named_and_a_line_is_said_once(tmp_path, monkeypatch
     )
     with pytest.raises(BadInput, match=r"^short\.py, line 2: short: force= is a function of"):
         load("short.py")
+
+
+def test_of_files_that_share_one_beside_them_no_digest_depends_on_the_turn(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shared = "from shared_values import HALF\n"
+    found = []
+    for number, names in enumerate((("one.py", "two.py"), ("two.py", "one.py"))):
+        folder = tmp_path / str(number)  # another folder, whose files were never loaded
+        folder.mkdir()
+        for name in names:
+            (folder / name).write_text(shared + RULE, encoding="utf-8")
+        (folder / "shared_values.py").write_text("HALF = 1\n", encoding="utf-8")
+        found.append({name: load(str(folder / name)).digest for name in names})
+    assert found[0] == found[1]
+    (folder / "shared_values.py").write_text("HALF = 2\n", encoding="utf-8")
+    (folder / "one.py").write_text(shared + RULE + "\n", encoding="utf-8")
+    (folder / "three.py").write_text(shared + RULE, encoding="utf-8")
+    assert load(str(folder / "three.py")).digest != found[0]["two.py"]
