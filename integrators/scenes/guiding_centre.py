@@ -1,8 +1,9 @@
 """The guiding centre in a magnetic mirror by coordinates of its field, (ψ, φ, χ, u).
 
 A vacuum field is B = ∇ψ × ∇φ = ∇χ, so A = ψ∇φ and b = ∇χ/B: half of ϑ = ψ dφ + (u/B) dχ vanishes,
-as degenerate variational integrators need it. To first order in the flux ψ the field 1 + χ² of an
-axis has the strength B = 1 + χ² − ψ(1 + 2χ²).
+as degenerate variational integrators need it. Round an axis with the strength β(χ) the potential is
+χ = F(z) − r²F″/4 + …, F′ = β(F), and the flux ψ = r²F′/2 − …; so B = β − ψ (ββ″/2 − β′²/4) + O(ψ²),
+which is 1 + χ² − ψ for β = 1 + χ².
 """
 
 from typing import Any
@@ -12,7 +13,7 @@ from ..scene import Conserved, Scene
 
 
 def _strength(x: Any) -> Any:
-    return 1 + x[2] ** 2 - x[0] * (1 + 2 * x[2] ** 2)
+    return 1 + x[2] ** 2 - x[0]
 
 
 def one_form(x: Any, p: Any) -> Any:

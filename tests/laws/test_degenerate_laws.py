@@ -162,6 +162,23 @@ def test_projections_have_nothing_to_do_where_half_of_the_form_vanishes(name):
     assert np.abs(runs[0] - runs[1]).max() < 1e-12
 
 
+def test_the_guiding_centre_has_the_strength_of_a_vacuum_field():
+    """χ = F(z) − r²F″/4 + …, F = tan z, has F′ = 1 + F² on the axis; |∇χ| at the flux ψ."""
+    z, r = sympy.symbols("z r")
+    F = sympy.tan(z)
+    potential = F - r**2 * F.diff(z, 2) / 4 + r**4 * F.diff(z, 4) / 64
+    flux = r**2 * F.diff(z) / 2 - r**4 * F.diff(z, 3) / 16
+    for height in (0.3, 0.5):
+        chi, psi, along, across = (
+            float(e.subs({z: height, r: 0.01}))
+            for e in (potential, flux, potential.diff(z), potential.diff(r))
+        )
+        strength = scenes.get("guiding-centre").hamiltonian(
+            [psi, 0, chi, 0], SimpleNamespace(moment=1)
+        )
+        assert abs(strength - np.hypot(along, across)) < 1e-3 * psi
+
+
 def test_a_form_of_which_no_half_vanishes_is_told():
     with pytest.raises(CannotMeasure, match="half of the components of ϑ vanish, and those of lot"):
         scheme("lotka-volterra", "degenerate-euler")
