@@ -77,6 +77,13 @@ def test_a_wrong_term_is_caught(monkeypatch):
     assert judge(kept(scheme, 2)).verdict == "fail"
 
 
+def test_ways_between_states_go_round_a_singularity():
+    """Half an orbit ends opposite to its start, with the centre on the straight way."""
+    half = scenes.get("kepler").with_values(x0=[1, 0], v0=[0, "9/10"], step="16/100")
+    told = judge(kept(Scheme(half, rules.get("stoermer-verlet")), 2))
+    assert told.verdict == "pass", told.reason
+
+
 #: every kind of groupoid, rules with stages and compositions, to the stated order
 SCENES = [
     ("kepler", "lobatto-3", 6), ("double-pendulum", "trapezoidal", 4),
