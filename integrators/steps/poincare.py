@@ -12,7 +12,7 @@ from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
 
-from ..equations import SceneSymbols, energy, momentum, natural_structure
+from ..equations import SceneSymbols, energy, momentum, poisson_tensor
 from ..errors import BadInput, check_function
 from ..numbers import first_violation, jacobian, measure, sympy, to_sympy
 from ..numbers.types import Column, Expression
@@ -106,6 +106,7 @@ def _has(s: SceneSymbols, sigma: Expression, quantity: Any) -> bool:
     if quantity.kind not in ("momentum map", "Casimir") or quantity.of_step:
         return False
     value = quantity.at(s.position, s.mu, s.parameters, s.h)
-    rho, _ = natural_structure(s, s.x)
-    slope = jacobian(list(value) if hasattr(value, "shape") else [value], s.mu)
-    return first_violation(jacobian([sigma], s.x) * rho * slope.T) is None
+    z = [*s.x, *s.mu]
+    slope = jacobian(list(value) if hasattr(value, "shape") else [value], z)
+    bracket = jacobian([sigma], z) * poisson_tensor(s, s.x, s.mu) * slope.T
+    return first_violation(bracket) is None

@@ -163,12 +163,16 @@ def test_the_scene_in_its_own_time_is_a_scene():
     by_h = Scene(
         name="kepler-by-h", groupoid=pair(2), parameters={"strength": 1}, x0=["2/5", 0],
         mu0=[0, 2], hamiltonian=lambda x, mu, p: mu.dot(mu) / 2 - p.strength / sympy.sqrt(x.dot(x)),
+        symmetries=KEPLER.symmetries,
     )  # fmt: skip
     ends = [Scheme(in_own_time(s, square), midpoint).flow("1/10").trajectory(50).x[-1]
             for s in (KEPLER, by_h)]  # fmt: skip
     assert np.allclose(*ends, rtol=1e-12)
     lost = in_own_time(KEPLER, lambda x, mu, p: 1 + x[0] ** 2)
     assert not lost.symmetries  # σ turns with nothing
+    assert not in_own_time(by_h, lambda x, mu, p: 1 + mu[0] ** 2).symmetries
+    (kept,) = in_own_time(by_h, lambda x, mu, p: 1 + mu.dot(mu)).symmetries
+    assert kept.name == "angular momentum"
 
 
 def test_the_poincare_way_is_the_rule_on_the_scene_in_its_own_time():
