@@ -257,7 +257,7 @@ def check_two_form(s: SceneSymbols, scene: Scene) -> None:
     if (direction := null_direction(found)) is not None:
         raise BadInput(
             f"{scene.name}: dϑ of its one-form is singular at x0, in the direction "
-            f"({shown(direction)}), so no velocity follows from dϑ(ẋ, ·) = dH; begin elsewhere."
+            f"({shown(direction)}), so no velocity follows from dϑ(·, ẋ) = dH; begin elsewhere."
         )
 
 

@@ -41,7 +41,7 @@ def inverse_two_form(s: SceneSymbols) -> SymbolicMatrix:
             names = ", ".join(f"x[{i}]" for i in block)
             raise BadInput(
                 f"{s.name}: dϑ is singular everywhere, in {names}, so no motion follows from "
-                "dϑ(ẋ, ·) = dH: give a one-form whose dϑ is regular."
+                "dϑ(·, ẋ) = dH: give a one-form whose dϑ is regular."
             )
         for i in range(len(block)):
             for j in range(i):

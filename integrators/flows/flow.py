@@ -178,7 +178,11 @@ class Flow:
     def _check_own(self, run: Trajectory) -> None:
         if not isinstance(run, Trajectory):
             raise BadInput(f"{shown(run)} is not a run: give the result of a flow's trajectory().")
-        if run.step != self.step or run.u.shape[1:] != (len(self.scheme.u),):
+        made_by = run.scheme or self.scheme  # a run that was pickled has none
+        own, other = (
+            (e.rule.name, e.scene.name, e.scene.parameter_values) for e in (self.scheme, made_by)
+        )
+        if run.step != self.step or run.u.shape[1:] != (len(self.scheme.u),) or own != other:
             raise BadInput(
                 f"{self.scheme.scene.name}: that run is of another flow; ask the flow that made it."
             )

@@ -17,7 +17,7 @@ sympy: Any = LazyModule("sympy")
 class AffineLagrangian:
     """l(x, v, p) = ϑ(x)·v − H(x) of one_form(x, p), a list as long as x, and hamiltonian(x, p).
 
-    Its equations are of first order: dϑ(ẋ, ·) = dH.
+    Its equations are of first order: dϑ(·, ẋ) = dH.
     """
 
     one_form: Callable[..., Any]

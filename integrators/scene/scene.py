@@ -61,7 +61,7 @@ class Scene:
     If v = ∂H/∂μ can be solved for μ in closed form, `lagrangian` is derived from it, and rules run
     on it; otherwise one-step maps and black boxes run.
     one_form(x, p) → ϑ, a list as long as x, with hamiltonian(x, p), on pair(n) with n even: the
-    Lagrangian ϑ(x)·v − H(x), whose phase space is that of x: dϑ(ẋ, ·) = dH, and μ is ϑ(x).
+    Lagrangian ϑ(x)·v − H(x), whose phase space is that of x: dϑ(·, ẋ) = dH, and μ is ϑ(x).
     Numbers are exact (`exact`). `duration` is the time of a study's runs, `step` a step size that
     resolves the motion at second order (default: duration/1000).
 

@@ -126,6 +126,14 @@ def test_what_has_no_derivative_is_said_in_a_sentence():
     other = made("pendulum", "midpoint", None)
     with pytest.raises(BadInput, match="is of another flow"):
         other.flow("0.1").derivatives(other.flow("0.2").trajectory(2))
+    pendulum = scenes.get("pendulum")
+    run = Scheme(pendulum, rules.get("midpoint")).flow("0.1").trajectory(3)
+    for scene, rule in (
+        (pendulum, "gauss-2"),
+        (pendulum.with_values(parameters={"length": 2}), "midpoint"),
+    ):
+        with pytest.raises(BadInput, match="is of another flow"):
+            Scheme(scene, rules.get(rule)).flow("0.1").derivatives(run)
     own = other.flow("0.1")
     run = own.trajectory(3)
     with pytest.raises(BadInput, match=r"give \(2,\) for the last row, or \(4, 2\) for all"):
