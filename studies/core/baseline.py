@@ -60,7 +60,8 @@ def save(name: str, result: Result) -> Path:
 def load(name: str, study: str) -> Result | None:
     """Return the result of a study that was saved under a name, or None if there is none.
 
-    Raises `BadInput` for a row that differs from what `save` wrote, or is of another version.
+    Raises `BadInput` for a row that differs from what `save` wrote, is of another version, or may
+    be in a file that cannot be read or was put aside: it is no missing one.
     """
     store, anew = Store(), "save it anew with --save-baseline."
     try:
@@ -69,6 +70,16 @@ def load(name: str, study: str) -> Result | None:
         raise BadInput(
             f"the baseline {name} of {study} is damaged ({store.path}): {anew}"
         ) from None
+    if found is None and store.troubles:
+        told = " ".join(store.troubles.values())
+        raise BadInput(
+            f"the baseline {name} of {study} cannot be read: {told} If it is lost, {anew}"
+        )
+    if found is None and (aside := store.aside_with("baseline", _row(name, study))) is not None:
+        raise BadInput(
+            f"the baseline {name} of {study} is in a store that was put aside ({aside}), and is "
+            f"not read: {anew}"
+        )
     old = store.path.parents[1] / "baselines" / name / f"{study}.json"
     if found is None and old.exists():
         raise BadInput(

@@ -121,6 +121,15 @@ class Store:
             for name in names:
                 self._write("DELETE FROM entry WHERE kind = ? AND name = ?", (kind, name))
 
+    def aside_with(self, kind: str, name: str) -> Path | None:
+        """Return a file that was put aside and has a row of that name, or None."""
+        asked = "SELECT 1 FROM entry WHERE kind = ? AND name = ?"
+        for aside in sorted(self.path.parent.glob(f"{self.path.stem}-*{self.path.suffix}")):
+            with suppress(sqlite3.Error), closing(sqlite3.connect(aside)) as file:
+                if file.execute(asked, (kind, name)).fetchone() is not None:
+                    return aside
+        return None
+
     def prune(self) -> None:
         """Note the rows that were used, remove the longest unused beyond the limit, close."""
         lasting = ", ".join(f"'{kind}'" for kind in LASTING)

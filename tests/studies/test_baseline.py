@@ -177,3 +177,22 @@ def test_from_the_command_line(kept, ask):
     baseline.save("main", worse)
     assert ask(*words)[0] == 2  # of other cases
     assert ask(*words[:-1], "../x")[0] == 2
+
+
+@pytest.mark.parametrize("harm", ["of another version", "cut off", "overwritten"])
+def test_a_baseline_in_a_store_that_cannot_be_used_is_no_missing_one(kept, harm):
+    """Otherwise a worse result would take its place, and pass."""
+    path = baseline.save("kept", result(case()))
+    if harm == "of another version":
+        with closing(sqlite3.connect(path)) as file, file:
+            file.execute("PRAGMA user_version = 99")
+    else:
+        path.write_bytes(path.read_bytes()[:3000] if harm == "cut off" else b"no store" * 999)
+    with pytest.raises(BadInput, match=r"cannot be read: the store of results was .*--save-base"):
+        baseline.load("kept", "order")
+    if harm == "of another version":  # also in the next command
+        with pytest.raises(BadInput, match=r"is in a store that was put aside .*--save-baseline"):
+            baseline.load("kept", "order")
+    assert baseline.load("new", "order") is None
+    baseline.save("kept", result(case()))
+    assert baseline.load("kept", "order") is not None
