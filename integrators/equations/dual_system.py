@@ -200,9 +200,11 @@ class DualSystem:
         left = H - sum(self._part(e) for e in parts)
         states = [*s.x, *s.mu]
         if first_violation(jacobian([left], states)) is not None:
+            text = str(sympy.simplify(left))
+            text = text if len(text) <= 80 else f"{text[:80]} …"
             raise BadInput(
                 f"the parts of the splitting do not add up to H of {s.name}: what is left is "
-                f"{str(sympy.simplify(left))[:80]}, which depends on the state."
+                f"{text}, which depends on the state."
             )
 
     def _part(self, part: Callable[..., Any]) -> Expression:

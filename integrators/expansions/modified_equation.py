@@ -347,7 +347,7 @@ def _refusal(scheme: Any) -> str:
     """Return why a scheme has no modified equation of this form, a sentence; "" if it has one."""
     name, rule = scheme.scene.name, scheme.rule.name
     if "inner" in vars(scheme):
-        return f"{rule} takes steps that vary: the modified equation is that of its base rule."
+        return f"{rule} takes steps that vary, which have no such series: ask for its base rule's."
     if not scheme.rule.is_formula:
         return f"{rule} is a program, which has no series in the step."
     for is_so, why in (
@@ -358,5 +358,5 @@ def _refusal(scheme: Any) -> str:
         (scheme.scene.one_form is not None, "has a form dϑ of its own"),
     ):
         if is_so:
-            return f"{name} {why}: the modified equation is that of free motion, dz/dt = f(z)."
+            return f"{name} {why}: modified equations are known of free states (x, mu) alone."
     return ""

@@ -88,7 +88,12 @@ class RunDifferentiated:
         slope: ∂G/∂z of the last row, (N,), or of each row, (rows, N).
         """
         rows = len(self.run.mu)
-        slope = np.asarray(slope, dtype=self.numbers.dtype)
+        try:
+            slope = np.asarray(slope, dtype=self.numbers.dtype)
+        except (TypeError, ValueError):
+            raise BadInput(
+                f"{self.flow.scheme.scene.name}: the slope is {shown(slope)}: give numbers."
+            ) from None
         if slope.shape not in ((self.size,), (rows, self.size)):
             raise BadInput(
                 f"{self.flow.scheme.scene.name}: the slope has the shape {slope.shape}: give "

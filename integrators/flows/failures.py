@@ -134,9 +134,11 @@ def check_two_form(context: StepContext, rows: Any, first: int = 0) -> None:
     turned = np.flatnonzero(np.sign(np.broadcast_to(found, len(rows.x))) != np.sign(found).flat[0])
     if len(turned):
         k = int(turned[0])
-        state: dict[str, Any] = {"x": rows.x[k - 1], "mu": rows.mu[k - 1]}
+        with context.numbers.working():  # rows have the numbers that users see
+            before = {"x": rows.x[k - 1], "mu": rows.mu[k - 1]}
+            state: dict[str, Any] = {e: context.vector(z, len(z)) for e, z in before.items()}
         passed = "the step passes a state where dϑ is singular"
-        index = first + round((float(rows.t[k]) - float(rows.t[0])) / float(rows.step)) - 1
+        index = first + round(float(rows.t[k] - rows.t[0]) / float(rows.step)) - 1
         raise context.failure(passed, state, index, rows, BEFORE)
 
 

@@ -11,6 +11,7 @@ from ..errors import CannotMeasure
 from ..numbers import LazyModule, jacobian, to_sympy
 from ..numbers.types import Column, Expression
 
+mpmath: Any = LazyModule("mpmath")
 sympy: Any = LazyModule("sympy")
 
 # largest number of momenta that the equation v = ∂H/∂μ couples, solved for as letters
@@ -80,8 +81,11 @@ class LegendreTransform:
         slope = jacobian(jacobian([value], mu).T, mu)
         letters = sorted(slope.free_symbols, key=str)
         at = {e: sympy.Rational(2 * k + 3, 3 * k + 7) for k, e in enumerate(letters)}
-        sizes = slope.xreplace(at).evalf(30).singular_values()
-        return bool(min(sizes) > 1e-20 * max(sizes))
+        with mpmath.workdps(30):
+            # sympy's own singular values give up at some diagonal matrices (PrecisionExhausted)
+            matrix = mpmath.matrix(slope.xreplace(at).evalf(30).tolist())
+            sizes = mpmath.svd(matrix, compute_uv=False)
+            return bool(min(sizes) > 1e-20 * max(sizes))
 
 
 def _letters(scene: Any) -> list[Any]:

@@ -103,9 +103,30 @@ def _kept(scheme: Scheme, order: int, digits: int, larger: int) -> Kept:
     return found
 
 
+def below_order(found: Kept) -> str:
+    """Return how the energy shows that the method has not the order that it says; "" if not."""
+    slopes = found.slopes(0)
+    if (
+        len(slopes) < 2
+        or slopes[-1] >= found.first - NEAR
+        or abs(slopes[-1] - slopes[-2]) > SETTLED
+    ):
+        return ""
+    return (
+        f"the energy changes along runs as h^{slopes[-1]:.2f}, and a method of order "
+        f"{found.first} leaves h^{found.first}: the order that it declares is not its own "
+        "(discmech order says why)."
+    )
+
+
 def judge(found: Kept) -> Verdict:
-    """Return whether each sum from the order of the method on is kept to the power left out."""
+    """Return whether each sum from the order of the method on is kept to the power left out.
+
+    H alone is kept to the method's order, or it is not of that order.
+    """
     expected = {f"through h^{j}": found.wanted[j] for j in range(found.first, found.order + 1)}
+    if reason := below_order(found):
+        return Verdict("fail", reason, {"through h^0": found.first, **expected})
     unknown = ""
     for j in range(found.first, found.order + 1):
         wanted, slopes = found.wanted[j], found.slopes(j)

@@ -51,6 +51,12 @@ WORDS = (
     ("hω", "hω", "step size times the fastest frequency of small oscillations"),
     ("modified energy", "modified energy", "the energy of the nearby system that the method solves "
      "nearly exactly; a symplectic method keeps it"),
+    ("parasitic modes", "[Pp]arasitic", "solutions of a method's equations that are near none of "
+     "the motion's, as where a Lagrangian is linear in the velocity; they alternate, and may grow"),
+    ("one-form", "[Oo]ne-form", "ϑ of a Lagrangian ϑ(x)·v − H(x), which is linear in the velocity; "
+     "dϑ is the symplectic form of its x"),
+    ("σ", "sigma|[Ss]teps that vary", "of steps that vary: a step of ε is one of about εσ of the "
+     "time"),
     ("baseline", "[Bb]aseline", "results that were saved under a name, to compare later ones with"),
 )  # fmt: skip
 

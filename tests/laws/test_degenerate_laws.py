@@ -256,17 +256,26 @@ def test_bad_input_is_one_sentence(given, words):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(("rule", "every"), [
-    ("implicit-midpoint", 1), ("runge-kutta-4", 1), ("runge-kutta-4", 100),
-    pytest.param("projected-gauss-1", 1, marks=pytest.mark.slow),
+@pytest.mark.parametrize(("rule", "every", "digits"), [
+    ("implicit-midpoint", 1, 16), ("runge-kutta-4", 1, 16), ("runge-kutta-4", 100, 16),
+    ("runge-kutta-4", 1, 50), pytest.param("projected-gauss-1", 1, 16, marks=pytest.mark.slow),
 ])  # fmt: skip
-def test_a_form_that_is_singular_on_the_way_is_met_in_a_sentence(rule, every):
+def test_a_form_that_is_singular_on_the_way_is_met_in_a_sentence(rule, every, digits):
     """ẏ = −1/y ends at y = 0, through which an explicit step would go."""
     ending = plane(one_form=lambda x, p: [x[1] ** 2 / 2, 0], x0=[1, 1],
                    hamiltonian=lambda x, p: x[0] + x[1])  # fmt: skip
     with pytest.raises(StepFailure, match=r"dϑ is (nearly )?singular.*stop before") as caught:
-        Scheme(ending, get(rule)).flow("1/100").trajectory(100, every)
+        Scheme(ending, get(rule)).flow("1/100", digits).trajectory(100, every)
     assert caught.value.step_index in range(48, 53)
+
+
+def test_a_singular_form_is_met_at_its_step_however_small_that_is():
+    ending = plane(one_form=lambda x, p: [x[1] ** 2 / 2, 0], x0=[1, 1],
+                   hamiltonian=lambda x, p: x[0] + x[1])  # fmt: skip
+    flow = Scheme(ending, get("explicit-euler")).flow("1e-20", 50)
+    with pytest.raises(StepFailure, match="passes a state where dϑ is singular") as caught:
+        flow.trajectory(2, x0=[1, "1e-11"], t0=7)
+    assert caught.value.step_index == 0
 
 
 def test_methods_say_where_they_have_no_meaning():

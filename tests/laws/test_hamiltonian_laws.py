@@ -141,6 +141,18 @@ def test_rules_run_on_a_hamiltonian_whose_lagrangian_is_not_closed(scene):
         assert abs(one.x - other.x).max() < 1e-14
 
 
+def test_what_is_regular_is_found_where_it_is_diagonal():
+    """Of this ∂²H/∂μ² sympy's own singular values find no digits."""
+    gyro = Scene("gyro", lie_group(so(3)), parameters={"e": "0.1"}, mu0=["0.4", "0.7", "-0.2"],
+                 hamiltonian=lambda x, mu, p: mu[0] ** 2 / 2 + mu[1] ** 2 / 3 + mu[2] ** 2 / 5
+                 + mu[2] / 3 + p.e * mu[0] ** 4 / 4, duration=5)  # fmt: skip
+    assert not gyro.has_lagrangian and midpoint.applies(gyro)
+    ends = [
+        Scheme(gyro, get(r)).flow("1/20").trajectory(4).mu[-1] for r in ("midpoint", "dual-gauss-3")
+    ]
+    assert abs(ends[0] - ends[1]).max() < 1e-4
+
+
 def test_what_rules_cannot_ask_of_such_a_hamiltonian_is_said():
     pushed = Scene("pushed", pair(1), hamiltonian=relativistic, x0=[1], mu0=["1/2"], duration=5,
                    force=lambda x, v, p: [-v[0]])  # fmt: skip

@@ -84,6 +84,14 @@ def test_ways_between_states_go_round_a_singularity():
     assert told.verdict == "pass", told.reason
 
 
+def test_a_rule_that_declares_a_higher_order_fails(monkeypatch):
+    scheme = Scheme(scenes.get("pendulum"), rules.get("midpoint"))
+    monkeypatch.setattr(Scheme, "order", 4)
+    told = judge(kept(scheme, 4))
+    assert told.verdict == "fail" and "changes along runs as h^2.00" in told.reason
+    assert "a method of order 4 leaves h^4" in told.reason
+
+
 #: every kind of groupoid, rules with stages and compositions, to the stated order
 SCENES = [
     ("kepler", "lobatto-3", 6), ("double-pendulum", "trapezoidal", 4),

@@ -138,6 +138,8 @@ def test_what_has_no_derivative_is_said_in_a_sentence():
     run = own.trajectory(3)
     with pytest.raises(BadInput, match=r"give \(2,\) for the last row, or \(4, 2\) for all"):
         own.gradient(run, [1.0, 2.0, 3.0])
+    with pytest.raises(BadInput, match="the slope is 'x': give numbers"):
+        own.gradient(run, "x")
     with pytest.raises(BadInput, match='give "mu0" or "v0"'):
         own.derivatives(run, held="v")
 
