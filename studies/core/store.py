@@ -172,6 +172,8 @@ class Store:
             if _is_ruined(error) and path == self.path:
                 self._put_aside(path, "damaged")
                 return self._rows(path, asked, given)
+            if getattr(error, "sqlite_errorcode", 0) == sqlite3.SQLITE_FULL:
+                return []  # a full disk takes no table, so there are no rows
             self.troubles["read"] = f"stored results cannot be read ({error}: {path})."
             return []
 
@@ -207,18 +209,26 @@ class Store:
         (version,) = file.execute("PRAGMA user_version").fetchone()
         file.execute("PRAGMA synchronous = NORMAL")
         if version == 0 and path == self.path:
-            with suppress(sqlite3.OperationalError):  # another process is doing it
-                file.execute("PRAGMA journal_mode = WAL")  # a write waits for no disk or reader
-            with file:
-                file.execute("BEGIN IMMEDIATE")
-                file.execute(_TABLE)
-                file.execute(f"PRAGMA user_version = {VERSION}")
-            for old in path.parent.glob("??"):  # earlier versions had a file per entry
-                shutil.rmtree(old, ignore_errors=True)
+            try:
+                self._begin(file)
+            except sqlite3.Error:  # such as a full disk: next time it is begun again
+                self._open.pop(path).file.close()
+                raise
         elif version != VERSION and path == self.path:
             self._put_aside(path, f"version-{version}")
             return self._opened(path)
         return file
+
+    def _begin(self, file: sqlite3.Connection) -> None:
+        """Make the table in an empty file, and remove the entries of earlier versions."""
+        with suppress(sqlite3.OperationalError):  # another process is doing it
+            file.execute("PRAGMA journal_mode = WAL")  # a write waits for no disk or reader
+        with file:
+            file.execute("BEGIN IMMEDIATE")
+            file.execute(_TABLE)
+            file.execute(f"PRAGMA user_version = {VERSION}")
+        for old in self.path.parent.glob("??"):  # earlier versions had a file per entry
+            shutil.rmtree(old, ignore_errors=True)
 
     def _put_aside(self, path: Path, why: str) -> None:
         """Rename a file that is not to be used; copy the whole rows of a damaged one."""

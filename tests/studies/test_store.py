@@ -207,6 +207,22 @@ def test_a_full_disk_says_so_and_loses_nothing(study, rows, monkeypatch):
     assert len(rows()) == 1
 
 
+def test_a_disk_that_is_full_from_the_start_damages_nothing(study, tmp_path, monkeypatch):
+    connect = sqlite3.connect
+
+    def full(*given, **more):
+        file = connect(*given, **more)
+        file.execute("PRAGMA max_page_count = 1")  # the table needs two
+        return file
+
+    monkeypatch.setattr(sqlite3, "connect", full)
+    notes = study()[1]["notes"]
+    assert any("database or disk is full" in note for note in notes)
+    assert not any("damaged" in note or "cannot be read" in note for note in notes)
+    monkeypatch.undo()
+    assert [p.name for p in (tmp_path / "cache" / "results").glob("*.sqlite")] == ["store.sqlite"]
+
+
 def test_a_folder_that_may_only_be_read_is_read(study, tmp_path, monkeypatch):
     study()
     there = tmp_path / "cache"
