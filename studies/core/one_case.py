@@ -103,7 +103,7 @@ def judged(study: Study, case: Case, found: Found) -> Verdict:
 
 def asks_more(study: Study, found: Found, verdict: Verdict) -> bool:
     """Return True if more has to be measured before that verdict can be given."""
-    asked = found.more or found.measurement is None
+    asked = found.more or found.measurement is None or found.declined == _words(verdict)
     return verdict.verdict != "pass" and study.measures_more and not asked
 
 
@@ -112,13 +112,23 @@ def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found
     begun, measurement = time.perf_counter(), found.measurement
     assert measurement is not None
 
-    def measure() -> Measurement:
+    def measure() -> Mapping[str, Any]:
         with arithmetic(case.digits).working():
-            return measurement.with_extras(**study.measure_more(case, measurement, verdict))
+            return study.measure_more(case, measurement, verdict)
 
     told = _or_why(case, measure)
-    found = _with_order(found if isinstance(told, Verdict) else _with(found, told), case)
-    return replace(found, more=True, seconds=found.seconds + time.perf_counter() - begun)
+    if isinstance(told, Verdict):
+        found = _with(found, told)
+    elif told:
+        found = _with(found, measurement.with_extras(**told))
+    # a judge that says something else later may ask for what this verdict did not need
+    more, declined = (True, "") if told else (False, _words(verdict))
+    seconds = found.seconds + time.perf_counter() - begun
+    return replace(_with_order(found, case), more=more, declined=declined, seconds=seconds)
+
+
+def _words(verdict: Verdict) -> str:
+    return f"{verdict.verdict}: {verdict.reason}"
 
 
 def asks_cause(study: Study, case: Case, verdict: Verdict) -> bool:

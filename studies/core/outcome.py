@@ -80,7 +80,8 @@ class Found:
     """The stored part of a case: its measurement, or a verdict on why it cannot be measured.
 
     order: the rule's order on the scene, if it was asked for (`knows_order`). more: True if
-    `Study.measure_more` was called. measured_at: date and commit.
+    `Study.measure_more` gave more; declined: the verdict for which it gave nothing. measured_at:
+    date and commit.
     """
 
     measurement: Measurement | None = None
@@ -88,6 +89,7 @@ class Found:
     order: int | None = None
     knows_order: bool = False
     more: bool = False
+    declined: str = ""
     seconds: float = 0.0
     measured_at: Mapping[str, Any] = field(default_factory=dict)
 

@@ -20,11 +20,12 @@ from discmech.integrators.rules import midpoint
 from discmech.studies import get
 from discmech.studies.command import INTERRUPTED
 from discmech.studies.command.entry import main
-from discmech.studies.core import fingerprint, side_by_side
+from discmech.studies.core import fingerprint, one_case, side_by_side
 from discmech.studies.core.case import Case, Choice, Verdict
 from discmech.studies.core.outcome import Found, Measurement
 from discmech.studies.core.running import run_study
 from discmech.studies.core.store import Store
+from discmech.studies.core.study import Study
 from tests.kill_points import json_of
 
 CHOICE = Choice(scenes=tuple(map(scenes.get, ("kepler", "rigid-body", "heavy-top"))),
@@ -399,3 +400,32 @@ def test_ten_processes_share_one_store(tmp_path, monkeypatch):
         assert file.execute("SELECT count(*) FROM entry WHERE kind = 'measurement'").fetchone() == (
             3,
         )
+
+
+def test_a_changed_judge_may_ask_for_more_than_the_one_before():
+    """What one verdict did not need is measured when another judge gives a verdict that does."""
+    word = ["inconclusive"]
+
+    class Asking(Study):
+        name = "asking"
+
+        def measure(self, case, progress):
+            return {"measured": {"a": 1.0}}
+
+        def judge(self, case, measurement):
+            return Verdict("pass" if "lost" in measurement else word[0], "it is so.")
+
+        def measure_more(self, case, measurement, said):
+            return {"lost": 1.0} if said.verdict == "fail" else {}
+
+    study, case = Asking(), Case("asking", scenes.get("pendulum"), midpoint, 16)
+    found = one_case.measured_case(study, case)
+    verdict = one_case.judged(study, case, found)
+    assert one_case.asks_more(study, found, verdict)
+    found = Found.of_json(one_case.with_more(study, case, found, verdict).to_json())
+    assert not one_case.asks_more(study, found, one_case.judged(study, case, found))
+    word[0] = "fail"
+    verdict = one_case.judged(study, case, found)
+    assert one_case.asks_more(study, found, verdict)
+    found = one_case.with_more(study, case, found, verdict)
+    assert found.more and one_case.judged(study, case, found).verdict == "pass"
