@@ -93,6 +93,7 @@ def _equations(
     if not isinstance(value, sympy.Expr):
         what = "a matrix" if hasattr(found, "shape") else shown(found)
         raise BadInput(f"a discrete Hamiltonian gives {what}: return one expression.")
+    _check_identity(value, kind, h, letters)
     (start_x, start_mu), new = s.split(z), z + h * K[0]
     end_x, end_mu = s.split(new)
     of = (start_x, end_mu) if kind == "II" else (end_x, start_mu)
@@ -122,6 +123,20 @@ def _equations(
     residuals += [derivative([*own_x, *own_mu]) for own_x, own_mu in inside]
     # divided by h term by term, so that no row is small if the step is
     return new, [part.applyfunc(lambda e: _over(e, h)) for part in residuals]
+
+
+def _check_identity(value: Expression, kind: str, h: Letter, letters: list[Any]) -> None:
+    """Raise `BadInput` where H_d is not μ·x, or −μ·x, at h = 0 and at stages of no length."""
+    (x, mu), *inside = letters
+    at = {h: 0} | {a: b for part in inside
+                   for a, b in zip([*part[0], *part[1]], [*x, *mu], strict=True)}  # fmt: skip
+    begun = sympy.expand(value.subs(at))
+    wanted, words = (mu.dot(x), "mu·x") if kind == "II" else (-mu.dot(x), "−mu·x")
+    if not begun.has(sympy.nan, sympy.zoo) and (begun - wanted).equals(0) is False:
+        raise BadInput(
+            f'a discrete Hamiltonian of kind "{kind}" is {words} at h = 0, where nothing moves; '
+            f"this one is {str(begun).replace('_', '')[:80]}."
+        )
 
 
 def _over(e: Expression, h: Letter) -> Expression:

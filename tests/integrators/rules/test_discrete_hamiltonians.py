@@ -87,6 +87,10 @@ def test_their_order(rule, order):
     (lambda: Scheme(scenes.get("rigid-body"), euler), "euler exists on pair groupoids only"),
     (lambda: Scheme(KEPLER, discrete_hamiltonian(name="no")(lambda H, x, mu, h: x)),
      "gives a matrix: return one expr"),
+    (lambda: Scheme(KEPLER, discrete_hamiltonian(name="no")(lambda H, x, mu, h: h * H(x, mu))),
+     'of kind "II" is mu·x at h = 0, where nothing moves; this one is 0'),
+    (lambda: Scheme(KEPLER, discrete_hamiltonian(kind="III", name="no")(lambda H, x, mu, h: 0 * h)),
+     'of kind "III" is −mu·x at h = 0'),
 ])  # fmt: skip
 def test_bad_input_is_one_sentence(make, words):
     with pytest.raises(BadInput, match=words) as caught:
