@@ -7,7 +7,7 @@ import json
 import pytest
 import sympy
 
-from discmech import scenes, vary
+from discmech import one_step, scenes, vary
 from discmech.integrators.rules import get
 from discmech.integrators.steps import varied_scheme
 from discmech.studies.core.case import Case, Choice
@@ -79,6 +79,16 @@ def test_a_rule_that_is_not_self_adjoint_is_measured_only_on_the_way_back():
     measured, verdict = told(case("reversible", "runge-kutta-4"))
     assert verdict.verdict == "pass", verdict.reason
     assert measured["back"] > 1e-20 and "not self-adjoint" in verdict.expected["back"]
+
+
+def test_a_map_that_claims_to_be_reversible_is_held_to_it():
+    @one_step(order=2, stages=2, reversible=True)
+    def heun(s, z, h, K):
+        return z + h * (K[0] + K[1]) / 2, [K[0] - s.f(z), K[1] - s.f(z + h * K[0])]
+
+    rule = vary(heun, lambda x, mu, p: 1 / (1 + x.dot(x)), "reversible")
+    verdict = told(Case("steps", scenes.get("henon-heiles"), rule, 16, 200))[1]
+    assert verdict.verdict == "fail" and "miss their start" in verdict.reason
 
 
 def test_the_command(ask):
