@@ -22,11 +22,20 @@ def _wanted(expected: dict[str, Any]) -> str:
     return "; ".join([*parts, "no drift"] if "slope_limit" in expected else parts)
 
 
+def _got(measured: dict[str, Any]) -> str:
+    order = number(measured.get("order"))
+    parts = [] if order is None else [f"order {order:.3f}"]
+    for key in ("back", "form", "band"):
+        value = number(measured.get(key))
+        parts += [] if value is None else [f"{key} {scientific(value)}"]
+    return ", ".join(parts) or NONE
+
+
 VIEW = View(
     columns=[
         ("Order", _order), measured_column("back", "There and back"),
         measured_column("form", "Extended form"), measured_column("band", "Energy band"),
         measured_column("slope", "Energy slope"),
     ],
-    wanted=_wanted,
+    wanted=_wanted, got=_got, short=_got,
 )  # fmt: skip
