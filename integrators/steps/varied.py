@@ -21,7 +21,6 @@ from typing import Any
 from ..errors import BadInput, arguments_checked, check_function, shown, unknown
 from ..rules import Discretisation
 from ..scene import Again
-from .varied_scheme import VariedScheme
 
 _HLW = "Hairer, Lubich, Wanner, Geometric Numerical Integration"
 #: name of the way → its source
@@ -106,8 +105,10 @@ class Varied(Discretisation):
         """Return the function σ: its own, or that of the scene."""
         return scene.sigma if self.sigma is None else self.sigma
 
-    def discretise(self, scene: Any) -> VariedScheme:
-        """Return the scheme, for `Scheme(scene, rule)`."""
+    def discretise(self, scene: Any) -> Any:
+        """Return the `VariedScheme`, for `Scheme(scene, rule)`."""
+        from .varied_scheme import VariedScheme  # a list of rules needs none of it
+
         return VariedScheme(scene, self)
 
     def __reduce__(self) -> Again:

@@ -82,7 +82,7 @@ def measured_case(study: Study, case: Case, progress: Progress = silent) -> Foun
 
     def measure() -> Measurement:
         watched = nullcontext() if progress is silent else progress_to(along)
-        with watched, arithmetic(case.digits).working():
+        with watched, arithmetic(max(16, case.digits)).working():
             return study.measurement(case, progress)
 
     begun = time.perf_counter()
@@ -113,7 +113,7 @@ def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found
     assert measurement is not None
 
     def measure() -> Mapping[str, Any]:
-        with arithmetic(case.digits).working():
+        with arithmetic(max(16, case.digits)).working():
             return study.measure_more(case, measurement, verdict)
 
     told = _or_why(case, measure)

@@ -18,7 +18,6 @@ from discmech.integrators.lattices import systems
 from discmech.reference import ReferenceFailure
 from discmech.reference.answer import store
 from discmech.reference.answer.frozen import file_of
-from discmech.studies.core import baseline
 
 FLIPS = int(os.environ.get("DISCMECH_FLIPS", "60"))
 SEED = int(os.environ.get("DISCMECH_SEED", "1"))
@@ -45,15 +44,6 @@ def test_files_of_the_cache(tmp_path, content):
         with pytest.raises(Damaged):
             unsealed(path)
     assert unsealed(path) == content.encode()
-
-
-def test_a_baseline(tmp_path, monkeypatch):
-    monkeypatch.setattr(baseline, "cache_folder", lambda: tmp_path)
-    result = {"schema": baseline.SCHEMA, "study": "order", "cases": []}
-    for _ in flipped(baseline.save("main", result)):
-        with pytest.raises(BadInput, match="damaged"):
-            baseline.load("main", "order")
-    assert baseline.load("main", "order") == result
 
 
 def test_a_table_of_references(tmp_path):

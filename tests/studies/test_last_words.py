@@ -14,7 +14,6 @@ import pytest
 
 from discmech.integrators.errors import CouldNotRun
 from discmech.studies import get
-from discmech.studies.command import entry
 
 SHORT = ("energy", "harmonic", "--rule", "midpoint", "--digits", "16", "--steps", "50")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="closes streams, sets limits")
@@ -129,8 +128,8 @@ class TestProcess:
 def test_a_reference_that_is_none_is_inconclusive(ask, monkeypatch):
     from discmech.reference import ReferenceFailure
 
-    def fail(*_):
+    def fail(*_, **more):
         raise ReferenceFailure("no digits.")
 
-    monkeypatch.setattr(entry, "_study", fail)
+    monkeypatch.setattr("discmech.studies.core.running.run_study", fail)
     assert ask(*SHORT)[0] == 3
