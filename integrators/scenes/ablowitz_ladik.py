@@ -1,8 +1,11 @@
-"""The lattice of Ablowitz and Ladik, with a form that is not canonical, on a ring of three sites.
+"""The lattice of Ablowitz and Ladik, with a form that is not canonical, on a ring of sites.
 
 iψ̇ₙ + ψₙ₊₁ − 2ψₙ + ψₙ₋₁ + |ψₙ|²(ψₙ₊₁ + ψₙ₋₁) = 0 with ψ = q + ip; x = (q₁, p₁, q₂, p₂, …).
 """
 
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 from ..groupoids import pair
@@ -33,16 +36,26 @@ def norm(x: Any, mu: Any, p: Any) -> Any:
     return sum(sympy.log(1 + q**2 + y**2) for q, y in _sites(x))
 
 
-scene = Scene(
+def ring(sites: int, x0: Sequence[Any] = ()) -> Scene:
+    """The lattice of so many sites; x0 (2·sites): the start, else one that no symmetry has."""
+    own = [Fraction((-1) ** (k % 3), 2 + k % 7) for k in range(2 * sites)]
+    return Scene(
+        name=f"ablowitz-ladik-{sites}",
+        title=f"Ablowitz and Ladik's lattice of {sites} sites",
+        groupoid=pair(2 * sites),
+        one_form=one_form,
+        hamiltonian=hamiltonian,
+        x0=list(x0) or own,
+        duration=10,
+        step="1/20",
+        symmetries=[Conserved("norm", norm, kind="first integral")],
+        source="Ablowitz, Ladik, J. Math. Phys. 17 (1976), 1011; Schober, Phys. Lett. A 259 "
+        "(1999), 140",
+    )
+
+
+scene = replace(
+    ring(3, ["1/2", 0, "1/5", "-3/10", "-1/10", "2/5"]),
     name="ablowitz-ladik",
     title="Ablowitz and Ladik's lattice",
-    groupoid=pair(6),
-    one_form=one_form,
-    hamiltonian=hamiltonian,
-    x0=["1/2", 0, "1/5", "-3/10", "-1/10", "2/5"],
-    duration=10,
-    step="1/20",
-    symmetries=[Conserved("norm", norm, kind="first integral")],
-    source="Ablowitz, Ladik, J. Math. Phys. 17 (1976), 1011; Schober, Phys. Lett. A 259 "
-    "(1999), 140",
 )

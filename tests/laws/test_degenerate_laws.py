@@ -15,6 +15,7 @@ from discmech.integrators import StepFailure
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get
 from discmech.integrators.scenes import DEGENERATE
+from discmech.integrators.scenes.ablowitz_ladik import ring
 from discmech.studies.causes.parasitic import gaps_of
 
 HALF = ("degenerate-euler", "degenerate-gauss-1", "degenerate-gauss-2")
@@ -208,6 +209,17 @@ def test_two_vortices_turn_round_their_centre():
     found = solution(wave, 1, digits=20)
     with mpmath.workdps(30):
         assert abs(mpmath.mpc(found.x[2], found.x[3]) - mpmath.expj(mpmath.mpf(1) / 2) / 2) < 1e-20
+
+
+@pytest.mark.parametrize("sites", [5, pytest.param(16, marks=pytest.mark.slow)])
+def test_a_ring_of_any_number_of_sites_keeps_its_form(sites):
+    lattice = ring(sites)
+    flow = Scheme(lattice, get("degenerate-gauss-1")).flow("1/20")
+    run = flow.trajectory(100)
+    assert flow.poisson_defect(run.x[50], run.mu[50]) < 1e-13
+    q, p = run.x[:, 0::2], run.x[:, 1::2]
+    norms = np.log(1 + q**2 + p**2).sum(axis=1)
+    assert abs(norms / norms[0] - 1).max() < 1e-3
 
 
 def plane(**given):
