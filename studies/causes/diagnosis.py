@@ -19,9 +19,11 @@ from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import midpoint
 
 from ..core.case import Case, Measurement, in_chart, scheme_of
+from ..core.outcome import named
+from ..core.runs import gap
 from .exact_path import Truncation, truncation
 from .points import MEANT, mean_of_points, sum_of_weights
-from .round_off import ROWS, gap, residuals, size, unit
+from .round_off import ROWS, residuals, size, unit
 
 NEAR = 0.25  # an order this close to another one counts as equal
 FLAT = "pendulum"  # a scene on a pair groupoid, where the derivative of coordinates is the velocity
@@ -270,8 +272,3 @@ def _fraction(before: float, factor: float) -> str:
 
 def _figure(order: float) -> str:
     return "beyond measure" if order == float("inf") else f"{order:.2f}"
-
-
-def named(cause: str, sentence: str, evidence: dict[str, Any]) -> dict[str, Any]:
-    """Return the `diagnosis` of a case."""
-    return {"cause": cause, "sentence": sentence, "evidence": evidence}

@@ -24,6 +24,7 @@ from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import arithmetic, mpmath
 
 from ..core.case import Case
+from ..core.runs import gap
 
 ROWS = 16  # number of tested steps of a run
 #: factor of the shorter step at which F± are evaluated again
@@ -32,14 +33,6 @@ SHORTER = 64
 MORE_DIGITS = 34
 #: steps of the longest run that is repeated so; the coarsest is always repeated
 MOST_STEPS = 20_000
-
-
-def gap(got: Any, wanted: Any) -> tuple[Any, Any]:
-    """Return (‖got − wanted‖₂, ‖wanted‖₂) in mpmath."""
-    exact = [mpmath.mpf(w) for w in wanted]
-    off = [mpmath.mpf(g) - w for g, w in zip(got, exact, strict=True)]
-    nothing = mpmath.mpf(0)
-    return (mpmath.norm(off, 2), mpmath.norm(exact, 2)) if exact else (nothing, nothing)
 
 
 def unit(digits: int) -> float:

@@ -17,7 +17,7 @@ from discmech.integrators.flows import Flow, Trajectory, arrow_from, step_along
 from discmech.integrators.geometry import poisson_defect, pullback_defect
 
 from ..core.case import Case
-from .diagnosis import named
+from ..core.outcome import named
 from .round_off import size
 
 TOLERANCES = tuple(10.0**-k for k in range(2, 15, 3))

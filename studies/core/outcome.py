@@ -112,3 +112,8 @@ class Found:
 
 
 _PARTS = ("measurement", "failed")
+
+
+def named(cause: str, sentence: str, evidence: dict[str, Any]) -> dict[str, Any]:
+    """Return the `diagnosis` of a case."""
+    return {"cause": cause, "sentence": sentence, "evidence": evidence}

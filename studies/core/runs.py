@@ -23,7 +23,7 @@ from discmech.integrators.equations import (
 )
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import Flow, Trajectory
-from discmech.integrators.numbers import Arithmetic, Double, arithmetic, numeric
+from discmech.integrators.numbers import Arithmetic, Double, arithmetic, mpmath, numeric
 from discmech.integrators.scene import remembered
 
 from .case import Case, Progress
@@ -356,3 +356,11 @@ def _stable(flow: Flow, steps: int) -> bool:
     with np.errstate(all="ignore"):
         error = np.abs(values - values[0]).max()
     return bool(error < terms.max() / 4 and error < FAR * (terms[0, 0] or np.inf))
+
+
+def gap(got: Any, wanted: Any) -> tuple[Any, Any]:
+    """Return (‖got − wanted‖₂, ‖wanted‖₂) in mpmath."""
+    exact = [mpmath.mpf(w) for w in wanted]
+    off = [mpmath.mpf(g) - w for g, w in zip(got, exact, strict=True)]
+    nothing = mpmath.mpf(0)
+    return (mpmath.norm(off, 2), mpmath.norm(exact, 2)) if exact else (nothing, nothing)

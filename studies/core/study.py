@@ -279,7 +279,7 @@ class StudyFolder(Study):
 
         if "sites" in parts_of(case.scene):  # causes are found in the equations of a scene
             return None
-        from ..causes.parasitic import parasitic
+        from .parasitic import parasitic
 
         if (told := parasitic(case)) is not None or not self.tells_causes:
             return told

@@ -8,9 +8,9 @@ from typing import Any
 from discmech.integrators import StepFailure, mean_multipliers
 from discmech.integrators.flows import Flow, Trajectory
 
-from ..causes.round_off import gap
 from ..core.case import Case
 from ..core.outcome import Row
+from ..core.runs import gap
 from .window import floor, slope
 
 

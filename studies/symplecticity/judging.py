@@ -103,7 +103,7 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
         from ..causes.one_step import of_step
 
         return of_step(case, order=False)
-    from ..causes.diagnosis import named
+    from ..core.outcome import named
 
     broken = _broken(case, measurement)
     if any(k in broken for k in CHANGES):

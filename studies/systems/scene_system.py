@@ -11,9 +11,8 @@ from discmech import reference
 from discmech.integrators.flows import restricted_form_defect
 from discmech.integrators.numbers import mpmath
 
-from ..causes.round_off import gap
 from ..core.case import Progress
-from ..core.runs import energy_errors, energy_with_terms, long_run, usual_steps
+from ..core.runs import energy_errors, energy_with_terms, gap, long_run, usual_steps
 from .system import End, System
 
 

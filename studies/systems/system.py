@@ -1,7 +1,8 @@
-"""The values that studies ask of a system; here the answers of a system without any."""
+"""The values that studies ask of a system, and the answers that most systems share."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -49,7 +50,7 @@ class SiteMomentum:
     stretch: int | None = None
 
 
-class System:
+class System(ABC):
     """A case's scene or lattice with its rule.
 
     lacks: name of a missing value → a sentence with the reason. The names are those of the methods
@@ -78,9 +79,9 @@ class System:
         """Return the flow at a step size, in the case's digits. how: options of flows of scenes."""
         return self.scheme.flow(step, self.case.digits, **how)
 
+    @abstractmethod
     def runs_at(self, digits: int) -> bool:
         """True if there are runs in so many digits."""
-        raise NotImplementedError
 
     def steps_for(self, step: Any) -> int:
         """Return the number of steps of that size in its duration."""
@@ -91,26 +92,26 @@ class System:
         """The runs that show the order, if the system chooses them itself."""
         return None
 
+    @abstractmethod
     def end(self, time: Any, digits: int) -> End:
         """Return the state at a time; raises if no method can follow the motion."""
-        raise NotImplementedError
 
     @property
     def energy_changes(self) -> bool:
         """True if something else than a method's error changes the energy along a run."""
         return bool(self.case.scene.contact is not None)
 
+    @abstractmethod
     def error(self, x: Any, mu: Any, end: Any) -> tuple[float, float | None, float | None]:
         """Return the relative error of a state from an end: of all, of x and of μ."""
-        raise NotImplementedError
 
+    @abstractmethod
     def single_steps(self) -> Any:
         """Return the scheme whose steps stand for the system's (`studies.evidence`), or None."""
-        raise NotImplementedError
 
+    @abstractmethod
     def usual_steps(self, claimed: bool = True) -> int:
         """Return the number of steps of a long run in double precision."""
-        raise NotImplementedError
 
     def modified_changes(self, steps: int) -> list[dict[str, float]]:
         """Return rows of the change of the modified energy along a run; none where it is unknown.
@@ -119,13 +120,13 @@ class System:
         """
         return []
 
+    @abstractmethod
     def long_run(self, steps: int, progress: Progress) -> Any:
         """Return a run of so many steps of the usual size, with `t` and the energy."""
-        raise NotImplementedError
 
+    @abstractmethod
     def energy(self, run: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return (H, the sum of its absolute terms) per row of a run, (r,) each."""
-        raise NotImplementedError
 
     def rates(self, state: tuple[Any, Any]) -> dict[str, float]:
         """Return |dJ/dt| of its own `momenta` in a state, by the equations, over their terms."""
@@ -136,18 +137,19 @@ class System:
         """The text of momenta that no equation of a step contains; results depend on it."""
         return ""
 
+    @abstractmethod
     def energy_errors(self, run: Any) -> np.ndarray:
         """Return (H − H₀)/scale per row of a long run, signed."""
-        raise NotImplementedError
 
     def states(self, progress: Progress) -> list[tuple[float, Any, Any]] | None:
         """Return (t, x, μ) of a long run for the form; None if it is measured at other states."""
         return None
 
+    @abstractmethod
     def form_defect(self, flow: Any, x: Any, mu: Any, u: Any = None, seed: int = 0) -> float | None:
         """Return the defect of the step from (x, μ) as a Poisson map; None if unknown."""
-        raise NotImplementedError
 
+    @abstractmethod
     def step_defects(
         self, flow: Any, x: Any, mu: Any, taken: Any = None, u: Any = None
     ) -> dict[str, float | None]:
@@ -155,4 +157,3 @@ class System:
 
         taken: (x, μ) where it ends in the run, and u that of its row; None if it is made here.
         """
-        raise NotImplementedError

@@ -16,7 +16,7 @@ from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get
 from discmech.integrators.scenes import DEGENERATE
 from discmech.integrators.scenes.ablowitz_ladik import ring
-from discmech.studies.causes.parasitic import gaps_of
+from discmech.studies.core.parasitic import gaps_of
 
 HALF = ("degenerate-euler", "degenerate-gauss-1", "degenerate-gauss-2")
 PROJECTED = ("projected-gauss-1", "projected-gauss-2", "projected-gauss-1-midpoint",

@@ -16,8 +16,8 @@ import numpy as np
 from discmech.integrators import Scheme, StepFailure
 from discmech.integrators.numbers import arithmetic, numeric
 
-from ..core.case import Case
-from .diagnosis import named
+from .case import Case
+from .outcome import named
 
 STEPS = 64
 DIGITS = 30  # of the runs, in which no round-off is in the way
