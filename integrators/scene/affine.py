@@ -9,6 +9,7 @@ from typing import Any
 
 from ..numbers import LazyModule
 from ..numbers.types import Column, Expression
+from .legendre import nested
 
 sympy: Any = LazyModule("sympy")
 
@@ -42,14 +43,11 @@ class AffineLagrangian:
     def halved(self, scene: Any) -> bool:
         """Return True if half of the components of ϑ vanish, or if ϑ cannot be evaluated."""
 
-        def letters(given: Any) -> Any:
-            if not isinstance(given, tuple):
-                return sympy.Dummy(real=True)
-            return sympy.Matrix([[letters(e) for e in row] if isinstance(row, tuple) else
-                                 [letters(row)] for row in given])  # fmt: skip
+        def letter(_: Any) -> Any:
+            return sympy.Dummy(real=True)
 
-        x = letters((0,) * scene.groupoid.dim_x)
-        p = SimpleNamespace(**{k: letters(e) for k, e in scene.parameters.items()})
+        x = nested((0,) * scene.groupoid.dim_x, letter)
+        p = SimpleNamespace(**{k: nested(e, letter) for k, e in scene.parameters.items()})
         try:
             return len(halves(self.one_form(x, p))[1]) == len(x) // 2
         except Exception:

@@ -88,19 +88,20 @@ class LegendreTransform:
             return bool(min(sizes) > 1e-20 * max(sizes))
 
 
+def nested(given: Any, entry: Callable[[Any], Any]) -> Any:
+    """Return a parameter, or the matrix of one that is a tuple, with a function of each entry."""
+    if not isinstance(given, tuple):
+        return entry(given)
+    return sympy.Matrix([[entry(e) for e in row] if isinstance(row, tuple) else [entry(row)]
+                         for row in given])  # fmt: skip
+
+
 def _letters(scene: Any) -> list[Any]:
     """Return the arguments of the scene's Hamiltonian: x, μ, the parameters' values, any time."""
-
-    def value(given: Any) -> Any:
-        if not isinstance(given, tuple):
-            return to_sympy(given)
-        return sympy.Matrix([[to_sympy(e) for e in row] if isinstance(row, tuple) else
-                             [to_sympy(row)] for row in given])  # fmt: skip
-
     group = scene.groupoid
     x, v = (sympy.Matrix(n, 1, lambda i, _: sympy.Dummy(real=True))
             for n in (group.dim_x, group.dim_u))  # fmt: skip
-    parameters = SimpleNamespace(**{k: value(e) for k, e in scene.parameters.items()})
+    parameters = SimpleNamespace(**{k: nested(e, to_sympy) for k, e in scene.parameters.items()})
     return [x, v, parameters, *([sympy.Dummy(real=True)] if scene.timed else [])]
 
 

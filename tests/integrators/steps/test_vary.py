@@ -130,7 +130,8 @@ def test_an_eccentric_orbit_of_many_periods(way, periods):
     errors = energies(run) / -0.5 - 1
     tenth = len(errors) // 10
     assert np.ptp(errors) < 1e-9
-    assert abs(errors[-tenth:].mean() - errors[:tenth].mean()) < 1e-12 * np.sqrt(periods)
+    # at a pericentre terms of 200 |E| are rounded, 4e-14 of E: a walk of some such steps a period
+    assert abs(errors[-tenth:].mean() - errors[:tenth].mean()) < 1e-13 * np.sqrt(periods)
 
 
 @pytest.mark.slow
