@@ -198,7 +198,7 @@ class Store:
                 return known.file
         if path == self.path:
             make_private(path.parent)
-            os.close(os.open(path, os.O_CREAT | os.O_RDWR, 0o600))
+            _made(path)
             if of_others(path):
                 self._put_aside(path, "of-others")
                 return self._opened(path)
@@ -292,6 +292,16 @@ _WHY = {
     "of": "not yours alone",
     "version": "of another version of discmech",
 }
+
+
+def _made(path: Path) -> None:
+    """Make an empty file that is the user's alone, if there is none; never open another one.
+
+    A process that closes a file by itself loses all locks that sqlite holds on it there, so another
+    process removes a journal which this one's other stores still read.
+    """
+    with suppress(FileExistsError):
+        os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600))
 
 
 def _file_of(folder: Path) -> Path:

@@ -246,6 +246,24 @@ def test_the_longest_unused_rows_go_first(study, rows, monkeypatch):
     assert rows() == [newest] and rows("SELECT count(*) FROM entry") == [(2,)]
 
 
+def test_two_stores_of_a_process_see_what_another_process_keeps(tmp_path):
+    """A file that the process closed by itself would take the locks of the first store away."""
+    folder = {"DISCMECH_CACHE": str(tmp_path / "cache")}
+    keep = "from discmech.studies.core.store import Store; Store().save('measurement', '{0}', {0})"
+
+    def other(number):
+        words = [sys.executable, "-c", keep.format(number)]
+        subprocess.run(words, check=True, env=os.environ | folder)
+
+    other(0)
+    stores = []
+    for number in range(1, 4):
+        stores.append(Store())
+        assert stores[-1].find("measurement", "0") == 0
+        other(number)
+        assert [s.find("measurement", str(number)) for s in stores] == [number] * number
+
+
 WRITER = """
 import sys
 from discmech.studies.core.store import Store
