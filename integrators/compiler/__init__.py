@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from .stage_system import StageSource, StageSystem
     from .stage_text import NoShortForm
     from .stages_at_step import StagesAtStep, taken_over
-    from .system import System
+    from .step import Kind, Step, kinds_of
 else:
     __getattr__ = on_demand(
         __name__,
@@ -90,19 +90,19 @@ else:
         stage_system="StageSource StageSystem",
         stage_text="NoShortForm",
         stages_at_step="StagesAtStep taken_over",
-        system="System",
+        step="Kind Step kinds_of",
     )  # fmt: skip
 
 __all__ = [
     "AGE", "Array", "BRANCH", "CONTRACTION", "CORRECTIONS", "DEGREE", "Damaged", "EDGE", "FADED",
-    "FARTHEST", "GAVE_WAY", "KAPPA", "Kernels", "KernelsAtStep", "Kicks", "LAST_SIZE",
+    "FARTHEST", "GAVE_WAY", "KAPPA", "Kernels", "KernelsAtStep", "Kicks", "Kind", "LAST_SIZE",
     "LATTICE_ENTRIES", "LatticeKernels", "LatticeStages", "LatticeSystem", "Layout", "MOST",
     "MOST_SWEEPS",
     "NOT_CONVERGED", "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR",
-    "SLACK", "STRAYED", "SWEEPS", "StageSource", "StageSystem", "StagesAtStep", "System", "address",
+    "SLACK", "STRAYED", "SWEEPS", "StageSource", "StageSystem", "StagesAtStep", "Step", "address",
     "cache_folder", "cache_folders", "cached_text", "compile", "compile_lattice",
     "compile_lattice_stages", "compile_stages", "compiled", "compiled_text", "cores", "digest",
-    "interpreted", "is_affine", "is_temporary", "kernel_text", "make_private", "names_of",
-    "of_others", "prune", "say_once", "seal", "taken_over", "text_key", "unsealed",
+    "interpreted", "is_affine", "is_temporary", "kernel_text", "kinds_of", "make_private",
+    "names_of", "of_others", "prune", "say_once", "seal", "taken_over", "text_key", "unsealed",
     "write_atomically",
 ]  # fmt: skip

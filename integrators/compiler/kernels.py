@@ -23,7 +23,7 @@ from .machine_code import compiled, vector_width
 from .module_text import module_text
 from .stage_system import StageSource
 from .stage_text import stage_text
-from .system import System, written
+from .step import Step, written
 
 LONGEST = 60  # longest part of a scene's name in a file name, which the digest makes unique
 
@@ -62,7 +62,7 @@ class Kernels:
 
 
 @lru_cache(maxsize=512)
-def compile(system: System, numbers: Arithmetic, omit: frozenset[str] = frozenset()) -> Kernels:
+def compile(system: Step, numbers: Arithmetic, omit: frozenset[str] = frozenset()) -> Kernels:
     """Return a system's kernels: machine code in double precision, else Python functions.
 
     omit: see `KernelText`.
@@ -79,7 +79,7 @@ def compile(system: System, numbers: Arithmetic, omit: frozenset[str] = frozense
     return replace(kernels, exchanging=partial(_exchanging, system, numbers, omit))
 
 
-def _exchanging(system: System, numbers: Arithmetic, omit: frozenset[str]) -> Kernels | None:
+def _exchanging(system: Step, numbers: Arithmetic, omit: frozenset[str]) -> Kernels | None:
     more = omit | {"order"}
     if len(system.w) <= ADJUGATE or kernel_text(system, more) == kernel_text(system, omit):
         return None
@@ -87,13 +87,13 @@ def _exchanging(system: System, numbers: Arithmetic, omit: frozenset[str]) -> Ke
 
 
 @lru_cache(maxsize=16)
-def compiled_text(system: System, text: str) -> Kernels:
+def compiled_text(system: Step, text: str) -> Kernels:
     """Compile a text that `kernel_text` made to machine code."""
     return _compiled(system, text, names_of(text, Double()))
 
 
 def _compiled(
-    system: System | StageSource,
+    system: Step | StageSource,
     text: str,
     names: dict[str, Any],
     constants: Callable[[], dict[str, Any]] = dict,
@@ -116,7 +116,7 @@ def interpreted(text: str, numbers: Arithmetic, **given: Any) -> Kernels:
 
 
 @lru_cache(maxsize=512)
-def kernel_text(system: System, omit: frozenset[str] = frozenset()) -> str:
+def kernel_text(system: Step, omit: frozenset[str] = frozenset()) -> str:
     """Return the text of a system's kernels and driver, derived if the cache does not hold it."""
     # the constants' values may decide what is omitted (`omissions`)
     constants = [str(value(60)) for value in system.constants.values()]
@@ -183,7 +183,7 @@ def text_key(*parts: Any) -> str:
     return digest(sources(), written(*parts))
 
 
-def _file_name(system: System | StageSource | LatticeSystem) -> str:
+def _file_name(system: Step | StageSource | LatticeSystem) -> str:
     # the name has no rule in it: on a group all simple rules share their kernels
     return re.sub(r"\W", "_", system.name)[:LONGEST]
 

@@ -11,7 +11,7 @@ from ..numbers import Coefficients, function_text, needed, symbols_of, sympy, wi
 from ..numbers.types import Column, Expression, Letters
 from .module_text import KernelText, operations, texts_of
 from .omissions import pivot_rows
-from .system import System
+from .step import Step
 
 BLOCK = 1024  # number of bonds whose sites fit into the processor's first cache
 FADED = 0.1  # largest ratio of corrections, site by site or with a kept factorisation
@@ -39,18 +39,18 @@ class LatticeSystem:
 
     q: h, then the parameters that all sites share and the rule's numbers. site: the terms of one
     site by itself, with its own letters `own` (after `q` in site.q). kicks: (of a site's potential,
-    of a bond), if no bond contains unknowns. Otherwise bond: the System of one bond, with x, u, w
+    of a bond), if no bond contains unknowns. Otherwise bond: the Step of one bond, with x, u, w
     and rows of both ends one after the other, and its letters `bond_own`. adjoint: the adjoint's
     system, if some substeps of a composition are steps of it.
     """
 
     name: str
     q: Letters
-    site: System
+    site: Step
     own: Letters
     bond_own: Letters
     kicks: tuple[Kicks | None, Kicks] | None = None
-    bond: System | None = None
+    bond: Step | None = None
     adjoint: LatticeSystem | None = None
 
 
@@ -169,9 +169,7 @@ def _called_if_long(text: str) -> str:
 class _TermText(KernelText):
     """Kernels of one term, with its own letters beside the coefficients that all share."""
 
-    def __init__(
-        self, system: System, suffix: str, own: Letters, coefficients: Coefficients
-    ) -> None:
+    def __init__(self, system: Step, suffix: str, own: Letters, coefficients: Coefficients) -> None:
         super().__init__(replace(system, extents=()), suffix, ("carried",))
         self.own, self.coefficients = own, coefficients
 

@@ -10,7 +10,7 @@ from itertools import accumulate
 #: step is at the edge of its chart; the number that tells branches apart jumped
 OK, NOT_CONVERGED, SINGULAR, EDGE, STRAYED = range(5)
 #: entries of `totals`: corrections in all, most in a step, size of the last one; the largest size
-#: (`System.extents`), the size that ends a run, the last branch number (HUGE before the first
+#: (`Step.extents`), the size that ends a run, the last branch number (HUGE before the first
 #: step), its largest allowed change
 CORRECTIONS, MOST, LAST_SIZE, FARTHEST, REACH, BRANCH, SLACK = range(7)
 TOTALS = 7

@@ -40,14 +40,14 @@ from ..numbers.types import (
 from .elimination import solve
 from .layout import Layout
 from .omissions import carried, has_pivots, is_affine, pivot_rows
-from .system import System
+from .step import Step
 
 SHORTEST = 40  # least number of operations of a function for which a call costs less than it saves
 #: long functions of the driver that are called instead of written in, with their decorators
 CALLED = {"best_order": "aside", "eliminate": "node"}
 
 
-def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
+def module_text(system: Step, omit: frozenset[str] = frozenset()) -> str:
     """Return the text of all kernels of a system (and of its adjoint), and of the driver."""
     kinds = [system] if system.adjoint is None else [system, system.adjoint]
     kernels = [KernelText(s, suffix, omit) for s, suffix in zip(kinds, ("", "_of_adjoint"))]  # noqa: B905
@@ -62,7 +62,7 @@ def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
     )  # fmt: skip
     facts = [
         f"LAYOUT = {layout}",
-        f"FAINT = 64 * EPS{' * EPS' if system.in_two_units else ''}",
+        f"FAINT = 64 * EPS{' * EPS' if {'slope', 'impulse'} & {*system.kinds} else ''}",
         f"SINGLE, MIXED, APART = {not system.composed}, {mixed}, {apart}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), kernels)),  # noqa: B905
         f"SYSTEMS = RULE,{' ADJOINT' if mixed else ''}",
@@ -92,7 +92,7 @@ class KernelText:
     "order" if every elimination exchanges rows.
     """
 
-    def __init__(self, system: System, suffix: str = "", omit: Iterable[str] = ()) -> None:
+    def __init__(self, system: Step, suffix: str = "", omit: Iterable[str] = ()) -> None:
         self.system, self.suffix, self.omit = system, suffix, frozenset(omit)
         plain = "coefficients" in self.omit
         self.coefficients = (Parameters if plain else Coefficients)(system.q)

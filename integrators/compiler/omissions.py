@@ -12,7 +12,7 @@ import numpy as np
 
 from ..numbers import evaluate_at, needed, random_point, symbols_of, vanishes
 from ..numbers.types import Expression, Letter, Letters, Number, Replacement
-from .system import System
+from .step import Step
 
 #: name → explanation of each saving
 SAVINGS = {
@@ -22,7 +22,7 @@ SAVINGS = {
 }
 
 
-def is_affine(system: System) -> bool:
+def is_affine(system: Step) -> bool:
     """Return True if the rows, with derivative `slope`, are affine in w.
 
     Then one correction solves them. The test compares the slope at two random w, with x, h and
@@ -51,7 +51,7 @@ def is_affine(system: System) -> bool:
     return True
 
 
-def pivot_rows(system: System) -> list[int]:
+def pivot_rows(system: Step) -> list[int]:
     """Return the order of rows in which elimination meets large pivots at a random point.
 
     So a step need not search for pivots; if the order is poor, Newton only takes more corrections.
@@ -72,7 +72,7 @@ def pivot_rows(system: System) -> list[int]:
     return rows
 
 
-def has_pivots(system: System) -> bool:
+def has_pivots(system: Step) -> bool:
     """Return False if equations with multipliers meet a pivot that is zero everywhere.
 
     If the mass matrix is definite, no pivot vanishes anywhere: its own have one sign, and so have
@@ -88,14 +88,14 @@ def has_pivots(system: System) -> bool:
     return True
 
 
-def _sample(system: System) -> np.ndarray:
+def _sample(system: Step) -> np.ndarray:
     """Return the slope at a random point, in double precision, (m, m)."""
     m, small = len(system.w), (*system.w, system.q[0])
     point = random_point([*system.x, *system.w, *system.q], small) | random_point(system.mu)
     return np.array(_at(system, point, 17, list(system.slope)), dtype=float).reshape(m, m)
 
 
-def carried(system: System) -> list[tuple[Expression, Expression]]:
+def carried(system: Step) -> list[tuple[Expression, Expression]]:
     """Return costly functions of x in the rows that the gain needs at the end: [(at x, at y)]."""
     to_end = dict(zip(system.x, system.y, strict=True))
     constants = set(system.q[1:])  # the next step may be of another size
@@ -105,7 +105,7 @@ def carried(system: System) -> list[tuple[Expression, Expression]]:
 
 
 def _at(
-    system: System, point: Replacement, digits: int, entries: Sequence[Expression]
+    system: Step, point: Replacement, digits: int, entries: Sequence[Expression]
 ) -> list[Number]:
     """Return entries of the slope at a point, computed with the given digits."""
     constants = {s: of(digits + 20) for s, of in system.constants.items()}

@@ -21,7 +21,7 @@ class StageSystem:
     before: definitions that ξ needs; after: definitions that need ξ; mass, right: the equations
     mass·ξ = right; rates: (ẇ, π̇); turned: f in these letters. moved: L(x, w) ξ and pulled: L(x,
     w)⁻ᵀ m; both are None if L = 1. right_field: R(x, w); gain: μ′ − μ and increment: x′ − x, from
-    w, p, dp, turn at the end of a step. extents: see `System`.
+    w, p, dp, turn at the end of a step. extents: see `Step`.
     """
 
     name: str

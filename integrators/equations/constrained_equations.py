@@ -77,7 +77,9 @@ class ConstrainedEquations(OneStepEquations):
             after * end,
         ]
         self.rows = sympy.Matrix.vstack(*rows)
-        self.w = sympy.Matrix.vstack(s.u, self.multipliers, end, nu)
+        self.unknowns = [("velocity", s.u), ("multiplier", self.multipliers), ("velocity", end),
+                         ("impulse", nu)]  # fmt: skip
+        self.w = sympy.Matrix.vstack(*[letters for _, letters in self.unknowns])
         self.increment = maps.increment.col_join(over(maps.gain, h) + leaving + arriving)
         self.view: Any = SimpleNamespace(scope=of.scope)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from ..compiler import System
+from ..compiler import Kind, Step, kinds_of
 from ..errors import BadInput, CannotMeasure, line_of
 from ..numbers import Definition, needed, shown, symbols_of, sympy
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
@@ -75,6 +75,12 @@ class OneStepEquations:
             self.rows = self.rows.col_join(self.floor - s.x / s.h)
         if s.degenerate:  # μ is ϑ(x), for any start
             new = column([*new, *self.view.letters(self.view.theta(new))])
+        #: blocks of w with their kinds
+        self.unknowns: list[tuple[Kind, Column]] = [
+            *[("slope", part) for part in main],
+            *[("velocity", part) for part in self.velocities],
+            ("place", self.floor),
+        ]
         self.increment = new - self.z
         self._new = new
         self._check_letters()
@@ -114,11 +120,11 @@ class OneStepEquations:
         return explicit_rows(self.rows, self.w, self._new, self.z, self.y, known)
 
     @cached_property
-    def system(self) -> System:
+    def system(self) -> Step:
         """One step as data for the compiler."""
         n, s = len(self.x), self.s
         if (found := self._explicit_rows) is not None:
-            return System(
+            return Step(
                 name=s.name,
                 q=tuple(s.q),
                 x=tuple(s.x),
@@ -134,7 +140,7 @@ class OneStepEquations:
                 explicit=True,
                 constants=dict(s.constants),
             )
-        return System(
+        return Step(
             name=s.name,
             q=tuple(s.q),
             x=tuple(s.x),
@@ -149,8 +155,7 @@ class OneStepEquations:
             definitions=tuple(self.definitions(self.rows, self.slope, self.increment)),
             wanted=tuple(sympy.zeros(len(self.w), 1)),
             explicit=self.explicit,
-            in_two_units=True,
-            multipliers=len(self.multipliers),
+            kinds=kinds_of(*self.unknowns),
             constants=dict(s.constants),
         )
 

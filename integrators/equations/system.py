@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
-from ..compiler import System
+from ..compiler import Step, kinds_of
 from ..errors import BadInput
 from ..groupoids import chart_extents
 from ..numbers.types import Expression, Letters
@@ -20,7 +20,7 @@ def step_system(
     equations: DiscreteEquations | OneStepEquations,
     adjoint: DiscreteEquations | None = None,
     composed: bool = False,
-) -> System:
+) -> Step:
     """Return the rows, their derivative and the update of a scheme's step, all divided by h.
 
     adjoint: the equations of the adjoint, if a composition has steps of it.
@@ -37,7 +37,7 @@ def step_system(
     branches = [] if element is None else [element.branch]
     groupoid = equations.groupoid
     used = equations.L.free_symbols
-    return System(
+    return Step(
         name=s.name,
         q=tuple(s.q),
         x=tuple(equations.x),
@@ -54,6 +54,7 @@ def step_system(
         along=None if element is None else _along_group(equations),
         extents=tuple(chart_extents(groupoid, equations.x, equations.u, h)),
         branch=None if element is None else element.branch,
+        kinds=kinds_of(("velocity", s.u), ("stage", s.stages)),
         constants=dict(s.constants),
         composed=composed,
         adjoint=other,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..bisections import POLICIES, Bisect, EdgePolicy, Solution, StepContext
-from ..compiler import Kernels, KernelsAtStep, StagesAtStep, System, compile
+from ..compiler import Kernels, KernelsAtStep, StagesAtStep, Step, compile
 from ..equations import DiscretisedScene, blamed, step_system
 from ..errors import BadInput, arguments_checked, check_progress, shown
 from ..expansions import RunDerivatives, RunDifferentiated, RunGradient
@@ -316,7 +316,7 @@ class Flow:
         return self.context.geometry
 
     @cached_property
-    def system(self) -> System:
+    def system(self) -> Step:
         """One step as data to be compiled; for a composition with its adjoint's substeps."""
         equations = dict.fromkeys(c.equations for c in (self.context, *self.parts))
         return step_system(*equations, composed=bool(self.context.substeps))

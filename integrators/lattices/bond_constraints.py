@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import System
+from ..compiler import Step, kinds_of
 from ..equations import (
     ConstrainedEquations,
     DiscreteEquations,
@@ -64,11 +64,14 @@ class BondConstraints:
         self.of_step = ConstrainedEquations(bond.s, bond.rule, bond)
         self.matrix = constraint_matrix(bond.s, bond.s.x)
         self.count, self.m = self.matrix.rows, len(site.u)
+        self.kinds = kinds_of(
+            ("velocity", bond.s.u[: self.m]), ("multiplier", self.of_step.multipliers)
+        )
         #: letters that are 1 if a site moves, and if a bond's constraint is active
         self.own = _letters("fr0", "bo0")
         self.bond_own = _letters("fr0", "fr1", "bo0")
 
-    def step(self) -> tuple[System, System]:
+    def step(self) -> tuple[Step, Step]:
         """Return a step's equations of a site and of a bond, ordered by ends."""
         s, of = self.s, self.of_step
         rows = of.rows[: 2 * self.m + self.count, :].xreplace(dict.fromkeys(s.mu, 0))
@@ -80,7 +83,7 @@ class BondConstraints:
         return (self._of_site(step_system(self.site)),
                 self._of_bond(bond, rows, slope, gain, unknowns))  # fmt: skip
 
-    def projection(self) -> tuple[System, System]:
+    def projection(self) -> tuple[Step, Step]:
         """Return the equations of v and ν of a site and of a bond, solved against μ; x stays."""
         s, own, of = self.s, self.site.s, self.of_step
         site, bond = (
@@ -93,7 +96,7 @@ class BondConstraints:
         rows = times(-self.matrix.T, of.multipliers).col_join(times(self.matrix, s.u))
         return site, self._of_bond(bond, rows, jacobian(rows, unknowns), 0 * s.u, unknowns)
 
-    def _of_site(self, system: System) -> System:
+    def _of_site(self, system: Step) -> Step:
         """Return a site's system with multipliers after u, which its equations do not contain."""
         m, (free, bound) = self.m, self.own
         more = vector("la", self.count)
@@ -101,14 +104,14 @@ class BondConstraints:
                            sympy.eye(self.count) * (1 - bound))  # fmt: skip
         u = sympy.Matrix(system.u)
         return replace(
-            system, w=(*system.u, *more), multipliers=self.count, slope=slope,
+            system, w=(*system.u, *more), kinds=self.kinds, slope=slope,
             gain=system.gain * free,
             rows=(system.rows * free + u * (1 - free)).col_join(more * (1 - bound)),
         )  # fmt: skip
 
     def _of_bond(
-        self, system: System, rows: Column, slope: SymbolicMatrix, gain: Column, unknowns: Column
-    ) -> System:
+        self, system: Step, rows: Column, slope: SymbolicMatrix, gain: Column, unknowns: Column
+    ) -> Step:
         """Return a bond's system for rows of (u_i, u_j, λ); i's multipliers' places are unused."""
         m, k = self.m, self.count
         free_i, free_j, bound = self.bond_own
@@ -123,7 +126,7 @@ class BondConstraints:
         letters = [*unknowns[:m], *vector("nu", k), *unknowns[m:]]
         held = sympy.Matrix([keep * e for keep, e in zip(kept, gain)])  # noqa: B905
         return replace(
-            system, w=tuple(letters), rows=by_ends, multipliers=k, slope=by_both, gain=held
+            system, w=tuple(letters), rows=by_ends, kinds=2 * self.kinds, slope=by_both, gain=held
         )
 
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
-from ..compiler import Kicks, LatticeStages, LatticeSystem, System
+from ..compiler import Kicks, LatticeStages, LatticeSystem, Step
 from ..equations import (
     DiscreteEquations,
     DiscreteLagrangian,
@@ -184,7 +184,7 @@ class LatticeEquations:
         q = (s.h, *(p for p in s.parameter_list if p not in own), *self.constants)
         return q, own, of_bond
 
-    def _tied(self, site: System, bond: System) -> LatticeSystem:
+    def _tied(self, site: Step, bond: Step) -> LatticeSystem:
         """Return the system of a site and of a bond that couples the unknowns of its two ends."""
         q, own, bond_own = self._letters
         site, bond = replace(site, q=(*q, *own)), replace(bond, q=(*q, *bond_own))
@@ -291,7 +291,7 @@ def _own(s: SceneSymbols, names: list[str]) -> tuple[Letter, ...]:
     return tuple(e for c in columns for e in (c if hasattr(c, "shape") else [c]))
 
 
-def _by_ends(system: System, m: int) -> System:
+def _by_ends(system: Step, m: int) -> Step:
     """Return a bond's system with all unknowns and rows of one end before those of the other.
 
     Before, u and each stage are columns of both ends.

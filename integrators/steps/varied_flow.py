@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..bisections import StepContext
-from ..compiler import KernelsAtStep, System
+from ..compiler import KernelsAtStep, Step
 from ..equations import SceneSymbols, energy, legendre_inverse
 from ..errors import (
     SMALLER,
@@ -113,9 +113,9 @@ class VariedFlow(Flow):
         return VariedFlow, (self.varied, self.step, self.digits)
 
     @property
-    def system(self) -> System:
+    def system(self) -> Step:
         """Return one step as the data that is compiled."""
-        made: System = self.varied.system
+        made: Step = self.varied.system
         return made
 
     @cached_property

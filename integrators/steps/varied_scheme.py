@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 from math import inf, nan
 from typing import Any
 
-from ..compiler import System
+from ..compiler import Step
 from ..equations import SceneSymbols, initial_momentum, step_system
 from ..errors import BadInput, CannotMeasure, arguments_checked, brief_name
 from ..flows import Scheme
@@ -142,7 +142,7 @@ class VariedScheme:
         return VariedFlow(self, step, digits)
 
     @cached_property
-    def system(self) -> System:
+    def system(self) -> Step:
         """Return one step as the data that is compiled; with a composition's adjoint substeps."""
         inner = self.inner
         kinds = [inner.equations]
@@ -160,13 +160,13 @@ class VariedScheme:
 
 
 @lru_cache(maxsize=64)  # schemes that differ in values alone have one
-def _system(kinds: tuple[Any, ...], composed: bool, sigma: Expression, way: str) -> System:
+def _system(kinds: tuple[Any, ...], composed: bool, sigma: Expression, way: str) -> Step:
     """Return the system of a step; `KernelsAtStep` calls those of its substeps 0 and 1.
 
     Where a composition has no adjoint, 1 is the first substep, which alone changes the density.
     """
 
-    def of(equations: Any, leading: bool = True) -> System:
+    def of(equations: Any, leading: bool = True) -> Step:
         system = step_system(equations, composed=composed)
         if way != "poincare":
             return controlled(system, equations.s, sigma, way, leading)

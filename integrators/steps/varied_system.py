@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ..compiler import System
+from ..compiler import Step
 from ..equations import SceneSymbols, vector_field
 from ..errors import BadInput
 from ..numbers import Definition, Function, jacobian, replaced, sympy
@@ -29,9 +29,7 @@ def letter(name: str) -> Letter:
     return sympy.Symbol(name, real=True)
 
 
-def with_columns(
-    system: System, columns: Sequence[Letter], increments: Sequence[Expression]
-) -> System:
+def with_columns(system: Step, columns: Sequence[Letter], increments: Sequence[Expression]) -> Step:
     """Return the system with more entries of x, which grow by increments in its letters."""
     more = tuple(letter(f"{c}_y") for c in columns)
     return replace(
@@ -43,8 +41,8 @@ def with_columns(
 
 
 def controlled(
-    system: System, s: SceneSymbols, sigma: Expression, way: str, leading: bool = True
-) -> System:
+    system: Step, s: SceneSymbols, sigma: Expression, way: str, leading: bool = True
+) -> Step:
     """Return a system of equal steps with a step that follows σ, in the way reversible or naive.
 
     leading: whether the step changes the density; the later substeps of a composition take it as
@@ -86,7 +84,7 @@ def logarithmic_rate(s: SceneSymbols, sigma: Expression) -> Expression:
     return -(slope * vector_field(s))[0] / sigma
 
 
-def _in_letters(system: System, swap: Replacement) -> System:
+def _in_letters(system: Step, swap: Replacement) -> Step:
     """Return the system with letters replaced in all values that a step computes."""
     known: Replacement = {}
 
