@@ -141,30 +141,39 @@ def compile_stages(source: StageSource, numbers: Arithmetic) -> Kernels:
 
 
 @lru_cache(maxsize=512)
-def compile_lattice(system: LatticeSystem, shape: str, composed: bool) -> LatticeKernels:
-    """Return the kernels and the driver of a lattice, in double precision.
+def compile_lattice(
+    system: LatticeSystem, shape: str, composed: bool, numbers: Arithmetic
+) -> LatticeKernels:
+    """Return the kernels and the driver of a lattice, like `compile` for a system.
 
     shape: "chain", "ring" or "list", the arrangement of the bonds; composed: True if a step has
     several substeps.
     """
     path = f"{_file_name(system)}_lattice_{text_key(system, shape, composed)}.py"
     text = cached_text(path, lambda: lattice_text(system, shape, composed))
-    return _of_lattice(_file_name(system), text, names_of(text, Double(), **KNOWN_ZEROS))
+    return _of_lattice(_file_name(system), text, names_of(text, numbers, **KNOWN_ZEROS), numbers)
 
 
 @lru_cache(maxsize=512)
-def compile_lattice_stages(system: LatticeStages) -> LatticeKernels:
+def compile_lattice_stages(system: LatticeStages, numbers: Arithmetic) -> LatticeKernels:
     """Return the kernels of a lattice's collocation; raises `NoShortForm` like `compile_stages`."""
-    source, numbers = system.source, Double()
+    source = system.source
     path = f"{_file_name(source)}_lattice_stages_{text_key(*system.key)}.py"
     text = cached_text(path, lambda: collocation_text(system))
     given = lane_namespace(source.nodes.count, numbers, vector_width())
     of_nodes = partial(tables, source.nodes, source.nodes.count, given["WIDTH"], numbers)
-    return _of_lattice(_file_name(source), text, names_of(text, numbers, **given), of_nodes)
+    if type(numbers) is not Double:
+        given |= of_nodes()
+    names = names_of(text, numbers, **given)
+    return _of_lattice(_file_name(source), text, names, numbers, of_nodes)
 
 
 def _of_lattice(
-    name: str, text: str, names: dict[str, Any], constants: Callable[[], dict[str, Any]] = dict
+    name: str,
+    text: str,
+    names: dict[str, Any],
+    numbers: Arithmetic,
+    constants: Callable[[], dict[str, Any]] = dict,
 ) -> LatticeKernels:
     arrays = {word: Array("i", columns=width) for word, width in
               (("ranges", 2), ("segments", 4))}  # fmt: skip
@@ -172,7 +181,9 @@ def _of_lattice(
     n, m = names["n"], names["m"]
     widths = {"x": n, "nu": m, "mu": m, "p": names["SITES"], "q": names["BONDS"], **names["WIDTHS"]}
     arrays |= {word: Array("f", columns=width) for word, width in widths.items()}
-    advance = compiled(name, text, names, arrays, constants)
+    advance = names["advance"]
+    if type(numbers) is Double:
+        advance = compiled(name, text, names, arrays, constants)
     prepare = tuple(kind.prepare for kind in names["SYSTEMS"])
     affine = all(getattr(kind, "affine", False) for kind in names["SYSTEMS"])
     return LatticeKernels(advance, prepare, widths, affine)

@@ -53,14 +53,14 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
 def at_site(a, i, first, count):
     """Return `count` components at all nodes, from column `first` of row i."""
     places = [first + k * WIDTH for k in range(PARTS * count)]
-    lanes = tuple([read_lanes(a, (i, at), WIDTH) for at in places])
+    lanes = tuple([read_lanes(a[i], at, WIDTH) for at in places])
     return tuple([lanes[k * count : k * count + count] for k in range(PARTS)])
 
 
 def put_at_site(a, i, first, values):
     """Write components at all nodes, from column `first` of row i."""
     for k, value in enumerate(sum(values, ())):
-        write_lanes(a, (i, first + k * WIDTH), value, WIDTH)
+        write_lanes(a[i], first + k * WIDTH, value, WIDTH)
 
 
 def place_ends(lattice):

@@ -97,13 +97,15 @@ class LatticeFlow:
     @property
     def newton(self) -> LatticeKernels:
         """The compiled kernels of Newton's method, or of sites that are solved separately."""
-        return compile_lattice(self.scheme.system, self.lattice.shape, bool(self.scheme.substeps))
+        return compile_lattice(
+            self.scheme.system, self.lattice.shape, bool(self.scheme.substeps), NUMBERS
+        )
 
     @cached_property
     def _of_stages(self) -> LatticeKernels | None:
         stages = self.scheme.stages
         with suppress(NoShortForm):
-            return None if stages is None else compile_lattice_stages(stages)
+            return None if stages is None else compile_lattice_stages(stages, NUMBERS)
         return None
 
     def trajectory(
