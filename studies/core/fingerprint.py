@@ -226,15 +226,19 @@ def text_of(folder: Path) -> str:
             p for p in place.rglob("*.py")
             if p.parent != place or not any(map(p.match, NOT_MEASURING))
         ]  # fmt: skip
-        found[place] = [*files, *place.rglob("*.c")]  # C files that it compiles
+        found[place] = list(place.rglob("*.c"))  # C files that it compiles
         for file in files:
+            found[place].append(file)
             text = file.read_text("utf-8")
+            # runs that go on until a verdict is clear depend on its judge
+            judges = re.findall(r"^from \.(judging\w*)", text, re.M)
+            files += [p for name in judges if (p := place / f"{name}.py") not in files]
             outside = r"\.\." + r"\." * len(file.relative_to(place).parents[1:])
             beside = re.findall(rf"^\s*from {outside}(\w+)", text, re.M)
             ours = re.findall(r"^\s*from discmech\.studies\.(\w+)", text, re.M)
             pending += [place.parent / name for name in beside]
             pending += [STUDIES[0] / name for name in ours]
-    shared = [p for part in parts for p in part.rglob("*.py")]
+    shared = [p for part in parts for p in part.rglob("*.py") if not p.match("judging*.py")]
     return _digest(
         _text_of_mathematics(), _text([*shared, *(p for f in found.values() for p in f)])
     )

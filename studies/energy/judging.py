@@ -9,10 +9,11 @@ import numpy as np
 from ..causes.round_off import unit, why_unknown
 from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
-from ..evidence.verdicts import demand_consistency
+from ..evidence.judging import demand_consistency
 from ..order import TOLERANCE
-from . import balance, modified
-from .measuring import WIDE, judge_errors
+from . import balance, judging_modified
+from .errors import WIDE
+from .judging_errors import judge_errors
 
 #: largest change of the balance of energy and work per step: two energies of a few operations each
 ROUND_OFFS = 16
@@ -46,12 +47,12 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
     kept = case.scene.nonholonomic is None  # otherwise its band has no modified energy
     verdict = judge_errors(case, measurement, kept)
     if kept and np.isfinite(measurement.measured["band"]):
-        verdict = modified.judged(measurement, verdict)
+        verdict = judging_modified.judge(measurement, verdict)
     if case.rule.is_recorded:  # recorded runs cannot take other steps
         verdict = verdict.because(verdict.reason.replace("take more --steps", "record longer runs"))
     measured = measurement.measured
     drift = abs(measured.get("drift", measured["slope"] * measurement["duration"]))
-    unsettled = verdict.verdict == "fail" or verdict.reason == modified.NOT_BACK
+    unsettled = verdict.verdict == "fail" or verdict.reason == judging_modified.NOT_BACK
     if unsettled and 0 < drift <= (lost := measurement.get("lost", 0.0)):
         return Verdict("inconclusive", why_unknown("the energy", drift, lost), verdict.expected)
     return verdict
@@ -64,7 +65,7 @@ def _of_long_runs(case: Case, measurement: Measurement) -> Verdict:
     its slope as runs get eight times as long.
     """
     verdict, slopes = judge_errors(case, measurement), [float(s) for s in measurement["slopes"]]
-    by_modified = modified.of_long_run(measurement, verdict)
+    by_modified = judging_modified.of_long_run(measurement, verdict)
     if by_modified is not verdict and by_modified.verdict != "inconclusive":
         return by_modified
     alike = not np.isfinite(slopes[-1])

@@ -1,4 +1,4 @@
-"""The verdict of the modified energy on a run, and on runs from places beside the motion."""
+"""The changes of the modified energy along a run, and along runs from places beside the motion."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from discmech.integrators.equations import initial_momentum
 from discmech.integrators.errors import DiscmechError
 from discmech.integrators.flows import Trajectory
 
-from ..core.case import Case, Measurement, Verdict
+from ..core.case import Case
 from ..core.fitting import steadiness
 from ..core.modified_energy import NUMBERS, STATES, changes, dual_of
 from ..core.moving_energy import moving_energy
 from ..core.runs import usual_steps
+from .errors import STEADY
 
 # shares of the band by which the modified energy may change, and to which it has to be known
 SHARE, KNOWN = 0.1, 0.5
-STEADY = 0.8  # as for the means of a run's parts
 ELSEWHERE = 3  # in units of the band: the largest change of H̃ − H on a way
 #: in units of ∫ |α·(f̃ − f)| ds: change of the energy by a state that has not come back
 BEYOND = 4
@@ -31,10 +31,6 @@ PLACES, STEPS, STATES_BESIDE = 2, 2000, 8  # places beside the motion, and the r
 ASIDE = 0.02, 0.1  # shares of a coordinate's size by which they lie beside it
 #: share of the energy that moves: a larger error is that of a motion that is not resolved
 WHOLE = 1.0
-NOT_BACK = (
-    "the energy goes one way, and so it may with a part of the motion that has not come back: take "
-    "more --steps."
-)
 STEP = 0.55, 0.95  # shares of the scene's step
 Row = dict[str, float]
 
@@ -69,7 +65,7 @@ def _rows(
 def _seems_to_drift(rows: list[Row]) -> bool:
     """True if the modified energy goes one way, or drifts for certain, with the canonical form."""
     beyond = abs(rows[-1]["modified"]) > rows[-1]["bound"]
-    return (beyond and _goes_one_way(rows)) or certain_drift(rows) is not None
+    return (beyond and goes_one_way(rows)) or certain_drift(rows) is not None
 
 
 def beside(case: Case) -> list[dict[str, Any]]:
@@ -147,7 +143,7 @@ def certain_drift(rows: list[Row]) -> Row | None:
             return last
     beyond -= last["walk"]
     later = np.sign(values[1 + len(rows) // 2 :])
-    one_way = _goes_one_way(rows) and abs(later.sum()) == len(later)
+    one_way = goes_one_way(rows) and abs(later.sum()) == len(later)
     return last if beyond > BEYOND * last["path"] and one_way else None
 
 
@@ -172,82 +168,6 @@ def covers(rows: list[Row], duration: float) -> bool:
     return bool(rows) and rows[-1]["time"] >= 0.75 * duration
 
 
-def _goes_one_way(rows: list[Row]) -> bool:
+def goes_one_way(rows: list[Row]) -> bool:
+    """True if the modified energy goes one way, from row to row."""
     return steadiness(np.array([0.0, *(r["modified"] for r in rows)])) >= STEADY
-
-
-def judged(measurement: Measurement, verdict: Verdict) -> Verdict:
-    """Return the verdict with the modified energy. verdict: the one on the energy's band alone.
-
-    If it stays along the run, there is no drift, for any part of the motion that the run is too
-    short for. If it goes one way, farther than any state on the way explains, that is a drift,
-    however small beside the band. In between, a drift of the energy may be a slow part of the
-    motion, which is not failed, and an energy that seems to stay is trusted only if the modified
-    one does not go one way.
-    """
-    band, duration = measurement.measured["band"], measurement["duration"]
-    given = measurement.get("modified") or []
-    rows = resolved(given, band)
-    drift = certain_drift(rows)
-    if drift is not None:
-        change, line = drift["modified"], measurement.measured["slope"] * duration
-        said = 2 * abs(line) >= abs(change) or measurement.get("still")
-        if verdict.verdict == "fail" and said:
-            return verdict  # the line through all rows shows the same, and rest is the reason
-        return Verdict("fail", _drifts(change, drift["time"]), verdict.expected)
-    if band <= WHOLE:  # a quadratic modified energy stays beyond the limit of stability too
-        verdict = _of_run(verdict, rows, bool(given), band, duration)
-    found = drift_beside(measurement.get("beside") or [])
-    if found is not None and verdict.verdict != "fail":
-        place, drift = found
-        where = ", ".join(f"{e:.4g}" for e in place["place"])
-        said = f"beside the motion, from (x, μ) = ({where}) with the step {place['step']:.4g}, "
-        return Verdict("fail", said + _drifts(drift["modified"], drift["time"]), verdict.expected)
-    return verdict
-
-
-def of_long_run(measurement: Measurement, verdict: Verdict) -> Verdict:
-    """Return `judged` of a lattice's run, or the given verdict if the rows are not of its energy.
-
-    The states of the rows show the energy's own change too: if the line through the run's energy
-    rises by more than twice that, something else than the motion is measured.
-    """
-    rows = measurement.get("modified") or []
-    if not rows:
-        return verdict
-    seen = max(abs(r["energy"]) + r["round_off"] for r in rows)
-    line = abs(measurement.measured["slope"] * measurement["duration"])
-    return judged(measurement, verdict) if line <= 2 * seen else verdict
-
-
-def _of_run(
-    verdict: Verdict, rows: list[Row], given: bool, band: float, duration: float
-) -> Verdict:
-    """Return the verdict on the scene's own run, if its modified energy has no certain drift."""
-    if not rows or not covers(rows, duration):
-        if verdict.verdict == "fail" and given:
-            return Verdict("inconclusive", NOT_BACK, verdict.expected)
-        return verdict
-    if stands(rows, band):
-        limit = max(r["bound"] for r in rows)
-        return Verdict("pass", "", {**verdict.expected, "modified_limit": limit})
-    if verdict.verdict == "fail" and all(
-        abs(r["modified"]) <= r["bound"] + r["walk"] + BEYOND * r["path"] for r in rows
-    ):
-        return Verdict("inconclusive", NOT_BACK, verdict.expected)
-    last = rows[-1]
-    beyond = abs(last["modified"]) > last["bound"] + last["walk"] + BEYOND * last.get("form", 0.0)
-    if verdict.verdict == "pass" and beyond and _goes_one_way(rows) and band > last["round_off"]:
-        said = (
-            "the energy only seems to oscillate: the modified energy, which should not, changes by "
-            f"{last['modified']:.2g} of the energy that moves, always one way; take more --steps."
-        )
-        return Verdict("inconclusive", said, verdict.expected)
-    return verdict
-
-
-def _drifts(change: float, time: float) -> str:
-    return (
-        f"the energy drifts by {change:.2g} of the energy that moves over t = {time:.4g}, which no "
-        "oscillation of its error explains."
-    )

@@ -8,7 +8,7 @@ from ..contact.judging import WORDS as OF_CONTACT
 from ..contact.judging import does_not_fall
 from ..core.case import Case, Measurement, Verdict
 from ..core.outcome import Row
-from ..evidence import verdicts
+from ..evidence import judging as single_steps
 from ..order import TOLERANCE
 from ..symplecticity.measuring import limit, limits
 from ..systems.known import known_of
@@ -33,7 +33,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
                        {"at_least": 1e3 * allowed})  # fmt: skip
     verdict = _judge_contact(found) if "contact" in found else _of_laws(case, found, allowed)
     what = "two neighbours and their bond"
-    return verdicts.judge(found.get("local"), verdict, case.order, what)
+    return single_steps.judge(found.get("local"), verdict, case.order, what)
 
 
 def _of_laws(case: Case, found: Row, allowed: float) -> Verdict:

@@ -14,7 +14,7 @@ from discmech.integrators.lattices import DualStep, poisson_defect, step_derivat
 
 from ..core.case import Case, Choice, Progress, lattice_cases, silent
 from ..core.parts import RULES, is_built_in, usual_lattices, usual_rules
-from ..evidence.verdicts import consistency_of
+from ..evidence.consistency import consistency_of
 from ..systems import system_of
 from ..systems.known import known_of
 from ..systems.lattice_system import LATER

@@ -11,7 +11,7 @@ from ..core.case import (
     Measurement,
     Verdict,
 )
-from ..evidence.verdicts import demand_consistency
+from ..evidence.judging import demand_consistency
 from .cause import cause_of_drift
 from .measuring import _claimed, _epsilon, _over, limits_of, walks_of
 

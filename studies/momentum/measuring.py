@@ -34,7 +34,7 @@ from ..core.runs import (
     usual_steps,
     with_terms,
 )
-from ..evidence.verdicts import CONSISTENCY, consistency_of
+from ..evidence.consistency import CONSISTENCY, consistency_of
 from ..systems import System, system_of
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
 from .sight import beside, seen

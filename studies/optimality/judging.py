@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 from ..core.case import Case, Measurement, Verdict
-from ..evidence import verdicts
+from ..evidence import judging as single_steps
 from ..order import TOLERANCE
 
 GROWS = 1.2  # times the change before, where nothing converges: of order 0 it is once
@@ -14,7 +14,7 @@ GROWS = 1.2  # times the change before, where nothing converges: of order 0 it i
 def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the verdict of solutions and of the pushed scene's steps: a pass needs both."""
     verdict, local = _judge_solutions(case, measurement), measurement.get("local")
-    return verdicts.judge(local, verdict, case.order, "the scene under its inputs")
+    return single_steps.judge(local, verdict, case.order, "the scene under its inputs")
 
 
 def _judge_solutions(case: Case, measurement: Measurement) -> Verdict:

@@ -25,7 +25,7 @@ from discmech.integrators.scene import arguments_of, reads
 from ..core import lookup
 from ..core.case import Case, Choice, Progress, silent
 from ..core.fitting import Window, asymptotic_window, marked
-from ..evidence.verdicts import of_evidence
+from ..evidence.consistency import of_evidence
 
 NAME = "optimality"
 NEEDS = (

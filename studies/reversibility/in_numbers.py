@@ -1,4 +1,4 @@
-"""A step back after a program's step forth, at places it cannot know, with three answers."""
+"""A step back after a program's step forth, at places that it cannot know."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from discmech.integrators import StepFailure
 from discmech.integrators.foreign import derivative, guarded, noise_of
 from discmech.integrators.foreign.differences import FARTHEST
 
-from ..core.case import Case, Measurement, Verdict
-from ..core.claims import not_claimed
-from ..symplecticity.in_numbers import ENOUGH, along, embedded, left_by, resolved, undecided
+from ..core.case import Case
+from ..symplecticity.in_numbers import ENOUGH, along, embedded, left_by, undecided
 from ..symplecticity.places import looks, more_looks
 
 #: factor for a program's change of its argument beside its result: the rounded state in between
@@ -96,29 +95,3 @@ def _even(scheme: Any, look: Any) -> bool:
     system, n = scheme.flow(look.step).system, scheme.s.n
     values = [system.H(look.z[:n], sign * look.z[n:]) for sign in (1, -1)]
     return bool(abs(values[0] - values[1]) <= 2.0**-40 * (1 + abs(values[0])))
-
-
-def judge(case: Case, measurement: Measurement) -> Verdict:
-    """Fail a certain defect, and pass a resolved absence."""
-    measured, expected = measurement.measured, dict[str, Any](resolved=resolved(case))
-    if reason := not_claimed(case.rule, "reversible"):
-        return Verdict("pass", "", {**expected, "not_demanded": reason})
-    if measured["defect"] is None:
-        why = measurement.rows[0]["why_not"]
-        return Verdict("inconclusive", f"no step back could be made: {why}.", expected)
-    if measured["certain"] > 0:
-        row = max(measurement.rows, key=lambda r: r.get("certain") or 0.0)
-        said = (
-            f"a step back misses the start by {measured['certain']:.2g} of the motion beyond all "
-        )
-        said += f"round-off, at step {row['step']:.3g}, t = {row['time']:.3g}: Φ₋ₕ is not the "
-        said += "inverse of Φₕ."
-        return Verdict("fail", said, expected)
-    left = expected["left"] = measurement["left"]
-    if measured["resolution"] <= resolved(case) * left:
-        return Verdict("pass", "", expected)
-    said = (
-        f"a step back misses the start by nothing that is seen, but {measured['resolution']:.1e} "
-    )
-    said += f"could be hidden, where a method of this order may leave {left:.1e}."
-    return Verdict("inconclusive", said, expected)

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from ..core.case import Case, Measurement, Verdict, worst
-from ..energy.measuring import judge_errors
-from ..evidence.verdicts import judge as judge_evidence
+from ..energy.judging_errors import judge_errors
+from ..evidence.judging import judge as judge_evidence
 from .extended import LIMIT
 from .measuring import BACK, rule_of, scheme_of
 

@@ -21,9 +21,10 @@ from discmech.reference import ReferenceFailure
 
 from ..core.case import Case, Choice, Measurement, Progress, plain_cases, silent
 from ..core.runs import energy_errors, interval
-from ..energy.measuring import WIDE, judge_errors, measured_errors, turns_of
+from ..energy.errors import WIDE, measured_errors, turns_of
+from ..energy.judging_errors import judge_errors
 from ..evidence import evidence_of
-from ..evidence.verdicts import of_evidence
+from ..evidence.consistency import of_evidence
 from .extended import DIGITS as DIGITS_OF_FORM
 from .extended import form_defect
 

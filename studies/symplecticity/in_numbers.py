@@ -1,9 +1,4 @@
-"""The form under a map of numbers: differences and closed curves, with three answers.
-
-A defect beyond all errors is certain, and fails. Without one, the resolution is the smallest defect
-that would have shown; a pass needs a resolution far below the defect of a method of this order that
-is not symplectic. All other cases are inconclusive.
-"""
+"""The form under a map of numbers, by differences and closed curves at drawn places."""
 
 from __future__ import annotations
 
@@ -30,10 +25,9 @@ from discmech.integrators.foreign import (
     shifted,
     volume_defect,
 )
-from discmech.integrators.numbers import Vector, jacobian, sympy
+from discmech.integrators.numbers import Vector
 
-from ..core.case import Case, Measurement, Progress, Verdict
-from ..core.claims import not_claimed
+from ..core.case import Case, Progress
 from ..core.outcome import Row
 from .places import Look, looks, more_looks
 
@@ -50,7 +44,6 @@ ENOUGH = 3  # places that have to reach the resolution
 CLEARLY = 10  # further places are tried to get a resolution so many times finer than a pass needs
 UNKNOWN_ORDER = 4  # the order for a method that claims none: few methods leave less
 SMOOTH = 64 * 2.0**-53  # a larger noise, relative to the values, is reported
-AGAIN = 1024  # units of round-off by which a repeated step may differ
 RUN = 32  # steps of a run whose steps are repeated, each alone, after other states
 
 
@@ -237,7 +230,7 @@ def _entry(at: tuple[int, ...], n: int) -> str:
     return f"{{{', '.join(names)}}}" if names else ""
 
 
-def _decisive(rows: Sequence[Row]) -> Row:
+def decisive(rows: Sequence[Row]) -> Row:
     """Return the row whose resolution `ENOUGH` places reach, relative to the defect left there."""
     seen = [r for r in rows if r["certain"] is not None]
     reached = sorted(seen, key=lambda r: r["resolution"] / (r["left"] or 2.0**-1022))
@@ -248,72 +241,12 @@ def _measured(rows: Sequence[Row]) -> dict[str, Any]:
     seen = [r for r in rows if r["certain"] is not None]
     if not seen:
         return {"pullback": None, "poisson": None, "certain": None}
-    resolution, certain = _decisive(rows)["resolution"], max(r["certain"] for r in seen)
+    resolution, certain = decisive(rows)["resolution"], max(r["certain"] for r in seen)
     # where differences resolve far less than elsewhere, their defect is their own error
     told = [r["poisson"] for r in seen if r["resolution"] <= 1e3 * resolution]
     found = {"poisson": max(certain, *told), "certain": certain}
     more = {"resolution": resolution, "residual": max(r["again"] for r in seen)}
     return {"pullback": None, **found, **more}
-
-
-def judge(case: Case, measurement: Measurement) -> Verdict:
-    """Fail a certain defect, pass a resolved absence, and name the missing evidence otherwise."""
-    measured, rows = measurement.measured, measurement.rows
-    expected: dict[str, Any] = {"resolved": resolved(case)}
-    reason = not_claimed(case.rule, "symplectic")
-    if not reason and not _closed_force(case):
-        reason = "forced: the exact flow changes the form, which need not be kept; measured only"
-    if measured["certain"] is None:
-        said = f"the black box makes no step from any place around the motion: {rows[0]['why_not']}"
-        return Verdict("fail", f"{said}.", expected)
-    noise = max(r["noise"] for r in rows)
-    if measured["residual"] > AGAIN * case.rule.unit(16):
-        said = f"the same step made again differs by {measured['residual']:.2g} of the motion: it "
-        said += "is no map of (q, p) and h, but keeps something between calls, or is random; a "
-        said += "method with memory is a class with start, step and read."
-        return Verdict("fail", said, expected)
-    unkept = _volume(case, rows)
-    if unkept and (reason or measured["certain"] == 0):
-        return Verdict("fail", unkept, expected)
-    if reason:
-        if unknown := _volume_unknown(case, rows):
-            return Verdict("inconclusive", unknown, expected)
-        return Verdict("pass", "", {**expected, "not_demanded": reason})
-    rough = ""
-    if noise:
-        rough = f"; the box is not smooth: it jumps by {noise:.1e} of the motion, as an iteration "
-        rough += "with a loose stop does"
-    if measured["certain"] > rounded(case):
-        row = max((r for r in rows if r["certain"]), key=lambda r: r["certain"])
-        said = (
-            f"the form is not kept: its defect is {row['certain']:.2g} beyond every error of the "
-        )
-        said += f"differences, in {row['entry']} at step {row['step']:.3g}, t = {row['time']:.3g}"
-        return Verdict("fail", f"{said}{rough}.", expected)
-    left = expected["left"] = _decisive(rows)["left"]
-    if missing := [r for r in rows if r["certain"] is None]:
-        said = f"{len(missing)} of {len(rows)} steps around the motion failed"
-        return Verdict("inconclusive", f"{said}: {missing[0]['why_not']}.", expected)
-    if measured["resolution"] <= resolved(case) * left:
-        return Verdict("pass", "", expected)
-    said = f"no defect is seen, but one of {measured['resolution']:.1e} could be hidden, where a "
-    said += f"method of this order that is not symplectic would leave {left:.1e}"
-    return Verdict("inconclusive", f"{said}{rough}.", expected)
-
-
-def _closed_force(case: Case) -> bool:
-    """True if there is no force, or one that leaves the exact flow symplectic (dθ_f = 0).
-
-    On a pair groupoid that is a force F(x, t) with ∂F_i/∂x_j = ∂F_j/∂x_i.
-    """
-    scene, s = case.scene, case.scheme.s
-    if scene.force is None or scene.in_numbers:
-        return True
-    if scene.groupoid.kind != "pair":
-        return False
-    force = list(s.force)
-    by_x, by_u = jacobian(force, s.position), jacobian(force, s.u)
-    return all(sympy.simplify(e) == 0 for e in [*by_u, *(by_x - by_x.T)])
 
 
 def resolved(case: Case) -> float:
@@ -329,36 +262,3 @@ def rounded(case: Case) -> float:
     (rebound's SABA4 shows 3e-14). Formulas have the same limit (`LIMIT`).
     """
     return LIMIT * case.rule.unit(16) / 2.0**-53
-
-
-def _volume(case: Case, rows: Sequence[Row]) -> str:
-    """Return why volume, if it is claimed, is not kept, a sentence; "" if it is kept."""
-    if not _claims_volume(case):
-        return ""
-    worst = max(
-        (r for r in rows if r["volume"]), key=lambda r: r["volume"]["certain"], default=None
-    )
-    if worst is None or not worst["volume"]["certain"] > rounded(case):
-        return ""
-    return (
-        f"volume is not kept: a step changes it by {worst['volume']['measured']:.2g}, beyond every "
-        f"error of the differences, at step {worst['step']:.3g}, t = {worst['time']:.3g}."
-    )
-
-
-def _volume_unknown(case: Case, rows: Sequence[Row]) -> str:
-    """Return why a claim of volume without a form is undecided, a sentence; "" if decided."""
-    if not _claims_volume(case):
-        return ""
-    told = [r for r in rows if r["volume"]
-            and r["volume"]["resolution"] <= resolved(case) * r["left"]]  # fmt: skip
-    if len(told) >= min(ENOUGH, len(rows)):
-        return ""
-    return (
-        f"no change of volume is seen, but {len(told)} of {len(rows)} places alone resolve what a "
-        f"method of this order that does not keep it would leave; {ENOUGH} are needed."
-    )
-
-
-def _claims_volume(case: Case) -> bool:
-    return case.rule.claims is not None and "volume" in case.rule.claims.keeps

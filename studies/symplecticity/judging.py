@@ -12,9 +12,9 @@ from ..core.case import (
 )
 from ..core.claims import not_claimed
 from ..core.outcome import Row
-from ..evidence.verdicts import demand_consistency
+from ..evidence.judging import demand_consistency
 from ..systems import system_of
-from . import in_numbers
+from . import judging_numbers
 from .measuring import CHANGES, FORMS, _badness, _kinds, _worst, limit, limits
 
 
@@ -60,7 +60,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 def _judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge schemes by round-off, controls by a thousandfold defect (10²⁰-fold at 50 digits)."""
     if not case.rule.is_formula and not case.control:
-        return in_numbers.judge(case, measurement)
+        return judging_numbers.judge(case, measurement)
     found = {k: v for k, v in measurement.measured.items() if v is not None}
     if case.control:
         wanted = limit(case.digits) * (1e3 if case.digits == 16 else 1e20)

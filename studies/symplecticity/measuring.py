@@ -35,7 +35,7 @@ from ..core.family import KEPT
 from ..core.outcome import Row
 from ..core.runs import follow, largest_stable_step
 from ..evidence import evidence_of
-from ..evidence.verdicts import CONSISTENCY, consistency_of
+from ..evidence.consistency import CONSISTENCY, consistency_of
 from ..systems import system_of
 from . import in_numbers
 from .constraints import constraint_defect

@@ -108,6 +108,7 @@ def changes(tree, file, ask):
     ("integrators/scenes/pendulum.py", False), ("reference/tables/pendulum.json", False),
     ("integrators/rules/simple.py", False), ("studies/energy/measuring.py", False),
     ("studies/order/judging.py", False), ("studies/order/judging_steps.py", False),
+    ("studies/energy/judging_errors.py", False), ("studies/evidence/judging.py", False),
     ("studies/order/__init__.py", False), ("studies/order/view.py", False),
     ("studies/report/tables.py", False), ("studies/plugin.py", False),
 ])  # fmt: skip
@@ -130,13 +131,19 @@ def test_a_race_rests_on_the_integrators_of_others(checkout, name):
     assert changes(checkout, f"studies/work_precision/peers/{name}.py", ask)
 
 
-def test_what_measures_imports_nothing_that_judges():
-    """Else a judge would be part of a measurement, and not of its key."""
-    judging = re.compile(r"^\s*(from \S*\bjudging|from \S+ import .*\bjudging)", re.M)
+def test_a_judge_that_measuring_asks_is_part_of_the_key(checkout):
+    """Runs get longer until the energy is clear; no other measurement may depend on a judge."""
+    judging, asked = re.compile(r"^\s*from \S*?(\w*\.judging\w*)", re.M), set()
     for folder in fingerprint.STUDIES:
         for file in folder.glob("*/*.py"):
             if not any(map(file.match, (*fingerprint.NOT_MEASURING, "gallery/*", "report/*"))):
-                assert not judging.search(file.read_text("utf-8")), file
+                asked |= {(file.parent.name, name) for name in judging.findall(file.read_text())}
+    assert asked == {("energy", ".judging_errors"), ("energy", ".judging_modified"),
+                     ("steps", "energy.judging_errors")}  # fmt: skip
+    for name in ("energy", "steps"):
+        for file in ("judging_errors", "judging_modified"):
+            assert changes(checkout, f"studies/energy/{file}.py", partial(key, name))
+        assert not changes(checkout, "studies/energy/judging.py", partial(key, name))
 
 
 def test_a_fault_rests_on_what_measures_in_the_studies_that_look_for_it(checkout):

@@ -8,7 +8,8 @@ import pytest
 from discmech import check, midpoint, scenes
 from discmech.studies import get
 from discmech.studies.core.case import Case, Choice, Verdict
-from discmech.studies.evidence.verdicts import consistency_of, demand_consistency
+from discmech.studies.evidence.consistency import consistency_of
+from discmech.studies.evidence.judging import demand_consistency
 
 ATTACKS = Path(__file__).parents[3] / "docs" / "attacks"
 

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from discmech.studies.energy import measuring as energy
+from discmech.studies.energy import balance
+from discmech.studies.energy import errors as energy
 from discmech.studies.energy.view import VIEW
 from tests.studies.judges.by_hand import ABOVE, case, judged
 
@@ -92,7 +93,7 @@ def test_a_large_error_of_the_first_half_alone_is_no_band(slope, steady):
 
 def test_the_balance_of_energy_and_work(monkeypatch):
     of = case(scene={"force": 1})
-    monkeypatch.setattr(energy.balance, "wanted", lambda case, *_: {"balance_order": 1.95})
+    monkeypatch.setattr(balance, "wanted", lambda case, *_: {"balance_order": 1.95})
 
     def told(found, orders=(), way=1.0, band=1e-3, digits=16, steps=100):
         of.digits = digits
@@ -110,7 +111,7 @@ def test_the_balance_of_energy_and_work(monkeypatch):
     assert told(1.25, (2.0, 1.25))[0] == "inconclusive"
     assert told(1.25, (1.75, 1.25))[0] == "fail"
     assert "does not sink" in told(None)[1] and told(None)[0] == "inconclusive"
-    monkeypatch.setattr(energy.balance, "wanted", lambda case, *_: {"balance_order": 0.95})
+    monkeypatch.setattr(balance, "wanted", lambda case, *_: {"balance_order": 0.95})
     assert told(None)[0] == "inconclusive" and told(0.95)[0] == "pass"  # a rule of order 1
     assert told(2.0, band=math.nan)[:2] == ("fail", "the energy is no longer finite.")
     for digits, eps in ((16, 2.0**-53), (50, 1e-50)):
@@ -120,12 +121,12 @@ def test_the_balance_of_energy_and_work(monkeypatch):
 
 
 def test_a_balance_has_the_order_of_its_rule_up_to_that_of_the_sum():
-    wanted = energy.balance.wanted
+    wanted = balance.wanted
     for order, least in ((None, 0.95), (1, 0.95), (2, 1.95), (4, 1.95)):
         assert wanted(case(order=order)) == {"balance_order": least}
-    assert not energy.balance.applies(case())
-    assert energy.balance.applies(case(scene={"force": 1}))
-    assert energy.balance.applies(case(scene={"timed": True}))
+    assert not balance.applies(case())
+    assert balance.applies(case(scene={"force": 1}))
+    assert balance.applies(case(scene={"timed": True}))
 
 
 def series(total, count=2560, spikes=0.0, rate=1.0):

@@ -1,0 +1,98 @@
+"""The judge of the modified energy: on a run, and on runs from places beside the motion."""
+
+from __future__ import annotations
+
+from ..core.case import Measurement, Verdict
+from .modified import (
+    BEYOND,
+    WHOLE,
+    Row,
+    certain_drift,
+    covers,
+    drift_beside,
+    goes_one_way,
+    resolved,
+    stands,
+)
+
+NOT_BACK = (
+    "the energy goes one way, and so it may with a part of the motion that has not come back: take "
+    "more --steps."
+)
+
+
+def judge(measurement: Measurement, verdict: Verdict) -> Verdict:
+    """Return the verdict with the modified energy. verdict: the one on the energy's band alone.
+
+    If it stays along the run, there is no drift, for any part of the motion that the run is too
+    short for. If it goes one way, farther than any state on the way explains, that is a drift,
+    however small beside the band. In between, a drift of the energy may be a slow part of the
+    motion, which is not failed, and an energy that seems to stay is trusted only if the modified
+    one does not go one way.
+    """
+    band, duration = measurement.measured["band"], measurement["duration"]
+    given = measurement.get("modified") or []
+    rows = resolved(given, band)
+    drift = certain_drift(rows)
+    if drift is not None:
+        change, line = drift["modified"], measurement.measured["slope"] * duration
+        said = 2 * abs(line) >= abs(change) or measurement.get("still")
+        if verdict.verdict == "fail" and said:
+            return verdict  # the line through all rows shows the same, and rest is the reason
+        return Verdict("fail", _drifts(change, drift["time"]), verdict.expected)
+    if band <= WHOLE:  # a quadratic modified energy stays beyond the limit of stability too
+        verdict = _of_run(verdict, rows, bool(given), band, duration)
+    found = drift_beside(measurement.get("beside") or [])
+    if found is not None and verdict.verdict != "fail":
+        place, drift = found
+        where = ", ".join(f"{e:.4g}" for e in place["place"])
+        said = f"beside the motion, from (x, μ) = ({where}) with the step {place['step']:.4g}, "
+        return Verdict("fail", said + _drifts(drift["modified"], drift["time"]), verdict.expected)
+    return verdict
+
+
+def of_long_run(measurement: Measurement, verdict: Verdict) -> Verdict:
+    """Return `judge` of a lattice's run, or the given verdict if the rows are not of its energy.
+
+    The states of the rows show the energy's own change too: if the line through the run's energy
+    rises by more than twice that, something else than the motion is measured.
+    """
+    rows = measurement.get("modified") or []
+    if not rows:
+        return verdict
+    seen = max(abs(r["energy"]) + r["round_off"] for r in rows)
+    line = abs(measurement.measured["slope"] * measurement["duration"])
+    return judge(measurement, verdict) if line <= 2 * seen else verdict
+
+
+def _of_run(
+    verdict: Verdict, rows: list[Row], given: bool, band: float, duration: float
+) -> Verdict:
+    """Return the verdict on the scene's own run, if its modified energy has no certain drift."""
+    if not rows or not covers(rows, duration):
+        if verdict.verdict == "fail" and given:
+            return Verdict("inconclusive", NOT_BACK, verdict.expected)
+        return verdict
+    if stands(rows, band):
+        limit = max(r["bound"] for r in rows)
+        return Verdict("pass", "", {**verdict.expected, "modified_limit": limit})
+    if verdict.verdict == "fail" and all(
+        abs(r["modified"]) <= r["bound"] + r["walk"] + BEYOND * r["path"] for r in rows
+    ):
+        return Verdict("inconclusive", NOT_BACK, verdict.expected)
+    last = rows[-1]
+    beyond = abs(last["modified"]) > last["bound"] + last["walk"] + BEYOND * last.get("form", 0.0)
+    if verdict.verdict == "pass" and beyond and goes_one_way(rows) and band > last["round_off"]:
+        said = (
+            "the energy only seems to oscillate: the modified energy, which should not, changes by "
+            f"{last['modified']:.2g} of the energy that moves, always one way; take more --steps."
+        )
+        return Verdict("inconclusive", said, verdict.expected)
+    return verdict
+
+
+def _drifts(change: float, time: float) -> str:
+    return (
+        f"the energy drifts by {change:.2g} of the energy that moves over t = {time:.4g}, which no "
+        "oscillation of its error explains."
+    )
