@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from ..numbers.lazy import on_demand
 
 if TYPE_CHECKING:
+    from .as_scene import scene_of
     from .blocks import at_ends, of_all
     from .contact_lattice import ContactLatticeTrajectory, SiteImpacts
     from .dual_step import DualStep, poisson_defect
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = on_demand(
         __name__,
+        as_scene="scene_of",
         blocks="at_ends of_all",
         contact_lattice="ContactLatticeTrajectory SiteImpacts",
         dual_step="DualStep poisson_defect",
@@ -33,5 +35,5 @@ else:
 __all__ = [
     "ContactLatticeTrajectory", "DualStep", "Lattice", "LatticeFlow", "LatticeRun", "LatticeScheme",
     "LatticeTrajectory", "Linearised", "RestrictedStep", "SiteImpacts", "at_ends", "of_all",
-    "poisson_defect", "step_derivative", "velocities",
+    "poisson_defect", "scene_of", "step_derivative", "velocities",
 ]  # fmt: skip

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadInput, brief_name, names_checked, shown
+from ..errors import BadInput, brief_name, check_function, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, measure
 from ..numbers.types import Column, Given, Rows
@@ -20,6 +20,15 @@ from .group_elements import strangers
 
 INTEGER = (int, np.integer)
 MOST_SITES = 10**9  # one coordinate of so many sites takes eight gigabytes
+#: fields of a lattice that are functions, with their arguments
+FUNCTIONS = {
+    "on_site": ("(x, v, p)", "(x, v, p, t)"),
+    "on_bond": ("(x, y, p)", "(x, y, p, t)", "(x, y, v, w, p)", "(x, y, v, w, p, t)"),
+    "force": ("(x, v, p)", "(x, v, p, t)"),
+    "bond_force": ("(x, y, v, w, p)", "(x, y, v, w, p, t)"),
+    "constraint": ("(x, y, p)",),
+    "contact": ("(x, p)",),
+}
 
 
 @names_checked
@@ -33,7 +42,11 @@ class Lattice:
     matrices on a group) and v (m×1); a bond's energy enters with a minus, L = T − V.
     A bond with velocities is a function of five arguments, on_bond(x, y, v, w, p), where v and w
     are the velocities of x and y, for example for kinetic energy at the middle of a square of the
-    grid; on_site may then be left out.
+    grid; on_site may then be left out. Each of these functions may have the time t as one more
+    argument, on_site(x, v, p, t), on_bond(x, y, p, t), and so may the forces.
+    force(x, v, p): m components in the natural basis, the force on a site beside that of L (as for
+    a `Scene`); bond_force(x, y, v, w, p): 2m components, the forces of a bond on its site at x and
+    on that at y, such as those of a damper.
     bonds: "chain" joins i and i + 1, "ring" also N − 1 and 0; otherwise pairs (i, j), i ≠ j.
     parameters: numbers and lists are shared by all; a numpy array has one entry per site (first
     axis of length N; on_bond reads a column of two, those of x and of y) or one per bond. If both
@@ -75,6 +88,8 @@ class Lattice:
     symmetries: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
     source: str = ""
     title: str = ""
+    force: Callable[..., Any] | None = None
+    bond_force: Callable[..., Any] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][\w.-]*", self.name):
@@ -93,20 +108,20 @@ class Lattice:
         if self.sites > MOST_SITES:
             raise BadInput(f"{self.name}: {shown(self.sites)} sites are more than memory holds; "
                            f"give up to {MOST_SITES:,}.")  # fmt: skip
-        if self.constraint is not None and self.on_bond is None:
+        bound = self.constraint is not None or self.bond_force is not None
+        if bound and self.on_bond is None:
             object.__setattr__(self, "on_bond", no_term)
         if self.bonds_move and self.on_site is None:
             object.__setattr__(self, "on_site", no_term)
         if self.bonds_move and self.constraint is not None:
             raise BadInput(f"{self.name}: a bond with velocities and a constraint are not taken "
                            "together; leave one out.")  # fmt: skip
-        for word in ("on_site", "on_bond", "constraint", "contact"):
-            optional = word in ("constraint", "contact") and getattr(self, word) is None
-            if not optional and not callable(getattr(self, word)):
-                given = {"on_site": "(x, v, p)", "contact": "(x, p)"}.get(word, "(x, y, p)")
-                raise BadInput(f"{self.name}: {word} is {shown(getattr(self, word))}; give "
-                               f"a function "
-                               f"of {given}.")  # fmt: skip
+        for word, wanted in FUNCTIONS.items():
+            if word.startswith("on_") or getattr(self, word) is not None:
+                check_function(getattr(self, word), f"{self.name}: {word}", *wanted)
+        if self.constraint is not None and self.bond_force is not None:
+            raise BadInput(f"{self.name}: a bond has a constraint or a bond_force, and not both; "
+                           "give a force of the sites as force=.")  # fmt: skip
         self._check_contact()
         named: Any = self.symmetries
         if not isinstance(named, Mapping) or not all(map(callable, named.values())):
@@ -135,7 +150,7 @@ class Lattice:
 
     def __reduce__(self) -> Again:
         """Return the pickled form; a lattice's functions are pickled by their place in a module."""
-        return again(self, (self.on_site, self.on_bond, self.constraint, self.contact))
+        return again(self, [getattr(self, word) for word in FUNCTIONS])
 
     def __deepcopy__(self, memo: Any) -> Lattice:
         return self  # a lattice is immutable
@@ -155,8 +170,18 @@ class Lattice:
 
     @property
     def bonds_move(self) -> bool:
-        """True if a bond's term contains the velocities of its ends."""
-        return arguments_of(self.on_bond) == 5
+        """True if a bond's Lagrangian contains the velocities of its ends."""
+        return arguments_of(self.on_bond) > 4
+
+    def takes_time(self, word: str) -> bool:
+        """Return True if the function of that name has the time as its last argument."""
+        count = arguments_of(getattr(self, word))
+        return any(w.endswith("t)") and count == w.count(",") + 1 for w in FUNCTIONS[word])
+
+    def shaped(self, x: Column) -> Column:
+        """Return a site's x in the form that functions get: a column, or a matrix on a group."""
+        k = self.matrix_size
+        return x.reshape(k, k) if k else x
 
     @property
     def matrix_size(self) -> int:

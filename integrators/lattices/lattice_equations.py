@@ -18,6 +18,7 @@ from ..equations import (
     DiscreteLagrangian,
     SceneSymbols,
     check_regular,
+    entries_of,
     natural_structure,
     no_stages,
     stage_source,
@@ -29,9 +30,9 @@ from ..groupoids import Groupoid, check_axioms, product
 from ..numbers import jacobian, sympy
 from ..numbers.types import Column, Expression, Letter
 from ..rules import Discretisation
-from ..scene import Scene, takes_fourth
+from ..scene import Scene
 from .bond_constraints import BondConstraints
-from .lattice import Lattice, no_term
+from .lattice import FUNCTIONS, Lattice, no_term
 
 
 class LatticeEquations:
@@ -43,12 +44,11 @@ class LatticeEquations:
 
     def __init__(self, lattice: Lattice, rule: Discretisation) -> None:
         check_axioms(lattice.groupoid)
-        for word in ("on_site", "on_bond", "constraint"):
-            if getattr(lattice, word) is not None and takes_fourth(getattr(lattice, word)):
-                raise CannotMeasure(f"{lattice.name}: {word} is a function of three arguments; a "
-                                    "lattice knows no explicit time.")  # fmt: skip
+        if timed := [word for word in FUNCTIONS if lattice.takes_time(word)]:
+            raise CannotMeasure(f"{lattice.name}: {timed[0]} is a function of three arguments; a "
+                                "lattice knows no explicit time.")  # fmt: skip
         self.lattice, self.rule, self.groupoid = lattice, rule, lattice.groupoid
-        scene = _scene(lattice, "", self.groupoid, _on_site(lattice), _site_values(lattice))
+        scene = _site_scene(lattice)
         if refusal := rule.refusal(scene):
             raise CannotMeasure(refusal)
         s = SceneSymbols(scene, rule.stages)
@@ -63,19 +63,15 @@ class LatticeEquations:
                 f"{lattice.name}: {rule.name} is no weighted sum of values of L, so its step "
                 "is not one of sites and bonds; take another rule."
             )
-        squared = product(self.groupoid, self.groupoid)
-        bond = _scene(lattice, "-bond", squared, _on_bond(lattice, "on_bond"),
-                      _bond_values(lattice))  # fmt: skip
-        if lattice.constraint is not None:
-            joint = _on_bond(lattice, "constraint")
-            bond = replace(bond, holonomic=lambda x, p: joint(x, None, p))
-            if refusal := rule.refusal(bond):
-                raise CannotMeasure(refusal)
+        bond = _bond_scene(lattice)
+        if lattice.constraint is not None and (refusal := rule.refusal(bond)):
+            raise CannotMeasure(refusal)
         self.bond_symbols = SceneSymbols(bond, rule.stages)
         what = "on_bond" if lattice.constraint is None else "a bond"
         self.bond_symbols.name = f"{what} of {lattice.name}"
         lagrangian = self.bond_symbols.lagrangian  # report a wrong one now
         self.bond_symbols.scalars([lagrangian], "its value", lattice.on_bond)
+        self.bond_symbols.force  # noqa: B018 - so too
 
     @cached_property
     def bond(self) -> DiscreteEquations:
@@ -93,7 +89,7 @@ class LatticeEquations:
     @cached_property
     def contact(self) -> Callable[..., Any]:
         """The gaps of a site as a function of its column x and p."""
-        shaped, given = _shaped(self.lattice), self.lattice.contact
+        shaped, given = self.lattice.shaped, self.lattice.contact
         assert given is not None
         return lambda x, p: given(shaped(x), p)
 
@@ -117,8 +113,14 @@ class LatticeEquations:
     @property
     def local(self) -> bool:
         """True if no bond couples two sites' unknowns: the bonds' L is taken at ends only."""
-        still = self.constraints is None and not self.lattice.bonds_move
+        still = self.constraints is None and not self.bonds_move
         return self.end_weights is not None and still
+
+    @property
+    def bonds_move(self) -> bool:
+        """True if a bond's term or its force contains the velocities of its ends."""
+        bond = self.bond_symbols
+        return self.lattice.bonds_move or bool(bond.force.free_symbols & {*bond.u})
 
     @cached_property
     def constants(self) -> dict[Letter, Any]:
@@ -133,8 +135,9 @@ class LatticeEquations:
             return self._tied(*self.constraints.step())
         if self.local:
             kinetic, potential = self._split()
-            kicks = (None if potential is None else self._kicks("potential", s, potential, own),
-                     self._kicks("bond", bond, bond.lagrangian, of_bond))  # fmt: skip
+            kicks = (None if potential is None else
+                     self._kicks("potential", s, _slope_of(s, potential), own),
+                     self._kicks("bond", bond, _force_of(bond), of_bond))  # fmt: skip
             site = replace(step_system(kinetic), q=(*q, *own))
             return LatticeSystem(self.lattice.name, q, site, own, of_bond, kicks)
         pair = _by_ends(step_system(self.bond), self.groupoid.dim_u)
@@ -151,7 +154,7 @@ class LatticeEquations:
         S unknowns Newton's method takes as long as 3S²/2 sweeps (S = 3: 13, 4: 25, 6: 50).
         """
         lattice, rule = self.lattice, self.rule
-        if rule.nodes is None or lattice.bonds_move or lattice.constraint is not None:
+        if rule.nodes is None or self.bonds_move or lattice.constraint is not None:
             return None
         unknowns, listed = rule.nodes.unknown * self.groupoid.dim_u, lattice.shape == "list"
         if unknowns < 3 and not listed:
@@ -159,16 +162,21 @@ class LatticeEquations:
         word, values = "force_of_bonds", _site_values(lattice)
         while any(name.startswith(word) for name in values):
             word += "_"
-        values[word] = (0,) * self.groupoid.dim_u
-        site = _scene(lattice, "", self.groupoid, _on_site(lattice), values)
-        s = SceneSymbols(replace(site, force=lambda x, v, p: [*getattr(p, word)]), rule.stages)
+        site = _site_scene(lattice)
+        values, beside = {**values, word: (0,) * self.groupoid.dim_u}, site.force
+
+        def force(x: Column, v: Column, p: Any) -> list[Expression]:
+            given = beside(x, v, p) if beside else (0,) * len(v)
+            return [a + b for a, b in zip(entries_of(given), getattr(p, word), strict=True)]
+
+        s = SceneSymbols(replace(site, parameters=values, force=force), rule.stages)
         if no_stages(DiscreteEquations(s, rule), alone=False):
             return None
         bond, (own, bond_own) = self.bond_symbols, self.own_letters
         pull = tuple(getattr(s.parameters, word))
         q = (s.h, *(p for p in self.site.s.parameter_list if p not in own))
         return LatticeStages(stage_source(s, rule.nodes), q, own, pull, tuple(bond.x), bond_own,
-                             _force_of(bond, bond.lagrangian),
+                             _force_of(bond),
                              None if listed else 3 * unknowns**2 // 2)  # fmt: skip
 
     @cached_property
@@ -213,62 +221,79 @@ class LatticeEquations:
         def moving(x: Column, v: Column, p: Any) -> Expression:
             return value.xreplace(dict(zip(letters, [*x, *v], strict=True)))
 
-        scene = _scene(lattice, "", self.groupoid, moving, _site_values(lattice))
+        scene = replace(_site_scene(lattice), lagrangian=moving)
         return DiscreteEquations(SceneSymbols(scene), self.rule), sympy.Add(*resting)
 
-    def _kicks(
-        self, name: str, s: SceneSymbols, potential: Expression, own: tuple[Letter, ...]
-    ) -> Kicks:
-        """Return F⁻/h = −w₀ ρ̂ᵀ∂L/∂x and F⁺/h = w₁ ρ̂ᵀ∂L/∂x of a term without velocities."""
+    def _kicks(self, name: str, s: SceneSymbols, force: Column, own: tuple[Letter, ...]) -> Kicks:
+        """Return F⁻/h = −w₀ f and F⁺/h = w₁ f of a term without velocities, of force f."""
         assert self.end_weights is not None
-        first, last = (weight * _force_of(s, potential) for weight in self.end_weights)
+        first, last = (weight * force for weight in self.end_weights)
         return Kicks(name, tuple(s.x), own, -first, last)
 
     @cached_property
     def self_adjoint(self) -> bool:
         """True if Φ₋ₕ inverts Φₕ, which holds if it does for site and bond separately."""
-        if self.end_weights is not None and not self.lattice.bonds_move:
+        if self.end_weights is not None and not self.bonds_move:
             return is_self_adjoint(self.site) and self.end_weights[0] == self.end_weights[1]
         terms = [self.bond] if self.lattice.on_site is no_term else [self.site, self.bond]
         return all(map(is_self_adjoint, terms))
 
 
-def _force_of(s: SceneSymbols, potential: Expression) -> Column:
+def _slope_of(s: SceneSymbols, potential: Expression) -> Column:
     """Return ρ̂ᵀ∂L/∂x of a term without velocities."""
     return natural_structure(s, s.x)[0].T * jacobian([potential], s.x).T
 
 
+def _force_of(s: SceneSymbols) -> Column:
+    """Return the force of a term without velocities: ρ̂ᵀ∂L/∂x, and the one beside L."""
+    slope = _slope_of(s, s.lagrangian)
+    return slope + s.force if s.forced else slope
+
+
+def _site_scene(lattice: Lattice) -> Scene:
+    """Return the scene of one site."""
+    shaped, on_site, force = lattice.shaped, lattice.on_site, lattice.force
+    assert on_site is not None
+    return _scene(
+        lattice, "", lattice.groupoid, lambda x, v, p: on_site(shaped(x), v, p),
+        _site_values(lattice),
+        force=None if force is None else lambda x, v, p: force(shaped(x), v, p),
+    )  # fmt: skip
+
+
+def _bond_scene(lattice: Lattice) -> Scene:
+    """Return the scene of one bond, on the product of its two sites."""
+    n, m = lattice.groupoid.dim_x, lattice.groupoid.dim_u
+    on_bond, push, joint = lattice.on_bond, lattice.bond_force, lattice.constraint
+    assert on_bond is not None
+
+    def ends(x: Column) -> tuple[Column, Column]:
+        return lattice.shaped(x[:n, :]), lattice.shaped(x[n:, :])
+
+    def speeds(v: Column) -> tuple[Column, Column]:
+        return v[:m, :], v[m:, :]
+
+    def lagrangian(x: Column, v: Column, p: Any) -> Expression:
+        return on_bond(*ends(x), *(speeds(v) if lattice.bonds_move else ()), p)
+
+    return _scene(
+        lattice, "-bond", product(lattice.groupoid, lattice.groupoid), lagrangian,
+        _bond_values(lattice),
+        force=None if push is None else lambda x, v, p: push(*ends(x), *speeds(v), p),
+        holonomic=None if joint is None else lambda x, p: joint(*ends(x), p),
+    )  # fmt: skip
+
+
 def _scene(
     lattice: Lattice, word: str, groupoid: Groupoid, function: Callable[..., Any],
-    values: dict[str, Any],
+    values: dict[str, Any], **more: Any,
 ) -> Scene:  # fmt: skip
-    """Return the scene of one site, or of one bond."""
     x0, v0 = lattice.start
     copies = groupoid.dim_x // lattice.groupoid.dim_x
     return Scene(
         name=f"{lattice.name}{word}", groupoid=groupoid, lagrangian=function, parameters=values,
-        x0=[*x0[:copies].flat], v0=[*v0[:copies].flat], duration=lattice.duration,
+        x0=[*x0[:copies].flat], v0=[*v0[:copies].flat], duration=lattice.duration, **more,
     )  # fmt: skip
-
-
-def _on_site(lattice: Lattice) -> Callable[..., Any]:
-    shaped, given = _shaped(lattice), lattice.on_site
-    assert given is not None
-    return lambda x, v, p: given(shaped(x), v, p)
-
-
-def _on_bond(lattice: Lattice, word: str) -> Callable[..., Any]:
-    n, shaped, given = lattice.groupoid.dim_x, _shaped(lattice), getattr(lattice, word)
-    if word == "on_bond" and lattice.bonds_move:
-        m = lattice.groupoid.dim_u
-        return lambda x, v, p: given(shaped(x[:n, :]), shaped(x[n:, :]), v[:m, :], v[m:, :], p)
-    return lambda x, v, p: given(shaped(x[:n, :]), shaped(x[n:, :]), p)
-
-
-def _shaped(lattice: Lattice) -> Callable[[Column], Column]:
-    """Return a function that gives a site's x its form: a column, or a matrix on a group."""
-    k = lattice.matrix_size
-    return (lambda x: x.reshape(k, k)) if k else (lambda x: x)
 
 
 def _site_values(lattice: Lattice) -> dict[str, Any]:

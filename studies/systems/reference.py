@@ -77,6 +77,7 @@ def field_of(
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     own = numeric(letters, [list(rates(s))], NUMBERS, columns=True)
     force = natural_structure(bond, bond.x)[0].T * jacobian([bond.lagrangian], bond.x).T
+    force = force + bond.force if bond.forced else force
     letters = {"x": bond.x, "u": bond.u, "p": bond.parameter_list}
     tie = numeric(letters, [force], NUMBERS, columns=True)
     flow, asked = scheme.flow(lattice.step), itertools.count()

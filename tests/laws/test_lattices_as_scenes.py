@@ -21,7 +21,25 @@ def moving(x, y, v, w, p):
     return (v[0] + w[0]) ** 2 / 3 + v[0] * w[0] * x[0] / 9 - (y[0] - x[0]) ** 4 / 4
 
 
+def drag(x, v, p):
+    return [-v[0] / 5 - v[0] ** 3 / 9 + x[0] / 7]
+
+
+def damper(x, y, v, w, p):
+    """A damper whose ends feel different forces, so that an exchange of the two shows."""
+    return [(w[0] - v[0]) / 7 + y[0] / 3, (v[0] - w[0]) / 5]
+
+
+def following(x, y, v, w, p):
+    """A force that no potential has, and that is known without velocities."""
+    return [p.stiff * y[0] / 3, -x[0] / 5]
+
+
 CHAINS = {
+    "drag": {"force": drag}, "damper": {"bond_force": damper},
+    "damper list": {**SCATTERED_STIFF, "force": drag, "bond_force": damper},
+    "following": {"bond_force": following}, "following ring": {
+        "bonds": "ring", "parameters": SHARED, "bond_force": following, "force": drag},
     "chain": {}, "ring": {"bonds": "ring", "parameters": SHARED}, "list": SCATTERED_STIFF,
     "two fixed": {"fixed": [0, 3]}, "moving": {"on_bond": moving},
     "moving list": {"on_bond": moving, "bonds": SCATTERED},
@@ -30,7 +48,7 @@ CHAINS = {
 QUICK = [
     *((name, fput(**CHAINS[name]), rule) for name, rule in (
         ("chain", midpoint), ("chain", gauss(3)), ("ring", midpoint), ("list", gauss(3)),
-        ("moving", midpoint))),
+        ("moving", midpoint), ("drag", trapezoidal), ("damper list", midpoint))),
     ("held at both ends", LATTICES["held at both ends"](), midpoint),
     ("plastic contact", beads(0), midpoint), ("elastic contact", beads(1), trapezoidal),
     ("contact on a ring", beads("1/2", bonds="ring"), midpoint),
@@ -46,6 +64,10 @@ REST = [
     *((name, fput(**CHAINS[name]), rule) for name, rule in (
         ("list", midpoint), ("two fixed", gauss(3)), ("moving", trapezoidal), ("moving", gauss(2)),
         ("moving", rectangle), ("moving list", midpoint))),
+    *((name, fput(**CHAINS[name]), rule) for name in ("drag", "damper", "following ring")
+      for rule in (rectangle, midpoint, trapezoidal, gauss(3),
+                   compose(rectangle, "blanes-moan-4"))),
+    ("following", fput(**CHAINS["following"]), trapezoidal),
     *((name, make(), rule) for name, make in SITES.items()
       for rule in (rectangle, trapezoidal, midpoint)),
     *((name, LATTICES[name](), rule) for name, rule in (
