@@ -18,30 +18,20 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import (
-    BRANCH,
-    EDGE,
-    NOT_CONVERGED,
-    OK,
-    REACH,
-    SINGULAR,
-    SLACK,
-    STRAYED,
-    KernelsAtStep,
-    Run,
-)
+from ..compiler import Entry, KernelsAtStep, Run, Status
 from ..errors import BadInput
 from ..groupoids import chart_reach
 from ..numbers.types import Matrix, Number, Vector
 from .step_context import StepContext
 from .translates import GroupChart, Solution
 
-CAUSES = {
-    EDGE: "the step is at or beyond the edge of its chart, where coordinates lose their digits",
-    STRAYED: "Newton found a solution on another branch than the last step's, and no other",
+CAUSES: dict[int, str] = {
+    Status.EDGE: "the step is at or beyond the edge of its chart, where coordinates lose their "
+    "digits",
+    Status.STRAYED: "Newton found a solution on another branch than the last step's, and no other",
 }
 # statuses that another chart or a shorter step can cure
-CURABLE = (NOT_CONVERGED, SINGULAR, EDGE, STRAYED)
+CURABLE = (Status.NOT_CONVERGED, Status.SINGULAR, Status.EDGE, Status.STRAYED)
 MOST_HALVINGS = 20  # to a millionth of the step: a step that needs smaller ones fails at any size
 SPREAD = 24  # number of elements between the cover's: a few for each of at most 16 translates
 
@@ -96,9 +86,9 @@ class EdgePolicy:
 
     def begin(self, run: Run, branch: Number | None = None) -> None:
         """Set the limits of `watch`; branch: the branch number of the step before, if known."""
-        run.totals[REACH] = self.reach
-        run.totals[BRANCH] = self.huge if branch is None else branch
-        run.totals[SLACK] = self.slack
+        run.totals[Entry.REACH] = self.reach
+        run.totals[Entry.BRANCH] = self.huge if branch is None else branch
+        run.totals[Entry.SLACK] = self.slack
 
     @cached_property
     def slack(self) -> Number:
@@ -150,17 +140,17 @@ class Shrink(EdgePolicy):
         run.changes += 1
         start, past = run.state.copy(), machine.history(run.state)
         # a solution beyond the edge is no start: take the one before it
-        last = past[status in (EDGE, STRAYED)] if past else ()
+        last = past[status in (Status.EDGE, Status.STRAYED)] if past else ()
         for level in range(1, MOST_HALVINGS + 1):
             run.c = machine.coefficients(halvings=level)
             machine.recarry(run.state, run.c)
             machine.seed(run.state, last)
-            run.totals[BRANCH] = self.huge  # the branch number depends on the step
+            run.totals[Entry.BRANCH] = self.huge  # the branch number depends on the step
             status = self._substeps(run, 2**level)
-            if status == OK:
+            if status == Status.OK:
                 break
             run.state[:] = start
-        run.c, run.totals[BRANCH] = full, self.huge
+        run.c, run.totals[Entry.BRANCH] = full, self.huge
         machine.recarry(run.state, run.c)
         return status
 
@@ -168,12 +158,12 @@ class Shrink(EdgePolicy):
         """Take one step in `count` parts; only the first part writes a row."""
         machine, here = self.machine, run.index
         status = machine.one_step(run)
-        if status != OK or here == run.steps:
+        if status != Status.OK or here == run.steps:
             return status
         rest = machine.buffers(run.resume_point, count, 2 * count)
         rest.totals = run.totals
         status = machine.advance(rest, count - 1)  # not `count`: its last row is not reached
-        if status != OK:
+        if status != Status.OK:
             run.index = here
         return status
 
@@ -224,12 +214,13 @@ class Bisect(EdgePolicy):
     def resume(self, run: Run, status: int) -> int:
         run.changes += 1
         solved, before = self.machine.history(run.state)[:2]
-        accepted = status in (EDGE, STRAYED)  # Newton accepted it, but `watch` did not
+        # Newton's method accepted the step, but `watch` did not
+        accepted = status in (Status.EDGE, Status.STRAYED)
         starts = list(self.elements((before, solved)[not accepted :], run.translate))
-        if status == EDGE and starts:
+        if status == Status.EDGE and starts:
             status = self._step(run, *self.place(starts[-1]))
-            if status == OK:
-                return OK
+            if status == Status.OK:
+                return Status.OK
         nearest = self._nearest(*self.machine.point(run.state), starts, run.totals)
         return status if nearest is None else self._step(run, nearest.translate, nearest.u)
 
@@ -237,7 +228,7 @@ class Bisect(EdgePolicy):
         self, x: Vector, mu: Vector, starts: list[Matrix], totals: Vector
     ) -> Solution | None:
         """Return the solution on the branch of the last step, or None if the search fails."""
-        last, known = totals[BRANCH], totals[BRANCH] < self.huge
+        last, known = totals[Entry.BRANCH], totals[Entry.BRANCH] < self.huge
         # the branch has one solution, so the first one found on it is right
         if known and self._conserved:
             for s in self._newton(x, mu, map(self.place, starts)):
@@ -251,7 +242,7 @@ class Bisect(EdgePolicy):
                 return best
         if best is None or (known and self._conserved):
             return None
-        totals[BRANCH] = self.huge  # this is the nearest solution, although the number jumped
+        totals[Entry.BRANCH] = self.huge  # this is the nearest solution, although the number jumped
         return best
 
     def _step(self, run: Run, translate: int, u: Vector) -> int:
@@ -259,9 +250,9 @@ class Bisect(EdgePolicy):
         run.translate, run.c = translate, self.coefficients(translate)
         self.machine.recarry(run.state, run.c)
         self.machine.seed(run.state, u)
-        run.totals[REACH] = 1 / self.context.numbers.eps
+        run.totals[Entry.REACH] = 1 / self.context.numbers.eps
         status = self.machine.one_step(run)
-        run.totals[REACH] = self.reach
+        run.totals[Entry.REACH] = self.reach
         return status
 
     def solutions(

@@ -40,30 +40,8 @@ if TYPE_CHECKING:
     )
     from .kernels_at_step import KernelsAtStep, Run
     from .lattice_stage_text import LatticeStages
-    from .lattice_text import FADED, GAVE_WAY, MOST_SWEEPS, Kicks, LatticeSystem
-    from .layout import (
-        AGE,
-        BRANCH,
-        CONTRACTION,
-        CORRECTIONS,
-        DEGREE,
-        EDGE,
-        FARTHEST,
-        KAPPA,
-        LAST_SIZE,
-        LATTICE_ENTRIES,
-        MOST,
-        NOT_CONVERGED,
-        OK,
-        PLACE,
-        REACH,
-        SCALE,
-        SINGULAR,
-        SLACK,
-        STRAYED,
-        SWEEPS,
-        Layout,
-    )
+    from .lattice_text import FADED, MOST_SWEEPS, Kicks, LatticeSystem
+    from .layout import Entry, Layout, Status
     from .llvm_values import Array
     from .machine_code import address, compiled, cores
     from .omissions import SAVINGS, is_affine
@@ -80,10 +58,8 @@ else:
                 "compile_stages compiled_text interpreted kernel_text names_of text_key",
         kernels_at_step="KernelsAtStep Run",
         lattice_stage_text="LatticeStages",
-        lattice_text="FADED GAVE_WAY MOST_SWEEPS Kicks LatticeSystem",
-        layout="AGE BRANCH CONTRACTION CORRECTIONS DEGREE EDGE FARTHEST KAPPA LAST_SIZE "
-               "LATTICE_ENTRIES MOST NOT_CONVERGED OK PLACE REACH SCALE SINGULAR SLACK "
-               "STRAYED SWEEPS Layout",
+        lattice_text="FADED MOST_SWEEPS Kicks LatticeSystem",
+        layout="Entry Layout Status",
         llvm_values="Array",
         machine_code="address compiled cores",
         omissions="SAVINGS is_affine",
@@ -94,13 +70,10 @@ else:
     )  # fmt: skip
 
 __all__ = [
-    "AGE", "Array", "BRANCH", "CONTRACTION", "CORRECTIONS", "DEGREE", "Damaged", "EDGE", "FADED",
-    "FARTHEST", "GAVE_WAY", "KAPPA", "Kernels", "KernelsAtStep", "Kicks", "Kind", "LAST_SIZE",
-    "LATTICE_ENTRIES", "LatticeKernels", "LatticeStages", "LatticeSystem", "Layout", "MOST",
-    "MOST_SWEEPS",
-    "NOT_CONVERGED", "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR",
-    "SLACK", "STRAYED", "SWEEPS", "StageSource", "StageSystem", "StagesAtStep", "Step", "address",
-    "cache_folder", "cache_folders", "cached_text", "compile", "compile_lattice",
+    "Array", "Damaged", "Entry", "FADED", "Kernels", "KernelsAtStep", "Kicks", "Kind",
+    "LatticeKernels", "LatticeStages", "LatticeSystem", "Layout", "MOST_SWEEPS", "NoShortForm",
+    "Run", "SAVINGS", "StageSource", "StageSystem", "StagesAtStep", "Status", "Step",
+    "address", "cache_folder", "cache_folders", "cached_text", "compile", "compile_lattice",
     "compile_lattice_stages", "compile_stages", "compiled", "compiled_text", "cores", "digest",
     "interpreted", "is_affine", "is_temporary", "kernel_text", "kinds_of", "make_private",
     "names_of", "of_others", "prune", "say_once", "seal", "taken_over", "text_key", "unsealed",

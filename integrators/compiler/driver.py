@@ -29,7 +29,7 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
         c = load(coefficients[0], slice(0, RULE.width))
         memo = load_memo(RULE, state, LAYOUT.memory)
     total, most, size = load(totals, slice(CORRECTIONS, FARTHEST))
-    guard, status = load(totals, slice(FARTHEST, TOTALS)), OK
+    guard, status = load(totals, slice(FARTHEST, CONTRACTION)), OK
     row = (index + every - 1) // every
     wait = row * every - index  # steps to the next row that is written
     while index < stop:

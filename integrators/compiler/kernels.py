@@ -10,14 +10,13 @@ from types import SimpleNamespace
 from typing import Any
 
 from ..numbers import Arithmetic, Double, Multiple, Number, Numbers, run_text
-from . import layout as _layout
 from .cache import cached_text, digest, sources
 from .elimination import ADJUGATE
 from .known_zeros import KNOWN_ZEROS
 from .lanes import lane_namespace, tables
 from .lattice_stage_text import LatticeStages, collocation_text
 from .lattice_text import LatticeSystem, lattice_text
-from .layout import Layout, StageLayout
+from .layout import INNER, PAST, Entry, Layout, StageLayout, Status
 from .llvm_values import Array
 from .machine_code import compiled, vector_width
 from .module_text import module_text
@@ -201,8 +200,9 @@ def _file_name(system: Step | StageSource | LatticeSystem) -> str:
 
 def names_of(text: str, numbers: Arithmetic, **more: Any) -> dict[str, Any]:
     """Run a text with Python and return its functions and constants; more: names it may use."""
-    known = {name: value for name, value in vars(_layout).items() if name.isupper()}
-    given = {"Layout": Layout, "StageLayout": StageLayout, "Record": SimpleNamespace, **known}
+    codes = {word: int(e) for kind in (Status, Entry) for word, e in kind.__members__.items()}
+    given = {"Layout": Layout, "StageLayout": StageLayout, "Record": SimpleNamespace,
+             "PAST": PAST, "INNER": INNER, **codes}  # fmt: skip
     return run_text(text, {**given, **numbers.namespace(), **more})
 
 

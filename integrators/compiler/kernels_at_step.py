@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import BadInput
 from ..numbers import Arithmetic, Matrix, Number, Numbers, Vector
 from .kernels import Kernels
-from .layout import BRANCH, ENTRIES, OK, PAST, REACH, SINGULAR, SLACK
+from .layout import PAST, Entry, Status
 
 #: the point from which a run continues: the state and the coefficients in use
 ResumePoint: TypeAlias = tuple[Vector, Matrix]
@@ -119,7 +119,7 @@ class KernelsAtStep:
         """Return empty rows for a run; raises `BadInput` if they do not fit into memory."""
         state, c = point
         rows, n, m, w = steps // every + 1, self.layout.n, self.layout.m, self.layout.row_width
-        ends = [*accumulate((ENTRIES, rows * n, rows * w, rows * m))]
+        ends = [*accumulate((len(Entry), rows * n, rows * w, rows * m))]
         try:  # two allocations in all, so that a short run begins quickly
             block = np.zeros(ends[-1], dtype=self.numbers.dtype)
             whole = np.zeros(2 * rows, dtype=np.int64)
@@ -127,9 +127,9 @@ class KernelsAtStep:
             raise BadInput(
                 f"{rows} rows do not fit into memory: keep fewer (every=, --every)."
             ) from None
-        totals = block[:ENTRIES]
-        totals[:] = self.numbers.zeros(ENTRIES)
-        totals[REACH] = totals[BRANCH] = totals[SLACK] = self.kernels.huge
+        totals = block[: len(Entry)]
+        totals[:] = self.numbers.zeros(len(Entry))
+        totals[Entry.REACH] = totals[Entry.BRANCH] = totals[Entry.SLACK] = self.kernels.huge
         xs, us, mus = (
             block[start : start + rows * k].reshape(rows, k)
             for start, k in zip(ends, (n, w, m), strict=False)
@@ -194,8 +194,8 @@ class KernelsAtStep:
 
         At the end of the run the last row gets its u, but no further step is taken.
         """
-        status = self._loop(run, stop, len(self.kinds)) if run.index < stop else OK
-        if status != OK or stop < run.steps:
+        status = self._loop(run, stop, len(self.kinds)) if run.index < stop else Status.OK
+        if status != Status.OK or stop < run.steps:
             return status
         before = run.state[: self.layout.memory].copy()
         status = self._loop(run, stop + 1, 1)  # the row's u is that of the first substep
@@ -205,8 +205,8 @@ class KernelsAtStep:
     def _loop(self, run: Run, stop: int, substeps: int) -> int:
         """Step up to `stop`; if a pivot is zero, take that one step with row exchanges."""
         status = self._driven(run, stop, substeps)
-        while status == SINGULAR and self._exchanged(run, substeps):
-            status = self._driven(run, stop, substeps) if run.index < stop else OK
+        while status == Status.SINGULAR and self._exchanged(run, substeps):
+            status = self._driven(run, stop, substeps) if run.index < stop else Status.OK
         return status
 
     def _exchanged(self, run: Run, substeps: int) -> bool:
@@ -218,7 +218,7 @@ class KernelsAtStep:
         mine, run.c = run.c, self._exchanging.coefficients(key, self._translates[key], halvings)
         status = self._exchanging._driven(run, run.index + 1, substeps)
         run.c = mine
-        return status == OK
+        return status == Status.OK
 
     @cached_property
     def _exchanging(self) -> KernelsAtStep | None:
@@ -250,4 +250,4 @@ class KernelsAtStep:
         """
         run = self.buffers(self.start_at(x, mu, c, guess), 0, 1)
         status = self.advance(run, 0)
-        return None if status != OK else (run.us[0], run.totals[BRANCH])
+        return None if status != Status.OK else (run.us[0], run.totals[Entry.BRANCH])

@@ -16,7 +16,6 @@ from .step import Step
 BLOCK = 1024  # number of bonds whose sites fit into the processor's first cache
 FADED = 0.1  # largest ratio of corrections, site by site or with a kept factorisation
 MOST_SWEEPS = 60  # largest number of such corrections in a substep
-GAVE_WAY = 5  # status, after those of `layout`: correcting site by site does not solve a substep
 UNSEEN = 16  # corrections of w below so many round-offs of x/h do not move x
 LONGEST = 1000  # a function with more operations is called instead of written in
 MOST = 60  # a force with fewer operations is computed twice rather than one bond at a time
@@ -65,7 +64,7 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         f"RING, LISTED, LATER = {shape == 'ring'}, {shape == 'list'}, {int(shape == 'ring')}",
         f"COMPOSED = {composed}",
         f"SITES, BONDS, BLOCK = {len(system.own)}, {len(system.bond_own)}, {BLOCK}",
-        f"FADED, MOST_SWEEPS, GAVE_WAY = {FADED}, {MOST_SWEEPS}, {GAVE_WAY}",
+        f"FADED, MOST_SWEEPS = {FADED}, {MOST_SWEEPS}",
         f"MOVING = {s - system.site.multipliers}",
         f"UNSEEN = {UNSEEN}",
         "FAINT = 64 * EPS",

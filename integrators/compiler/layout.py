@@ -1,26 +1,40 @@
-"""The layout of the arrays that the driver works on, and its status codes."""
+"""The layout of the arrays that the drivers work on, and their status."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import cached_property
 from itertools import accumulate
 
-#: status of a run: success; Newton's method did not converge; a correction is NaN or infinite; a
-#: step is at the edge of its chart; the number that tells branches apart jumped
-OK, NOT_CONVERGED, SINGULAR, EDGE, STRAYED = range(5)
-#: entries of `totals`: corrections in all, most in a step, size of the last one; the largest size
-#: (`Step.extents`), the size that ends a run, the last branch number (HUGE before the first
-#: step), its largest allowed change
-CORRECTIONS, MOST, LAST_SIZE, FARTHEST, REACH, BRANCH, SLACK = range(7)
-TOTALS = 7
-#: further entries, of the step with most sweeps: the ratio of two changes, and the sweeps between
-#: them
-CONTRACTION, SWEEPS, ENTRIES = 7, 8, 9
-#: a lattice's entries after the size of the last correction: the site whose step was not found; the
-#: memory of Newton's method, which all sites share: κ, the scale, the age, the degree of
-#: extrapolation; the size of the last correction without multipliers
-PLACE, KAPPA, SCALE, AGE, DEGREE, MOVED, LATTICE_ENTRIES = range(3, 10)
+
+class Status(IntEnum):
+    """How a run ended: it went on; Newton's method did not converge; a correction is NaN or
+    infinite; a step is at the edge of its chart; the number that tells branches apart jumped;
+    correcting a lattice site by site does not solve a substep.
+    """
+
+    OK, NOT_CONVERGED, SINGULAR, EDGE, STRAYED, GAVE_WAY = range(6)
+
+
+class Entry(IntEnum):
+    """The entries of `totals`, the counters and the limits of a run.
+
+    CORRECTIONS, MOST, LAST_SIZE: corrections in all, most in a step, size of the last one.
+    FARTHEST, REACH: the largest size (`System.extents`), and the size that ends a run; BRANCH,
+    SLACK: the last branch number (HUGE before the first step), and its largest allowed change.
+    CONTRACTION, SWEEPS: of the step with most sweeps, the ratio of two changes, and the sweeps
+    between them.
+    Of a lattice, PLACE: the site whose step was not found; KAPPA, SCALE, AGE, DEGREE: the memory of
+    Newton's method, which all sites share: κ, the scale, the age, the degree of extrapolation;
+    MOVED: the size of the last correction without multipliers.
+    """
+
+    CORRECTIONS, MOST, LAST_SIZE = range(3)
+    FARTHEST, REACH, BRANCH, SLACK, CONTRACTION, SWEEPS = range(3, 9)
+    PLACE, KAPPA, SCALE, AGE, DEGREE, MOVED = range(9, 15)
+
+
 INNER = 3  # number of sweeps that bring a curve into the next chart
 PAST = 5  # number of past solutions from which Newton's start is extrapolated
 

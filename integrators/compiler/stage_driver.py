@@ -25,8 +25,8 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
     xi = load_lanes(state, stages)
     mz = load_lanes(state, stages + LAYOUT.m * LAYOUT.lanes)
     total_count, most, size = load(totals, slice(CORRECTIONS, FARTHEST))
-    guard = load(totals, slice(FARTHEST, TOTALS))
-    shrunk, sweeps = load(totals, slice(CONTRACTION, ENTRIES))
+    guard = load(totals, slice(FARTHEST, CONTRACTION))
+    shrunk, sweeps = load(totals, slice(CONTRACTION, PLACE))
     status = OK
     row = (index + every - 1) // every
     wait = row * every - index

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import OK, KernelsAtStep
+from ..compiler import KernelsAtStep, Status
 from ..contact import ContactRun, FreeSteps, Gaps, LocatedSteps, Moment, check_gaps
 from ..equations import DiscretisedScene
 from ..errors import BadInput, CannotMeasure, StepFailure
@@ -106,7 +106,7 @@ class ContactFlow(Flow):
         run = machine.buffers(machine.start_at(x, mu, machine.c, guess), 1, 1)
         self.edge.begin(run, None)
         status = machine.one_step(run)
-        if status != OK:
+        if status != Status.OK:
             raise self.context.failure(CAUSES[status], {"x": x, "mu": mu})
         leaving = run.us[0, : len(mu)]
         if self.context.one_step:

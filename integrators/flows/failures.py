@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..bisections import EdgePolicy, StepContext, edge_policies
-from ..compiler import NOT_CONVERGED, SINGULAR, Run
+from ..compiler import Run, Status
 from ..equations import SceneSymbols, inverse_two_form, mass_matrix, orientation
 from ..errors import SMALLER, StepFailure
 from ..numbers import (
@@ -30,10 +30,10 @@ LARGER = 1000
 BEFORE = "stop before, where the motion ends, or take a smaller step"
 PARASITIC = "take a method for one-forms such as projected-gauss-1"
 #: driver's status ↦ cause of the failure
-CAUSES = {
+CAUSES: dict[int, str] = {
     **edge_policies.CAUSES,
-    NOT_CONVERGED: "Newton did not converge",
-    SINGULAR: "FL is singular or the numbers are no longer finite",
+    Status.NOT_CONVERGED: "Newton did not converge",
+    Status.SINGULAR: "FL is singular or the numbers are no longer finite",
 }
 
 
@@ -43,11 +43,11 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> Ste
     x, mu = machine.point(run.state)
     last = machine.last_solution(run.resume_point)
     cause, look = CAUSES[status], None
-    if edge.stages is not None and status == NOT_CONVERGED:
+    if edge.stages is not None and status == Status.NOT_CONVERGED:
         cause = f"the fixed point of the stages does not contract, and {cause}"
     if context.one_step:
         last = {}  # the slope of a map is no velocity of an arrow
-        if status == SINGULAR:
+        if status == Status.SINGULAR:
             cause = "a step is singular or the numbers are no longer finite"
         if context.equations.s.degenerate:
             state = x.copy()
@@ -70,7 +70,8 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> Ste
             if singular is None:
                 return cause, SMALLER
             direction, fix = singular
-            return (f"{cause}, for {direction}" if status == NOT_CONVERGED else direction), fix
+            unsolved = status == Status.NOT_CONVERGED
+            return f"{cause}, for {direction}" if unsolved else direction, fix
 
     return context.failure(cause, {"x": x, "mu": mu, **last}, run.index, rows, look=look)
 

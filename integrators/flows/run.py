@@ -11,16 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..bisections import EdgePolicy, StepContext
-from ..compiler import (
-    CONTRACTION,
-    CORRECTIONS,
-    FARTHEST,
-    LAST_SIZE,
-    MOST,
-    SWEEPS,
-    Run,
-    taken_over,
-)
+from ..compiler import Entry, Run, taken_over
 from ..errors import StepFailure
 from ..geometry import OneStepGeometry
 from ..groupoids import margin_of
@@ -276,11 +267,11 @@ def rows_of(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
 def counted(totals: Numbers, steps: int) -> dict[str, Any]:
     """Return the driver's counters over all steps, as fields of a trajectory."""
     return {
-        "newton_mean": float(totals[CORRECTIONS]) / (steps + 1),
-        "newton_max": int(totals[MOST]),
-        "newton_residual": float(totals[LAST_SIZE]),
-        "margin": margin_of(totals[FARTHEST]),
-        "contraction": float(totals[CONTRACTION] ** (1 / max(1, totals[SWEEPS]))),
+        "newton_mean": float(totals[Entry.CORRECTIONS]) / (steps + 1),
+        "newton_max": int(totals[Entry.MOST]),
+        "newton_residual": float(totals[Entry.LAST_SIZE]),
+        "margin": margin_of(totals[Entry.FARTHEST]),
+        "contraction": float(totals[Entry.CONTRACTION] ** (1 / max(1, totals[Entry.SWEEPS]))),
     }
 
 

@@ -13,11 +13,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..compiler import (
-    CORRECTIONS,
-    MOST,
-    OK,
+    Entry,
     LatticeKernels,
     NoShortForm,
+    Status,
     compile_lattice,
     compile_lattice_stages,
     text_key,
@@ -180,7 +179,7 @@ class LatticeFlow:
         state = None if kept is None else kept.state
         if state is not None:
             run.restore(state)
-        elif (status := run.show()) != OK:  # the u that leaves the start is not found
+        elif (status := run.show()) != Status.OK:  # the u that leaves the start is not found
             raise failed(status)
         elif self.scheme.constrained:
             self._check_start(mu, run)
@@ -194,7 +193,7 @@ class LatticeFlow:
             if is_row and run.index // every == first + size:
                 yield made(size)
                 first, rows = first + size, list(map(np.empty_like, rows))
-            if status != OK:
+            if status != Status.OK:
                 raise failed(status)
             if is_row:
                 write()
@@ -202,7 +201,7 @@ class LatticeFlow:
                 kept.save(run.state, rows, run.index // every + 1, at_once=run.index == steps)
             if progress is not None:
                 progress(run.index)
-        if (status := run.end()) != OK:
+        if (status := run.end()) != Status.OK:
             raise failed(status)
         yield made(run.index // every + 1 - first)
 
@@ -212,7 +211,7 @@ class LatticeFlow:
         while run.index < steps:
             next_row = (run.index // every + 1) * every
             status = run.advance(min(steps, next_row, run.index + piece) - run.index)
-            is_row = status == OK and run.index == next_row
+            is_row = status == Status.OK and run.index == next_row
             yield is_row, run.show() if is_row else status
 
     def _check_start(self, mu: np.ndarray, run: LatticeRun) -> None:
@@ -236,9 +235,9 @@ class LatticeFlow:
         multipliers = more[0] if more else np.zeros((len(x), len(self.lattice.pairs), 0))
         numbers = np.arange(first, first + len(x), dtype=np.int64)
         t = NUMBERS.multiples(self.step, numbers * every)
-        mean = run.totals[CORRECTIONS] / max(1, run.solved)
+        mean = run.totals[Entry.CORRECTIONS] / max(1, run.solved)
         return LatticeTrajectory(
-            t, x, u, mu, multipliers, mean, int(run.totals[MOST]), run.index, self.step,
+            t, x, u, mu, multipliers, mean, int(run.totals[Entry.MOST]), run.index, self.step,
             run.newton_since if run.newton_since >= 0 else None,
         )  # fmt: skip
 

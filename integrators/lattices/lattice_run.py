@@ -8,16 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import (
-    CORRECTIONS,
-    KAPPA,
-    LATTICE_ENTRIES,
-    MOST,
-    NOT_CONVERGED,
-    OK,
-    PLACE,
-    SINGULAR,
-)
+from ..compiler import Entry, Status
 from ..errors import BadInput, StepFailure
 from .sparse_steps import BEGIN, RUN, SHOW, SparseMatrix, SparseSteps
 from .two_halves import LEAST, TwoHalves
@@ -28,7 +19,7 @@ class LatticeRun:
 
     def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
         self.flow, self.x, self.mu = flow, np.ascontiguousarray(x), np.ascontiguousarray(mu)
-        self.nu, self.totals = np.zeros_like(self.mu), np.zeros(LATTICE_ENTRIES)
+        self.nu, self.totals = np.zeros_like(self.mu), np.zeros(len(Entry))
         self.free = flow.lattice.free
         self.mu[~self.free] = 0
         self.index, self.solved = 0, 0
@@ -91,11 +82,11 @@ class LatticeRun:
     def begin(self) -> None:
         """Start from x and μ: find w of the first step, from the guess in `past`."""
         self.totals[:] = 0
-        self.totals[KAPPA] = 1e300
+        self.totals[Entry.KAPPA] = 1e300
         self.status = self.kernels.advance(BEGIN, 0, *self.arguments)[1]
         if self.sparse is not None:
             self.status = self.sparse.begin()
-        if self.status != OK and self.by_stages:
+        if self.status != Status.OK and self.by_stages:
             self._continue_by_newton(self.mu)
 
     def _continue_by_newton(self, mu: np.ndarray, near: np.ndarray | None = None) -> None:
@@ -105,14 +96,14 @@ class LatticeRun:
         """
         self.kernels, self.by_stages, self.newton_since = self.flow.newton, False, self.index
         self.mu[:] = mu
-        total, most = self.totals[[CORRECTIONS, MOST]]
+        total, most = self.totals[[Entry.CORRECTIONS, Entry.MOST]]
         self._prepare()
         if near is not None:
             for w in self.past:
                 w[:] = near
         self.begin()
-        self.totals[CORRECTIONS] += total
-        self.totals[MOST] = max(most, self.totals[MOST])
+        self.totals[Entry.CORRECTIONS] += total
+        self.totals[Entry.MOST] = max(most, self.totals[Entry.MOST])
 
     @classmethod
     def from_row(cls, flow: Any, x: np.ndarray, mu: np.ndarray) -> LatticeRun:
@@ -139,7 +130,7 @@ class LatticeRun:
 
     def advance(self, steps: int) -> int:
         """Take `steps` steps; return the status."""
-        if self.status != OK or steps == 0:
+        if self.status != Status.OK or steps == 0:
             return self.status
         if self.sparse is not None:
             done, status = self.sparse.steps(steps)
@@ -149,7 +140,7 @@ class LatticeRun:
             done, status = self.kernels.advance(RUN, steps, *self.arguments)
         self.index += done
         self.solved += done * (len(self.x) if self.flow.scheme.local else 1)
-        if status != OK and self.by_stages:
+        if status != Status.OK and self.by_stages:
             self._continue_by_newton(self.nu, self.past[0].copy())
             return self.advance(steps - done)
         return status
@@ -174,7 +165,7 @@ class LatticeRun:
         for name, array in self.state.items():
             if name != "counts":
                 array[:] = state[name]
-        self.status = OK
+        self.status = Status.OK
         if self.sparse is not None:
             self.sparse.relaxing = bool(relaxing[0])
 
@@ -185,23 +176,23 @@ class LatticeRun:
         """
         _, status = self.kernels.advance(SHOW, 0, *self.arguments)
         self.u[:] = self.past[int(self.flow.scheme.local)][:, : self.u.shape[1]]
-        if status == OK and self.multipliers.shape[1]:
+        if status == Status.OK and self.multipliers.shape[1]:
             status = self._project()
         self.mu[~self.free] = 0
-        if status == OK:
+        if status == Status.OK:
             status = self._finite_status(self.x, self.mu, self.u)
         return status
 
     def end(self) -> int:
         """Check that a state which was not shown is finite; return the status."""
-        return self._finite_status(self.x, self.nu) if self.status == OK else self.status
+        return self._finite_status(self.x, self.nu) if self.status == Status.OK else self.status
 
     def _finite_status(self, *arrays: np.ndarray) -> int:
         if all(np.isfinite(e).all() for e in arrays):
-            return OK
+            return Status.OK
         finite = np.all([np.isfinite(e).all(axis=1) for e in arrays], axis=0)
-        self.totals[PLACE] = np.flatnonzero(~finite)[0]
-        return SINGULAR
+        self.totals[Entry.PLACE] = np.flatnonzero(~finite)[0]
+        return Status.SINGULAR
 
     def _project(self) -> int:
         """Project `mu` onto the constraints, find the coming step's `multipliers`; return the
@@ -220,7 +211,7 @@ class LatticeRun:
         found = inner.past[0]
         self.mu[:] = self.flow.momenta(self.x, found[:, :m])
         self.multipliers[:] = self._of_impulse * (self.past[0] - found)[owners, m:]
-        self.totals[PLACE] = inner.totals[PLACE]
+        self.totals[Entry.PLACE] = inner.totals[Entry.PLACE]
         return inner.status
 
     @property
@@ -237,8 +228,8 @@ class LatticeRun:
         return {**columns, "multipliers": self.multipliers} if self.multipliers.size else columns
 
     def checked(self, status: int) -> None:
-        """Raise `StepFailure` unless the status is OK."""
-        if status != OK:
+        """Raise `StepFailure` unless the status is Status.OK."""
+        if status != Status.OK:
             raise self.failure(status, None)
 
     def traced(self, x: np.ndarray, mu: np.ndarray, index: int) -> LatticeRun:
@@ -248,7 +239,7 @@ class LatticeRun:
         """
         again = LatticeRun(self.flow, x.copy(), mu.copy())
         again.index = index
-        while again.index < self.index and again.advance(1) == OK:
+        while again.index < self.index and again.advance(1) == Status.OK:
             if not np.isfinite(np.hstack([again.x, again.nu])).all():
                 return again
         return self
@@ -258,18 +249,18 @@ class LatticeRun:
         # sites are written in order, so the first one that is not finite is the cause, not a result
         written = np.hstack([self.x, self.nu]) if self.flow.scheme.local else self._work
         bad = np.flatnonzero(~np.isfinite(written).all(axis=1))
-        named = status != SINGULAR or len(bad) == 0
-        i = int(self.totals[PLACE] if named else bad[0])
+        named = status != Status.SINGULAR or len(bad) == 0
+        i = int(self.totals[Entry.PLACE] if named else bad[0])
         cause = f"a correction is not finite: L is not finite or FL is singular at site {i}"
-        if status == NOT_CONVERGED:
+        if status == Status.NOT_CONVERGED:
             cause = f"Newton's method does not converge at site {i}"
         flow, index = self.flow, self.index
-        if status == SINGULAR and self.sparse is None and not flow.scheme.local:
+        if status == Status.SINGULAR and self.sparse is None and not flow.scheme.local:
             cause = cause.removesuffix(f" at site {i}") + (
                 ", or a pivot is 0 in the fixed order of a chain (its bonds as a list of pairs are "
                 f"solved with row exchanges), at site {i}"
             )
-        if status == SINGULAR:
+        if status == Status.SINGULAR:
             for name, part in (("x", self.x), ("mu", self.nu)):
                 if len(lost := np.argwhere(~np.isfinite(part))):
                     i, k = map(int, lost[0])

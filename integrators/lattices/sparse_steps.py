@@ -12,19 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import (
-    AGE,
-    CORRECTIONS,
-    DEGREE,
-    FADED,
-    GAVE_WAY,
-    MOST,
-    MOST_SWEEPS,
-    NOT_CONVERGED,
-    OK,
-    PLACE,
-    SINGULAR,
-)
+from ..compiler import FADED, MOST_SWEEPS, Entry, Status
 from ..numbers import LazyModule
 from ..numbers.types import MatrixLike
 from .blocks import places
@@ -132,8 +120,8 @@ class SparseSteps:
             if self.relaxing:
                 here, status = self.run(RELAXED, count - done)
                 done += here
-                if status == GAVE_WAY:
-                    j = int(self.totals[PLACE])
+                if status == Status.GAVE_WAY:
+                    j = int(self.totals[Entry.PLACE])
                 status = self._beside(status)
             else:
                 self.run(UPDATE, j)
@@ -141,25 +129,25 @@ class SparseSteps:
                 j = (j + 1) % self.substeps
                 done += j == 0
                 status = self.solve(j)
-            if status != OK:
+            if status != Status.OK:
                 return done, status
-        return done, OK
+        return done, Status.OK
 
     def _beside(self, status: int) -> int:
         """Return the status; if the fixed point failed, it is that of the factorisation."""
-        if status != GAVE_WAY:
+        if status != Status.GAVE_WAY:
             return status
         self.relaxing = False
-        return self.solve(int(self.totals[PLACE]))
+        return self.solve(int(self.totals[Entry.PLACE]))
 
     def solve(self, j: int) -> int:
         """Solve substep j for w, which holds a guess, by its factorisation; return the status."""
-        totals, status, before, count = self.totals, NOT_CONVERGED, np.inf, 0
-        while status == NOT_CONVERGED and count < MOST_SWEEPS:
+        totals, status, before, count = self.totals, Status.NOT_CONVERGED, np.inf, 0
+        while status == Status.NOT_CONVERGED and count < MOST_SWEEPS:
             size, moved, here = self._corrected(j)
             count += 1
             if not (np.isfinite(here) and size < HUGE):
-                return SINGULAR
+                return Status.SINGULAR
             # the first correction has no rate, since `before` is inf
             noise, rate = EPS * here, size / before if before > 0 else 0.0
             stagnant = count > 2 and rate > 0.5
@@ -169,18 +157,18 @@ class SparseSteps:
                 or (before < np.inf and rate < 0.5 and size * rate <= noise)
                 or (stagnant and not large)
             ):
-                status = OK
+                status = Status.OK
             elif count > 1 and rate > FADED and large:
                 self._solvers.pop(j, None)
             before = size
-        totals[CORRECTIONS] += count
-        totals[MOST] = max(totals[MOST], count)
-        age = int(totals[AGE])
+        totals[Entry.CORRECTIONS] += count
+        totals[Entry.MOST] = max(totals[Entry.MOST], count)
+        age = int(totals[Entry.AGE])
         if self.substeps == 1 and (age < 6 or age % 16 == 0):
             w = self.past[0]
             misses = [abs(w - guess).max() for guess in self._guesses(self.past[1:])]
-            totals[DEGREE] = int(np.argmin(misses[: max(1, min(3, age))]))
-        totals[AGE] = age + 1
+            totals[Entry.DEGREE] = int(np.argmin(misses[: max(1, min(3, age))]))
+        totals[Entry.AGE] = age + 1
         return status
 
     def _corrected(self, j: int) -> tuple[float, float, float]:
@@ -206,7 +194,7 @@ class SparseSteps:
         return [a, 2 * a - b, 3 * (a - b) + c]
 
     def _extrapolate(self) -> None:
-        guess = self._guesses(self.past[:3])[int(self.totals[DEGREE])]
+        guess = self._guesses(self.past[:3])[int(self.totals[Entry.DEGREE])]
         for k in (3, 2, 1):
             self.past[k][:] = self.past[k - 1]
         self.past[0][:] = guess

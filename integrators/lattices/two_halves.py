@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import CORRECTIONS, MOST, OK, PLACE, cores
+from ..compiler import Entry, Status, cores
 from .sparse_steps import RUN
 
 LEAST = 4096  # no measured lattice with at least so many sites becomes slower
@@ -42,27 +42,27 @@ class TwoHalves:
         """Take so many steps: return (steps done, status)."""
         for done in range(steps):
             status = self._both(self.own[0], self.own[1])
-            if status != OK:
+            if status != Status.OK:
                 return done, status
             self._both(self.within[0], self.within[1])
             self._part(self.within[2], self.totals)
-        return steps, OK
+        return steps, Status.OK
 
     def _part(self, part: tuple[Any, ...], totals: np.ndarray) -> int:
         return self.advance(RUN, 1, *self.arrays, *part, totals)[1]
 
     def _both(self, one: tuple[Any, ...], other: tuple[Any, ...]) -> int:
         """Do both parts side by side; return their common status."""
-        self.others[[CORRECTIONS, MOST]] = 0
+        self.others[[Entry.CORRECTIONS, Entry.MOST]] = 0
         second = self.second
         beside = None if second is None else second.submit(self._part, other, self.others)
         status = self._part(one, self.totals)
         of_other = self._part(other, self.others) if beside is None else beside.result()
-        self.totals[CORRECTIONS] += self.others[CORRECTIONS]
-        self.totals[MOST] = max(self.totals[MOST], self.others[MOST])
-        if status == OK and of_other != OK:
-            self.totals[PLACE] = self.others[PLACE]
-        return status if status != OK else of_other
+        self.totals[Entry.CORRECTIONS] += self.others[Entry.CORRECTIONS]
+        self.totals[Entry.MOST] = max(self.totals[Entry.MOST], self.others[Entry.MOST])
+        if status == Status.OK and of_other != Status.OK:
+            self.totals[Entry.PLACE] = self.others[Entry.PLACE]
+        return status if status != Status.OK else of_other
 
 
 @cache
