@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..equations import DiscreteEquations, DiscretisedScene
+from ..equations import DiscretisedScene, StepEquations
 from ..errors import SMALLER, CannotMeasure, StepFailure
 from ..geometry import Arrow, LocalGeometry, Maps, OneStepGeometry, StagesNotFound
 from ..numbers import Arithmetic, arithmetic, listed
@@ -49,7 +49,7 @@ class StepContext:
         return self.substeps or (self,)
 
     @property
-    def equations(self) -> DiscreteEquations:
+    def equations(self) -> StepEquations:
         """The equations of a step."""
         return self.scheme.equations
 
@@ -84,23 +84,19 @@ class StepContext:
         return GroupChart(self.scene.groupoid, self.numbers)
 
     @cached_property
-    def geometry(self) -> LocalGeometry:
+    def geometry(self) -> Any:
         """The maps and their derivatives as numbers at this step."""
-        kind = OneStepGeometry if self.one_step else LocalGeometry
+        kind = OneStepGeometry if self.equations.arrows is None else LocalGeometry
         return kind(self.equations, self.numbers, self.q)
-
-    @property
-    def one_step(self) -> bool:
-        """True if a step is that of a one-step map, without a discrete Lagrangian."""
-        return self.scheme.one_step
 
     def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
         """Return Newton's start for a step from (x, μ): the velocity nearby, or the map's own
         start."""
-        if not isinstance(self.geometry, OneStepGeometry):
+        if self.equations.arrows is not None:
             return near
         try:
-            return self.geometry.start(x, mu, near)
+            found: Vector = self.geometry.start(x, mu, near)
+            return found
         except (ArithmeticError, ValueError):  # the logarithm of what is negative
             raise self.failure(
                 "the vector field has no value at the start", {"x": x, "mu": mu}
@@ -176,8 +172,8 @@ class StepContext:
              "with impulses in it, not on arrows (x, u); use dual_step."),
             (scene.constrained, f"{scene.name} has constraints: a step is a map on (x, mu), not on "
              "arrows (x, u); use dual_step and flows.restricted_form_defect."),
-            (self.one_step, f"{rule.name} is a one-step map: it has no discrete Lagrangian, so no "
-             "Ω on G; use dual_step and poisson_defect."),
+            (self.equations.arrows is None, f"{rule.name} is a one-step map: it has no discrete "
+             "Lagrangian, so no Ω on G; use dual_step and poisson_defect."),
             (self.substeps, f"{rule.name} is a composition: it steps on (x, mu), not on arrows "
              "(x, u); use dual_step and poisson_defect."),
         ):  # fmt: skip

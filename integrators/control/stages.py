@@ -2,7 +2,7 @@
 
 The control is a polynomial in the time of a step, given by its values f at the r points where the
 rule evaluates L: one at the middle for midpoint, two for gauss-2. The rows E of a step
-(`equations.step_system`) determine w = (u, stages) and the next state z = (x, μ), and
+(`StepEquations.step`) determine w = (u, stages) and the next state z = (x, μ), and
 
     ℒ(z, w, f, κ, p) = C_d(x, w, f) + κ·E(z, w, f) + p·Z(z, w, f)
 
@@ -25,7 +25,6 @@ from ..equations import (
     SceneSymbols,
     force_points,
     momentum,
-    step_system,
     vector,
 )
 from ..errors import BadInput, CannotMeasure, shown
@@ -67,7 +66,7 @@ class ControlStages:
         self._hamiltonian = self._checked(SceneSymbols(scene), cost, inputs or _itself)
         equations = DiscretisedScene(controlled, rule).equations
         self.s = s = equations.s
-        system = step_system(equations)
+        system = equations.step
         self.n, self.m = s.n, len(s.u)
         control = list(getattr(s.parameters, VALUES))
         w, kappa, p = system.w, vector("ka", len(system.w)), vector("pp", s.n + self.m)

@@ -1,6 +1,7 @@
 """Objects derived from one discrete Lagrangian: Legendre maps, residual, FL, W, Ω."""
 
 from .absolute_terms import absolute_terms, energy_terms
+from .arrows import Arrows
 from .checks import check_force, check_momentum, check_regular, check_start
 from .constrained_equations import ConstrainedEquations
 from .constrained_start import check_on_constraints, on_constraints
@@ -34,18 +35,18 @@ from .one_step_equations import OneStepEquations
 from .phase_space import inverse_two_form, orientation
 from .rule_view import answers_of
 from .stage_equations import no_stages, stage_source
+from .step_equations import StepEquations, composed_step
 from .symbols import SceneSymbols, entries_of, times, vector
-from .system import step_system
 from .virtual_work import discrete_force, force_points
 
 __all__ = [
-    "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian", "DiscretisedScene",
-    "DualSystem", "OneStepEquations", "SceneSymbols", "absolute_terms", "answers_of", "blamed",
-    "check_finite", "check_force", "check_momentum", "check_on_constraints", "check_regular",
-    "check_start", "closed_velocity", "constraint", "constraint_matrix", "discrete_force",
-    "energy", "energy_gradient", "energy_terms", "entries_of", "field_parts", "force_points",
-    "initial_momentum", "inverse_two_form", "legendre_inverse", "mass_matrix", "momentum",
-    "natural_structure", "no_stages", "on_constraints", "orientation", "poisson_tensor", "power",
-    "rates", "stage_source", "step_system", "times", "vanishing_at_states", "vanishing_in_a_step",
-    "vector", "vector_field",
+    "Arrows", "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian", "DiscretisedScene",
+    "DualSystem", "OneStepEquations", "SceneSymbols", "StepEquations", "absolute_terms",
+    "answers_of", "blamed", "check_finite", "check_force", "check_momentum", "check_on_constraints",
+    "check_regular", "check_start", "closed_velocity", "composed_step", "constraint",
+    "constraint_matrix", "discrete_force", "energy", "energy_gradient", "energy_terms",
+    "entries_of", "field_parts", "force_points", "initial_momentum", "inverse_two_form",
+    "legendre_inverse", "mass_matrix", "momentum", "natural_structure", "no_stages",
+    "on_constraints", "orientation", "poisson_tensor", "power", "rates", "stage_source", "times",
+    "vanishing_at_states", "vanishing_in_a_step", "vector", "vector_field",
 ]  # fmt: skip

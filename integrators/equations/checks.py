@@ -92,7 +92,7 @@ def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:
     found = singular(mass, s, s.x, w, scene)
     if mass and not found and rule.nodes is not None and s.given is None:
         return  # as h → 0 ∂E/∂w of these stages is as regular as the mass matrix
-    slope = equations.at_points.slope_of_rows
+    slope = equations.discrete.at_points.slope_of_rows
     known = equations.definitions(slope)
     found = singular({("FL", of_what): slope}, s, s.x, w, scene, known) | found
     for (name, of_what), direction in found.items():

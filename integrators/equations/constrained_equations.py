@@ -13,7 +13,6 @@ A step so is a map on (x, μ); u, both impulses and the velocity at the end are 
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
 
 from ..errors import BadInput, CannotMeasure
@@ -24,33 +23,32 @@ from .checks import named, singular
 from .constraints import constraint, constraint_matrix
 from .continuous import mass_matrix, momentum
 from .discrete_equations import DiscreteEquations
-from .one_step_equations import OneStepEquations, over
+from .one_step_equations import over
+from .step_equations import StepEquations
 from .symbols import SceneSymbols, column, vector
 
 #: share of the sum of an entry's terms: round-off of numbers of 30 digits
 NONE = 1e-20
 
 
-class ConstrainedEquations(OneStepEquations):
+class ConstrainedEquations(StepEquations):
     """The equations of a rule's step on a scene with constraints, in the form of a one-step map.
 
-    discrete: the discrete equations without the constraints, if they are derived already;
-    multipliers: hλ/2, behind u in w. Raises `CannotMeasure` for a rule with stages, or one that
+    free: the equations without the constraints, if they are derived already; multipliers: hλ/2,
+    behind u in w. Raises `CannotMeasure` for a rule with stages, or one that
     evaluates L at other points than those of the straight step.
     """
 
-    explicit = False
+    free: DiscreteEquations
 
     def __init__(
-        self, s: SceneSymbols, rule: Discretisation, discrete: DiscreteEquations | None = None
+        self, s: SceneSymbols, rule: Discretisation, free: DiscreteEquations | None = None
     ) -> None:
-        self.discrete = DiscreteEquations(s, rule) if discrete is None else discrete
-        self.s, self.groupoid = s, s.groupoid
-        self.rule: Any = rule
-        self.x, self.u, self.y, self.h = s.x, s.u, s.y, s.h
-        self.z = column([*s.x, *s.mu])
+        super().__init__(s, rule)
+        self.free = DiscreteEquations(s, rule) if free is None else free
+        self.discrete = self.free.discrete
         of, maps, h = self.discrete.of, self.discrete.at_points, s.h
-        self.of = of
+        self.of, self.scope = of, of.scope
         #: (weight, letters of the point) of each evaluation of L in the rule
         self.asked = [
             (weight, column(map(of.resolved, call.args[: len(s.x)]))) for weight, call in of.asked
@@ -79,9 +77,7 @@ class ConstrainedEquations(OneStepEquations):
         self.rows = sympy.Matrix.vstack(*rows)
         self.unknowns = [("velocity", s.u), ("multiplier", self.multipliers), ("velocity", end),
                          ("impulse", nu)]  # fmt: skip
-        self.w = sympy.Matrix.vstack(*[letters for _, letters in self.unknowns])
         self.increment = maps.increment.col_join(over(maps.gain, h) + leaving + arriving)
-        self.view: Any = SimpleNamespace(scope=of.scope)
 
     @property
     def symmetric(self) -> bool:
@@ -98,7 +94,7 @@ class ConstrainedEquations(OneStepEquations):
     @property
     def adjoint(self) -> ConstrainedEquations:
         """The equations of the adjoint rule under the same constraints."""
-        return ConstrainedEquations(self.s.for_another_rule(), self.discrete.adjoint.rule)
+        return ConstrainedEquations(self.s.for_another_rule(), self.free.adjoint.rule)
 
     def _check_rule(self) -> None:
         s, of = self.s, self.of
@@ -115,7 +111,7 @@ class ConstrainedEquations(OneStepEquations):
                 "composition of one that is its own adjoint."
             )
 
-    def check_regular(self, scene: Any) -> None:
+    def check_regular(self, scene: Any, rule: Discretisation) -> None:
         """Raise `BadInput` for redundant constraints, and if ∂²l/∂ξ² is singular everywhere.
 
         Redundant are those that follow from others, or vanish, at the start. Constraints may fix a
@@ -147,6 +143,7 @@ class ConstrainedEquations(OneStepEquations):
                 "others; leave it out."
             )
 
-    def _without(self, name: str) -> str:
+    def refused(self, name: str) -> CannotMeasure:
+        """Return the refusal of `name`, which only a map of arrows has."""
         held = f"{self.s.name} has constraints"
-        return f"{held}: a step is a map on (x, μ) and has no {name} of arrows."
+        return CannotMeasure(f"{held}: a step is a map on (x, μ) and has no {name} of arrows.")

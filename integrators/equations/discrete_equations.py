@@ -1,12 +1,4 @@
-"""From one discrete Lagrangian to everything derived from it (paper, sections 2 and 3).
-
-L_d is kept as a weighted sum of placed terms (`terms`), in letters for points and chart values.
-Results in these letters are small and go to the kernels (`legendre_maps`); here they are written
-out in (x, u; h), as in the paper.
-
-With stages a scheme is the system F⁻(x, u, s) = hμ, ∂L_d/∂s = 0. Objects on (x, u) alone (FL, W, Ω)
-are Schur complements: s follows x and u.
-"""
+"""The equations of a rule with a discrete Lagrangian, whose step is a map of arrows."""
 
 from __future__ import annotations
 
@@ -14,24 +6,22 @@ from functools import cached_property
 from inspect import unwrap
 from typing import Any
 
-from ..errors import line_of
-from ..numbers import Definition, symbols_of, sympy, written_out
-from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
+from ..compiler import Step, kinds_of
+from ..errors import BadInput, line_of
+from ..groupoids import chart_extents
+from ..numbers import Scope, symbols_of, sympy
+from ..numbers.types import Column, Expression, Letters, SymbolicMatrix
 from ..rules import Discretisation, adjoint
-from .checks import check_known, check_letters
+from .arrows import Arrows
+from .checks import check_known, check_regular
 from .discrete_lagrangian import DiscreteLagrangian
-from .legendre_maps import LegendreMaps
-from .on_group import Element
 from .rule_view import name_constants
-from .symbols import SceneSymbols, vector
+from .step_equations import StepEquations
+from .symbols import SceneSymbols, column, vector
 
 
-class DiscreteEquations:
-    """Objects derived from a scene's functions and a rule of one step: symbolic, exact, without
-    values.
-
-    Attributes: x, u (columns n×1, m×1), y, v (x and u of the next step), h, and `s` with the
-    parameters' letters; w, the unknowns of a step: u, then the stages.
+class DiscreteEquations(StepEquations):
+    """The equations of a scene's functions and a rule of one step.
 
     of: the discrete Lagrangian if it is derived already. Raises `BadInput` if the rule or the
     Lagrangian cannot be evaluated, or if L_d contains unknown letters, no u, or not every stage.
@@ -39,55 +29,21 @@ class DiscreteEquations:
     (`stage_equations`), and its possible errors are those of the Lagrangian.
     """
 
+    discrete: Arrows
+
     def __init__(
         self, s: SceneSymbols, rule: Discretisation, of: DiscreteLagrangian | None = None
     ) -> None:
-        self.s, self.rule, self.groupoid = s, rule, s.groupoid
-        self.x, self.u, self.y, self.v, self.h = s.x, s.u, s.y, s.v, s.h
-        self.w = s.u.col_join(s.stages) if len(s.stages) else s.u
-        #: a mark of equations that share L_d and groupoid with others (`altered`)
-        self.mark = ""
+        super().__init__(s, rule)
+        self.unknowns = [("velocity", s.u), ("stage", s.stages)]
+        self.discrete = Arrows(s, rule, of)
         if of is not None:
-            self.of, self.at_points = of, LegendreMaps(of)
-        elif (
-            rule.nodes is None or s.given is not None or s.clocked or line_of(unwrap(rule.formula))
-        ):
-            self.at_points  # noqa: B018 - derived, and what is wrong is said, at once
+            return
+        if rule.nodes is None or s.given is not None or s.clocked or line_of(unwrap(rule.formula)):
+            self.discrete.at_points  # noqa: B018 - derived, and what is wrong is said, at once
         else:
             check_known(symbols_of([s.lagrangian]), s, rule)
             name_constants(rule, s)  # runs have values for all letters
-
-    @cached_property
-    def of(self) -> DiscreteLagrangian:
-        """The discrete Lagrangian, as a weighted sum of placed terms."""
-        return DiscreteLagrangian(self.s, self.rule)
-
-    @cached_property
-    def at_points(self) -> LegendreMaps:
-        """The Legendre maps in letters for points."""
-        maps = LegendreMaps(self.of)
-        check_letters(maps, self.rule)
-        return maps
-
-    @property
-    def element(self) -> Element | None:
-        """The group element if L_d is a function of it."""
-        return self.of.element if self.s.given is not None else None
-
-    @property
-    def rho(self) -> SymbolicMatrix:
-        """ρ(x), n×m."""
-        return self.at_points.rho
-
-    @property
-    def L(self) -> SymbolicMatrix:
-        """L(x, u), m×m: its columns are the left-invariant fields."""
-        return self.at_points.L
-
-    @property
-    def R(self) -> SymbolicMatrix:
-        """R(x, u), m×m: the fibre parts of the right-invariant fields."""
-        return self.at_points.R
 
     def altered(self, mark: str, **maps: SymbolicMatrix) -> DiscreteEquations:
         """Return these equations with other matrices for some of the Legendre maps
@@ -96,8 +52,8 @@ class DiscreteEquations:
         They serve seeded faults: these maps need not be those of one L_d. mark: a name that keeps
         results of the altered equations on disk apart from others.
         """
-        other = DiscreteEquations(self.s, self.rule, self.of)
-        other.at_points, other.mark = self.at_points.altered(**maps), mark
+        other = DiscreteEquations(self.s, self.rule, self.discrete.of)
+        other.discrete.at_points, other.mark = self.discrete.at_points.altered(**maps), mark
         return other
 
     @cached_property
@@ -105,99 +61,72 @@ class DiscreteEquations:
         """The equations of the adjoint rule, whose step is the inverse of Φ₋ₕ."""
         return DiscreteEquations(self.s.for_another_rule(), adjoint(self.rule))
 
+    def check_regular(self, scene: Any, rule: Discretisation) -> None:
+        """Raise `BadInput` if FL or the mass matrix is singular everywhere (`checks`)."""
+        check_regular(self, scene, rule)
+
     @property
-    def points(self) -> tuple[Any, ...]:
-        """The blocks of the points b(x, u; θh) of the straight step in L_d."""
-        return self.of.points
-
-    # -- the theory's objects, written out in (x, u; h) ----------------------------------------
-
-    @cached_property
-    def discrete_lagrangian(self) -> Expression:
-        """L_d(x, u; h), or L_d(x, u, s; h) before the stages s are eliminated."""
-        return self.written_out(sympy.Matrix([self.at_points.discrete_lagrangian]))[0]
-
-    @cached_property
-    def L_at_translate(self) -> SymbolicMatrix:
-        """L(x, u) at τ(hu) B, if L_d is given on the group (`Element.left`), m×m."""
-        return self.L if self.element is None else self.element.left
-
-    @cached_property
-    def legendre_minus(self) -> Column:
-        """F⁻_γ = e→_γ(L_d), m×1 (paper, remark in section 2.5), with the part of a force."""
-        return self.written_out(self.at_points.minus)
-
-    @cached_property
-    def legendre_plus(self) -> Column:
-        """F⁺_γ = e←_γ(L_d), m×1 (paper, remark in section 2.5), with the part of a force."""
-        return self.written_out(self.at_points.plus)
-
-    @cached_property
-    def stage_equations(self) -> Column:
-        """∂L_d/∂s, which vanish, k·m×1 (none without stages)."""
-        return self.written_out(self.at_points.stage_equations)
-
-    @cached_property
-    def residual(self) -> Column:
-        """F⁺(x, u) − F⁻(b(x, u), v), m×1 in (x, u, v, h): λ of the paper's section 3.5.
-
-        With stages also in s and r, the stages of this step and of the next.
-        """
-        s = self.s
-        end = self.written_out(self.at_points.target)
-        after = [*self.v, *end, *vector("r", len(s.stages))]
-        pairs = zip([*self.u, *self.x, *s.stages], after, strict=True)
-        return self.legendre_plus - self.legendre_minus.xreplace(dict(pairs))
-
-    @cached_property
-    def FL(self) -> SymbolicMatrix:
-        """(FL)^γ_μ = −∂F⁻_μ/∂u^γ in row γ, column μ, m×m (paper, section 3.5).
-
-        With stages it is the derivative along ∂L_d/∂s = 0, still written in (x, u, s). With a force
-        it is that of the forced F⁻: FL decides whether a step is regular, and is not only L_d's.
-        """
-        maps, stages = self.at_points, self.s.stages
-
-        def by(column: Column, variable: Column) -> SymbolicMatrix:
-            return self.written_out(maps.total(column, variable))
-
-        slope = by(maps.minus, self.u)
-        if len(stages):
-            equations = maps.stage_equations
-            slope -= by(maps.minus, stages) * by(equations, stages).LUsolve(by(equations, self.u))
-        return -slope.T
-
-    @cached_property
-    def W(self) -> SymbolicMatrix:
-        """W_γμ = e←_μ(e→_γ(L_d)) = −L^θ_μ (FL)^θ_γ, m×m (paper, section 3.5).
-
-        With a force it is e←_μ(F⁻_γ) of the forced F⁻, which is not a mixed derivative of L_d.
-        """
-        return -self.FL.T * self.L
-
-    @cached_property
-    def omega(self) -> SymbolicMatrix:
-        """Ω on sections a^γ e→_γ + c^γ e←_γ in the order (a, c), 2m×2m: [[0, W], [−Wᵀ, 0]].
-
-        With a force it is that of the forced F⁻, like W: then it is not closed, and no step need
-        keep it.
-        """
-        zero = sympy.zeros(len(self.u))
-        return sympy.BlockMatrix([[zero, self.W], [-self.W.T, zero]]).as_explicit()
+    def scope(self) -> Scope:  # type: ignore[override]
+        """The letters of L_d."""
+        return self.discrete.of.scope
 
     @property
     def fields(self) -> tuple[SymbolicMatrix, ...]:
         """The groupoid's own matrices: ρ, L, R."""
-        return self.rho, self.L, self.R
+        return self.discrete.rho, self.discrete.L, self.discrete.R
 
-    def definitions(self, *uses: Expressions) -> list[Definition]:
-        """Return the definitions of the letters in the expressions, in order."""
-        return self.at_points.definitions(*uses)
+    @property
+    def rows(self) -> Column:
+        """E/h − (μ, 0), which vanishes at w."""
+        momenta = [*self.s.mu, *[sympy.Integer(0)] * len(self.s.stages)]
+        return column(e - mu for e, mu in zip(self.step.rows, momenta, strict=True))
 
-    def written_out(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
-        """Return the matrix with every letter replaced by its value in (x, u, s; h).
+    @property
+    def slope(self) -> SymbolicMatrix:
+        """∂(E/h)/∂w, square; along e→ if L_d is given on the group."""
+        return self.step.slope
 
-        If L_d is given on the group, g = τ(hu): the translate is B = e.
+    @property
+    def increment(self) -> Column:
+        """(y − x, (F⁺ − F⁻)/h), (n+m)×1."""
+        return self.step.increment.col_join(self.step.gain)
+
+    @cached_property
+    def step(self) -> Step:
+        """The rows, their derivative and the update of a step, all divided by h."""
+        maps, element = self.discrete.at_points, self.element
+        rows, gain = maps.rows, maps.per_step(maps.gain)
+        slope, branches, on_group = maps.slope_of_rows, [], dict[str, Any]()
+        if element is not None:
+            slope = maps.per_step(maps.minus_along_right)  # along e→, ∂F⁻/∂u · R
+            branches = [element.branch]
+            on_group = {"along": self._along_group(), "branch": element.branch}
+        used = self.discrete.L.free_symbols
+        return self._step(
+            w=tuple(self.w),
+            kinds=kinds_of(*self.unknowns),
+            rows=rows,
+            slope=slope,
+            increment=maps.increment,
+            gain=gain,
+            definitions=tuple(maps.definitions(rows, slope, gain, branches)),
+            scaled=tuple(u for u in self.u if u in used),
+            extents=tuple(chart_extents(self.groupoid, self.x, self.u, self.h)),
+            **on_group,
+        )
+
+    def _along_group(self) -> tuple[Letters, tuple[Expression, ...]]:
+        """Return dw with τ(h(w + dw)) = τ(hc) τ(hw): the correction c of g, followed in the group.
+
+        Newton in the chart alone fails near its edge (Moser–Veselov, rotations spread over the
+        group, from the last step: it finds 55 of 100 steps; followed in the group 99).
         """
-        definitions = self.definitions(matrix)
-        return written_out(definitions, matrix).xreplace(self.s.identity_translate)
+        groupoid: Any = self.groupoid
+        if not groupoid.tau.has_translates:
+            raise BadInput(
+                f"{self.s.name}: a discrete Lagrangian given on the group runs in "
+                "Cayley's chart and its translates; write retraction=cayley."
+            )
+        letters = vector("c_of_g", len(self.w))
+        product = groupoid.product(self.x, letters, self.w, self.h)
+        return tuple(letters), tuple(product - self.w)

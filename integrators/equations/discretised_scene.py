@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import Any
 
 from ..errors import BadInput, CannotMeasure, brief_name, misplaced
 from ..groupoids import check_axioms
+from ..numbers.types import Column
 from ..rules import Composition, Discretisation, OneStepMap, check_rule, own
 from ..scene import Scene
-from .checks import check_regular, check_start
+from .arrows import Arrows
+from .checks import check_start
 from .constrained_equations import ConstrainedEquations
 from .constrained_start import on_constraints
 from .discrete_equations import DiscreteEquations
 from .implicit_lagrangian import with_momenta
 from .nonsmooth import check_smooth
 from .one_step_equations import OneStepEquations
+from .step_equations import StepEquations
 from .symbols import SceneSymbols
+
+
+def _on_arrows(name: str) -> Any:
+    """Return the property of that name of the arrows; without arrows it raises `CannotMeasure`."""
+    doc = getattr(Arrows, name).__doc__
+    return property(lambda of: getattr(of.equations.arrows_for(name), name), doc=doc)
 
 
 class DiscretisedScene:
     """The pair of `equations` and the `scene` with its values, by a `rule`.
 
-    Attributes of the equations are its own too: `scheme.FL` is `scheme.equations.FL`. The equations
-    of a composition are those of its base rule.
+    The equations of a composition are those of its base rule. Attributes: s, x, u, y, v, h, w and
+    groupoid of the equations, and the theory's objects on arrows, written out (`Arrows`), which
+    raise `CannotMeasure` where a step is no map of arrows.
 
     equations: those of a scene that differs only in values; then nothing is derived. Otherwise
     raises `BadInput` if the groupoid violates its axioms, the rule or the Lagrangian cannot be
@@ -31,11 +41,18 @@ class DiscretisedScene:
     equations.
     """
 
+    #: what subclasses have: the order, a flow at one step size, the runs of a recording, and True
+    #: if a step is a map of arrows
+    order: Any
+    flow: Any
+    runs: Any
+    has_arrows: Any
+
     def __init__(
         self,
         scene: Scene,
         rule: Discretisation,
-        equations: DiscreteEquations | OneStepEquations | None = None,
+        equations: StepEquations | None = None,
     ) -> None:
         if isinstance(scene, Discretisation):
             raise misplaced(scene.name, "rule", "scene")
@@ -47,29 +64,40 @@ class DiscretisedScene:
             raise BadInput(f"{scene.name}: a parameter has another shape than before.")
         scene = on_constraints(derived.s, scene)
         check_start(derived.s, scene)
-        if isinstance(derived, OneStepEquations):
-            if equations is None:
-                derived.check_regular(scene)
-        elif equations is None:
-            check_regular(derived, scene, rule)
-        self.scene, self.equations = scene, cast(Any, derived)
+        if equations is None:
+            derived.check_regular(scene, rule)
         # L_d that a scene gives has a rule of its own; one with momenta keeps the given rule
         same = isinstance(rule, Composition) or derived.rule.name == rule.name
-        self.rule = rule if same else derived.rule
+        self.hold(scene, rule if same else derived.rule, derived)
+
+    def hold(self, scene: Scene, rule: Any, equations: StepEquations) -> None:
+        """Set the attributes; the letters are those of the equations."""
+        self.scene, self.rule, self.equations, self.s = scene, rule, equations, equations.s
+        self.x, self.u, self.y, self.v = equations.x, equations.u, equations.y, equations.v
+        self.h, self.groupoid = equations.h, equations.groupoid
 
     @property
-    def one_step(self) -> bool:
-        """True if the equations are those of a one-step map, without a discrete Lagrangian."""
-        return isinstance(self.equations, OneStepEquations)
+    def arrows(self) -> Arrows | None:
+        """The objects on arrows (x, u); None if a step of the equations is no map of arrows."""
+        return self.equations.arrows
 
-    def __getattr__(self, name: str) -> Any:
-        """Return an attribute of the equations."""
-        if name == "equations":  # not set yet, as in an unfinished copy
-            raise AttributeError(name)
-        return getattr(self.equations, name)
+    @property
+    def discrete(self) -> Arrows:
+        """L_d with its maps, without constraints; raises `CannotMeasure` if there is none."""
+        return self.equations.discrete or self.equations.arrows_for("discrete Lagrangian")
+
+    @property
+    def w(self) -> Column:
+        """The unknowns of a step."""
+        return self.equations.w
+
+    rho, L, R = map(_on_arrows, ("rho", "L", "R"))
+    FL, W, omega = map(_on_arrows, ("FL", "W", "omega"))
+    legendre_minus, legendre_plus = map(_on_arrows, ("legendre_minus", "legendre_plus"))
+    residual, discrete_lagrangian = map(_on_arrows, ("residual", "discrete_lagrangian"))
 
 
-def _derived(scene: Scene, rule: Discretisation) -> DiscreteEquations | OneStepEquations:
+def _derived(scene: Scene, rule: Discretisation) -> StepEquations:
     check_axioms(scene.groupoid)
     of_step = rule.base if isinstance(rule, Composition) else rule
     if refusal := of_step.refusal(scene):

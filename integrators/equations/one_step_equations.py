@@ -10,41 +10,32 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from ..compiler import Kind, Step, kinds_of
+from ..compiler import Kind, Step
 from ..errors import BadInput, CannotMeasure, line_of
-from ..numbers import Definition, needed, shown, symbols_of, sympy
-from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
-from ..rules import OneStepMap
+from ..numbers import shown, symbols_of, sympy
+from ..numbers.types import Column, Expression, SymbolicMatrix
+from ..rules import Discretisation, OneStepMap
 from .checks import singular
 from .dual_system import DualSystem
-from .explicit_rows import ExplicitRows, explicit_rows
+from .explicit_rows import explicit_rows
+from .step_equations import StepEquations
 from .symbols import SceneSymbols, column, vector
 
 
-class OneStepEquations:
+class OneStepEquations(StepEquations):
     """Objects derived from a scene's functions and a one-step map: symbolic, exact, without values.
 
-    Attributes: x, u, y, h and `s` with the parameters' letters, as in `DiscreteEquations`; w, the
-    unknowns; rows, which vanish at them; increment, Z − z ((n+m)×1). Raises `BadInput` if the map
-    cannot be evaluated, gives another shape or contains unknown letters, and `CannotMeasure` if the
-    scene has no vector field or the map does not exist on its groupoid.
+    Raises `BadInput` if the map cannot be evaluated, gives another shape or contains unknown
+    letters, and `CannotMeasure` if the scene has no vector field or the map does not exist on its
+    groupoid.
     """
 
-    element = None
-    #: unknowns behind u in a run's rows
-    multipliers: Any = ()
-    #: a mark of these equations on disk (`DiscreteEquations.altered`)
-    mark = ""
-
     def __init__(self, s: SceneSymbols, rule: OneStepMap) -> None:
-        self.s, self.rule, self.groupoid = s, rule, s.groupoid
-        self.x, self.u, self.y, self.h = s.x, s.u, s.y, s.h
-        self.z = column([*s.x, *s.mu])
-        #: the state of the map: only x for a degenerate Lagrangian
-        self.state = s.x if s.degenerate else self.z
+        super().__init__(s, rule)
         size = len(self.state)
         main = [vector(f"zd{k}", size) for k in range(max(1, rule.stages))]
         self.view = DualSystem(s, main)
+        self.scope = self.view.scope
         with_stages = rule.stages > 0
         self._place = line_of(rule.formula)
         if with_stages:
@@ -62,107 +53,47 @@ class OneStepEquations:
             else:
                 value = self._state(self._asked(self.state, self.h), "Z")
                 rows = D - over(value - self.state, self.h)
-        #: columns of unknowns, each of which starts at f(z), then those that start at ξ(z)
-        self.slopes, self.velocities = main, self.view.velocities
-        self.w = column([e for part in (*main, *self.velocities) for e in part])
+        velocities = self.view.velocities
+        self.explicit = not (rule.stages or rule.implicit or velocities)
+        self.unknowns: list[tuple[Kind, Column]] = [("slope", part) for part in main]
+        self.unknowns += [("velocity", part) for part in velocities]
         self.rows = column([e for part in (rows, *self.view.velocity_rows) for e in part])
-        #: unknowns that are x/h: differences of ϑ are known to the round-off of x alone, so slopes
-        #: are too, and near an equilibrium Newton's method would look for a smaller one
-        self.floor = column(())
         if s.degenerate and not self.explicit:
-            self.floor = vector("zx", len(s.x))
-            self.w = self.w.col_join(self.floor)
-            self.rows = self.rows.col_join(self.floor - s.x / s.h)
+            # unknowns that are x/h: differences of ϑ are known to the round-off of x alone, so
+            # slopes are too, and near an equilibrium Newton's method would look for a smaller one
+            floor = vector("zx", len(s.x))
+            self.unknowns.append(("place", floor))
+            self.rows = self.rows.col_join(floor - s.x / s.h)
         if s.degenerate:  # μ is ϑ(x), for any start
             new = column([*new, *self.view.letters(self.view.theta(new))])
-        #: blocks of w with their kinds
-        self.unknowns: list[tuple[Kind, Column]] = [
-            *[("slope", part) for part in main],
-            *[("velocity", part) for part in self.velocities],
-            ("place", self.floor),
-        ]
         self.increment = new - self.z
         self._new = new
         self._check_letters()
 
-    # -- derivatives -----------------------------------------------------------------------------
-
-    @property
-    def explicit(self) -> bool:
-        """True if a step solves no equation."""
-        return not (self.rule.stages or self.rule.implicit or self.velocities)
-
     @cached_property
-    def slope(self) -> SymbolicMatrix:
-        """∂(rows)/∂w, square."""
-        return self.total(self.rows, self.w)
-
-    def total(self, entries: Column, variable: Column) -> SymbolicMatrix:
-        """Return d(entries)/d(variable) through all letters; the variable is w or z."""
-        return self.view.scope.total(entries, variable)
-
-    def definitions(self, *uses: Expressions) -> list[Definition]:
-        """Return the definitions of the letters in the expressions, in order."""
-        return needed(self.view.scope.definitions(), [e for use in uses for e in use])
-
-    @cached_property
-    def fields(self) -> tuple[Any, ...]:
-        """The parts of the Poisson tensor."""
-        return self.groupoid.rho(self.x, self.h), *self.groupoid.structure_functions(self.x, self.h)
-
-    @cached_property
-    def _explicit_rows(self) -> ExplicitRows | None:
-        """Rows that give their unknowns one after another; None if a step solves an equation."""
-        # equations with multipliers have no velocities
-        if self.multipliers or self.explicit or self.velocities:
-            return None
-        known = self.definitions(self.rows, self.increment)
-        return explicit_rows(self.rows, self.w, self._new, self.z, self.y, known)
-
-    @cached_property
-    def system(self) -> Step:
-        """One step as data for the compiler."""
-        n, s = len(self.x), self.s
-        if (found := self._explicit_rows) is not None:
-            return Step(
-                name=s.name,
-                q=tuple(s.q),
-                x=tuple(s.x),
-                u=tuple(s.u),
-                w=tuple(found.w),
-                mu=tuple(s.mu),
-                y=tuple(s.y),
-                rows=found.w - found.values,
-                slope=sympy.eye(len(found.w)),
-                increment=found.increment,
-                gain=found.gain,
-                wanted=tuple(sympy.zeros(len(found.w), 1)),
-                explicit=True,
-                constants=dict(s.constants),
-            )
-        return Step(
-            name=s.name,
-            q=tuple(s.q),
-            x=tuple(s.x),
-            u=tuple(s.u),
-            w=tuple(self.w),
-            mu=tuple(s.mu),
-            y=tuple(s.y),
-            rows=self.rows,
-            slope=self.slope,
-            increment=self.increment[:n, :],
-            gain=self.increment[n:, :],
-            definitions=tuple(self.definitions(self.rows, self.slope, self.increment)),
-            wanted=tuple(sympy.zeros(len(self.w), 1)),
-            explicit=self.explicit,
-            kinds=kinds_of(*self.unknowns),
-            constants=dict(s.constants),
+    def step(self) -> Step:
+        """One step as data; it is explicit too where rows give their unknowns one after another."""
+        found = None
+        if not self.explicit and all(kind != "velocity" for kind, _ in self.unknowns):
+            known = self.definitions(self.rows, self.increment)
+            found = explicit_rows(self.rows, self.w, self._new, self.z, self.y, known)
+        if found is None:
+            return super().step
+        return self._step(
+            w=tuple(found.w),
+            rows=found.w - found.values,
+            slope=sympy.eye(len(found.w)),
+            increment=found.increment,
+            gain=found.gain,
+            wanted=tuple(sympy.zeros(len(found.w), 1)),
+            explicit=True,
         )
 
-    def check_regular(self, scene: Any) -> None:
+    def check_regular(self, scene: Any, rule: Discretisation) -> None:
         """Raise `BadInput` if the rows do not determine w: ∂rows/∂w singular at two points."""
         known = self.definitions(self.slope)
-        alike = [dict(zip(part, self.state, strict=True)) for part in self.slopes]
+        slopes = (part for kind, part in self.unknowns if kind == "slope")
+        alike = [dict(zip(part, self.state, strict=True)) for part in slopes]
         found = singular({"": self.slope}, self.s, self.z, self.w, scene, known, alike)
         if not found:
             return
@@ -214,16 +145,10 @@ class OneStepEquations:
                 "s gives"
             )
 
-    def __getattr__(self, name: str) -> Any:
-        """Raise `CannotMeasure` for an attribute that only a discrete Lagrangian has."""
-        if name.startswith("_") or "rule" not in self.__dict__:
-            raise AttributeError(name)
-        raise CannotMeasure(self._without(name))
-
-    def _without(self, name: str) -> str:
-        return (
-            f"{self.rule.name} is a one-step map without a discrete Lagrangian: it has no {name}."
-        )
+    def refused(self, name: str) -> CannotMeasure:
+        """Return the refusal of `name`, which only a discrete Lagrangian has."""
+        words = "is a one-step map without a discrete Lagrangian"
+        return CannotMeasure(f"{self.rule.name} {words}: it has no {name}.")
 
 
 def over(matrix: SymbolicMatrix, h: Expression) -> SymbolicMatrix:

@@ -35,11 +35,11 @@ from ..numbers import jacobian, opaque, replaced, sympy
 from ..numbers.types import Assignment, Column, Expression, SymbolicMatrix
 from ..rules import Nodes
 from .continuous import mass_matrix, momentum
-from .discrete_equations import DiscreteEquations
+from .step_equations import StepEquations
 from .symbols import SceneSymbols, column, vector
 
 
-def no_stages(equations: DiscreteEquations, alone: bool = True) -> str:
+def no_stages(equations: StepEquations, alone: bool = True) -> str:
     """Return why a step of these equations is no collocation; "" if it is one.
 
     alone: False if something else acts, so that linear equations do not matter.

@@ -113,7 +113,7 @@ class ModifiedEquation:
     @property
     def has_action(self) -> bool:
         """True if H̃ comes from a discrete Lagrangian."""
-        return not (self.scheme.one_step or self.scheme.equations.s.forced)
+        return not (self.scheme.equations.arrows is None or self.scheme.s.forced)
 
     def check_hamiltonian(self) -> None:
         """Raise `CannotMeasure` where there is no H̃, or where it is not known."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..bisections import StepContext
-from ..equations import OneStepEquations, closed_velocity, legendre_inverse, rates
+from ..equations import closed_velocity, legendre_inverse, rates
 from ..errors import CannotMeasure
 from ..geometry import map_text
 from ..numbers import (
@@ -54,7 +54,6 @@ class StepSeries:
                 f"{context.scene.name} gives its discrete Lagrangian on the group itself, so its "
                 "steps are no series."
             )
-        self.mapped = isinstance(self.equations, OneStepEquations)
         self.rows = _function(self.equations, "step", numbers)
         self.slope = _function(self.equations, "step slope", numbers)
         self.n = len(self.equations.x)
@@ -138,13 +137,18 @@ class StepSeries:
             xi = list(of_state(x, mu, parameters))
         else:
             xi = self.velocity(x, mu, parameters, near)
-        none = 0 * mu[0]
-        if not self.mapped:
-            return [*xi, *[none] * (len(equations.w) - len(xi))]
-        if len(equations.multipliers):
+        if equations.free is not None:
             raise NotExpanded(f"{s.name} has constraints, so a step of length 0 is singular.")
-        f = _rates(s, self.numbers)(x, xi, mu, parameters)
-        return [*list(f) * len(equations.slopes), *xi * len(equations.velocities)]
+        f: list[Any] = []
+        if equations.arrows is None:
+            f = list(_rates(s, self.numbers)(x, xi, mu, parameters))
+        return self._at(
+            {"velocity": xi, "slope": f, "stage": [0 * mu[0]] * len(equations.s.stages)}
+        )
+
+    def _at(self, starts: dict[str, list[Any]]) -> list[Any]:
+        """Return where Newton starts: the values for the unknowns of each kind, block by block."""
+        return [e for kind, _ in self.equations.unknowns for e in starts.get(kind, [])]
 
     def velocity(self, x: Values, mu: Values, parameters: Values, near: Values) -> list[Any]:
         """Return ξ(x, μ) at columns of numbers, from velocities nearby."""
@@ -157,10 +161,8 @@ class StepSeries:
 
     def near(self, u: Values, rates: Values) -> list[Any]:
         """Return where Newton starts near a step of a run: at its u, and at the rates of z."""
-        if not self.mapped:
-            return [*u, *[0 * u[0]] * (len(self.equations.w) - len(u))]
-        slopes = list(rates) * len(self.equations.slopes)
-        return [*slopes, *list(u) * len(self.equations.velocities)]
+        none = [0 * u[0]] * len(self.equations.s.stages)
+        return self._at({"velocity": list(u), "slope": list(rates), "stage": none})
 
 
 def _constant(e: Any) -> Any:

@@ -23,7 +23,7 @@ def collocation(context: StepContext, without: frozenset[str]) -> tuple[StagesAt
     """
     if context.substeps:
         return None, "a composition has steps of several sizes"
-    if context.one_step:
+    if context.equations.arrows is None:
         return None, "the rule is a one-step map"
     if without:
         return None, "a saving is left out"

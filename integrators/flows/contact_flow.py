@@ -109,7 +109,7 @@ class ContactFlow(Flow):
         if status != Status.OK:
             raise self.context.failure(CAUSES[status], {"x": x, "mu": mu})
         leaving = run.us[0, : len(mu)]
-        if self.context.one_step:
+        if self.context.equations.arrows is None:
             leaving = self.gaps.velocity(x, mu, u)
         return *machine.point(run.state), leaving
 
@@ -146,7 +146,7 @@ class _Run(ContactRun):
         self.flow, self.numbers, contact = flow, flow.numbers, flow._steps
         self.t0, self.chunk, m = start.t0, 8, len(start.mu)
         u = start.guess[:m]
-        if flow.context.one_step:
+        if flow.context.equations.arrows is None:
             near = flow.context.vector(flow.scheme.scene.v0, m)
             u = flow.gaps.velocity(start.x, start.mu, near)
         moment = Moment(flow.gaps.at_start(start.x), start.mu, u, contact.no_noise())

@@ -45,7 +45,7 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> Ste
     cause, look = CAUSES[status], None
     if edge.stages is not None and status == Status.NOT_CONVERGED:
         cause = f"the fixed point of the stages does not contract, and {cause}"
-    if context.one_step:
+    if context.equations.arrows is None:
         last = {}  # the slope of a map is no velocity of an arrow
         if status == Status.SINGULAR:
             cause = "a step is singular or the numbers are no longer finite"

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..bisections import POLICIES, Bisect, EdgePolicy, Solution, StepContext
 from ..compiler import Kernels, KernelsAtStep, StagesAtStep, Step, compile
-from ..equations import DiscretisedScene, blamed, step_system
+from ..equations import DiscretisedScene, blamed, composed_step
 from ..errors import BadInput, arguments_checked, check_progress, shown
 from ..expansions import RunDerivatives, RunDifferentiated, RunGradient
 from ..geometry import Arrow, LocalGeometry, Maps
@@ -221,7 +221,7 @@ class Flow:
     ) -> tuple[Vector, Vector]:
         """Return Ψ(x, u) from the maps there, in the flow's numbers; v0: Newton's start, or u."""
         y, near = here["target"], u if v0 is None else v0
-        branch = self.geometry.branch(x, u) if self.scheme.element is not None else None
+        branch = self.geometry.branch(x, u)
         return y, first_u(self.edge, Start(y, here["plus"] / self.context.h, near), branch)
 
     def devolve(self, y: Numbers, v: Numbers) -> tuple[Vector, Vector]:
@@ -318,8 +318,9 @@ class Flow:
     @cached_property
     def system(self) -> Step:
         """One step as data to be compiled; for a composition with its adjoint's substeps."""
-        equations = dict.fromkeys(c.equations for c in (self.context, *self.parts))
-        return step_system(*equations, composed=bool(self.context.substeps))
+        if not self.context.substeps:
+            return self.context.equations.step
+        return composed_step(*dict.fromkeys(c.equations for c in (self.context, *self.parts)))
 
     @cached_property
     def _kernels(self) -> Kernels:

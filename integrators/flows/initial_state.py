@@ -80,7 +80,7 @@ class Starting:
     def _shapes(self) -> tuple[tuple[int, ...] | None, tuple[int, ...] | None]:
         """The shapes of x and μ in doubles, or (None, None) if a start needs more than these."""
         context, s = self.context, self.context.equations.s
-        more = s.clocked or context.one_step or context.scene.constrained
+        more = s.clocked or context.equations.arrows is None
         return (None, None) if more else ((len(s.x),), (len(context.equations.u),))
 
     @cached_property
@@ -121,7 +121,7 @@ class Starting:
         context, s = self.context, self.context.equations.s
         if context.scene.constrained:
             check_on_constraints(s, context.scene, context.numbers, start.x, start.mu)
-        if not context.one_step and self._with_values:
+        if context.equations.arrows is not None and self._with_values:
             check_momentum(s, context.scene, start.x, start.mu)
 
     def _with_momentum(

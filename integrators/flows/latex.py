@@ -18,17 +18,17 @@ def latex_of(scheme: DiscretisedScene) -> str | None:
     Equations that are too long to read are left out; the result is None if none remains, as for
     one-step maps.
     """
-    equations, lines = scheme.equations, []
+    lines = []
     given: list[tuple[str, Expression]] = []
     if scheme.s.hamiltonian is not None and not scheme.s.degenerate:
         given.append(("H(x, mu)", scheme.s.hamiltonian))
     elif scheme.scene.lagrangian is not None:
         given.append(("l(x, u)", scheme.s.lagrangian))
     if _has_arrows(scheme):
-        momenta = (sympy.expand_mul(e / scheme.s.h) for e in equations.legendre_minus)
-        given.append(("L_d(x, u)", equations.discrete_lagrangian))
+        momenta = (sympy.expand_mul(e / scheme.s.h) for e in scheme.legendre_minus)
+        given.append(("L_d(x, u)", scheme.discrete_lagrangian))
         given += [(_letter(mu), e) for mu, e in zip(scheme.s.mu, momenta, strict=True)]
-        given += [("0", e) for e in equations.residual]
+        given += [("0", e) for e in scheme.residual]
     for left, e in given:
         if sympy.count_ops(e) <= LARGEST:
             lines.append(f"{left} &= {_latex(e, scheme.s)}")
@@ -40,7 +40,7 @@ def latex_of(scheme: DiscretisedScene) -> str | None:
 def _has_arrows(scheme: DiscretisedScene) -> bool:
     """Return True if F± are formulas in x and u alone."""
     try:
-        return bool(scheme.has_arrows and not len(scheme.s.stages) and scheme.equations.residual)
+        return bool(scheme.has_arrows and not len(scheme.s.stages) and scheme.residual)
     except DiscmechError:
         return False
 

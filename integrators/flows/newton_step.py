@@ -15,7 +15,6 @@ from ..errors import CannotMeasure
 from ..geometry import (
     FormChange,
     Maps,
-    OneStepGeometry,
     Step,
     form_change,
     in_round_offs,
@@ -80,7 +79,7 @@ def step_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Ste
     """Return the step on the dual from (x, μ), by substeps, with its `Tracked` derivative."""
     total: Any = context.numbers.identity(len(x) + len(mu))
     for part in context.parts:
-        if isinstance(part.geometry, OneStepGeometry):
+        if part.equations.arrows is None:
             x, mu, derivative = _step_of_map(part, x, mu, guess)
         else:
             guess = arrow_from(part, x, mu, guess)
@@ -114,7 +113,7 @@ def round_off_from(
     still = 0 * abs(np.concatenate([x, mu]))
     handed: Any = context.numbers.identity(len(still)) * (still if errors is None else errors)
     for part in context.parts:
-        if isinstance(part.geometry, OneStepGeometry):
+        if part.equations.arrows is None:
             start = part.geometry.start(x, mu, guess)
             own = part.geometry.step_round_off(x, mu, start, still)
             x, mu, derivative = _step_of_map(part, x, mu, guess)
@@ -203,7 +202,7 @@ def form_change_defects(
     (`restricted_form_defect`).
     """
     context = flow.context.exactly
-    if flow.scheme.one_step:
+    if context.equations.arrows is None:
         context.check_one_arrow()
     with context.numbers.working():
         at, momentum = context.vectors(x, mu)

@@ -152,7 +152,7 @@ class PreparedRuns:
     def prepare(self, edge: EdgePolicy, start: Start, steps: int, every: int) -> None:
         """Prepare later runs, unless they are long or not in machine code."""
         machine: Any = edge.machine if edge.stages is None else edge.stages
-        mapped = edge.context.one_step  # its u is computed from its rows
+        mapped = edge.context.equations.arrows is None  # its u is computed from its rows
         coded = not mapped and hasattr(machine.kernels.advance, "function")
         if not coded or steps // every >= SHORT or start.translate or start.t0:
             return

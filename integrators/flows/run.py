@@ -13,7 +13,6 @@ import numpy as np
 from ..bisections import EdgePolicy, StepContext
 from ..compiler import Entry, Run, taken_over
 from ..errors import StepFailure
-from ..geometry import OneStepGeometry
 from ..groupoids import margin_of
 from ..numbers import Arithmetic, Double, Matrix, Numbers, Vector, finite
 from ..numbers.types import Exact
@@ -178,7 +177,7 @@ def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> Vector:
 
     Raises `StepFailure` if Newton diverges, `BadInput` if u is beyond that chart's edge.
     """
-    if edge.context.one_step:
+    if edge.context.equations.arrows is None:
         edge.context.check_one_arrow()
     run = run_from(edge, start, 0, branch=branch)
     if run.translates[0]:
@@ -242,8 +241,7 @@ def rows_of(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
     us, base = run.us[:count], public(run.xs[:count])
     m = len(context.equations.u)
     us, multipliers = us[:, :m], us[:, m:]
-    mapped = context.one_step and not multipliers.shape[1]
-    if mapped and isinstance(context.geometry, OneStepGeometry) and count:
+    if context.equations.arrows is None and not multipliers.shape[1] and count:
         near = np.repeat(context.vector(context.scene.v0, us.shape[1])[None], count, axis=0)
         us = context.geometry.velocities(run.xs[:count], run.mus[:count], near)
     return Trajectory(

@@ -106,7 +106,7 @@ class Scheme(DiscretisedScene):
 
         It is False for a composition and for a one-step map.
         """
-        return not (self.substeps or self.one_step)
+        return not (self.substeps or self.arrows is None)
 
     @property
     def flow_substeps(self) -> Substeps:

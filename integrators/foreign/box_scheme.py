@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..equations import DiscretisedScene, SceneSymbols, check_finite, check_start, on_constraints
+from ..equations import (
+    DiscretisedScene,
+    SceneSymbols,
+    StepEquations,
+    check_finite,
+    check_start,
+    on_constraints,
+)
 from ..errors import BadInput, CannotMeasure, arguments_checked, brief_name, misplaced
 from ..groupoids import check_axioms
 from ..numbers import Arithmetic
@@ -15,21 +22,12 @@ from .numeric_scene import check_gradient, system_of
 from .scene_in_numbers import SceneInNumbers
 
 
-class BoxEquations:
-    """The scene's letters and a box, whose step has no formula: a request for one raises."""
+class BoxEquations(StepEquations):
+    """The scene's letters and a box, whose step has no formula."""
 
-    element = None
-    multipliers: Any = ()
-    mark = ""
-
-    def __init__(self, s: SceneSymbols, rule: Any) -> None:
-        self.s, self.rule, self.groupoid = s, rule, s.groupoid
-        self.x, self.u, self.y, self.h = s.x, s.u, s.y, s.h
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or "rule" not in self.__dict__:
-            raise AttributeError(name)
-        raise CannotMeasure(
+    def refused(self, name: str) -> CannotMeasure:
+        """Return the refusal of `name`, an attribute of equations."""
+        return CannotMeasure(
             f"{self.rule.name} is a black box, a function of numbers: it has no {name}."
         )
 
@@ -42,7 +40,6 @@ class BoxScheme(DiscretisedScene):
     """
 
     #: a step is a map (x, μ) ↦ (x′, μ′), not an arrow
-    one_step = True
     has_arrows = False
     substeps: tuple[Any, ...] = ()
 
@@ -66,8 +63,7 @@ class BoxScheme(DiscretisedScene):
             equations = BoxEquations(s, rule)
         scene = on_constraints(equations.s, scene)
         check_start(equations.s, scene)
-        self.scene, self.equations = scene, equations
-        self.rule = rule
+        self.hold(scene, rule, equations)
 
     def in_numbers(self, numbers: Arithmetic, kind: Any = None) -> SceneInNumbers:
         """Return the scene as the last argument of a black box, in the given arithmetic."""

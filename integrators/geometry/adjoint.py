@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..equations import ConstrainedEquations, DiscreteEquations, OneStepEquations
+from ..equations import StepEquations
 from ..numbers import arithmetic, random_point
 from .defects import in_round_offs
 from .local_geometry import LocalGeometry
@@ -26,7 +26,7 @@ TRIES = 6
 
 
 @lru_cache(maxsize=512)
-def is_self_adjoint(equations: DiscreteEquations) -> bool:
+def is_self_adjoint(equations: Any) -> bool:
     """Return True if the Legendre maps of L_d* and L_d agree: then Φ₋ₕ is the inverse of Φₕ.
 
     This is decided at two random points (`identities`), in x, u, h and the parameters, component by
@@ -34,9 +34,9 @@ def is_self_adjoint(equations: DiscreteEquations) -> bool:
     round-offs of the 312 digits. Internal stages are solved for. A one-step map is stepped to and
     fro instead.
     """
-    if isinstance(equations, ConstrainedEquations):
-        return equations.symmetric and is_self_adjoint(equations.discrete)
-    gap = _gap_of_any_step if isinstance(equations, OneStepEquations) else _gap
+    if equations.free is not None:
+        return equations.symmetric and is_self_adjoint(equations.free)
+    gap = _gap_of_any_step if equations.arrows is None else _gap
     return all(gap(equations, seed) < 10.0 ** (10 - DIGITS) for seed in range(2))
 
 
@@ -47,7 +47,7 @@ def order_of_step(rule: Any, equations: Any, self_adjoint: Callable[[], bool]) -
     one order wherever it turns out self-adjoint, as on a group, where every rule is h·l(u).
     """
     order, groupoid = rule.order, equations.groupoid
-    every_chart = groupoid.symmetric_chart or equations.of.G.gave_velocities
+    every_chart = groupoid.symmetric_chart or equations.discrete.of.G.gave_velocities
     if order is not None and order > 1 and not every_chart:
         return 1  # u is not the velocity at the middle of the step
     if order is None or order % 2 == 0:
@@ -89,7 +89,7 @@ def _gap_of_map(equations: Any, seed: int, shorter: int = 1) -> float:
         return float(in_round_offs(gap, errors[:kept]))
 
 
-def _gap(equations: DiscreteEquations, seed: int) -> float:
+def _gap(equations: StepEquations, seed: int) -> float:
     """Return how far apart the maps of L_d* and L_d are at a random point, like `_gap_of_map`."""
     s, numbers = equations.s, arithmetic(DIGITS)
     point = random_point([*s.x, *s.u, s.h, *s.parameter_list], (*s.u, s.h), seed)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..compiler import cached_text, text_key
-from ..equations import DiscreteEquations, step_system
+from ..equations import StepEquations
 from ..numbers import (
     Arithmetic,
     Tracked,
@@ -54,7 +54,7 @@ class StagesNotFound(ArithmeticError):
 class LocalGeometry:
     """A scheme's maps and their derivatives as numbers at a point, in one arithmetic."""
 
-    def __init__(self, equations: DiscreteEquations, numbers: Arithmetic, q: list[Number]) -> None:
+    def __init__(self, equations: StepEquations, numbers: Arithmetic, q: list[Number]) -> None:
         self.equations, self.numbers, self.q = equations, numbers, q
         self.n, self.m = len(equations.x), len(equations.u)
         self.k = len(equations.s.stages)
@@ -175,9 +175,9 @@ class LocalGeometry:
     def _errors(self, what: str) -> Callable[..., Any]:
         return _with_errors(self.equations, self.numbers, what)
 
-    def branch(self, x: Vector, u: Vector) -> Number:
-        """Return the branch number at (x, u), if L_d is given on the group."""
-        return self._value("branch", x, u, self.q)
+    def branch(self, x: Vector, u: Vector) -> Any:
+        """Return the branch number at (x, u), or None unless L_d is given on the group."""
+        return None if self.equations.element is None else self._value("branch", x, u, self.q)
 
     def _value(self, what: str, *arguments: Numbers) -> Any:
         return _function(self.equations, self.numbers, what)(*arguments)
@@ -261,18 +261,18 @@ class LocalGeometry:
 
 
 @lru_cache(maxsize=512)
-def _function(equations: DiscreteEquations, numbers: Arithmetic, what: str) -> Callable[..., Any]:
+def _function(equations: StepEquations, numbers: Arithmetic, what: str) -> Callable[..., Any]:
     """Return a function of `TEXTS` in an arithmetic, derived once; its text is cached on disk."""
     return numeric_function(map_text(equations, what), numbers)
 
 
-def map_text(equations: DiscreteEquations, what: str) -> str:
+def map_text(equations: StepEquations, what: str) -> str:
     """Return a text of `TEXTS` for equations, from the cache on disk where it is there."""
-    key = text_key(what, step_system(equations), *equations.fields, equations.mark)
+    key = text_key(what, equations.step, *equations.fields, equations.mark)
     return cached_text(f"{what.replace(' ', '_')}_{key}.txt", lambda: TEXTS[what](equations))
 
 
 @lru_cache(maxsize=512)
-def _with_errors(equations: DiscreteEquations, numbers: Arithmetic, what: str) -> Any:
+def _with_errors(equations: StepEquations, numbers: Arithmetic, what: str) -> Any:
     """Return the function of `_function` in `running_error` numbers."""
     return with_running_errors(map_text(equations, what), numbers)

@@ -7,22 +7,21 @@ from typing import Any
 import numpy as np
 
 from ..equations import (
-    DiscreteEquations,
-    OneStepEquations,
+    StepEquations,
     discrete_force,
     poisson_tensor,
-    step_system,
 )
 from ..numbers import inlined, jacobian, numeric_text, sympy
 from ..numbers.types import Letters
 from .composed_arrows import composed_arrows, origin
 
 
-def _local_text(equations: DiscreteEquations) -> str:
-    s, at, total = equations.s, equations.at_points, equations.at_points.total
+def _local_text(equations: StepEquations) -> str:
+    s, arrows, total = equations.s, equations.arrows_for("Legendre maps"), equations.total
+    at = arrows.at_points
     maps = [at.target, at.minus, at.plus]
     target, minus, plus = map(list, maps)
-    parts = [target, equations.rho, equations.L_at_translate, equations.R, minus, plus]
+    parts = [target, arrows.rho, arrows.L_at_translate, arrows.R, minus, plus]
     parts += [total(part, letters) for part in maps for letters in (s.x, s.u)]
     if len(s.stages):
         parts += [total(part, s.stages) for part in maps[1:]]
@@ -30,47 +29,52 @@ def _local_text(equations: DiscreteEquations) -> str:
     return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
-def _stages_text(equations: DiscreteEquations) -> str:
-    s, stages = equations.s, equations.at_points.stage_equations
-    parts = [list(stages), equations.at_points.total(stages, s.stages)]
+def _maps(equations: StepEquations) -> Any:
+    return equations.arrows_for("Legendre maps").at_points
+
+
+def _stages_text(equations: StepEquations) -> str:
+    s, stages = equations.s, _maps(equations).stage_equations
+    parts = [list(stages), equations.total(stages, s.stages)]
     return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
-def _values_text(equations: DiscreteEquations) -> str:
-    s, at = equations.s, equations.at_points
+def _values_text(equations: StepEquations) -> str:
+    s, at = equations.s, _maps(equations)
     vectors = {"x": s.x, "u": s.u, "s": s.stages}
     return text_of(equations, vectors, [list(m) for m in (at.target, at.minus, at.plus)])
 
 
-def _stage_values_text(equations: DiscreteEquations) -> str:
-    s, stages = equations.s, equations.at_points.stage_equations
+def _stage_values_text(equations: StepEquations) -> str:
+    s, stages = equations.s, _maps(equations).stage_equations
     return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, [list(stages)])
 
 
-def _force_text(equations: DiscreteEquations) -> str:
-    s, force = equations.s, sympy.Matrix.vstack(*discrete_force(equations.of))
+def _force_text(equations: StepEquations) -> str:
+    s, arrows = equations.s, equations.discrete or equations.arrows_for("force")
+    force = sympy.Matrix.vstack(*discrete_force(arrows.of))
     letters = (s.x, s.u, *([s.stages] if len(s.stages) else []))
     parts = [list(force), *(jacobian(force, part) for part in letters)]
     return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
-def _branch_text(equations: DiscreteEquations) -> str:
+def _branch_text(equations: StepEquations) -> str:
     assert equations.element is not None
     return text_of(equations, {"x": equations.s.x, "u": equations.s.u}, [equations.element.branch])
 
 
-def _natural_text(equations: DiscreteEquations) -> str:
+def _natural_text(equations: StepEquations) -> str:
     s, groupoid = equations.s, equations.groupoid
     structure = [(c / s.h).tolist() for c in groupoid.structure_functions(s.x, s.h)]
     return text_of(equations, {"x": s.x}, [groupoid.rho(s.x, s.h) / s.h, structure])
 
 
-def _bracket_text(equations: DiscreteEquations) -> str:
+def _bracket_text(equations: StepEquations) -> str:
     s = equations.s
     return text_of(equations, {"x": s.x}, [poisson_tensor(s, s.x, s.mu)])
 
 
-def _one_step_text(equations: Any) -> str:
+def _one_step_text(equations: StepEquations) -> str:
     """Return a one-step map's text: rows, ∂rows/∂w, ∂rows/∂z, Z − z, its derivatives by w, z."""
     e, total = equations, equations.total
     parts = [list(e.rows), e.slope, total(e.rows, e.z), list(e.increment)]
@@ -78,35 +82,28 @@ def _one_step_text(equations: Any) -> str:
     return text_of(equations, {"x": e.s.x, "mu": e.s.mu, "w": e.w}, parts)
 
 
-def _step_text(equations: Any) -> str:
+def _step_text(equations: StepEquations) -> str:
     """Return the text for a step by w from (x, μ): rows that vanish, and the growth of (x, μ)."""
     vectors = {"x": equations.s.x, "mu": equations.s.mu, "w": equations.w}
-    if isinstance(equations, OneStepEquations):
-        return text_of(equations, vectors, [list(equations.rows), list(equations.increment)])
-    system = step_system(equations)
-    momenta = [*equations.s.mu, *[sympy.Integer(0)] * len(equations.s.stages)]
-    rows = [e - mu for e, mu in zip(system.rows, momenta, strict=True)]
-    return text_of(equations, vectors, [rows, [*system.increment, *system.gain]])
+    return text_of(equations, vectors, [list(equations.rows), list(equations.increment)])
 
 
-def _step_slope_text(equations: Any) -> str:
+def _step_slope_text(equations: StepEquations) -> str:
     """Return the text for a step by w from (x, μ): ∂rows/∂w."""
     vectors = {"x": equations.s.x, "mu": equations.s.mu, "w": equations.w}
-    mapped = isinstance(equations, OneStepEquations)
-    slope = equations.slope if mapped else step_system(equations).slope
-    return text_of(equations, vectors, [slope])
+    return text_of(equations, vectors, [equations.slope])
 
 
-def _action_text(equations: DiscreteEquations) -> str:
+def _action_text(equations: StepEquations) -> str:
     """Return the text for L_d/h of a step by w from x, and for the arrow of all steps with it."""
     s, arrows = equations.s, composed_arrows(equations.groupoid)
     vectors = {"x": s.x, "w": equations.w, "x0": list(map(origin, s.x)), "a": arrows.letters}
     return text_of(
-        equations, vectors, [equations.at_points.discrete_lagrangian / equations.h, arrows.after]
+        equations, vectors, [_maps(equations).discrete_lagrangian / equations.h, arrows.after]
     )
 
 
-def _velocity_text(equations: DiscreteEquations) -> str:
+def _velocity_text(equations: StepEquations) -> str:
     """Return the text for ξ at x of the derivative a of a curve of arrows."""
     arrows = composed_arrows(equations.groupoid)
     vectors = {"x": equations.s.x, "a": arrows.letters}
@@ -121,7 +118,7 @@ TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
           "velocity": _velocity_text}  # fmt: skip
 
 
-def text_of(equations: Any, vectors: dict[str, Letters], results: list[Any]) -> str:
+def text_of(equations: StepEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
     """Return the text of the results as a function of vectors and q (`numeric_text`)."""
     flat = [e for result in results for e in np.array(result, dtype=object).flat]
     before = inlined(equations.definitions(flat))

@@ -43,24 +43,20 @@ class OneStepGeometry(LocalGeometry):
         return inverse(x, mu, self.parameters, near)
 
     def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
-        """Return Newton's start from a state: f(z) for each slope, then ξ(z) for each velocity.
+        """Return Newton's start from a state: f(z) for each slope, ξ(z) for each velocity.
 
-        It is 0 for an explicit map, whose slope needs no start.
+        It is 0 for impulses, and for an explicit map, whose slope needs no start.
         """
         equations = self.equations
         if equations.explicit:
             return self.numbers.zeros(len(equations.w))
         xi = self.velocities(x[None], mu[None], near[None])[0]
-        if k := len(equations.multipliers):
-            none = self.numbers.zeros(k)
-            return np.concatenate([xi, none, xi, none])
-        f = _rates(equations.s, self.numbers)(x, xi, mu, self.parameters)
-        parts = [f[: len(equations.state)]] * len(equations.slopes) + [xi] * len(
-            equations.velocities
-        )
-        if len(equations.floor):
-            parts = [*parts, x / self.q[0]]
-        return np.concatenate(parts)
+        found = {"velocity": xi}
+        if equations.free is None:
+            f = _rates(equations.s, self.numbers)(x, xi, mu, self.parameters)
+            found |= {"slope": f[: len(equations.state)], "place": x / self.q[0]}
+        parts = ((found.get(kind), len(letters)) for kind, letters in equations.unknowns)
+        return np.concatenate([self.numbers.zeros(k) if e is None else e for e, k in parts])
 
     def step(self, x: Vector, mu: Vector, start: Vector) -> tuple[Vector, Vector, Tracked]:
         """Return (x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′), (n+m)×(n+m), by Newton from a
@@ -134,7 +130,7 @@ class OneStepGeometry(LocalGeometry):
 
     def at(self, x: Numbers, u: Numbers) -> Any:
         """Raise `CannotMeasure`: a map has no Legendre maps at arrows."""
-        return self.equations.legendre_minus
+        raise self.equations.refused("legendre_minus")
 
 
 @lru_cache(maxsize=256)

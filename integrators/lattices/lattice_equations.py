@@ -22,7 +22,6 @@ from ..equations import (
     natural_structure,
     no_stages,
     stage_source,
-    step_system,
 )
 from ..errors import CannotMeasure
 from ..geometry import is_self_adjoint
@@ -58,7 +57,7 @@ class LatticeEquations:
         self.site = DiscreteEquations(s, rule, of)
         if not lattice.bonds_move:
             check_regular(self.site, scene, rule)
-        if not self.site.of.weighted:
+        if not self.site.discrete.of.weighted:
             raise CannotMeasure(
                 f"{lattice.name}: {rule.name} is no weighted sum of values of L, so its step "
                 "is not one of sites and bonds; take another rule."
@@ -96,7 +95,7 @@ class LatticeEquations:
     @cached_property
     def end_weights(self) -> tuple[Expression, Expression] | None:
         """The weights of L at a step's start and end, or None if the rule uses other points."""
-        of, (start, end) = self.site.of, (self.site.x, self.site.y)
+        of, (start, end) = self.site.discrete.of, (self.site.x, self.site.y)
         if len(self.site.s.stages) or not of.straight:
             return None
         asked = [
@@ -138,10 +137,10 @@ class LatticeEquations:
             kicks = (None if potential is None else
                      self._kicks("potential", s, _slope_of(s, potential), own),
                      self._kicks("bond", bond, _force_of(bond), of_bond))  # fmt: skip
-            site = replace(step_system(kinetic), q=(*q, *own))
+            site = replace(kinetic.step, q=(*q, *own))
             return LatticeSystem(self.lattice.name, q, site, own, of_bond, kicks)
-        pair = _by_ends(step_system(self.bond), self.groupoid.dim_u)
-        return self._tied(step_system(self.site), pair)
+        pair = _by_ends(self.bond.step, self.groupoid.dim_u)
+        return self._tied(self.site.step, pair)
 
     @cached_property
     def stages(self) -> LatticeStages | None:

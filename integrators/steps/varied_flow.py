@@ -64,8 +64,8 @@ class _Context(StepContext):
     varied: Any = None
 
     @cached_property
-    def geometry(self) -> LocalGeometry:
-        kind = _Geometry if self.one_step else LocalGeometry
+    def geometry(self) -> Any:
+        kind = _Geometry if self.equations.arrows is None else LocalGeometry
         return kind(self.equations, self.numbers, self.q)
 
     def failure(

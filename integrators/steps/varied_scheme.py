@@ -8,7 +8,7 @@ from math import inf, nan
 from typing import Any
 
 from ..compiler import Step
-from ..equations import SceneSymbols, initial_momentum, step_system
+from ..equations import DiscretisedScene, SceneSymbols, initial_momentum
 from ..errors import BadInput, CannotMeasure, arguments_checked, brief_name
 from ..flows import Scheme
 from ..numbers import Arithmetic, Double, numeric, sympy
@@ -26,11 +26,11 @@ from .varied_system import (
 )
 
 
-class VariedScheme:
+class VariedScheme(DiscretisedScene):
     """A scene with a rule whose steps vary; its flow's step is ε, a step of the time τ.
 
     inner: the scheme of the base rule, for "poincare" on the scene in its own time, where the form
-    on (x, μ) is that of the extended phase space at p_t = −E₀. Other attributes are those of inner.
+    on (x, μ) is that of the extended phase space at p_t = −E₀. equations: those of inner.
     Raises `BadInput` for another object than a scene, and for a σ of another shape, or that is not
     smooth or not positive at the start; `CannotMeasure` where the rule has no meaning.
     """
@@ -43,13 +43,16 @@ class VariedScheme:
             raise BadInput(f"{brief_name(scene)} is no scene: give a Scene, or scenes.get(name).")
         if refusal := rule.refusal(scene):
             raise CannotMeasure(refusal)
-        self.scene, self.rule = scene, rule
         if inner is not None:
             self.inner = inner
-        elif self.by_poincare:
+        elif rule.way == "poincare":
             self.inner = Scheme(in_own_time(scene, rule.sigma_on(scene)), rule.base)
         else:
             self.inner = Scheme(scene, rule.base)
+        self.hold(scene, rule, self.inner.equations)
+        if self.by_poincare:  # the energy of the scene itself is that of the physical time
+            self.s = SceneSymbols(scene)
+        self.substeps, self.base = self.inner.substeps, self.inner.base
         self.sigma = sigma_of(self.inner.s, rule.sigma_on(scene), bare=self.by_poincare)
 
     @property
@@ -61,11 +64,6 @@ class VariedScheme:
     def controlled(self) -> bool:
         """True if the step density is a part of the state, changed by a controller."""
         return self.rule.way == "reversible"
-
-    @cached_property
-    def s(self) -> SceneSymbols:
-        """The letters of the scene itself, in which its energy is that of the physical time."""
-        return SceneSymbols(self.scene) if self.by_poincare else self.inner.s
 
     @cached_property
     def density0(self) -> float:
@@ -83,11 +81,6 @@ class VariedScheme:
                 f"{scene.name}: sigma is {sigma:.3g} at the start: give one that is positive."
             )
         return 1 / sigma
-
-    def __getattr__(self, name: str) -> Any:
-        if name in ("inner", "scene", "rule"):
-            raise AttributeError(name)
-        return getattr(self.inner, name)
 
     def __deepcopy__(self, memo: Any) -> VariedScheme:
         return self  # it never changes
@@ -167,10 +160,10 @@ def _system(kinds: tuple[Any, ...], composed: bool, sigma: Expression, way: str)
     """
 
     def of(equations: Any, leading: bool = True) -> Step:
-        system = step_system(equations, composed=composed)
+        system = replace(equations.step, composed=composed)
         if way != "poincare":
             return controlled(system, equations.s, sigma, way, leading)
-        passed = equations.discrete_lagrangian.diff(getattr(equations.s.parameters, ENERGY))
+        passed = equations.arrows.discrete_lagrangian.diff(getattr(equations.s.parameters, ENERGY))
         return with_columns(system, [letter(TIME)], [passed])
 
     if way != "poincare" and composed and len(kinds) == 1:

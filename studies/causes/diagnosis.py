@@ -44,7 +44,7 @@ def of_order(
     """
     scheme = case.scheme.base
     wanted = scheme.order
-    if wanted is None or scheme.one_step:  # there is no L_d(x, u) to test
+    if wanted is None or scheme.arrows is None:  # there is no L_d(x, u) to test
         return None
     local = measurement.get("local") or {}
     low = local.get("order") is not None and local["order"] < wanted - NEAR
@@ -95,7 +95,7 @@ def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str,
         off = f"‖F⁺ − F⁻‖/h where exact arrows meet is {found.residual[-1]:.1e}, relative to ‖μ‖,"
     off += f" at h = {found.steps[-1]:.2g}"
     for name in retractions.BUILT_IN:
-        if scheme.scene.groupoid.retraction in (None, name) or scheme.element is not None:
+        if scheme.scene.groupoid.retraction in (None, name) or scheme.equations.element is not None:
             continue
         try:
             other = truncation(scheme_of(in_chart(scheme.scene, name), scheme.rule))

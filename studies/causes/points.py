@@ -19,9 +19,7 @@ MEANT = 1000  # largest denominator of a fraction that somebody may write as a f
 
 def mean_of_points(scheme: Scheme) -> str:
     """Return θ̄ of such a rule as 1/3 or 0.5774, or "" for another rule and without x."""
-    s, equations = scheme.s, scheme.equations
-    # with constraints, of the equations without them
-    of = getattr(equations, "discrete", equations).of
+    s, of = scheme.s, scheme.discrete.of
     if not of.weighted or not len(s.x):
         return ""
     whole = mean = sympy.Integer(0)
@@ -36,8 +34,7 @@ def mean_of_points(scheme: Scheme) -> str:
 
 def sum_of_weights(scheme: Scheme) -> str:
     """Return Σ b_i of a rule h Σ b_i L(…) as 1 or 9/10, or "" for any other."""
-    equations = scheme.equations
-    of = getattr(equations, "discrete", equations).of
+    of = scheme.discrete.of
     if not of.weighted:
         return ""
     whole = sum((of.resolved(weight) / scheme.s.h for weight, _ in of.asked), sympy.Integer(0))

@@ -33,7 +33,7 @@ def of_symplecticity(
     defect above its limit. The step and those before it are solved to round-off here, and then left
     off by each of `TOLERANCES`. Raises the errors of runs.
     """
-    if case.scheme.one_step:  # its step is given directly: there is nothing to distinguish
+    if case.scheme.arrows is None:  # its step is given directly: there is nothing to distinguish
         return None if kind == "residual" else named("structure", _OF_MAP, {})
     flow = case.scheme.flow(step, case.digits)
     run = flow.trajectory(index + 1)
@@ -77,7 +77,7 @@ def _of_steps(flow: Flow, run: Trajectory, places: range, limit: float) -> dict[
 
     A composition's rows hold the velocity of the first substep, which represents the others.
     """
-    if flow.scheme.element is not None:
+    if flow.scheme.equations.element is not None:
         return None
     off = own = taken = 0.0
     swept = dict.fromkeys((*TOLERANCES, 0.0), 0.0)

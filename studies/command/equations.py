@@ -56,8 +56,8 @@ def written(scheme: Scheme, most: int | None = None) -> Written:
     s: SceneSymbols = scheme.s
     if len(s.stages):
         return _of_stages(scheme)
-    of = discrete(scheme)
-    points = [p for p in of.points if not p.is_end]
+    maps = scheme.discrete.at_points
+    points = [p for p in maps.of.points if not p.is_end]
     inner = [z for p in points for z in p.letters]
     base = {*s.x, *s.y, *inner}
     letters = letters_of(scheme)
@@ -67,7 +67,7 @@ def written(scheme: Scheme, most: int | None = None) -> Written:
     def terms(expression: Any, named: dict[Any, Any] | None = None) -> list[Any]:
         return ascending(expression, s.h, base, named)
 
-    maps, kept = of.at_points, {*inner, *s.y}
+    kept = {*inner, *s.y}
     whole = (maps.plus[:most, :], maps.minus[:most, :], Matrix([maps.discrete_lagrangian]))
     # kernels have their own letters for parts of these, which a page does not have
     own = [d for d in maps.definitions(*whole) if not kept & set(d.letters)]
@@ -80,7 +80,7 @@ def written(scheme: Scheme, most: int | None = None) -> Written:
             letters[symbol] = f"{letter}({', '.join(shown)})"
     values = [(p.letters, p.values) for p in points]
     if len(s.x):
-        values.append((s.y, of.groupoid.target(s.x, s.u, s.h)))
+        values.append((s.y, s.groupoid.target(s.x, s.u, s.h)))
     momenta: list[tuple[Terms, Terms]] = [
         ([mu], e) for mu, e in zip(s.mu[:most], minus, strict=True)
     ]
@@ -114,14 +114,14 @@ def written(scheme: Scheme, most: int | None = None) -> Written:
 
 def _of_stages(scheme: Scheme) -> Written:
     """Return L_d alone: its derivatives, written out, would fill pages."""
-    s, letters, equations = scheme.s, letters_of(scheme), scheme.equations.of
+    s, letters, equations = scheme.s, letters_of(scheme), scheme.discrete.of
     base = {*s.x, *s.y}
     if equations.weighted:
         summed = StageSum(s, equations)
         letters |= summed.letters
         discrete_lagrangian = summed.terms
     else:
-        discrete_lagrangian = ascending(scheme.equations.discrete_lagrangian, s.h, base)
+        discrete_lagrangian = ascending(scheme.discrete_lagrangian, s.h, base)
         columns = enumerate(s.stage_columns, 1)
         letters |= {e: f"s_{j}{i}" for j, column in columns for i, e in enumerate(column, 1)}
     target = s.groupoid.target(s.x, s.u, s.h) if len(s.x) else []
@@ -138,11 +138,6 @@ def _of_stages(scheme: Scheme) -> Written:
 
 def _sum(*given: Any) -> list[Any]:
     return [e for e in given if e != 0]
-
-
-def discrete(scheme: Scheme) -> Any:
-    """Return the equations for F⁻ and F⁺; with constraints, the equations without these."""
-    return scheme.equations.discrete if scheme.scene.constrained else scheme
 
 
 def _impulses(s: SceneSymbols, letters: dict[Any, str]) -> tuple[Any, Any, Any, Any]:
@@ -166,10 +161,9 @@ def equations_of(scheme: Scheme) -> dict[str, Any] | None:
     A map's equations are its own formula, so none are derived.
     """
     constrained = scheme.scene.constrained
-    if scheme.one_step and not constrained:
+    if scheme.equations.discrete is None:
         return None
     from discmech.integrators.compiler import is_affine
-    from discmech.integrators.equations import step_system
 
     s: SceneSymbols = scheme.s
     out = written(scheme)
@@ -191,7 +185,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any] | None:
         ],
         f"{under}residual_mathml": [typeset.equation(here, there) for here, there in out.residual],
         "self_adjoint": scheme.self_adjoint,
-        "affine": is_affine(step_system(scheme.equations)),
+        "affine": is_affine(scheme.equations.step),
         "source": scheme.rule.source,
     }
 
@@ -243,7 +237,7 @@ def _of_one_step(scheme: Scheme) -> str:
         words += " t is the time at the start of this step, t′ of the next."
     if len(s.stages):
         return words + _about_stages(s)
-    for number, point in enumerate(p for p in discrete(scheme).points if not p.is_end):
+    for number, point in enumerate(p for p in scheme.discrete.of.points if not p.is_end):
         z, w = (letter + "′" * number for letter in "zw")
         words += f" {z} is the point at the fraction {point.theta} of this step, {w} of the next"
         words += f", t_{z} and t_{w} their times." if s.clocked else "."
@@ -272,8 +266,8 @@ def letters_of(scheme: Scheme) -> dict[Any, str]:
     """Return the letters with indices from 1, as in the paper; z: a point inside the step, w:
     inside the next."""
     s: SceneSymbols = scheme.s
-    mapped = scheme.one_step and not scheme.scene.constrained
-    points = () if mapped else discrete(scheme).points
+    discrete = scheme.equations.discrete
+    points = () if discrete is None else discrete.of.points
     columns = [("u", s.u), ("v", s.v), ("μ", s.mu)]
     places = [("x", "t", s.x), ("y", "t′", s.y)]
     for number, point in enumerate(p for p in points if not p.is_end):

@@ -79,7 +79,7 @@ def _lines(scheme: Scheme) -> list[str]:
     where += f"dim u {scene.groupoid.dim_u}"
     lines = [title, "=" * len(title), where]
     method = ["", "Method", *(f"  {line}" for line in (*_facts(scheme), *_work(scheme)))]
-    if scheme.one_step and not scene.constrained:
+    if scheme.equations.discrete is None:
         said = f"A one-step map on the dual algebroid, without a discrete Lagrangian: {rule.source}"
         return [*lines, *textwrap.wrap(said, WIDTH), *_contact(scheme), *method]
     most = None if len(scheme.s.u) <= MOST_ROWS else FEW
@@ -182,7 +182,7 @@ def _work(scheme: Scheme) -> list[str]:
     made = savings_made(flow)
     unknowns = len(flow.system.w)
     how = "one linear solve" if made["direct"] else "Newton's iteration"
-    if scheme.one_step and scheme.equations.explicit:
+    if scheme.equations.explicit:
         how = "no equation: the map is explicit"
     if flow.stages is not None:
         how = "a fixed point (Newton where that does not contract)"

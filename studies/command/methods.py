@@ -92,7 +92,7 @@ def _terms(scene: Any, rule: Discretisation) -> tuple[Any, Any] | None:
         if "sites" in parts_of(scene) or scene.discrete_lagrangian is not None:
             return None
         scheme = Scheme(scene, rule)
-        of = scheme.equations.of
+        of = scheme.discrete.of
         if not of.weighted:
             return None
         found = StageSum(scheme.s, of)

@@ -20,7 +20,6 @@ from typing import Any
 
 from discmech.integrators import Lattice, Scheme, scenes
 from discmech.integrators.compiler import text_key
-from discmech.integrators.equations import step_system
 from discmech.integrators.lattices import LatticeScheme
 from discmech.integrators.rules import Composition, Discretisation
 from discmech.integrators.scene import Opaque, Scene, reads
@@ -154,7 +153,7 @@ def _derived(scheme: Scheme) -> str:
     facts.append((getattr(own, "order", None), getattr(own, "kept", None)))
     parts: list[Any] = [repr(facts)]
     if scheme.rule.is_formula:
-        system = step_system(scheme.equations)
+        system = scheme.equations.step
         parts += [system, _values_of(system), *scheme.equations.fields]
     if scene.lagrangian is not None:
         parts.append([s.phase_lagrangian, *s.force])

@@ -45,7 +45,7 @@ def cause_of_drift(case: Case, drift: dict[str, float]) -> dict[str, Any] | None
         )
     if worst.attitude or worst.stretch is not None:
         return None
-    if scheme.element is not None or scheme.one_step:
+    if scheme.equations.element is not None or scheme.arrows is None:
         return None
     flow = Flow(scheme, case.scene.step, 30)
     run = flow.trajectory(ROWS)

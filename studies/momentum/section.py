@@ -44,7 +44,7 @@ def check(scheme: Scheme, q: Conserved, slope: Any) -> None:
 
 def change(flow: Flow, run: Any, rows_of: Any, slope: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return (J(y, μ′) − J(x, μ) less the equation's, absolute terms) per step; slope: ∂J/∂μ."""
-    s, discrete = flow.scheme.s, flow.scheme.equations.discrete
+    s, discrete = flow.scheme.s, flow.scheme.discrete
     g, h = s.groupoid, s.h
     y = g.target(s.x, s.u, h)
     begin, end = slope.T, slope.xreplace(dict(zip(s.x, y, strict=True))).T

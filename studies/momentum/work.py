@@ -55,9 +55,9 @@ def _change(flow: Flow, run: Any, rows_of: Any, slope: Any) -> tuple[np.ndarray,
     weight ω_i, as it moves the ends (discrete Noether theorem with forces, Marsden, West 2001,
     3.2.5). slope: ∂J/∂μ, without μ. Nothing of F± is used.
     """
-    s, equations = flow.scheme.s, flow.scheme.equations
+    s = flow.scheme.s
     parts = [slope.xreplace(dict(zip(s.x, at.point, strict=True))) * at.force
-             for at in force_points(equations.of)]  # fmt: skip
+             for at in force_points(flow.scheme.discrete.of)]  # fmt: skip
     letters = {"x": s.x, "u": s.u, "s": s.stages, "q": s.q}
     work = numeric(letters, [[list(part) for part in parts]], flow.numbers)
     at, done, size = flow.context, [], []

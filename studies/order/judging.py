@@ -107,7 +107,7 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     early."""
     of_step = (measurement.get("local") or {}).get("order")
     as_wanted = of_step is not None and of_step >= (case.order or 1) - BESIDE
-    if case.scheme.one_step and not (as_wanted and case.rule.is_formula):
+    if case.scheme.arrows is None and not (as_wanted and case.rule.is_formula):
         from ..causes import one_step
 
         if (cause := one_step.of_step(case, finest=finest_order(case, measurement))) is not None:

@@ -225,7 +225,7 @@ class Linearised:
         dual = dual_of(scheme.scene)
         assert dual is not None
         self.scheme, self.at, self.dual = scheme, at, dual
-        self.near = Near(scheme.scene, dual, free=not scheme.one_step)
+        self.near = Near(scheme.scene, dual, free=scheme.arrows is not None)
         self._flow = lru_cache(maxsize=1)(lambda z: scheme.flow(Fraction(z / at.frequency)))
 
     def _run(self, z: float, start: np.ndarray, steps: int, every: int) -> np.ndarray:

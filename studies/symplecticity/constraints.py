@@ -69,7 +69,7 @@ def _functions(scheme: Scheme, digits: int) -> tuple[Any, Any, Any]:
         return with_running_errors(numeric_text(x | letters | q, [list(formulas)]), numbers)
 
     # of several substeps it would be a sum over them
-    in_step = [] if scheme.substeps else vanishing_in_a_step(scheme.equations.of)
+    in_step = [] if scheme.substeps else vanishing_in_a_step(scheme.discrete.of)
     velocity = closed_velocity(s)  # without a closed form, ξ = 0 hides the constraints that need it
     return (
         function({"u": s.u}, in_step),

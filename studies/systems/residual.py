@@ -139,7 +139,7 @@ def _summed(
 @lru_cache(maxsize=32)
 def _maps(equations: Any) -> tuple[list[float], Any]:
     """Return the numbers of the rule, and F⁻, F⁺, ∂L_d/∂s, b with errors."""
-    maps, s = equations.at_points, equations.s
+    maps, s = equations.discrete.at_points, equations.s
     made = [maps.minus, maps.plus, maps.stage_equations, maps.target]
     definitions = [(d.letters, list(d.values)) for d in inlined(maps.definitions(*made))]
     given = {"x": s.x, "w": equations.w, "q": [s.h, *s.parameter_list, *s.constants]}

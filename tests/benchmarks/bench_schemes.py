@@ -23,7 +23,6 @@ from discmech.integrators import (
     trapezoidal,
 )
 from discmech.integrators.compiler import compile, kernel_text
-from discmech.integrators.equations import step_system
 
 
 def free_body(algebra):
@@ -49,7 +48,7 @@ def measure(scene, rule):
     Scheme(scenes.get("harmonic"), rectangle).flow("0.1").trajectory(1)  # imports do not count
     begun = time.perf_counter()
     scheme = Scheme(scene, rule)
-    system = step_system(scheme.equations)
+    system = scheme.equations.step
     kernel_text(system)
     derived = time.perf_counter()
     compile(system, arithmetic(16))

@@ -14,12 +14,11 @@ from pathlib import Path
 def counted() -> dict[str, int]:
     """Return {"scene rule": additions, multiplications and divisions of all its kernels}."""
     from discmech.integrators.compiler.module_text import KernelText, operations
-    from discmech.integrators.equations import step_system
     from tests.objects.schemes import SCHEMES, scheme
 
     return {
         f"{scene} {rule}": operations(
-            KernelText(step_system(scheme(scene, rule).equations)).text
+            KernelText(scheme(scene, rule).equations.step).text
         )
         for scene, rule in SCHEMES
     }  # fmt: skip

@@ -14,7 +14,7 @@ from discmech.integrators.numbers import first_violation, written_out
 from discmech.integrators.rules import midpoint
 from discmech.studies import explain
 from discmech.studies.command.entry import main
-from discmech.studies.command.equations import discrete, letters_of, plain_text, written
+from discmech.studies.command.equations import letters_of, plain_text, written
 from tests.studies.test_ordinary_scenes import dense_chain
 
 
@@ -70,8 +70,8 @@ QUICK = ("pendulum", "rigid-body", "heavy-top", "kepler", "moser-veselov", "susl
 )  # fmt: skip
 def test_the_equations_that_are_written_out_are_those_that_are_solved(scene):
     scheme = Scheme(scenes.get(scene), midpoint)
-    out, s, maps = written(scheme), scheme.s, discrete(scheme).at_points
-    points = {z for p in discrete(scheme).points for z in p.letters}
+    out, s, maps = written(scheme), scheme.s, scheme.discrete.at_points
+    points = {z for p in maps.of.points for z in p.letters}
     own = [d for d in maps.definitions(maps.minus, maps.plus) if not points & set(d.letters)]
     said = {*out.letters, s.h}  # the page says what every letter is
     sides = [side for pair in (*out.momenta, *out.residual) for side in pair]

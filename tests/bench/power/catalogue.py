@@ -230,7 +230,7 @@ def _at_time_of_start(parts: Any, generator: Any, scheme: Any) -> Any:
     """The force of every point at t_k: None where no point has another time."""
     if not scheme.s.clocked:
         return None
-    times = {block.letters[-1]: scheme.x[-1] for block in scheme.equations.of.points}
+    times = {block.letters[-1]: scheme.x[-1] for block in scheme.discrete.of.points}
     return tuple(part.xreplace(times) for part in parts)
 
 

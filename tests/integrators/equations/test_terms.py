@@ -81,10 +81,10 @@ def slopes_by(letter, column, point):
 ])  # fmt: skip
 def test_derivatives_through_terms_are_the_slopes_of_what_is_written_out(scene, rule, adjoint):
     of = scheme_of(scene, rule, adjoint)
-    maps, s = of.at_points, of.s
+    maps, s = of.arrows.at_points, of.s
     point = random_point([*s.x, *s.u, *s.stages, *s.q], [*s.u, *s.stages, s.h])
     for column in filter(len, (maps.minus, maps.plus, maps.stage_equations)):
-        written = of.written_out(column)
+        written = of.arrows.written_out(column)
         for variable in filter(len, (s.x, s.u, s.stages)):
             total = maps.total(column, variable)
             found = evaluate_at(total, point, 60, maps.definitions(total))
@@ -98,10 +98,10 @@ def test_derivatives_through_terms_are_the_slopes_of_what_is_written_out(scene, 
 @pytest.mark.parametrize(("scene", "rule"), named(SCHEMES))
 def test_the_slope_of_every_scheme_is_that_of_its_rows(scene, rule):
     of = scheme(scene, rule)
-    maps, s = of.at_points, of.s
+    maps, s = of.arrows.at_points, of.s
     point = random_point([*s.x, *s.u, *s.stages, *s.q], [*s.u, *s.stages, s.h])
     point |= s.constant_values(80) | s.identity_translate  # as `written_out` has it
-    written = of.written_out(maps.system)
+    written = of.arrows.written_out(maps.system)
     found = evaluate_at(maps.slope, point, 60, maps.definitions(maps.slope))
     for j, letter in enumerate(of.w):
         wanted = slopes_by(letter, written, point)
@@ -256,6 +256,8 @@ def test_a_point_moved_by_hand_is_another_point():
 
     of = Scheme(scenes.get("kepler"), sideways)
     for variable in (of.x, of.u):
-        through = of.written_out(of.at_points.total(of.at_points.minus, variable))
+        through = of.arrows.written_out(
+            of.arrows.at_points.total(of.arrows.at_points.minus, variable)
+        )
         written = of.legendre_minus.jacobian(variable)
         assert first_violation(through - written, [*of.u, of.h]) is None

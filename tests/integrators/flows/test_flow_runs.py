@@ -12,7 +12,6 @@ import pytest
 import discmech.integrators as integrators
 from discmech.integrators import Scene, Scheme, StepFailure, compiler, midpoint, pair, trapezoidal
 from discmech.integrators.compiler import cache
-from discmech.integrators.equations import step_system
 from tests.objects import ALIKE, ALWAYS, SCENES, SCHEMES, flow, named, scheme
 
 ROOT = Path(integrators.__file__).parents[1]
@@ -164,7 +163,7 @@ def own_cache(tmp_path, monkeypatch):
 def kernels(scheme):
     """The text and the functions of a scheme, nothing remembered from before."""
     compiler.kernel_text.cache_clear()
-    system = step_system(scheme.equations)
+    system = scheme.equations.step
     return compiler.kernel_text(system), compiler.compile(system, scheme.flow(1).numbers)
 
 
@@ -288,7 +287,7 @@ def test_after_a_failure_the_flow_is_as_before():
 def test_schemes_share_a_kernel_where_and_only_where_they_are_one():
     """On a group every rule is h·l(u); written h(l + l)/2 it may be rounded in another order."""
     schemes = [(s, r) for s, r in SCHEMES if s in ALWAYS]
-    files = {s: compiler.kernel_text(step_system(scheme(*s).equations)) for s in schemes}
+    files = {s: compiler.kernel_text(scheme(*s).equations.step) for s in schemes}
     shared = [(s, r) for s, r in schemes if files[s, r] == files[s, "midpoint"] and r != "midpoint"]
     assert {s for s, _ in shared} <= ALIKE
     assert ("rigid-body", "rectangle") in shared
