@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadInput, shown
+from ..geometry import vector_in
 from ..groupoids import Groupoid
 from ..numbers import (
     Arithmetic,
@@ -34,7 +35,6 @@ from ..numbers import (
     numeric_text,
 )
 from ..numbers.types import Matrix, Number, Numbers, Vector
-from .step_context import vector_in
 
 linalg: Any = LazyModule("scipy.linalg")
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -20,10 +21,9 @@ import numpy as np
 
 from ..compiler import Entry, KernelsAtStep, Run, Status
 from ..errors import BadInput
-from ..groupoids import chart_reach
+from ..geometry import StepContext
+from ..groupoids import GroupChart, chart_reach
 from ..numbers.types import Matrix, Number, Vector
-from .step_context import StepContext
-from .translates import GroupChart, Solution
 
 CAUSES: dict[int, str] = {
     Status.EDGE: "the step is at or beyond the edge of its chart, where coordinates lose their "
@@ -34,6 +34,16 @@ CAUSES: dict[int, str] = {
 CURABLE = (Status.NOT_CONVERGED, Status.SINGULAR, Status.EDGE, Status.STRAYED)
 MOST_HALVINGS = 20  # to a millionth of the step: a step that needs smaller ones fails at any size
 SPREAD = 24  # number of elements between the cover's: a few for each of at most 16 translates
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A solution of F⁻(x, g) = hμ: g = τ(hu) B of a translate, and the number of its branch."""
+
+    translate: int
+    u: Vector
+    element: Matrix
+    branch: Number
 
 
 class EdgePolicy:

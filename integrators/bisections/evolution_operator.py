@@ -17,11 +17,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ..errors import BadInput, shown
-from ..geometry import Maps, pullback_defect, slopes
+from ..geometry import Maps, StepContext, pullback_defect, slopes
 from ..numbers import newton, whole_number
 from ..numbers.types import Matrix, Number, Numbers, Vector
 from .bisection import Bisection, Point, groupoid_maps, in_own_numbers
-from .step_context import StepContext
 
 Pair = tuple[Bisection, Bisection]
 

@@ -29,9 +29,8 @@ from typing import Any
 
 import numpy as np
 
-from ..bisections import StepContext
 from ..errors import BadInput, CannotMeasure, shown
-from ..geometry import composed_arrows, map_text
+from ..geometry import StepContext, composed_arrows, map_text
 from ..numbers import Arithmetic, Atoms, NotKnown, Series, arithmetic, run_text, series_namespace
 from .step_series import StepSeries
 

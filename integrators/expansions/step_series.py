@@ -14,10 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from ..bisections import StepContext
 from ..equations import closed_velocity, legendre_inverse, rates
 from ..errors import CannotMeasure
-from ..geometry import map_text
+from ..geometry import StepContext, map_text
 from ..numbers import (
     Arithmetic,
     Atoms,

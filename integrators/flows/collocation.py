@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..bisections import StepContext
 from ..compiler import NoShortForm, StagesAtStep, compile_stages
 from ..equations import no_stages, stage_source
+from ..geometry import StepContext
 
 #: number of stages from which a fixed point is the faster method in double precision. Measured (ns
 #: a step, fixed point and Newton): two stages 902, 525 (rigid-body), 1066, 1095 (heavy-top), 171,

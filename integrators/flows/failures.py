@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ..bisections import EdgePolicy, StepContext, edge_policies
+from ..bisections import EdgePolicy, edge_policies
 from ..compiler import Run, Status
 from ..equations import SceneSymbols, inverse_two_form, mass_matrix, orientation
 from ..errors import SMALLER, StepFailure
+from ..geometry import StepContext
 from ..numbers import (
     NotComputed,
     Vector,

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from ..bisections import POLICIES, Bisect, EdgePolicy, Solution, StepContext
+from ..bisections import POLICIES, Bisect, EdgePolicy, Solution
 from ..compiler import Kernels, KernelsAtStep, StagesAtStep, Step, compile
 from ..equations import DiscretisedScene, blamed, composed_step
 from ..errors import BadInput, arguments_checked, check_progress, shown
 from ..expansions import RunDerivatives, RunDifferentiated, RunGradient
-from ..geometry import Arrow, LocalGeometry, Maps
+from ..geometry import Arrow, LocalGeometry, Maps, StepContext
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational, whole_number
 from ..numbers.types import Given, Rows
 from ..scene import Again, flow_of

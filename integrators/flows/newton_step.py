@@ -10,12 +10,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..bisections import EvolutionOperator, StepContext
+from ..bisections import EvolutionOperator
 from ..errors import CannotMeasure
 from ..geometry import (
     FormChange,
     Maps,
     Step,
+    StepContext,
     form_change,
     in_round_offs,
     poisson_defect,

@@ -10,9 +10,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..bisections import EdgePolicy, StepContext
+from ..bisections import EdgePolicy
 from ..compiler import Entry, Run, taken_over
 from ..errors import StepFailure
+from ..geometry import StepContext
 from ..groupoids import margin_of
 from ..numbers import Arithmetic, Double, Matrix, Numbers, Vector, finite
 from ..numbers.types import Exact

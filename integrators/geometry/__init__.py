@@ -15,12 +15,13 @@ from .local_geometry import LocalGeometry, Maps, StagesNotFound, map_text, slope
 from .map_texts import text_of
 from .one_step_geometry import OneStepGeometry, StepNotFound
 from .restricted_form import restricted_defect
+from .step_context import StepContext, vector_in
 from .transitions import Arrow, defects, regularity, residual, singular_sign
 
 __all__ = [
     "Arrow", "FormChange", "LocalGeometry", "Maps", "OneStepGeometry", "StagesNotFound", "Step",
-    "StepNotFound", "composed_arrows", "defects", "entrywise_defect", "form_change",
+    "StepContext", "StepNotFound", "composed_arrows", "defects", "entrywise_defect", "form_change",
     "in_round_offs", "is_self_adjoint", "map_text", "order_of_step", "poisson_defect",
     "pullback_defect", "regularity", "residual", "restricted_defect", "singular_sign", "slopes",
-    "step_round_off", "text_of",
+    "step_round_off", "text_of", "vector_in",
 ]  # fmt: skip

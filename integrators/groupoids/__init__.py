@@ -15,12 +15,13 @@ from .lie_group import LieGroup, RetractionGroupoid, lie_group
 from .local import LocalGroupoid
 from .pair import PairGroupoid, pair
 from .product import ProductGroupoid
+from .translates import GroupChart
 
 __all__ = [
-    "ActionGroupoid", "Clocked", "ConnectionGroupoid", "Groupoid", "LieGroup", "LocalGroupoid",
-    "Motion",
-    "PairGroupoid", "ProductGroupoid", "RetractionGroupoid", "RowAction", "action", "chart_extents",
-    "chart_reach", "check_axioms", "lie_group", "margin_of", "pair", "product",
+    "ActionGroupoid", "Clocked", "ConnectionGroupoid", "GroupChart", "Groupoid", "LieGroup",
+    "LocalGroupoid", "Motion", "PairGroupoid", "ProductGroupoid", "RetractionGroupoid",
+    "RowAction", "action", "chart_extents", "chart_reach", "check_axioms", "lie_group",
+    "margin_of", "pair", "product",
 ]  # fmt: skip
 
 

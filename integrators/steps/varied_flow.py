@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ..bisections import StepContext
 from ..compiler import KernelsAtStep, Step
 from ..equations import SceneSymbols, energy, legendre_inverse
 from ..errors import (
@@ -20,7 +19,7 @@ from ..errors import (
     check_progress,
 )
 from ..flows import Flow, Start, Trajectory, run_from
-from ..geometry import LocalGeometry, OneStepGeometry
+from ..geometry import LocalGeometry, OneStepGeometry, StepContext
 from ..numbers import (
     Arithmetic,
     Double,

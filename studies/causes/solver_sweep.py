@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.bisections import StepContext
 from discmech.integrators.flows import Flow, Trajectory, arrow_from, step_along
-from discmech.integrators.geometry import poisson_defect, pullback_defect
+from discmech.integrators.geometry import StepContext, poisson_defect, pullback_defect
 
 from ..core.case import Case
 from ..core.outcome import named

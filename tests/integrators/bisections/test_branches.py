@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from discmech.integrators import BadInput, Scene, StepFailure, rectangle, scenes
 from discmech.integrators.algebras import se
-from discmech.integrators.bisections.translates import GroupChart
 from discmech.integrators.flows import first_u
-from discmech.integrators.groupoids import lie_group
+from discmech.integrators.groupoids import GroupChart, lie_group
 from discmech.integrators.scene import on_group
 from tests.objects import scheme_of
 

@@ -24,7 +24,7 @@ from discmech.integrators import (
     trapezoidal,
 )
 from discmech.integrators import rules as discretisations
-from discmech.integrators.bisections.translates import GroupChart
+from discmech.integrators.groupoids import GroupChart
 from tests.objects import SCENES, affine_action
 
 

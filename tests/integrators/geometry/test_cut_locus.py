@@ -22,8 +22,8 @@ from discmech.integrators import (
     so,
 )
 from discmech.integrators.algebras import se, sl, sp, su
-from discmech.integrators.bisections.translates import GroupChart
 from discmech.integrators.geometry import defects, residual
+from discmech.integrators.groupoids import GroupChart
 from discmech.integrators.scene import on_group
 from tests.objects import scheme_of
 

@@ -6,16 +6,16 @@ together contain the whole group is a cover, given by `MatrixAlgebra.cover`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from ..errors import BadInput
-from ..groupoids import Groupoid, RetractionGroupoid
 from ..numbers import Arithmetic
 from ..numbers.types import Matrix, Number, Numbers, Vector
 from ..retractions import AlgebraInNumbers
+from .groupoid import Groupoid
+from .lie_group import RetractionGroupoid
 
 
 class GroupChart(AlgebraInNumbers):
@@ -68,13 +68,3 @@ class GroupChart(AlgebraInNumbers):
     def best(self, g: Matrix) -> int:
         """Return the translate whose chart has g farthest from the edge (I, J of section 4.3)."""
         return int(np.argmax([self.openness(g, J) for J in range(len(self.translates))]))
-
-
-@dataclass(frozen=True)
-class Solution:
-    """A solution of F⁻(x, g) = hμ: g = τ(hu) B of a translate, and the number of its branch."""
-
-    translate: int
-    u: Vector
-    element: Matrix
-    branch: Number

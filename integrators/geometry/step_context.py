@@ -12,10 +12,12 @@ import numpy as np
 
 from ..equations import DiscretisedScene, StepEquations
 from ..errors import SMALLER, CannotMeasure, StepFailure
-from ..geometry import Arrow, LocalGeometry, Maps, OneStepGeometry, StagesNotFound
+from ..groupoids import GroupChart
 from ..numbers import Arithmetic, arithmetic, listed
 from ..numbers.types import Number, Numbers, Vector
-from .translates import GroupChart
+from .local_geometry import LocalGeometry, Maps, StagesNotFound
+from .one_step_geometry import OneStepGeometry
+from .transitions import Arrow
 
 
 def vector_in(numbers: Arithmetic, values: Any, length: int, what: str) -> Vector:
