@@ -32,13 +32,14 @@ class LatticeKernels:
     """The functions of a lattice (`lattice_driver`): `advance`, and `prepare` of each system.
 
     widths: columns of the arrays that `advance` takes. affine: True if a site that is solved by
-    itself needs no iteration.
+    itself needs no iteration. huge: a number larger than any size.
     """
 
     advance: Callable[..., tuple[int, int]]
     prepare: tuple[Callable[[Numbers], Sequence[Number]], ...]
     widths: dict[str, int]
     affine: bool
+    huge: Number
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +186,7 @@ def _of_lattice(
         advance = compiled(name, text, names, arrays, constants)
     prepare = tuple(kind.prepare for kind in names["SYSTEMS"])
     affine = all(getattr(kind, "affine", False) for kind in names["SYSTEMS"])
-    return LatticeKernels(advance, prepare, widths, affine)
+    return LatticeKernels(advance, prepare, widths, affine, names["HUGE"])
 
 
 def text_key(*parts: Any) -> str:

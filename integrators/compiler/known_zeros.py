@@ -11,10 +11,17 @@ from collections.abc import Iterable
 from functools import reduce
 from typing import Any
 
+from .llvm_values import Value
+
 
 def known_zero(e: Any) -> bool:
-    """Return True if `e` is a number 0 of Python's."""
-    return isinstance(e, (int, float)) and e == 0
+    """Return True if `e` is a number 0, and no value that is known in machine code alone."""
+    return not isinstance(e, Value) and bool(e == 0)
+
+
+def as_number(one: Any, e: Any) -> Any:
+    """Return an entry as a number of the arithmetic of `one`; quotients of integers are rounded."""
+    return 0.0 if known_zero(e) else one * e
 
 
 def multiplied(a: Any, b: Any) -> Any:
@@ -43,4 +50,5 @@ def inverse(e: Any) -> Any:
 
 
 #: the names that a lattice's text uses
-KNOWN_ZEROS = {f.__name__: f for f in (multiplied, added, subtracted, added_up, inverse)}
+KNOWN_ZEROS = {f.__name__: f for f in
+               (multiplied, added, subtracted, added_up, inverse, as_number)}  # fmt: skip

@@ -16,8 +16,8 @@ site's eliminated block. Only these entries are carried from one site to the nex
 
 
 def block(flat, i, j, width):
-    """Return the S×S block (i, j) of a matrix stored by rows, as floats."""
-    return tuple([tuple([1.0 * flat[(i * S + k) * width + j * S + l] for l in range(S)])
+    """Return the S×S block (i, j) of a matrix stored by rows."""
+    return tuple([tuple([as_number(R(1), flat[(i * S + k) * width + j * S + l]) for l in range(S)])
                   for k in range(S)])  # fmt: skip
 
 
@@ -117,7 +117,7 @@ def of_pair(system, a, c, i, j, k):
     """Return bond k's rows at sites i and j, and the blocks ii, ij, ji, jj of its slope."""
     ends, w = row(a.x, i, n) + row(a.x, j, n), row(a.w, i, S) + row(a.w, j, S)
     rows, slope = system.bond_equations(ends, w, c, row(a.q, k, BONDS))
-    rows = tuple([1.0 * e for e in rows])
+    rows = tuple([as_number(R(1), e) for e in rows])
     return (rows[:S], rows[S:], block(slope, 0, 0, 2 * S), block(slope, 0, 1, 2 * S),
             block(slope, 1, 0, 2 * S), block(slope, 1, 1, 2 * S))  # fmt: skip
 

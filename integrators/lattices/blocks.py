@@ -18,12 +18,14 @@ def at_ends(ends: np.ndarray, *rows: np.ndarray) -> list[list[np.ndarray]]:
     return [list(a[ends].reshape(len(ends), -1).T) for a in rows]
 
 
-def of_all(function: Callable[..., Any], count: int, *given: Any) -> list[np.ndarray]:
+def of_all(
+    function: Callable[..., Any], count: int, *given: Any, dtype: Any = np.float64
+) -> list[np.ndarray]:
     """Return matrices (rows, columns, count) by a function of columns; constants are repeated."""
     with within_doubles("a term of the lattice"):
         found = function(*given)
         parts = found if isinstance(found, tuple) else [found]
-        parts = [np.asarray(e, dtype=np.float64) for e in parts]  # integers beyond 2⁶³ are Python's
+        parts = [np.asarray(e, dtype=dtype) for e in parts]  # integers beyond 2⁶³ are Python's
     return [np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], count)) for e in parts]
 
 

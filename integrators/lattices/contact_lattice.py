@@ -12,7 +12,7 @@ from ..contact import ContactRun, ContactSteps, FreeSteps, Impact, Moment, Place
 from ..errors import BadInput, CannotMeasure, StepFailure
 from ..numbers import Matrix, Number
 from ..numbers.types import Given, Rows
-from .lattice_flow import NUMBERS, File, LatticeFlow, LatticeTrajectory, Progress
+from .lattice_flow import File, LatticeFlow, LatticeTrajectory, Progress
 from .lattice_run import LatticeRun
 from .site_gaps import SiteGaps
 
@@ -54,6 +54,9 @@ class ContactLatticeFlow(LatticeFlow):
 
     def __init__(self, scheme: Any, step: Given, digits: int = 16) -> None:
         super().__init__(scheme, step, digits)
+        if digits != 16:
+            raise BadInput(f"{self.lattice.name}: a lattice with contact runs in double precision; "
+                           "leave digits= out, or run its scene, lattices.scene_of.")  # fmt: skip
         if self.step < 0:
             raise BadInput(f"{self.lattice.name}: an impact has no unique past, so a lattice with "
                            "contact takes positive steps only.")  # fmt: skip
@@ -154,7 +157,7 @@ class _Run(ContactRun):
         P = np.zeros((count, gaps.N, gaps.K))
         P[:, gaps.sites] = self.impulses[:count].reshape(count, len(gaps.sites), gaps.K)
         return ContactLatticeTrajectory(
-            NUMBERS.multiples(flow.step, numbers * self.every), x, u, mu,
+            flow.numbers.multiples(flow.step, numbers * self.every), x, u, mu,
             np.zeros((count, len(flow.lattice.pairs), 0)), self.made / max(1, self.index), 0,
             self.index, flow.step, None, gaps=gaps.phi(x), impulses=P, impacts=self._impacts(),
         )  # fmt: skip

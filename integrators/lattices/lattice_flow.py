@@ -21,11 +21,12 @@ from ..compiler import (
     compile_lattice_stages,
     text_key,
 )
-from ..equations import SceneSymbols, momentum
+from ..equations import SceneSymbols, momentum, on_constraints
 from ..errors import BadInput, StepFailure, check_progress
-from ..numbers import Double, Matrix, exact_rational, numeric, whole_number
+from ..numbers import Arithmetic, Matrix, arithmetic, exact_rational, finite, numeric, whole_number
 from ..numbers.types import Given, Rows
 from ..scene import Again
+from .as_scene import scene_of
 from .blocks import at_ends, of_all
 from .checkpoint import Checkpoint
 from .dual_step import poisson_defect
@@ -35,7 +36,6 @@ from .restricted_step import step_derivative
 
 Progress: TypeAlias = Callable[[int], None] | None  # called with the number of steps so far
 File: TypeAlias = str | Path | None
-NUMBERS = Double()
 PIECE = 2**24  # steps, times sites, between two checks of progress, interrupts and checkpoint
 
 
@@ -64,24 +64,22 @@ class LatticeTrajectory:
 
 
 class LatticeFlow:
-    """The one-step map (x, μ) ↦ (b, μ′) of a lattice by a rule, in double precision.
+    """The one-step map (x, μ) ↦ (b, μ′) of a lattice by a rule.
 
-    substeps: (kind, share of the step) of each; kind 1 is the adjoint. Raises `BadInput` for a step
-    of 0, and for digits other than 16.
+    digits: 16 for compiled double precision; otherwise Python runs the same driver, on numbers of
+    more digits or, for 7, of single precision. Raises `BadInput` for a step of 0.
     """
 
     def __init__(self, scheme: Any, step: Given, digits: int = 16) -> None:
         self.scheme, self.lattice = scheme, scheme.lattice
-        if digits != 16:
-            raise BadInput(f"{self.lattice.name}: lattices run in double precision; leave digits "
-                           "out, or take the same system as a Scene.")  # fmt: skip
+        self.numbers = arithmetic(digits, single=True)
         self.step = exact_rational(step, "step")
         if self.step == 0:
             raise BadInput("step is 0: give a non-zero number.")
 
     def __reduce__(self) -> Again:
         """Return the pickled form: the flow is made again from its scheme and step."""
-        return type(self), (self.scheme, self.step)
+        return type(self), (self.scheme, self.step, self.numbers.digits)
 
     @cached_property
     def by_stages(self) -> bool:
@@ -97,14 +95,14 @@ class LatticeFlow:
     def newton(self) -> LatticeKernels:
         """The compiled kernels of Newton's method, or of sites that are solved separately."""
         return compile_lattice(
-            self.scheme.system, self.lattice.shape, bool(self.scheme.substeps), NUMBERS
+            self.scheme.system, self.lattice.shape, bool(self.scheme.substeps), self.numbers
         )
 
     @cached_property
     def _of_stages(self) -> LatticeKernels | None:
         stages = self.scheme.stages
         with suppress(NoShortForm):
-            return None if stages is None else compile_lattice_stages(stages, NUMBERS)
+            return None if stages is None else compile_lattice_stages(stages, self.numbers)
         return None
 
     def trajectory(
@@ -134,7 +132,8 @@ class LatticeFlow:
         self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress
     ) -> LatticeTrajectory:
         count = steps // every + 1
-        return next(self._blocks(x, mu, steps, every, count, checkpoint, progress))
+        with self.numbers.working():
+            return next(self._blocks(x, mu, steps, every, count, checkpoint, progress))
 
     def blocks(self, steps: int, every: int = 1, *, size: int = 1) -> Iterator[LatticeTrajectory]:
         """Yield the rows of `trajectory(steps, every)` in blocks of `size` rows; the last may be
@@ -145,7 +144,13 @@ class LatticeFlow:
         """
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
         size = whole_number("size", size, 1)
-        yield from self._blocks(*self._start(None, None), steps, every, size)
+        made = self._blocks(*self._start(None, None), steps, every, size)
+        while True:
+            with self.numbers.working():  # not while the caller has the block
+                block = next(made, None)
+            if block is None:
+                return
+            yield block
 
     def _blocks(
         self, x: np.ndarray, mu: np.ndarray, steps: int, every: int, size: int,
@@ -153,7 +158,8 @@ class LatticeFlow:
     ) -> Iterator[LatticeTrajectory]:  # fmt: skip
         """Yield the `blocks` from a start; with a checkpoint there is only one block."""
         run, kept, first = LatticeRun(self, x, mu.copy()), None, 0
-        rows = [np.empty((0, *a.shape)) for a in run.columns.values()]
+        zeros = self.numbers.zeros
+        rows = [zeros(0, *a.shape) for a in run.columns.values()]
 
         def made(count: int) -> LatticeTrajectory:
             return self._trajectory(run, [column[:count] for column in rows], every, first)
@@ -161,7 +167,7 @@ class LatticeFlow:
         def failed(status: int) -> StepFailure:
             rows = made(count := -(-run.index // every) - first)
             last = (first + count - 1) * every
-            lost = not (np.isfinite(run.x).all() and np.isfinite(run.nu).all())
+            lost = not (finite(run.x).all() and finite(run.nu).all())
             known = (self.scheme.local or lost) and count > 0
             here = run.traced(rows.x[-1], rows.mu[-1], last) if known else run
             return here.failure(status, rows)
@@ -170,6 +176,9 @@ class LatticeFlow:
             for column, values in zip(rows, run.columns.values(), strict=True):
                 column[run.index // every - first] = values
 
+        if checkpoint is not None and self.numbers.dtype is not np.float64:
+            raise BadInput(f"{self.lattice.name}: a checkpoint keeps numbers of double precision; "
+                           "leave digits= or checkpoint= out.")  # fmt: skip
         if checkpoint is not None:
             counts = str((steps, every, self.lattice.shape))
             stages = self.scheme.stages if run.by_stages else None
@@ -184,7 +193,7 @@ class LatticeFlow:
         elif self.scheme.constrained:
             self._check_start(mu, run)
         shapes = {word: (size, *a.shape) for word, a in run.columns.items()}
-        rows = list(map(np.empty, shapes.values())) if kept is None else kept.rows(shapes)
+        rows = [zeros(*e) for e in shapes.values()] if kept is None else kept.rows(shapes)
         if state is None:
             write()
             if kept is not None:  # a state is saved as soon as there are rows
@@ -192,7 +201,7 @@ class LatticeFlow:
         for is_row, status in self._stops(run, steps, every):
             if is_row and run.index // every == first + size:
                 yield made(size)
-                first, rows = first + size, list(map(np.empty_like, rows))
+                first, rows = first + size, [zeros(*a.shape) for a in rows]
             if status != Status.OK:
                 raise failed(status)
             if is_row:
@@ -231,11 +240,12 @@ class LatticeFlow:
     def _trajectory(
         self, run: LatticeRun, rows: Sequence[np.ndarray], every: int, first: int = 0
     ) -> LatticeTrajectory:
-        x, u, mu, *more = rows
+        public, numbers = self.numbers.public, self.numbers
+        x, u, mu, *more = map(public, rows) if numbers.dtype is object else rows
         multipliers = more[0] if more else np.zeros((len(x), len(self.lattice.pairs), 0))
-        numbers = np.arange(first, first + len(x), dtype=np.int64)
-        t = NUMBERS.multiples(self.step, numbers * every)
-        mean = run.totals[Entry.CORRECTIONS] / max(1, run.solved)
+        index = np.arange(first, first + len(x), dtype=np.int64)
+        t = public(numbers.multiples(self.step, index * every))
+        mean = float(run.totals[Entry.CORRECTIONS] / max(1, run.solved))
         return LatticeTrajectory(
             t, x, u, mu, multipliers, mean, int(run.totals[Entry.MOST]), run.index, self.step,
             run.newton_since if run.newton_since >= 0 else None,
@@ -243,14 +253,41 @@ class LatticeFlow:
 
     def _start(self, x0: Rows | None, mu0: Rows | None) -> tuple[np.ndarray, np.ndarray]:
         lattice: Lattice = self.lattice
-        x, v = lattice.start
-        x = x.copy() if x0 is None else lattice.positions(x0)
+        x, v = self.start
         if mu0 is None:
-            return x, self.momenta(lattice.start[0], v)
-        mu = floats(mu0, f"{lattice.name}: mu0")
-        if mu.shape != v.shape:
+            mu = self.momenta(x, v)
+        elif (checked := floats(mu0, f"{lattice.name}: mu0")).shape != v.shape:
             raise BadInput(f"{lattice.name}: mu0 must be of the shape {v.shape}.")
-        return x, mu
+        else:
+            mu = self.exact(mu0 if self.numbers.dtype is object else checked)
+        if x0 is not None:
+            x = lattice.positions(x0)
+            x = np.array(x0, dtype=object).reshape(x.shape) if self.numbers.dtype is object else x
+        return self.exact(x), mu
+
+    @cached_property
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """The lattice's start, x (N, n) and v (N, m), as numbers of the flow.
+
+        With constraints and more than 16 digits it is that of the lattice's scene, which meets the
+        constraints in all of them.
+        """
+        x, v = map(self.exact, self.lattice.start)
+        if self.scheme.constrained and self.numbers.digits > 16:
+            scene = scene_of(self.lattice)
+            scene = on_constraints(SceneSymbols(scene), scene)
+            free = self.lattice.free
+            x[free], v[free] = (self.exact(e).reshape(a[free].shape) for e, a in
+                                ((scene.x0, x), (scene.v0, v)))  # fmt: skip
+        return x, v
+
+    def exact(self, given: Rows) -> np.ndarray:
+        """Return a copy of an array as numbers of the flow."""
+        if self.numbers.dtype is not object:
+            return np.array(given, dtype=self.numbers.dtype)
+        array = np.array(given, dtype=object)
+        with self.numbers.working():
+            return self.numbers.array(list(map(self.numbers.number, array.ravel())), *array.shape)
 
     def poisson_defect(
         self, x: Rows, mu: Rows, *, pairs: int = 3, seed: int = 0, bracket_sign: int = 1
@@ -268,21 +305,24 @@ class LatticeFlow:
 
     def momenta(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return μ = ∂l/∂ξ at rows of x (N, n) and v (N, m), including bonds with velocities."""
-        moving, found = v * self.lattice.free[:, None], np.zeros(v.shape)
-        for s, p, ends in self.scheme.terms[: 1 + self.lattice.bonds_move]:
-            # a bond sees both its ends; fixed ends are at rest
-            at = at_ends(ends, x, v if ends.shape[1] == 1 else moving)
-            (made,) = of_all(_momentum(s), len(ends), *at, p)
-            np.add.at(found, ends, made[:, 0].T.reshape(*ends.shape, v.shape[1]))
+        moving, found = v * self.lattice.free[:, None], self.numbers.zeros(*v.shape)
+        with self.numbers.working():
+            for s, p, ends in self.scheme.terms[: 1 + self.lattice.bonds_move]:
+                # a bond sees both its ends; fixed ends are at rest
+                at = at_ends(ends, x, v if ends.shape[1] == 1 else moving)
+                values = [self.exact(e)[()] for e in p]
+                (made,) = of_all(_momentum(s, self.numbers), len(ends), *at, values,
+                                 dtype=self.numbers.dtype)  # fmt: skip
+                np.add.at(found, ends, made[:, 0].T.reshape(*ends.shape, v.shape[1]))
         return found
 
     @cached_property
     def projection(self) -> LatticeFlow:
         """A flow whose 'step' projects momenta onto those that the constraints admit."""
-        return LatticeFlow(self.scheme.projection, self.step)
+        return LatticeFlow(self.scheme.projection, self.step, self.numbers.digits)
 
 
 @lru_cache(maxsize=32)
-def _momentum(s: SceneSymbols) -> Callable[..., Any]:
+def _momentum(s: SceneSymbols, numbers: Arithmetic) -> Callable[..., Any]:
     letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
-    return numeric(letters, [momentum(s)], NUMBERS, columns=True)
+    return numeric(letters, [momentum(s)], numbers, columns=True)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..compiler import Entry, Status
 from ..errors import BadInput, StepFailure
+from ..numbers import finite
 from .sparse_steps import BEGIN, RUN, SHOW, SparseMatrix, SparseSteps
 from .two_halves import LEAST, TwoHalves
 
@@ -18,12 +19,13 @@ class LatticeRun:
     """The state of a run: x, ν, the unknowns of the last steps, and counters."""
 
     def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
-        self.flow, self.x, self.mu = flow, np.ascontiguousarray(x), np.ascontiguousarray(mu)
-        self.nu, self.totals = np.zeros_like(self.mu), np.zeros(len(Entry))
+        self.flow, self.numbers = flow, flow.numbers
+        self.x, self.mu = np.ascontiguousarray(x), np.ascontiguousarray(mu)
+        self.nu, self.totals = self.numbers.zeros(*mu.shape), self.numbers.zeros(len(Entry))
         self.free = flow.lattice.free
         self.mu[~self.free] = 0
         self.index, self.solved = 0, 0
-        self.u = flow.lattice.start[1] * self.free[:, None]
+        self.u = flow.exact(flow.lattice.start[1] * self.free[:, None])
         self._projection: LatticeRun | None = None
         self.kernels, self.by_stages = flow.kernels, flow.by_stages
         #: the step from which Newton's method replaces a fixed point, or −1
@@ -35,18 +37,19 @@ class LatticeRun:
         """Make arrays for the flow's kernels; the search for w begins with the velocities `u`."""
         flow, scheme, N = self.flow, self.flow.scheme, len(self.x)
         lattice, kernels, widths = flow.lattice, self.kernels, self.kernels.widths
-        self.past = [np.zeros((N, widths[word])) for word in ("w", "w1", "w2", "w3")]
+        zeros = self.numbers.zeros
+        self.past = [zeros(N, widths[word]) for word in ("w", "w1", "w2", "w3")]
         for w in () if self.by_stages else self.past:
             w[:, : self.u.shape[1]] = self.u
-        self._work = work = np.zeros((1 if scheme.local else N, widths["work"]))
+        self._work = work = zeros(1 if scheme.local else N, widths["work"])
         order, segments = segments_of(lattice.pairs)
         # with constraints fixed sites have equations too: those of multipliers, and u = 0
         solved = np.ones_like(self.free) if scheme.constrained else self.free
         ranges = ranges_of(solved)
-        ties = np.zeros((1 if scheme.local else len(order), widths["ties"]))
-        own, of_bond = scheme.own_rows(order)
-        q = [[float(e) for e in row] for row in scheme.q_values(flow.step, self.by_stages)]
-        c = np.zeros((len(q), widths["coefficients"]))
+        ties = zeros(1 if scheme.local else len(order), widths["ties"])
+        own, of_bond = map(flow.exact, scheme.own_rows(order))
+        q = scheme.q_values(flow.step, self.numbers, self.by_stages)
+        c = zeros(len(q), widths["coefficients"])
         for row, (kind, values) in enumerate(zip(scheme.kinds, q, strict=True)):
             try:
                 made = kernels.prepare[kind](values)
@@ -62,27 +65,28 @@ class LatticeRun:
             ranges, len(ranges), segments, len(segments), self.totals,
         )  # fmt: skip
         self.halves: TwoHalves | None = None
-        if scheme.local and not (scheme.substeps or kernels.affine) and len(self.x) >= LEAST:
+        several = scheme.substeps or kernels.affine or self.numbers.dtype is not np.float64
+        if scheme.local and not several and len(self.x) >= LEAST:
             self.halves = TwoHalves(kernels.advance, self.arguments)
         #: the digest of the data of a run in its arrays
         self.digest = hashlib.sha256()
         for array in (self.x, self.mu, own, of_bond, c, ranges, segments):
             self.digest.update(array.tobytes())
         more = widths["w"] - self.u.shape[1] if scheme.constrained else 0
-        self.multipliers = np.zeros((len(order), more))
+        self.multipliers = zeros(len(order), more)
         self._of_impulse = 2 / q[0][0]  # factor that turns an impulse hλ/2 into λ
         self.sparse: SparseSteps | None = None
         if lattice.shape == "list" and not (scheme.local or self.by_stages):
             matrix = SparseMatrix(lattice.pairs[order], solved, widths["w"])
             self.sparse = SparseSteps(
                 self._task, self.past, work, ties, self.totals, matrix, len(q), self._floor,
-                moving=widths["w"] - more,
+                moving=widths["w"] - more, numbers=self.numbers,
             )  # fmt: skip
 
     def begin(self) -> None:
         """Start from x and μ: find w of the first step, from the guess in `past`."""
-        self.totals[:] = 0
-        self.totals[Entry.KAPPA] = 1e300
+        self.totals[:] = 0 * self.totals[0]
+        self.totals[Entry.KAPPA] = self.kernels.huge
         self.status = self.kernels.advance(BEGIN, 0, *self.arguments)[1]
         if self.sparse is not None:
             self.status = self.sparse.begin()
@@ -122,7 +126,8 @@ class LatticeRun:
     def _floor(self) -> float:
         """Return the size of corrections too small to move x (`lattice_newton.unseen`)."""
         joined = len(self.x) if self.flow.scheme.constrained else 1
-        return float(2.0**-49 * joined * abs(self.x).sum(axis=1).max() / abs(self.flow.step))
+        largest = float(abs(self.x).sum(axis=1).max())
+        return 16 * float(self.numbers.eps) * joined * largest / abs(float(self.flow.step))
 
     def _task(self, task: int, j: int) -> tuple[int, int]:
         done, status = self.kernels.advance(task, j, *self.arguments)
@@ -188,10 +193,10 @@ class LatticeRun:
         return self._finite_status(self.x, self.nu) if self.status == Status.OK else self.status
 
     def _finite_status(self, *arrays: np.ndarray) -> int:
-        if all(np.isfinite(e).all() for e in arrays):
+        if all(finite(e).all() for e in arrays):
             return Status.OK
-        finite = np.all([np.isfinite(e).all(axis=1) for e in arrays], axis=0)
-        self.totals[Entry.PLACE] = np.flatnonzero(~finite)[0]
+        whole = np.all([finite(e).all(axis=1) for e in arrays], axis=0)
+        self.totals[Entry.PLACE] = np.flatnonzero(~whole)[0]
         return Status.SINGULAR
 
     def _project(self) -> int:
@@ -205,7 +210,7 @@ class LatticeRun:
             inner = self._projection = LatticeRun(self.flow.projection, self.x, self.mu)
         inner.x[:], inner.mu[:] = self.x, self.mu
         m, owners = self.u.shape[1], self.flow.lattice.pairs[:, 1]
-        inner.past[0][:] = 0
+        inner.past[0][:] = self.numbers.zeros(*inner.past[0].shape)
         inner.past[0][:, :m] = self.u
         inner.begin()
         found = inner.past[0]
@@ -240,7 +245,7 @@ class LatticeRun:
         again = LatticeRun(self.flow, x.copy(), mu.copy())
         again.index = index
         while again.index < self.index and again.advance(1) == Status.OK:
-            if not np.isfinite(np.hstack([again.x, again.nu])).all():
+            if not finite(np.hstack([again.x, again.nu])).all():
                 return again
         return self
 
@@ -248,7 +253,7 @@ class LatticeRun:
         """Return the failure of a step that was not found."""
         # sites are written in order, so the first one that is not finite is the cause, not a result
         written = np.hstack([self.x, self.nu]) if self.flow.scheme.local else self._work
-        bad = np.flatnonzero(~np.isfinite(written).all(axis=1))
+        bad = np.flatnonzero(~finite(written).all(axis=1))
         named = status != Status.SINGULAR or len(bad) == 0
         i = int(self.totals[Entry.PLACE] if named else bad[0])
         cause = f"a correction is not finite: L is not finite or FL is singular at site {i}"
@@ -262,7 +267,7 @@ class LatticeRun:
             )
         if status == Status.SINGULAR:
             for name, part in (("x", self.x), ("mu", self.nu)):
-                if len(lost := np.argwhere(~np.isfinite(part))):
+                if len(lost := np.argwhere(~finite(part))):
                     i, k = map(int, lost[0])
                     cause = f"the numbers are no longer finite, first {name}[{k}] at site {i}"
                     break

@@ -14,7 +14,7 @@ from ..compiler import LatticeStages, LatticeSystem
 from ..equations import SceneSymbols
 from ..errors import BadInput, CannotMeasure
 from ..geometry import order_of_step
-from ..numbers import Double, Number, flatten, working_digits
+from ..numbers import Arithmetic, Number, flatten, working_digits
 from ..numbers.types import Given
 from ..rules import Composition, Discretisation, OneStepMap, Substep, adjoint, check_rule
 from ..scene import Again
@@ -115,21 +115,23 @@ class LatticeScheme:
         """One step as collocation, or None (`LatticeEquations.stages`)."""
         return None if self.substeps else self.equations.stages
 
-    def q_values(self, step: Fraction, of_stages: bool = False) -> list[list[Number]]:
+    def q_values(
+        self, step: Fraction, numbers: Arithmetic, of_stages: bool = False
+    ) -> list[list[Number]]:
         """Return the values of `LatticeSystem.q`, a row per substep: its step, parameters, numbers.
 
         of_stages: True for the values of `LatticeStages.q`.
         """
         shared = flatten(tuple(self.lattice.split_parameters["shared"].values()))
-        numbers, rows = Double(), []
+        digits, rows = numbers.digits + 24, []
         for j, kind in enumerate(self.kinds):
             size = step
             if self.substeps:
-                with working_digits(40):
-                    size = self.substeps[j].coefficient(40) * step.numerator / step.denominator
+                with working_digits(digits):
+                    size = self.substeps[j].coefficient(digits) * step.numerator / step.denominator
             equations = self._parts[kind]
             constants = {} if of_stages else equations.constants
-            values = [size, *shared, *(c(40) for c in constants.values())]
+            values = [size, *shared, *(c(digits) for c in constants.values())]
             rows.append([numbers.number(v) for v in values])
         return rows
 
@@ -177,7 +179,9 @@ class LatticeScheme:
         return found
 
     def flow(self, step: Given | None = None, digits: int = 16, **others: Any) -> LatticeFlow:
-        """Return the flow at one step size, in double precision; other choices raise `BadInput`."""
+        """Return the flow at one step size; digits: see `LatticeFlow`. Other choices raise
+        `BadInput`.
+        """
         if step is None or others:
             words = "".join(f"{word}= is for scenes; " for word in others)
             raise BadInput(f"{self.lattice.name}: {words}a lattice has flow(step), of one size.")

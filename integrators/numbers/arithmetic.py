@@ -226,6 +226,12 @@ class Multiple:
                     "MARGIN": g.mpfr(2) ** 40,
                     "array": self.array, **self.matrices()}  # fmt: skip
 
+    def array_namespace(self) -> dict[str, Any]:
+        """Return what generated text needs to compute on whole columns, entry by entry."""
+        own = {name: np.frompyfunc(f, 1 + (name == "atan2"), 1)
+               for name, f in _functions(self._gmpy2).items()}  # fmt: skip
+        return {**self.namespace(), **own, "array": Double().array_namespace()["array"]}
+
     def number(self, value: Exact | Number, what: str = "value") -> Number:
         if isinstance(value, type(self._gmpy2.mpfr(0))):
             return value

@@ -5,7 +5,7 @@ import pytest
 from discmech import midpoint, rectangle, trapezoidal
 from discmech.integrators import rules
 from discmech.integrators.rules import compose, gauss, lobatto
-from tests.integrators.lattices.as_scenes import assert_same
+from tests.integrators.lattices.as_scenes import assert_same, assert_same_in_digits
 from tests.integrators.lattices.test_bodies_as_sites import SITES
 from tests.integrators.lattices.test_bond_constraints import LATTICES
 from tests.integrators.lattices.test_contact_on_sites import beads, discs, in_a_corner
@@ -90,3 +90,23 @@ CASES = [pytest.param(lattice, rule, id=f"{name}-{rule.name}", marks=marks)
 def test_a_lattice_runs_as_its_scene(lattice, rule):
     steps = {"table": 120, "corner": 70, "discs": 70}.get(lattice.name, 60)
     assert_same(lattice, rule, 30 if lattice.constraint else steps)
+
+
+IN_DIGITS = [
+    ("chain", fput(), midpoint), ("following ring", fput(**CHAINS["following ring"]), trapezoidal),
+    ("damper list", fput(**CHAINS["damper list"]), midpoint),
+    ("suzuki", fput(), compose(midpoint, "suzuki")), ("tree", LATTICES["tree"](), trapezoidal),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("lattice", "rule"), [pytest.param(*e[1:], id=e[0]) for e in IN_DIGITS])
+def test_a_lattice_runs_as_its_scene_in_any_digits(lattice, rule):
+    assert_same_in_digits(lattice, rule)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "rule"), [
+    *((name, rule) for name in CHAINS for rule in (rectangle, midpoint, gauss(3))),
+    *((name, rule) for name in SITES for rule in (trapezoidal, midpoint, gauss(2)))])  # fmt: skip
+def test_every_lattice_runs_as_its_scene_in_any_digits(name, rule):
+    assert_same_in_digits(SITES[name]() if name in SITES else fput(**CHAINS[name]), rule)
