@@ -117,11 +117,6 @@ class Truncation:
         return min(slope(self.steps, self.legendre_over_factor), slope(self.steps[:-1], changes))
 
     @property
-    def order_of_lagrangian(self) -> float:
-        """The order r of |L_d − L_d^E| = O(h^{r+1})."""
-        return slope(self.steps, self.lagrangian)
-
-    @property
     def order_of_points(self) -> float:
         """The order r of the residual O(h^{r+1}) of the discrete Euler–Lagrange equations.
 

@@ -61,7 +61,7 @@ def load(name: str, study: str) -> Result | None:
     """Return the result of a study that was saved under a name, or None if there is none.
 
     Raises `BadInput` for a row that differs from what `save` wrote, is of another version, or may
-    be in a file that cannot be read or was put aside: it is no missing one.
+    be in a file that is not read: it is no missing one.
     """
     store, anew = Store(), "save it anew with --save-baseline."
     try:
@@ -77,8 +77,8 @@ def load(name: str, study: str) -> Result | None:
         )
     if found is None and (aside := store.aside_with("baseline", _row(name, study))) is not None:
         raise BadInput(
-            f"the baseline {name} of {study} is in a store that was put aside ({aside}), and is "
-            f"not read: {anew}"
+            f"the baseline {name} of {study} is in the store of another version of discmech, or in "
+            f"one that was put aside ({aside}), and is not read: {anew}"
         )
     old = store.path.parents[1] / "baselines" / name / f"{study}.json"
     if found is None and old.exists():

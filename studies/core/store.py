@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 from discmech.integrators.compiler import cache_folder, cache_folders, make_private, of_others
 
-VERSION = 1  # version of the table
+VERSION = 1  # version of the table: each has a file of its own, beside the others
 MOST = 20_000  # rows that can be made again; beyond this, the longest unused half is removed
 LASTING = ("baseline", "run")  # kinds that cannot be made again
 PATIENCE = 60.0  # seconds to wait for another process that writes
@@ -122,10 +122,11 @@ class Store:
                 self._write("DELETE FROM entry WHERE kind = ? AND name = ?", (kind, name))
 
     def aside_with(self, kind: str, name: str) -> Path | None:
-        """Return a file that was put aside and has a row of that name, or None."""
+        """Return a file of another version, or put aside, that has a row of that name, or None."""
         asked = "SELECT 1 FROM entry WHERE kind = ? AND name = ?"
-        for aside in sorted(self.path.parent.glob(f"{self.path.stem}-*{self.path.suffix}")):
-            with suppress(sqlite3.Error), closing(sqlite3.connect(aside)) as file:
+        for aside in sorted({*self.path.parent.glob("store*.sqlite")} - {self.path}):
+            where = f"{aside.absolute().as_uri()}?mode=ro"
+            with suppress(sqlite3.Error), closing(sqlite3.connect(where, uri=True)) as file:
                 if file.execute(asked, (kind, name)).fetchone() is not None:
                     return aside
         return None
@@ -305,7 +306,8 @@ def _made(path: Path) -> None:
 
 
 def _file_of(folder: Path) -> Path:
-    return folder / "results" / "store.sqlite"
+    version = "" if VERSION == 1 else f"-{VERSION}"
+    return folder / "results" / f"store{version}.sqlite"
 
 
 def _seal(kind: str, name: str, text: str) -> str:

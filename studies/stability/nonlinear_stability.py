@@ -17,8 +17,6 @@ from discmech.integrators.numbers import arithmetic
 from ..core.runs import energy_with_terms, relative_drifts, with_terms
 from .stiff import Family
 
-#: best first; `view.MAPS` has the criterion of each
-CLASSES = ("bounded", "resonant", "drifting", "escaped", "Newton failed", "blown up")
 STEPS, THOROUGH = 60_000, 1_000_000
 ROWS = 1000  # states of a run that are kept
 PER_DECADE = {False: 10, True: 40}  # steps hω per decade, thorough or not

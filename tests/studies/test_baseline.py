@@ -191,7 +191,7 @@ def test_a_baseline_in_a_store_that_cannot_be_used_is_no_missing_one(kept, harm)
     with pytest.raises(BadInput, match=r"cannot be read: the store of results was .*--save-base"):
         baseline.load("kept", "order")
     if harm == "of another version":  # also in the next command
-        with pytest.raises(BadInput, match=r"is in a store that was put aside .*--save-baseline"):
+        with pytest.raises(BadInput, match=r"or in one that was put aside .*--save-baseline"):
             baseline.load("kept", "order")
     assert baseline.load("new", "order") is None
     baseline.save("kept", result(case()))

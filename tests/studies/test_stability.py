@@ -25,9 +25,8 @@ from discmech.integrators import rules as discretisations
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
 from discmech.studies.core.running import run_study
-from discmech.studies.stability import nonlinear_stability, own_scene, plot_maps, view
+from discmech.studies.stability import nonlinear_stability, own_scene, view
 from discmech.studies.stability.nonlinear_stability import (
-    CLASSES,
     limits,
     one_run,
     resonant,
@@ -107,10 +106,6 @@ def test_the_limit_is_where_the_first_run_is_not_bounded():
     assert limits(rows) == {"2": 0.1}
     stiffer = [{"stiffness": 3.0, "z": 0.1, "class": "blown up"}]
     assert limits(stiffer) == {"3": 0.0} and limits(rows + stiffer) == {"2": 0.1, "3": 0.0}
-
-
-def test_every_class_has_a_look_and_a_criterion():
-    assert set(plot_maps.LOOKS) == set(CLASSES)
 
 
 # -- maps -----------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from discmech.integrators.rules import midpoint
 from discmech.studies import get
 from discmech.studies.command import INTERRUPTED
 from discmech.studies.command.entry import main
-from discmech.studies.core import fingerprint, one_case, side_by_side
+from discmech.studies.core import baseline, fingerprint, one_case, side_by_side
 from discmech.studies.core.case import Case, Choice, Verdict
 from discmech.studies.core.outcome import Found, Measurement
 from discmech.studies.core.running import run_study
@@ -171,6 +171,21 @@ def test_a_store_of_another_version_is_kept_aside(study, rows, tmp_path):
     assert measured == ALL and aside.exists()
     assert any("of another version" in note and str(aside) in note for note in found["notes"])
     assert study()[0] == []
+
+
+def test_each_version_of_the_store_keeps_its_own_file(monkeypatch):
+    """Two checkouts may share a cache: neither puts the other's results aside."""
+    stores = []
+    for version in (1, 2, 1, 2):
+        monkeypatch.setattr("discmech.studies.core.store.VERSION", version)
+        stores.append(Store())
+        kept = stores[-1].find("measurement", "mine")
+        assert kept == (version if len(stores) > 2 else None)
+        stores[-1].keep("measurement", "mine", version)
+        baseline.save(f"by-{version}", {"study": "order", "schema": baseline.SCHEMA})
+    assert not any(store.troubles for store in stores)
+    with pytest.raises(BadInput, match="in the store of another version"):
+        baseline.load("by-1", "order")
 
 
 def test_entries_of_before_go_with_the_first_store(study, tmp_path):
