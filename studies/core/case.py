@@ -178,6 +178,16 @@ class Case:
         return self.control or self.rule.name
 
     @property
+    def rests_on(self) -> Sequence[Discretisation]:
+        """The rules on which its numbers depend."""
+        return (self.rule,)
+
+    @property
+    def asked(self) -> str:
+        """The words of a command on which its numbers depend."""
+        return self.command
+
+    @property
     def command(self) -> str:
         """The command that repeats this case."""
         study = shlex.quote(word_for_study(self.study))

@@ -48,13 +48,12 @@ def of_case(study: Study, case: Case, timed: bool) -> str:
     processor, whose instructions change the last bits. timed: the result is a time, so the machine
     counts as well.
     """
-    rules: Iterable[Discretisation] = getattr(case, "rules", (case.rule,))
-    words = [study.name, case.label, case.command, str(versions()), processor()]
+    words = [study.name, case.label, case.asked, str(versions()), processor()]
     words.append(str(machine()) if timed else "")
     words += [text_of_study(study), *of_scene(case.scene)]
     words.append(study.depends_on(case))
     words += [part for rule in study.rules_beside(case) for part in _facts(rule)]
-    return _digest(*words, *(part for rule in rules for part in of_rule(case.scene, rule)))
+    return _digest(*words, *(part for rule in case.rests_on for part in of_rule(case.scene, rule)))
 
 
 def text_of_study(study: Study) -> str:
@@ -79,8 +78,7 @@ def text_of_study(study: Study) -> str:
 
 def known_by_text(case: Case) -> bool:
     """True if the key needs nothing derived: scene and rules are the bench's own."""
-    rules = getattr(case, "rules", (case.rule,))
-    return is_ours(case.scene) and all(map(is_ours, rules))
+    return is_ours(case.scene) and all(map(is_ours, case.rests_on))
 
 
 def of_scene(scene: Scene) -> Iterator[str]:

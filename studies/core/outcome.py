@@ -9,8 +9,8 @@ from typing import Any
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: extras of a measurement that are shown beside `measured` and `rows`
 DETAILS = (
-    "kind", "periods", "duration", "floor", "crossovers", "label", "title", "extreme", "slice",
-    "unusable", "diagnosis", "local", "left_out_step",
+    "kind", "periods", "duration", "floor", "crossovers", "race", "label", "title", "extreme",
+    "slice", "unusable", "diagnosis", "local", "left_out_step",
 )  # fmt: skip
 Row = Mapping[str, Any]
 

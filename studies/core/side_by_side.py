@@ -207,9 +207,26 @@ def _in_turn(
 ) -> Iterator[Finished]:
     """Yield the same in this process, case by case."""
     for task in tasks:
+        _before_race(plan, task, store)
         for i, k in task.places:
             yield [(i, k)], [measured(plan.studies[i], plan.cases[i][k], progress, store)], {}
         yield (), [], _said(plan, task, also, store)
+
+
+def _before_race(plan: Plan, task: Task, store: Store | Carried | None) -> None:
+    """Give a race the stored measurements of its methods: only the others take part in it."""
+    if store is None or task.pair is not None or not task.places:
+        return
+    i, k = task.places[0]
+    study, cases = plan.studies[i], plan.cases[i]
+    if (race := study.together(cases[k])) is not None:
+        own = [(case, key_of(study, case)) for case in cases if study.together(case) is race]
+        kept = {}
+        for case, key in own:
+            content = None if key is None else store.find("measurement", key)
+            if content and (measurement := Found.of_json(content).measurement):
+                kept[case] = measurement
+        study.before_race(kept)
 
 
 def _said(plan: Plan, task: Task, also: Also, store: Store | Carried | None) -> dict[int, Any]:
@@ -252,6 +269,7 @@ def _in_worker(
     """Return results, the answers of `also`, and on another machine the records to be kept."""
     expect_unchanged(files)  # which loads them: the plan has things of theirs
     plan = _plan(packed)
+    _before_race(plan, task, store)
     results, founds = [], []
     for i, k in task.places:
         results.append(measured(plan.studies[i], plan.cases[i][k], store=store))

@@ -143,6 +143,9 @@ class Study:
         """Return the key of a race, whose cases one process measures; None for a single case."""
         return None
 
+    def before_race(self, kept: Mapping[Case, Measurement]) -> None:
+        """Take the stored measurements of a race, before its other cases are measured."""
+
     def measure_more(
         self, case: Case, measurement: Measurement, said: Verdict
     ) -> Mapping[str, Any]:
@@ -272,6 +275,10 @@ class StudyFolder(Study):
     def together(self, case: Case) -> Any:
         """Return the key of a race, whose cases one process measures; None for a single case."""
         return self._said("together", None, case)
+
+    def before_race(self, kept: Mapping[Case, Measurement]) -> None:
+        """Take the stored measurements of a race, before its other cases are measured."""
+        self._said("before_race", None, kept)
 
     def diagnose(self, case: Case, measurement: Measurement) -> Mapping[str, Any] | None:
         """Return the cause of a verdict that is not a pass, if it can be found."""

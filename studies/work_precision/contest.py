@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import secrets
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -17,6 +18,8 @@ from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Scene
 
 from ..core.case import Progress, scheme_of
+from ..core.record import provenance
+from ..core.study import BY_TOLERANCE
 from .accuracy import Yardstick
 from .axes import ERRORS, WORK
 from .contestants import Contestant, NoEnd, Problem, RuleContestant, ToleranceContestant
@@ -24,7 +27,7 @@ from .enough import FEWEST, PATIENT, errors_of
 from .peers import peer
 from .peers.equations import Equations, equations_of
 from .racing import LEAST, race
-from .standings import Climb, crossovers, summary
+from .standings import Climb, points, summary
 
 #: factor of the budget that the timing may take: the least rounds of all runs use up one (a ladder
 #: ends there), the rest is for runs whose median is still unknown
@@ -40,15 +43,16 @@ def hold_race(
     axes: tuple[str, str],
     budget: float,
     periods: int | None,
-    by_tolerance: bool = True,
+    wanted: Collection[str],
     first: int | None,
     progress: Progress,
 ) -> dict[str, dict[str, Any]]:
     """Return per method {rows, measured, floor, ...}; see `studies.work_precision.measure`.
 
     `budget`: seconds of the least timing of a method; all of them together may take `REPEATING`
-    times as many until their medians are known. by_tolerance: True if rules with stages take part a
-    second time, with steps chosen for tolerances. `first`: steps of the rules' first run.
+    times as many until their medians are known. wanted: the names of the methods that take part; a
+    rule with stages may do so twice, the second time with steps chosen for tolerances. `first`:
+    steps of the rules' first run.
     """
     scheme = scheme_of(scene, rules[0])
     equations = equations_of(scheme, timed=bool(peers))
@@ -62,12 +66,13 @@ def hold_race(
         where = scene.name if periods is None else f"a race of {scene.name} over many periods"
         known = ", ".join(m for m in ERRORS if m in yardstick.floors)
         raise BadInput(f"--y {axes[1]} does not exist in {where}: choose {known}.")
-    fixed = [RuleContestant(problem, rule, first) for rule in rules]
-    staged = [ToleranceContestant(one) for one in fixed if by_tolerance and one.rule.stages]
-    ours: list[RuleContestant | ToleranceContestant] = [*fixed, *staged]
+    fixed = [RuleContestant(problem, rule, first) for rule in rules
+             if {rule.name, rule.name + BY_TOLERANCE} & {*wanted}]  # fmt: skip
+    staged = [ToleranceContestant(one) for one in fixed if one.name + BY_TOLERANCE in wanted]
+    ours = [one for one in (*fixed, *staged) if one.name in wanted]
     alike = _one_method(ours)
     entrants: list[Contestant] = [one for one in ours if one.name not in alike]
-    entrants += [peer(name, problem, equations) for name in peers]
+    entrants += [peer(name, problem, equations) for name in peers if name in wanted]
     climbs = []
     for i, contestant in enumerate(entrants):
         progress(f"{scene.name}: {contestant.name}", i / len(entrants) / 2)
@@ -78,16 +83,20 @@ def hold_race(
     for (row, _), timing in zip(timed, timings, strict=True):
         row |= {"seconds": timing.median, "seconds_low": timing.low, "seconds_high": timing.high,
                 "samples": timing.samples, "outliers": timing.outliers}  # fmt: skip
-    whole = {"floor": yardstick.floors, "duration": float(problem.duration), "periods": periods,
-             "crossovers": crossovers(climbs, axes)}  # fmt: skip
-    found = {each.contestant.name: {**whole, **summary(each, climbs, axes)} for each in climbs}
-    for name, first_of_them in alike.items():
-        twin = found[first_of_them]
-        found[name] = {**twin, "measured": {**twin["measured"], "same_as": first_of_them}}
-    return found
+    run = {"run": secrets.token_hex(4), "date": provenance()["date"],
+           "with": [*(one.name for one in ours), *(name for name in peers if name in wanted)],
+           "peers": {each.contestant.name: points(each.rows, axes)
+                     for each in climbs if each.contestant.kind == "peer"}}  # fmt: skip
+    whole = {"floor": yardstick.floors, "duration": float(problem.duration), "periods": periods}
+    found = {
+        each.contestant.name: {**whole, **summary(each, climbs, axes), "race": {
+            **run, "step": getattr(each.contestant, "equations", None)}}
+        for each in climbs
+    }  # fmt: skip
+    return found | {name: found[leader] for name, leader in alike.items()}
 
 
-def _one_method(rules: Sequence[RuleContestant | ToleranceContestant]) -> dict[str, str]:
+def _one_method(rules: Sequence[RuleContestant]) -> dict[str, str]:
     """Return rules with the step of an earlier one → its name; they run once for shared rows."""
     first: dict[str, str] = {}
     leaders = {rule.name: first.setdefault(rule.equations, rule.name) for rule in rules}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -12,7 +13,7 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Scene
 
-from ..core.case import Case, Choice, Progress, silent
+from ..core.case import Case, Choice, Measurement, Progress, silent
 from ..core.lookup import word_for
 from ..core.study import BY_TOLERANCE
 from . import STUDY
@@ -28,7 +29,11 @@ HIGH_ORDER = ("suzuki:trapezoidal", "kahan-li-8:trapezoidal")
 
 
 class Race:
-    """All methods on one scene, measured together when the first of them is needed."""
+    """All methods on one scene, measured together when the first of them is needed.
+
+    A method that was measured before does not run again. Those that were not are timed in turn with
+    each other and with the peer that was the fastest at each accuracy.
+    """
 
     def __init__(
         self, scene: Scene, rules: list[Discretisation], choice: Choice, periods: int | None
@@ -38,14 +43,20 @@ class Race:
         self.scene, self.rules, self.choice, self.periods = scene, rules, choice, periods
         self.peers = on(scene, chosen(choice.asked("peer", ()))[0])
         self.progress: Progress = silent
+        self.kept: dict[str, Measurement] = {}
+
+    @property
+    def compared(self) -> bool:
+        """True for a race of `compare`, which ranks the methods themselves: they are timed in turn.
+
+        Each method takes part once there.
+        """
+        return self.choice.asked("also_periods") is not None
 
     @property
     def by_tolerance(self) -> bool:
-        """True if rules with stages run with steps chosen for tolerances too.
-
-        `compare` compares methods, each once.
-        """
-        return self.choice.asked("also_periods") is None
+        """True if rules with stages run with steps chosen for tolerances too."""
+        return not self.compared
 
     @property
     def methods(self) -> list[str]:
@@ -65,25 +76,36 @@ class Race:
     @property
     def command(self) -> str:
         """The command of this race alone."""
-        choice = self.choice
-        words = ["discmech", NAME, shlex.quote(word_for(self.scene))]
-        words += [w for r in choice.rules for w in ("--rule", shlex.quote(word_for(r)))]
-        chart = self.scene.groupoid.retraction
+        own = [w for r in self.choice.rules for w in ("--rule", shlex.quote(word_for(r)))]
+        return self._words(own, ())
+
+    @property
+    def settings(self) -> str:
+        """The words of the command that do not name methods."""
+        return self._words([], ("peer",))
+
+    def _words(self, methods: list[str], without: Sequence[str]) -> str:
+        choice, chart = self.choice, self.scene.groupoid.retraction
+        words = ["discmech", NAME, shlex.quote(word_for(self.scene)), *methods]
         words += ["--retraction", chart] if chart in retractions.BUILT_IN else []
         words += [] if choice.steps is None else ["--steps", str(choice.steps)]
         asked = dict(choice.own) | {"periods": self.periods}
-        return " ".join(words + [w for o in STUDY.options for w in o.words(asked.get(o.name))])
+        options = [o for o in STUDY.options if o.name not in without]
+        return " ".join(words + [w for o in options for w in o.words(asked.get(o.name))])
 
     @cached_property
     def results(self) -> dict[str, dict[str, Any]]:
         """Return per method the result of `measure`."""
         from .contest import hold_race
+        from .standings import fastest_peers
 
         usual = BUDGET if self.periods is None else LONG_BUDGET
         each = self.choice.asked("budget") or usual * (THOROUGH if self.choice.thorough else 1)
+        fastest = fastest_peers(self.kept) if self.kept else self.peers
+        wanted = [name for name in self.methods if name not in self.kept or name in fastest]
         return hold_race(
             self.scene, self.rules, self.peers, axes=self.axes, budget=each, periods=self.periods,
-            by_tolerance=self.by_tolerance, first=self.choice.steps, progress=self.progress,
+            wanted=wanted, first=self.choice.steps, progress=self.progress,
         )  # fmt: skip
 
 
@@ -100,9 +122,17 @@ class Entry(Case):
         return self.method
 
     @property
-    def rules(self) -> list[Discretisation]:
-        """The rules of the race: times are those of one race."""
-        return self.race.rules
+    def rests_on(self) -> Sequence[Discretisation]:
+        """The rule itself, none for a peer; all rules for `compare`, whose races stay whole."""
+        if self.race.compared:
+            return self.race.rules
+        return [r for r in self.race.rules if self.method in (r.name, r.name + BY_TOLERANCE)]
+
+    @property
+    def asked(self) -> str:
+        """The settings of the race."""
+        race = self.race
+        return f"{race.command} {race.methods}" if race.compared else race.settings
 
     @property
     def command(self) -> str:
@@ -164,6 +194,21 @@ def together(case: Case) -> Race:
     """Return the race of a method: times of one race are compared, taken in turn."""
     assert isinstance(case, Entry)
     return case.race
+
+
+def before_race(kept: Mapping[Case, Measurement]) -> None:
+    """Let only those take part in a race whose measurements are not kept."""
+    for case, measurement in kept.items():
+        assert isinstance(case, Entry)
+        if not case.race.compared:
+            case.race.kept[case.method] = measurement
+
+
+def complete(result: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the cases with what is read off the rows of all methods of their race."""
+    from .standings import beside_each_other
+
+    return {"cases": beside_each_other(result["cases"])}
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..core.outcome import Row
 from .contestants import Contestant
 
 REACHED = (1e-4, 1e-8, 1e-12)  # accuracies whose cost is reported
@@ -26,15 +27,14 @@ class Climb:
 def summary(each: Climb, climbs: Sequence[Climb], axes: tuple[str, str]) -> dict[str, Any]:
     """Return {rows, measured, kind}: the cost of each accuracy, beside the best peer's cost.
 
-    cost, its quartiles (`spread`) and `equal_time` are read off the line through the runs; see
-    `measuring.measure`.
+    cost and its quartiles (`spread`) are read off the line through the runs; see
+    `measuring.measure`. What needs all methods is added by `beside_each_other`.
     """
     costs = cost(each.rows, axes)
-    others = [cost(c.rows, axes) for c in climbs if c.contestant.kind == "peer"]
-    ratio = {}
-    for accuracy, value in costs.items():
-        best = min((c for o in others if (c := o[accuracy]) is not None), default=None)
-        ratio[accuracy] = value / best if value is not None and best else None
+    peers = [points(c.rows, axes) for c in climbs if c.contestant.kind == "peer"]
+    best = cost_of_runs(peers)
+    ratio = {a: value / least if value is not None and (least := best[a]) else None
+             for a, value in costs.items()}  # fmt: skip
     errors = [row[axes[1]] for row in each.rows if row[axes[1]] is not None]
     return {
         "rows": each.rows,
@@ -47,15 +47,45 @@ def summary(each: Climb, climbs: Sequence[Climb], axes: tuple[str, str]) -> dict
             "spread": _spread(each.rows, axes),
             "ratio": ratio,
             "cut": each.cut,
-            "dearest": max((work for work, _ in _points(each.rows, axes)), default=None),
-            "equal_time": equal_time(each.rows, [c.rows for c in climbs], axes[1]),
-            "same_as": None,
+            "dearest": max((work for work, _ in points(each.rows, axes)), default=None),
             "setup": getattr(each.contestant, "setup", None),
         },
     }
 
 
-def _spread(rows: Sequence[dict[str, Any]], axes: tuple[str, str]) -> dict[str, list[float] | None]:
+def fastest_peers(kept: Mapping[str, Mapping[str, Any]]) -> set[str]:
+    """Return the peers with the least cost of an accuracy, from measurements by name."""
+    costs = {name: one["measured"]["cost"] for name, one in kept.items() if one["kind"] == "peer"}
+    known = {a: {name: cost[a] for name, cost in costs.items() if cost[a] is not None}
+             for a in map(_key, REACHED)}  # fmt: skip
+    return {min(found, key=lambda name: found[name]) for found in known.values() if found}
+
+
+def beside_each_other(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the cases with what is read off all methods of a race, even of several runs.
+
+    crossovers; measured: `equal_time`, and same_as: the first method with the same step.
+    """
+    races: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for case in cases:
+        if "race" in case:
+            key = (case["scene"], case["retraction"], case["periods"])
+            races.setdefault(key, []).append(case)
+    found = {}
+    for race in races.values():
+        measured, rows = race[0]["measured"], [case["rows"] for case in race]
+        changes = crossovers(race, (measured["x"], measured["y"]))
+        first: dict[str, str] = {}
+        for case in race:
+            step = case["race"]["step"]
+            leader = first.setdefault(step, case["rule"]) if step else case["rule"]
+            more = {"equal_time": equal_time(case["rows"], rows, measured["y"]),
+                    "same_as": None if leader == case["rule"] else leader}  # fmt: skip
+            found[id(case)] = {"crossovers": changes, "measured": {**case["measured"], **more}}
+    return [{**case, **found.get(id(case), {})} for case in cases]
+
+
+def _spread(rows: Sequence[Row], axes: tuple[str, str]) -> dict[str, list[float] | None]:
     """Return per accuracy the cost by the quartiles of all times; {} if it is not a time."""
     if axes[0] != "seconds":
         return {}
@@ -65,7 +95,7 @@ def _spread(rows: Sequence[dict[str, Any]], axes: tuple[str, str]) -> dict[str, 
 
 
 def equal_time(
-    own: Sequence[dict[str, Any]], every: Sequence[Sequence[dict[str, Any]]], metric: str
+    own: Sequence[Row], every: Sequence[Sequence[Row]], metric: str
 ) -> dict[str, Any] | None:
     """Return {seconds, error, spread, growth}: the least error within the time that all methods
     ran.
@@ -74,7 +104,7 @@ def equal_time(
     times. growth: that of the energy error in the longest run within it. None if no run is as
     short.
     """
-    longest = [max((s for s, _ in _points(rows, ("seconds", metric))), default=None)
+    longest = [max((s for s, _ in points(rows, ("seconds", metric))), default=None)
                for rows in every]  # fmt: skip
     ended = [seconds for seconds in longest if seconds is not None]
     if not ended or not own:
@@ -93,7 +123,7 @@ def equal_time(
     return {"seconds": when, "error": found[0], "spread": spread, "growth": growth}
 
 
-def _points(rows: Sequence[dict[str, Any]], axes: tuple[str, str]) -> list[tuple[float, float]]:
+def points(rows: Sequence[Row], axes: tuple[str, str]) -> list[tuple[float, float]]:
     """Return (work, error) of the finished runs, in the order of the ladder."""
     return [
         (row[axes[0]], max(row[axes[1]], 1e-300))
@@ -102,27 +132,27 @@ def _points(rows: Sequence[dict[str, Any]], axes: tuple[str, str]) -> list[tuple
     ]
 
 
-def crossovers(climbs: Sequence[Climb], axes: tuple[str, str]) -> list[dict[str, Any]]:
+def crossovers(race: Sequence[Mapping[str, Any]], axes: tuple[str, str]) -> list[dict[str, Any]]:
     """Return where the fastest rule and the fastest peer change places: [{error, work, tighter}].
 
     `tighter` is the kind that is faster at tighter accuracies. Only accuracies that both kinds
-    reach count.
+    reach count. A rule is compared with the peers of its own run, since times of two runs differ.
     """
     grid = [10.0 ** (-k / 8) for k in range(8 * 15)]
-    best: dict[str, list[float]] = {}
-    for kind in ("rule", "peer"):
-        curves = [cost(c.rows, axes, grid) for c in climbs if c.contestant.kind == kind]
-        best[kind] = [
-            min((v for curve in curves if (v := curve[accuracy]) is not None), default=math.inf)
-            for accuracy in map(_key, grid)
-        ]
+    keys = [*map(_key, grid)]
+    rules = [case for case in race if case["kind"] == "rule"]
+    runs = {case["race"]["run"]: case["race"]["peers"].values() for case in rules}
+    peers = {run: cost_of_runs(own, grid) for run, own in runs.items()}
+    both = [(cost(case["rows"], axes, grid), peers[case["race"]["run"]]) for case in rules]
     found, before = [], None
-    for error, rule, other in zip(grid, best["rule"], best["peer"], strict=True):
-        if math.isinf(rule) or math.isinf(other):
+    for error, key in zip(grid, keys, strict=True):
+        known = [(x, y) for own, other in both if (x := own[key]) and (y := other[key])]
+        if not known:
             continue
-        faster = "rule" if rule < other else "peer"
+        rule, peer = min(known, key=lambda pair: pair[0] / pair[1])
+        faster = "rule" if rule < peer else "peer"
         if before not in (None, faster):
-            found.append({"error": error, "work": max(rule, other), "tighter": faster})
+            found.append({"error": error, "work": max(rule, peer), "tighter": faster})
         before = faster
     return found
 
@@ -132,19 +162,32 @@ def _key(accuracy: float) -> str:
 
 
 def cost(
-    rows: Sequence[dict[str, Any]], axes: tuple[str, str], accuracies: Sequence[float] = REACHED
+    rows: Sequence[Row], axes: tuple[str, str], accuracies: Sequence[float] = REACHED
 ) -> dict[str, float | None]:
-    """Return per accuracy the least work that reaches it; None if none does.
+    """Return per accuracy the least work that reaches it; None if none does."""
+    return _cost(points(rows, axes), accuracies)
+
+
+def _cost(runs: Sequence[Sequence[float]], accuracies: Sequence[float]) -> dict[str, float | None]:
+    """Return the least work by (work, error) of each run.
 
     It is read off the line through the runs in log–log, in the order of the ladder. In the order of
     work two runs of about the same time would change places by chance, and the cost with them.
     """
-    points = _points(rows, axes)
     found: dict[str, float | None] = {}
     for accuracy in accuracies:
-        works = [work for work, error in points if error <= accuracy]
-        for (w0, e0), (w1, e1) in itertools.pairwise(points):
+        works = [work for work, error in runs if error <= accuracy]
+        for (w0, e0), (w1, e1) in itertools.pairwise(runs):
             if (e0 <= accuracy) is not (e1 <= accuracy):
                 works.append(w0 * (w1 / w0) ** (math.log(e0 / accuracy) / math.log(e0 / e1)))
         found[_key(accuracy)] = min(works, default=None)
     return found
+
+
+def cost_of_runs(
+    every: Iterable[Sequence[Sequence[float]]], accuracies: Sequence[float] = REACHED
+) -> dict[str, float | None]:
+    """Return the least cost of each accuracy for several methods."""
+    costs = [_cost(runs, accuracies) for runs in every]
+    known = {key: [c[key] for c in costs] for key in map(_key, accuracies)}
+    return {key: min(filter(None, values), default=None) for key, values in known.items()}

@@ -15,8 +15,10 @@ WORK = (
     "marks had outliers among their samples, which are kept. Rules of this bench have full lines, "
     "other people's integrators dashed ones. A line ends where the error no longer sinks or where "
     "the next run would exceed the budget. Dashed across: the error that rounding the start to "
-    "double precision alone makes, the floor for everybody."
+    "double precision alone makes, the floor for everybody. A method that was timed later, "
+    "beside the fastest peers alone, has its curve from that run."
 )
+FEW = 3  # methods that are named as those of a run; more are counted
 LONG_WORK = (
     "The same over many characteristic periods, where the energy is what counts: a method that "
     "is not symplectic pays for time as well as for accuracy."
@@ -64,6 +66,15 @@ def _kept(settings: Sequence[Case]) -> list[str]:
         if "promised" in row and row["error-max"] is not None
     ]
     return [f"error at most {max(shares):.2g} of the tolerance"] if shares else []
+
+
+def _timed(case: Case) -> str:
+    """Return the run of a method: its date, and the methods that it was timed beside."""
+    run = mapping(case, "race")
+    beside = [name for name in run.get("with") or () if name != case.get("rule")]
+    date = str(run.get("date") or NONE).replace("T", " ").removesuffix("+00:00")
+    few = len(beside) <= FEW
+    return f"{date}, beside {', '.join(beside) if few else f'{len(beside)} others'}"
 
 
 def _setup(case: Case) -> str:
@@ -115,6 +126,7 @@ VIEW = View(
         *((f"to {scientific(a)} (× best peer)", _cost(f"{a:.0e}")) for a in (1e-4, 1e-8, 1e-12)),
         ("Best", _best),
         ("Compiling", _setup),
+        ("Timed", _timed),
     ],
     got=_got, wanted=_wanted,
     line=_line, sketches=_sketches, compared=_compared,

@@ -211,7 +211,7 @@ def test_rules_by_quadrature_rest_on_their_file_and_others_do_not(checkout):
 
 def test_a_race_and_what_is_measured_beside_rest_on_the_rules_that_take_part():
     races = {case.scene.name: case for case in get("work-precision").cases(Choice())}
-    assert imex in races["fpu"].rules and imex not in races["kepler"].rules
+    assert imex in races["fpu"].race.rules and imex not in races["kepler"].race.rules
     assert get("charts").rules_beside(None) == [rectangle]
 
 

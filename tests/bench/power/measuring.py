@@ -60,6 +60,11 @@ class Candidate(Case):
     options: tuple[str, ...] = field(kw_only=True)
 
     @property
+    def rests_on(self) -> tuple[Discretisation, ...]:
+        """The bench's own rules that it changes, or is built on."""
+        return self.rules
+
+    @property
     def label(self) -> str:
         """The rule's name, with a fault in it or not."""
         return self.rule.name

@@ -35,7 +35,7 @@ class Integration(Case):
 
     kind: str = field(kw_only=True)
     time: Fraction = field(kw_only=True)
-    rules: tuple[()] = ()
+    rests_on: tuple[()] = ()
 
     @property
     def label(self) -> str:

@@ -12,6 +12,7 @@ from discmech.integrators.rules import BUILT_IN
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
 from discmech.studies.core.running import run_study
+from discmech.studies.core.store import Store
 from discmech.studies.work_precision import contest, measuring, racing
 from discmech.studies.work_precision.contestants import Problem
 from discmech.studies.work_precision.peers.equations import equations_of
@@ -25,7 +26,7 @@ def choice(name: str, peers: tuple[str, ...] = SCIPY, **more: Any) -> Choice:
     return Choice(scenes=(scenes.get(name),), own=tuple(own), **more)
 
 
-def race(name: str, **more: Any) -> dict[str, dict[str, Any]]:
+def race(name: str, store: Store | None = None, **more: Any) -> dict[str, dict[str, Any]]:
     """The cases of a race by the names of the methods.
 
     Each run takes a second by a made clock, so that ladders end in the same place on a busy
@@ -37,7 +38,7 @@ def race(name: str, **more: Any) -> dict[str, dict[str, Any]]:
         patch.object(racing, "MOST", racing.LEAST),
         patch.multiple(measuring, BUDGET=8 * racing.LEAST, LONG_BUDGET=8 * racing.LEAST),
     ):
-        found = run_study(get("work-precision"), choice(name, **more))
+        found = run_study(get("work-precision"), choice(name, **more), store=store)
     return {case["rule"]: case for case in found["cases"]}
 
 

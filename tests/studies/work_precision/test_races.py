@@ -14,9 +14,11 @@ from discmech.integrators import BadInput, discretisation, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import BUILT_IN
 from discmech.studies import get
+from discmech.studies.core import fingerprint
 from discmech.studies.core.case import scheme_of
+from discmech.studies.core.store import Store
 from discmech.studies.report import tables
-from discmech.studies.work_precision import contest, peers, racing
+from discmech.studies.work_precision import contest, peers, racing, standings
 from discmech.studies.work_precision.accuracy import UNIT, Yardstick
 from discmech.studies.work_precision.axes import ERRORS, WORK
 from discmech.studies.work_precision.contestants import (
@@ -83,6 +85,44 @@ def test_the_ratio_is_to_the_best_peer(pendulum):
         for name, case in pendulum.items():
             wanted = costs[name] and costs[name] / best
             assert case["measured"]["ratio"][accuracy] == pytest.approx(wanted)
+
+
+def test_a_changed_rule_is_raced_with_the_fastest_peers_alone(monkeypatch):
+    """The others keep their times, and of each ratio it is said from which run it is."""
+    rules = tuple(BUILT_IN[name] for name in ("midpoint", "trapezoidal"))
+    asked, store = {"rules": rules, "peers": ("DOP853", "LSODA")}, Store()
+    before = race("harmonic", store=store, **asked)
+    assert {case["race"]["run"] for case in before.values()} == {before["LSODA"]["race"]["run"]}
+    assert race("harmonic", store=store, **asked) == before
+    text = fingerprint._text_of_rule
+    monkeypatch.setattr(fingerprint, "_text_of_rule", lambda rule: text(rule) + rule.name[:3])
+    again = race("harmonic", store=store, **asked)
+    monkeypatch.setattr(
+        fingerprint, "_text_of_rule", lambda rule: text(rule) + rule.name[:3] * (rule is rules[1])
+    )
+    later = race("harmonic", store=store, **asked)
+    assert later["midpoint"]["race"] == before["midpoint"]["race"]
+    assert later["trapezoidal"]["race"] == again["trapezoidal"]["race"]
+    run = again["midpoint"]["race"]
+    costs = {n: c["measured"]["cost"] for n, c in before.items() if n in asked["peers"]}
+    fastest = min(costs, key=lambda name: costs[name]["1e-04"])
+    assert {fastest} == {*run["with"]} - {"midpoint", "trapezoidal"} == {*run["peers"]}
+    assert run["run"] != again["LSODA"]["race"]["run"] == before["LSODA"]["race"]["run"]
+    own = again["midpoint"]["measured"]
+    best = standings.cost_of_runs(run["peers"].values())
+    assert own["ratio"]["1e-04"] == pytest.approx(own["cost"]["1e-04"] / best["1e-04"])
+    shown = dict(tables.columns("work-precision"))["Timed"]
+    assert ("beside trapezoidal, " in shown(again["midpoint"])) and shown(again["LSODA"]) == shown(
+        before["LSODA"]
+    )
+
+
+def test_of_some_methods_of_a_race_the_measurements_are_there():
+    store = Store()
+    some = race("harmonic", store=store, rules=tuple(BUILT_IN.values())[:2], peers=("LSODA",))
+    one = race("harmonic", store=store, rules=(BUILT_IN["midpoint"],), peers=("LSODA",))
+    assert one["midpoint"]["rows"] == some["midpoint"]["rows"]
+    assert one["midpoint"]["command"] != some["midpoint"]["command"]
 
 
 def test_a_method_that_solves_other_equations_is_found_out(monkeypatch):
@@ -228,7 +268,7 @@ def test_what_the_budget_cut_is_said():
     scene = scenes.get("pendulum")
     found = contest.hold_race(
         scene, [BUILT_IN["midpoint"]], ["Radau"], axes=("seconds", "error"), budget=0.01,
-        periods=None, first=None, progress=lambda *_: None,
+        periods=None, first=None, progress=lambda *_: None, wanted=("midpoint", "Radau"),
     )  # fmt: skip
     for result in found.values():
         assert result["measured"]["cut"], result["measured"]
