@@ -22,8 +22,10 @@ def add_to(commands: Any, word: str = "") -> None:
 
         studies = {**studies, word: study_called(word)}
     for name, study in studies.items():
-        limits = ", ".join(f"{what} {most:g}" for what, most in study.limits.items())
-        said = f"Limits: {limits}." if limits else None
+        limits = "; ".join(
+            f"{name} {value}, {what}" for name, what, value, _ in study.told_limits()
+        )
+        said = f"Limits: {limits}.".replace("%", "%%") if limits else None
         asked = commands.add_parser(name, help=study.summary, epilog=said)
         add_choices(asked, of_scenes=study.usual)
         add_own(asked, study.options)

@@ -2,6 +2,7 @@
 
 from ..core.options import control_option
 from ..core.study import StudyFolder
+from .limits import LIMITS
 
 #: steps with a fault, each of which breaks one of the laws
 STICKS, WRONG_SIGN, MISSED = "contact that sticks", "friction of the wrong sign", "missed impact"
@@ -10,6 +11,7 @@ CONTROL = control_option("a contact", lambda: (STICKS, WRONG_SIGN, MISSED))
 STUDY = StudyFolder(
     name="contact",
     package=__name__,
+    limits=LIMITS,
     place=3.6,
     example=("bouncing-ball", 40),
     asks_for="contact",

@@ -10,17 +10,11 @@ from discmech.integrators.contact import unsure_gaps
 from ..core.case import Case, Measurement, Verdict
 from ..core.outcome import Row
 from ..evidence import NEAR
-from ..symplecticity.measuring import limit
-from .measuring import FALLS, MODES, _free_of_work
+from ..symplecticity.limits import LIMITS as OF_FORMS
+from ..symplecticity.limits import limit
+from .limits import LIMITS
+from .measuring import MODES, _free_of_work
 
-#: 1 − cos of the largest angle, 29°, by which a slip may leave those at both ends within a step
-TURN = 0.125
-#: an order may be less than the rule's by so much: two steps of which the finer is not yet fine,
-#: compared with one that has (1/8)^p of the error itself
-SLACK = 0.4
-#: and more than the rule's by so much: with errors that fall by a further 2⁸ one step went wrong
-EXCESS = 8
-FORM = 1e-20
 WORDS = {
     "penetration": "a gap is negative", "pull": "a contact pulls",
     "complementarity": "an open gap pushes", "cone": "friction leaves its cone",
@@ -38,7 +32,7 @@ def does_not_fall(rises: list[float], allowed: float) -> str:
     if len(rises) == 1:
         return "" if rises[0] <= allowed else "the energy is no number."
     worst, last = max(rises[:-1]), rises[-1]
-    if last <= worst / FALLS:
+    if last <= worst / LIMITS["falls"]:
         return ""
     part = "half" if len(rises) == 2 else "an eighth of"
     said = f"the energy rises by {worst:.2g} of its terms, with {part} the step by {last:.2g}"
@@ -52,14 +46,15 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     """
     found, allowed = measurement.measured, limit(case.digits)
     if case.control is not None:
-        broken = [k for k, v in found.items() if not v <= (TURN if k == "slip" else 1e3 * allowed)]
+        off = OF_FORMS["control"] * allowed
+        broken = [k for k, v in found.items() if not v <= (LIMITS["turn"] if k == "slip" else off)]
         reason = "" if broken else "the control was not caught: it breaks no law of contact."
-        return Verdict("fail" if reason else "pass", reason, {"at_least": 1e3 * allowed})
+        return Verdict("fail" if reason else "pass", reason, {"at_least": off})
     order = case.order
-    expected = {"limit": allowed, "slip": TURN, "late": 1.0}
+    expected = {"limit": allowed, "slip": LIMITS["turn"], "late": 1.0}
     if order is not None:
         # while a gap stays closed the motion is of order 2, for any order of the rule
-        expected["order"] = (min(order, 2) if found["rests"] else order) - SLACK
+        expected["order"] = (min(order, 2) if found["rests"] else order) - LIMITS["slack"]
     if reason := next(_broken(case, found, expected), ""):
         return Verdict("fail", reason, expected)
     if reason := next(_open_questions(found, expected), ""):
@@ -82,7 +77,7 @@ def _open_questions(found: Row, expected: Row) -> Iterator[str]:
             "with half or an eighth of the step there are others among the first two impacts: "
             "their times have no order to be judged; take a smaller step."
         )
-    order, most = found["order"], expected.get("order", 2.0) + EXCESS
+    order, most = found["order"], expected.get("order", 2.0) + LIMITS["excess"]
     if order is not None and order > most:
         yield (
             f"with half the step located impacts are off by 2^{order:.0f} times less, which is no "
@@ -106,7 +101,7 @@ def _broken(case: Case, found: Row, expected: Row) -> Iterator[str]:
     still = _free_of_work(case)
     for mode in MODES:
         for name, words in WORDS.items():
-            bound, value = TURN if name == "slip" else allowed, found[mode][name]
+            bound, value = LIMITS["turn"] if name == "slip" else allowed, found[mode][name]
             if not value <= bound:
                 yield f"{mode}, {words}: {name} is {value:.2g}, where {bound:.0e} is allowed."
         rises = found[mode]["rises"]
@@ -129,13 +124,13 @@ def _broken(case: Case, found: Row, expected: Row) -> Iterator[str]:
             f"between impacts {kind}: in {local['component']} a free step of {local['step']:.1g} "
             f"from {local['place']} is off by O(h^{local['order'] + 1:.2f})."
         )
-    free, across = found["free"], found["form"]["across"]
+    free, across, falls = found["free"], found["form"]["across"], LIMITS["falls"]
     if free is not None and not free["defect"] <= free["limit"]:
         yield (
             f"between impacts a step does not keep the form: the defect is {free['defect']:.2g} at "
             f"{free['place']}."
         )
-    if across and None not in across and across[-1] > max(FORM, max(across[:-1]) / FALLS):
+    if across and None not in across and across[-1] > max(LIMITS["form"], max(across[:-1]) / falls):
         yield (
             f"across an elastic impact the defect of Ω is {max(across[:-1]):.2g}, with an eighth "
             f"of the step {across[-1]:.2g}: that does not vanish with the step."

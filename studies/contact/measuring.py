@@ -16,9 +16,10 @@ from discmech.integrators.contact import TOUCHING, scaled_gaps
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
 from ..evidence import NEAR, evidence_of
-from ..symplecticity.measuring import limit
+from ..symplecticity.limits import limit
 from .faults import CONTROLS, flow_with
 from .laws import defects, energies
+from .limits import LIMITS
 from .pieces import off_course
 
 NAME = "contact"
@@ -33,8 +34,6 @@ FORM_DIGITS, DELTA = 40, "1e-12"
 #: parts of the step that are tried: the defect depends on the place of an impact in its step, and
 #: is 0 at some shares, so one step is not compared with another, but two with a much finer one
 ACROSS = 1, 2, 8
-#: with half the step, a value of order 1 or more falls by this at least
-FALLS = 1.5
 FINER = 2, 8  # parts of the step at which a rise of the energy is measured again
 # share of its size and the way of a step: a gap is open, and stays so if DELTA moves it
 AWAY = 1e-9
@@ -149,7 +148,7 @@ def falling(
     """
     rises = [first]
     for part in parts if first > allowed else ():
-        if len(rises) > 1 and rises[-1] <= rises[0] / FALLS:
+        if len(rises) > 1 and rises[-1] <= rises[0] / LIMITS["falls"]:
             break
         rises.append(finer(part))
     return rises

@@ -2,8 +2,8 @@
 
 Of our own text all of the mathematics counts, and all that measures: the folder of the study, those
 of the studies that it imports, and the shared folders. Files that judge or show, and the limits of
-a study, do not count: they are applied anew each time. Single scenes and rules are data, so each
-case has the text of its own.
+a study, do not count, for they are applied anew each time, except where measuring asks them. Single
+scenes and rules are data, so each case has the text of its own.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ DATA = (Path("integrators/scenes"), SIMPLE, GALERKIN, Path("reference/tables"))
 SHARED = ("causes", "core", "evidence", "systems")  # folders by which all studies measure
 SHOWING = ("command", "report", "user")  # folders that only show results
 #: files of a study that measure nothing
-NOT_MEASURING = ("__init__.py", "judging*.py", "plot*.py", "view.py")
+NOT_MEASURING = ("__init__.py", "judging*.py", "limits.py", "plot*.py", "view.py")
 
 
 def of_case(study: Study, case: Case, timed: bool) -> str:
@@ -223,13 +223,10 @@ def text_of(folder: Path) -> str:
             p for p in place.rglob("*.py")
             if p.parent != place or not any(map(p.match, NOT_MEASURING))
         ]  # fmt: skip
-        found[place] = list(place.rglob("*.c"))  # C files that it compiles
+        found[place] = [*files, *place.rglob("*.c")]  # C files that it compiles
         for file in files:
-            found[place].append(file)
+            found[place] += _asked_by(file)
             text = file.read_text("utf-8")
-            # runs that go on until a verdict is clear depend on its judge
-            judges = re.findall(r"^from \.(judging\w*)", text, re.M)
-            files += [p for name in judges if (p := place / f"{name}.py") not in files]
             outside = r"\.\." + r"\." * len(file.relative_to(place).parents[1:])
             beside = re.findall(rf"^\s*from {outside}(\w+)", text, re.M)
             ours = re.findall(r"^\s*from discmech\.studies\.(\w+)", text, re.M)
@@ -239,6 +236,15 @@ def text_of(folder: Path) -> str:
     return _digest(
         _text_of_mathematics(), _text([*shared, *(p for f in found.values() for p in f)])
     )
+
+
+def _asked_by(file: Path) -> Iterator[Path]:
+    """Yield the judges and the limits that a file imports, to run until a verdict is clear."""
+    names = r"^from \.(?:\.(\w+)\.)?(judging\w*|limits) import"
+    for of, name in re.findall(names, file.read_text("utf-8"), re.M):
+        asked = file.parent.parent / (of or file.parent.name) / f"{name}.py"
+        yield asked
+        yield from _asked_by(asked)
 
 
 @cache

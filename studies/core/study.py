@@ -20,6 +20,7 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from .limits import filled_in, told
 from .options import Option
 from .outcome import Measurement, Verdict
 
@@ -44,8 +45,10 @@ class Study:
 
     title, about: the heading and a paragraph of its page. summary: a line of help; asks, measured,
     judged: the columns of docs/judged.md. place: its place in the report. digits: the precisions
-    that are measured by default. limits: the largest value of each measured quantity in a case that
-    passes; of a study of the bench what its judge, help and docs/verdicts.md read. example: the
+    that are measured by default. limits: the numbers by name to which its judge holds measurements,
+    which help, page and docs/verdicts.md show with their reasons (`Limit`); without a judge of its
+    own, the largest value of each measured quantity in a case that passes. `judged` and `about` may
+    name a limit in braces. example: the
     scene and the steps of the smallest case that says something, for tests. needs: a sentence with
     the reason why it may apply to nothing that was chosen. alone: it
     measures times, so its cases, or those that are `timed`, have the machine alone, except those
@@ -77,6 +80,14 @@ class Study:
     def needs(self) -> str:
         """The reason why it may apply to nothing that was chosen."""
         return "no chosen rule can be used there."
+
+    def with_limits(self, words: str) -> str:
+        """Return its `judged` or `about` with the values of the limits that the text names."""
+        return filled_in(words, self.limits)
+
+    def told_limits(self) -> list[tuple[str, str, str, str]]:
+        """Return (name, what, value, reason) of each limit."""
+        return told(self.limits)
 
     @cached_property
     def view(self) -> Any:

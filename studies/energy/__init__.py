@@ -1,10 +1,12 @@
 """Energy band and secular slope over 10⁶ steps."""
 
 from ..core.study import StudyFolder
+from .limits import LIMITS
 
 STUDY = StudyFolder(
     name="energy",
     package=__name__,
+    limits=LIMITS,
     place=3,
     example=("kepler", 2000),
     asks_for="energy",

@@ -12,16 +12,12 @@ from discmech.integrators.flows import Trajectory
 from ..core.case import Case
 from ..core.fitting import BATCHES, Line, batch_line, fit_line, steadiness
 from ..core.runs import bins
+from .limits import LIMITS
 
 ROWS = 2000
-#: turns of the coordinate that turns most often: in a shorter run the motion has not come back. Two
-#: periods, each of which has two
-TURNS = 4
 STRETCH = 4096  # rows that are examined before the next
-WIDE = 0.1  # share of the energy that moves: a wider band is called unresolved where it is shown
-SHARE = 0.1  # share of the band that a slope may explain
 LONGER = (1, 8, 32)  # factors of the steps, until the verdict is clear
-PARTS, STEADY = 8, 0.8  # a drift moves the means of so many parts of the run one way
+PARTS = 8  # a drift moves the means of so many parts of the run one way
 ErrorsOf = Callable[[int], tuple[np.ndarray, np.ndarray]]
 CERTAIN = 0.999  # level of the intervals of mean and edges, which must not contain 0 in a drift
 #: parts of a drift's run, in eighths of `BATCHES`. If a whole number of periods is nearly a part of
@@ -52,7 +48,7 @@ def measured_errors(
             break
         if inside and drift is not None and len(drifts) == 1 and more < LONGER[-1]:
             continue
-        if inside or _steadiness(errors) >= STEADY:
+        if inside or _steadiness(errors) >= LIMITS["steady"]:
             break  # a drift goes one way, and a longer run would only repeat it
     rows = []
     for first, last in bins(len(times), ROWS // 2):
@@ -89,7 +85,7 @@ def certain_drift(case: Case, times: np.ndarray, errors: np.ndarray) -> Line | N
     Mean, minima and maxima of the parts go the same way, each with an interval without 0, and
     steadily, for every division of the run (`PARTITIONS`); and it is more than round-off.
     """
-    if len(errors) < 256 or not np.isfinite(errors).all() or _steadiness(errors) < STEADY:
+    if len(errors) < 256 or not np.isfinite(errors).all() or _steadiness(errors) < LIMITS["steady"]:
         return None
     mean, *others = (
         batch_line(times, errors, CERTAIN, of, [count * k // 8 for count in BATCHES])
@@ -102,7 +98,7 @@ def certain_drift(case: Case, times: np.ndarray, errors: np.ndarray) -> Line | N
 
 def allowed_rise(case: Case, band: float, round_off: float = 0.0) -> float:
     """Return the largest rise of a slope over the run: a share of the band, or round-off."""
-    return max(band * SHARE, 1e4 * case.rule.unit(case.digits), round_off)
+    return max(band * LIMITS["slope"], 1e4 * case.rule.unit(case.digits), round_off)
 
 
 def _steadiness(errors: np.ndarray) -> float:
@@ -133,13 +129,13 @@ def are_steady(edge_slopes: list[float] | None, allowed: float) -> bool:
 
 
 def turns_of(run: Trajectory) -> int:
-    """Return how often the coordinate that turns most often turns in a run, counted to `TURNS`."""
+    """Return how often the coordinate that turns most often turns in a run, up to the limit."""
     parts = [np.asarray(part) for part in (run.x, run.mu)]
     found = np.zeros(sum(part.shape[1] for part in parts), dtype=int)
     for first in range(0, len(parts[1]) - 2, STRETCH):  # the first stretch is mostly enough
         rows = slice(first, first + STRETCH + 2)
         ways = np.sign(np.diff(np.hstack([part[rows] for part in parts]).astype(float), axis=0))
         found += (np.diff(ways, axis=0) != 0).sum(axis=0)
-        if found.max(initial=0) >= TURNS:
+        if found.max(initial=0) >= LIMITS["turns"]:
             break
     return int(found.max(initial=0))

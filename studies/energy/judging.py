@@ -10,13 +10,10 @@ from ..causes.round_off import unit, why_unknown
 from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..evidence.judging import demand_consistency
-from ..order import TOLERANCE
+from ..order.limits import tolerance
 from . import balance, judging_modified
-from .errors import WIDE
 from .judging_errors import judge_errors
-
-#: largest change of the balance of energy and work per step: two energies of a few operations each
-ROUND_OFFS = 16
+from .limits import LIMITS
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
@@ -70,7 +67,7 @@ def _of_long_runs(case: Case, measurement: Measurement) -> Verdict:
         return by_modified
     alike = not np.isfinite(slopes[-1])
     alike = alike or (len(slopes) > 1 and 0.5 <= slopes[-1] / slopes[-2] <= 2)
-    if verdict.verdict != "fail" or alike or measurement.measured["band"] > WIDE:
+    if verdict.verdict != "fail" or alike or measurement.measured["band"] > LIMITS["wide"]:
         return verdict
     said = f"{verdict.reason} Its rate changes with the length of the run; take more --steps."
     return Verdict("inconclusive", said, verdict.expected)
@@ -99,11 +96,11 @@ def _judge_balance(case: Case, measurement: Measurement) -> Verdict:
 def _sinks(case: Case, measurement: Measurement) -> Verdict:
     """Judge that the balance sinks with its order."""
     band, order = (measurement.measured[k] for k in ("band", "balance_order"))
-    expected = balance.wanted(case, TOLERANCE[True])
+    expected = balance.wanted(case, tolerance(16))
     least = expected["balance_order"]
     if not np.isfinite(band):
         return Verdict("fail", "the energy is no longer finite.", expected)
-    rounded = ROUND_OFFS * unit(case.digits) * measurement["steps"]
+    rounded = LIMITS["balance"] * unit(case.digits) * measurement["steps"]
     if measurement["way"] <= rounded or (order or 0) >= least:
         return Verdict("pass", "", expected)
     said = "does not sink" if order is None else f"sinks with the step's power {order:.2f} only"

@@ -11,8 +11,9 @@ import numpy as np
 from ..core.case import Case, Measurement, Verdict
 from ..core.outcome import Row
 from ..core.runs import FAR
-from .errors import STEADY, TURNS, WIDE, allowed_rise, are_steady
+from .errors import allowed_rise, are_steady
 from .judging_modified import NOT_BACK
+from .limits import LIMITS
 
 
 def judge_errors(case: Case, measurement: Measurement, kept: bool = True) -> Verdict:
@@ -28,7 +29,7 @@ def judge_errors(case: Case, measurement: Measurement, kept: bool = True) -> Ver
     if not kept:
         return Verdict("pass", "", {"not_demanded": "nonholonomic: measured only"})
     quarters = measurement.get("quarters") or []
-    if band > WIDE and len(quarters) == 4 and FAR * max(quarters[:2]) < band:
+    if band > LIMITS["wide"] and len(quarters) == 4 and FAR * max(quarters[:2]) < band:
         said = f"half of the run has {max(quarters[:2]) / band:.1%} of the error of the energy"
         if all(after >= 2 * before for before, after in itertools.pairwise(quarters)):
             return fail(f"{said}, and each quarter twice that before: it grows.")
@@ -46,11 +47,11 @@ def judge_errors(case: Case, measurement: Measurement, kept: bool = True) -> Ver
         once = "certain in one run, and not in one eight times as long"
         return unknown(f"{said}: {once}; take more --steps.")
     low, high = measurement.measured["slope_interval"]
-    if low <= 0 <= high or measurement.get("steady", 1.0) < STEADY:
+    if low <= 0 <= high or measurement.get("steady", 1.0) < LIMITS["steady"]:
         return settled or unknown(
             "the run is too short to tell a drift from a wandering band: take more --steps."
         )
-    if measurement.get("turns", TURNS) < TURNS:
+    if measurement.get("turns", LIMITS["turns"]) < LIMITS["turns"]:
         return unknown(NOT_BACK)
     return fail(
         f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "
@@ -78,7 +79,7 @@ def _settled(measurement: Measurement, expected: Row) -> Verdict | None:
     said = f"the energy's error, {band:.2g} of what moves, comes in half of the run and stays"
     if measurement.get("still"):
         return Verdict("fail", f"{said}, and the motion comes to rest.", expected)
-    if band <= WIDE:
+    if band <= LIMITS["wide"]:
         return None
     said += ", so it is no band: take a smaller step, or fewer --steps."
     return Verdict("inconclusive", said, expected)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from ..core.case import Measurement, Verdict
+from .limits import LIMITS
 from .modified import (
-    BEYOND,
-    WHOLE,
     Row,
     certain_drift,
     covers,
@@ -40,7 +39,8 @@ def judge(measurement: Measurement, verdict: Verdict) -> Verdict:
         if verdict.verdict == "fail" and said:
             return verdict  # the line through all rows shows the same, and rest is the reason
         return Verdict("fail", _drifts(change, drift["time"]), verdict.expected)
-    if band <= WHOLE:  # a quadratic modified energy stays beyond the limit of stability too
+    # a quadratic modified energy stays beyond the limit of stability too
+    if band <= LIMITS["whole"]:
         verdict = _of_run(verdict, rows, bool(given), band, duration)
     found = drift_beside(measurement.get("beside") or [])
     if found is not None and verdict.verdict != "fail":
@@ -77,11 +77,12 @@ def _of_run(
         limit = max(r["bound"] for r in rows)
         return Verdict("pass", "", {**verdict.expected, "modified_limit": limit})
     if verdict.verdict == "fail" and all(
-        abs(r["modified"]) <= r["bound"] + r["walk"] + BEYOND * r["path"] for r in rows
+        abs(r["modified"]) <= r["bound"] + r["walk"] + LIMITS["beyond"] * r["path"] for r in rows
     ):
         return Verdict("inconclusive", NOT_BACK, verdict.expected)
     last = rows[-1]
-    beyond = abs(last["modified"]) > last["bound"] + last["walk"] + BEYOND * last.get("form", 0.0)
+    another_form = LIMITS["beyond"] * last.get("form", 0.0)
+    beyond = abs(last["modified"]) > last["bound"] + last["walk"] + another_form
     if verdict.verdict == "pass" and beyond and goes_one_way(rows) and band > last["round_off"]:
         said = (
             "the energy only seems to oscillate: the modified energy, which should not, changes by "

@@ -30,9 +30,10 @@ from ..core.runs import FAR, refuse_ended
 from ..evidence.consistency import CONSISTENCY, consistency_of
 from ..systems import System, system_of
 from . import balance, modified
-from .errors import LONGER, WIDE, measured_errors, turns_of
+from .errors import LONGER, measured_errors, turns_of
 from .judging_errors import judge_errors
 from .judging_modified import NOT_BACK, of_long_run
+from .limits import LIMITS
 
 NAME = "energy"
 NEEDS = "it needs a Lagrangian."
@@ -97,7 +98,7 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
         run = system.long_run(more * steps, progress)
         times, errors = np.asarray(run.t, dtype=float), system.energy_errors(run)
         # beyond a collision it is wide, or the scale is that of the collision
-        if not np.ptp(errors) <= WIDE or may_end(case.scene):
+        if not np.ptp(errors) <= LIMITS["wide"] or may_end(case.scene):
             refuse_ended(case, float(times[-1]))
         also["still"], also["turns"] = _comes_to_rest(run), turns_of(run)
         if more == LONGER[0]:
@@ -107,7 +108,7 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     def is_enough(band: float, duration: float) -> bool:
         rows = modified.resolved(also["modified"], band)
         whole = modified.covers(rows, duration) and modified.stands(rows, band)
-        whole = whole and band <= modified.WHOLE
+        whole = whole and band <= LIMITS["whole"]
         return at_places or whole or modified.certain_drift(rows) is not None
 
     found = {**measured_errors(case, errors_of, is_enough), **also}

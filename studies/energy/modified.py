@@ -18,19 +18,11 @@ from ..core.fitting import steadiness
 from ..core.modified_energy import NUMBERS, STATES, changes, dual_of
 from ..core.moving_energy import moving_energy
 from ..core.runs import usual_steps
-from .errors import STEADY
+from .limits import LIMITS
 
-# shares of the band by which the modified energy may change, and to which it has to be known
-SHARE, KNOWN = 0.1, 0.5
-ELSEWHERE = 3  # in units of the band: the largest change of H̃ − H on a way
-#: in units of ∫ |α·(f̃ − f)| ds: change of the energy by a state that has not come back
-BEYOND = 4
 QUICK = 10**5  # steps of the usual run of a rule with cheap steps
-MANY, STRAIGHT = 8, 0.1  # states, and their largest distance from a line, over the last
 PLACES, STEPS, STATES_BESIDE = 2, 2000, 8  # places beside the motion, and the runs from there
 ASIDE = 0.02, 0.1  # shares of a coordinate's size by which they lie beside it
-#: share of the energy that moves: a larger error is that of a motion that is not resolved
-WHOLE = 1.0
 STEP = 0.55, 0.95  # shares of the scene's step
 Row = dict[str, float]
 
@@ -116,8 +108,8 @@ def resolved(rows: list[Row], band: float) -> list[Row]:
     """
     return [
         r for r in rows
-        if r["bound"] <= max(KNOWN * band, 2 * r["round_off"])
-        and r["path"] <= max(ELSEWHERE * band, 2 * r["round_off"])
+        if r["bound"] <= max(LIMITS["known"] * band, 2 * r["round_off"])
+        and r["path"] <= max(LIMITS["elsewhere"] * band, 2 * r["round_off"])
     ]  # fmt: skip
 
 
@@ -128,23 +120,25 @@ def certain_drift(rows: list[Row]) -> Row | None:
     For a symplectic method the changes vanish; if it keeps another form they are within a few times
     `form` (Newmark's β = 1/4 on an orbit that turns slowly). For another method they are as good as
     those of the energy where the state has come back, and are off by at most `path` where it has
-    not. Or each of MANY states has gone farther than the one before, along a line, and they come
+    not. Or each of many states has gone farther than the one before, along a line, and they come
     back as near as before: no walk is so straight, and a slow part of the motion goes away.
     """
     if len(rows) < 3:
         return None
     last, values = rows[-1], np.array([0.0, *(r["modified"] for r in rows)])
-    beyond = abs(last["modified"]) - last["bound"] - BEYOND * last.get("form", 0.0)
-    if beyond > 0 and len(rows) >= MANY and abs(np.sign(np.diff(values)).sum()) == len(rows):
+    beyond = abs(last["modified"]) - last["bound"] - LIMITS["beyond"] * last.get("form", 0.0)
+    farther = abs(np.sign(np.diff(values)).sum()) == len(rows)
+    if beyond > 0 and len(rows) >= LIMITS["many"] and farther:
         times, paths = np.array([r["time"] for r in rows]), [r["path"] for r in rows]
         off = np.abs(values[1:] - times / times[-1] * values[-1]).max()
         half = len(rows) // 2
-        if off <= STRAIGHT * abs(values[-1]) and 2 * max(paths[:half]) >= max(paths[half:]):
+        as_near = 2 * max(paths[:half]) >= max(paths[half:])
+        if off <= LIMITS["straight"] * abs(values[-1]) and as_near:
             return last
     beyond -= last["walk"]
     later = np.sign(values[1 + len(rows) // 2 :])
     one_way = goes_one_way(rows) and abs(later.sum()) == len(later)
-    return last if beyond > BEYOND * last["path"] and one_way else None
+    return last if beyond > LIMITS["beyond"] * last["path"] and one_way else None
 
 
 def drift_beside(places: list[dict[str, Any]]) -> tuple[dict[str, Any], Row] | None:
@@ -158,8 +152,9 @@ def drift_beside(places: list[dict[str, Any]]) -> tuple[dict[str, Any], Row] | N
 
 def stands(rows: list[Row], band: float) -> bool:
     """True if the modified energy stays within its uncertainty, in every one of these rows."""
+    most = LIMITS["stands"] * band
     return bool(rows) and all(
-        abs(r["modified"]) <= min(r["bound"], max(SHARE * band, 2 * r["round_off"])) for r in rows
+        abs(r["modified"]) <= min(r["bound"], max(most, 2 * r["round_off"])) for r in rows
     )
 
 
@@ -170,4 +165,4 @@ def covers(rows: list[Row], duration: float) -> bool:
 
 def goes_one_way(rows: list[Row]) -> bool:
     """True if the modified energy goes one way, from row to row."""
-    return steadiness(np.array([0.0, *(r["modified"] for r in rows)])) >= STEADY
+    return steadiness(np.array([0.0, *(r["modified"] for r in rows)])) >= LIMITS["steady"]

@@ -11,7 +11,7 @@ from discmech.integrators.errors import BadInput
 from ..core.case import Case, Progress, silent
 from ..core.one_case import run_case
 from ..core.study import every_study
-from ..order import TOLERANCE
+from ..order.limits import tolerance
 from .entries import Entry
 
 #: the studies that are run, and the claim that each judges
@@ -48,7 +48,7 @@ def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
             claim = "symplectic"
         failed = result["verdict"] == "fail"
         if name == "order" and entry.multistep and result["measured"]["order"] is not None:
-            failed = abs(result["measured"]["order"] - entry.claims["order"]) > TOLERANCE[True]
+            failed = abs(result["measured"]["order"] - entry.claims["order"]) > tolerance(16)
         if entry.claims.get(claim) and failed:
             differs.append(result["reason"])
         elif entry.claims.get(claim) and result["verdict"] == "inconclusive":

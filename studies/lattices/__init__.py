@@ -2,7 +2,6 @@
 
 from ..core.options import THOROUGH, control_option
 from ..core.study import StudyFolder
-from ..order import TOLERANCE
 
 #: faults to be caught: a step whose momenta shrink, a wrong sign, a step without the law
 DAMPED, FLIPPED, RUNGE_KUTTA = "damped momenta", "flipped bracket", "classical Runge-Kutta"
@@ -24,9 +23,9 @@ STUDY = StudyFolder(
         "memory against N; the rest is measured by order, energy, momentum and symplecticity"
     ),
     judged=(
-        f"the law on patches ≤ 1e-13, order in space 2 ± {TOLERANCE[True]:g}, single steps of the "
-        "rule's order; a damped step, a flipped bracket and a Runge–Kutta step must be caught; not "
-        "judged on time"
+        "the law on patches to the limit of a form, order in space 2 and single steps of the "
+        "rule's order to that of orders; a damped step, a flipped bracket and a Runge–Kutta step "
+        "must be caught; not judged on time"
     ),
     about=(
         "A lattice is judged by what is linear in its sites: the derivative of a step is applied "

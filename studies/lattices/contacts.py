@@ -11,7 +11,7 @@ from discmech.integrators.lattices import ContactLatticeTrajectory
 from ..contact import measuring as contact
 from ..core.case import Case, Progress
 from ..evidence.consistency import consistency_of
-from ..symplecticity.measuring import limit
+from ..symplecticity.limits import limit
 from ..systems.known import known_of
 from ..systems.quantities import energies
 from .cost import costs, slopes

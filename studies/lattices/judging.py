@@ -9,8 +9,9 @@ from ..contact.judging import does_not_fall
 from ..core.case import Case, Measurement, Verdict
 from ..core.outcome import Row
 from ..evidence import judging as single_steps
-from ..order import TOLERANCE
-from ..symplecticity.measuring import limit, limits
+from ..order.limits import tolerance as of_orders
+from ..symplecticity.limits import LIMITS as OF_FORMS
+from ..symplecticity.limits import limit, limits
 from ..systems.known import known_of
 from . import DAMPED, FLIPPED, RUNGE_KUTTA
 from .measuring import SPACE_ORDER
@@ -27,17 +28,17 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     """
     found, allowed = measurement.measured, limit(16)
     if case.control is not None:
-        missed = [k for k in SEEN[case.control] if not found[k] >= 1e3 * allowed]
+        missed = [k for k in SEEN[case.control] if not found[k] >= OF_FORMS["control"] * allowed]
         said = f"the control was not caught: its {', '.join(missed)} is round-off."
         return Verdict("fail" if missed else "pass", said if missed else "",
-                       {"at_least": 1e3 * allowed})  # fmt: skip
+                       {"at_least": OF_FORMS["control"] * allowed})  # fmt: skip
     verdict = _judge_contact(found) if "contact" in found else _of_laws(case, found, allowed)
     what = "two neighbours and their bond"
     return single_steps.judge(found.get("local"), verdict, case.order, what)
 
 
 def _of_laws(case: Case, found: Row, allowed: float) -> Verdict:
-    tolerance, order = TOLERANCE[True], found["space_order"]
+    tolerance, order = of_orders(16), found["space_order"]
     expected: dict[str, Any] = {"limit": allowed}
     residual = expected["residual"] = limits(16)["residual"]
     for name, words, most in (

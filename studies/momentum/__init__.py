@@ -1,10 +1,12 @@
 """Momentum maps and Casimirs over 10⁶ steps."""
 
 from ..core.study import StudyFolder
+from .limits import LIMITS
 
 STUDY = StudyFolder(
     name="momentum",
     package=__name__,
+    limits=LIMITS,
     place=2,
     example=("lagrange-top", 500),
     asks_for="momenta",

@@ -13,10 +13,9 @@ from ..core.case import (
 )
 from ..evidence.judging import demand_consistency
 from .cause import cause_of_drift
+from .limits import LIMITS
 from .measuring import _claimed, _epsilon, _over, limits_of, walks_of
 
-#: above this limit it is unknown whether a quantity is kept: round-off alone may change it so
-BLIND = 1e-3
 #: share of the terms of dJ/dt: a sum that is 0 to round-off, for up to 10⁶ sites, is far below
 NO_RATE = 2.0**-30
 
@@ -25,13 +24,13 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge a drift by round-off: the walk c·ε·√N of one rounding of x and μ per step, and J's own.
 
     A rounding of relative size ε at most is ε/√3 in the mean square, and N of them leave a walk
-    whose farthest point is beyond FARTHEST standard deviations once in a million runs (Feller,
-    XIV). ``limits`` and ``over`` give the limit and the number of steps of each quantity; ``limit``
+    whose farthest point is beyond 5 standard deviations once in a million runs (Feller, XIV).
+    ``limits`` and ``over`` give the limit and the number of steps of each quantity; ``limit``
     is the largest. The bare walk ε√N is beside it, N the most steps of any quantity.
 
-    A pass needs more: single steps beside the motion that keep it too, a limit below BLIND, and a
-    seeded fault of one step that would have failed (`sight`). A quantity that never changes, or
-    whose value is all round-off, is undecided.
+    A pass needs more: single steps beside the motion that keep it too, a limit that is not blind,
+    and a seeded fault of one step that would have failed (`sight`). A quantity that never changes,
+    or whose value is all round-off, is undecided.
 
     And the steps have to be consistent: a method of another motion may keep all quantities.
     """
@@ -83,7 +82,7 @@ def _judge_faults(
             return Verdict("fail", said, expected)
     for name in judged:
         limit, fault = limits.get(name, 0.0), (measurement.get("faults") or {}).get(name)
-        if not limit <= BLIND:
+        if not limit <= LIMITS["blind"]:
             said = (
                 f"round-off alone may change {name} by {limit:.2g} of its terms: its formula "
                 "magnifies it; write it without large factors, or take more --digits."

@@ -36,6 +36,7 @@ from ..core.runs import (
 )
 from ..evidence.consistency import CONSISTENCY, consistency_of
 from ..systems import System, system_of
+from .limits import LIMITS
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
 from .sight import beside, seen
 from .work import less_work
@@ -52,7 +53,6 @@ MOST_STRETCHES = 2000
 FAMILY_STEPS = 20
 SHORT = 32  # steps of a run at which a fault is seeded if there is no long one
 WORKED = 200  # steps at each of which a quantity that a force changes is compared with its work
-FARTHEST = 5  # the farthest point of a walk stays within so many standard deviations
 
 
 def cases(choice: Choice) -> list[Case]:
@@ -234,5 +234,5 @@ def limits_of(
 ) -> dict[str, float]:
     """Return the effect of round-off on each quantity in so many roundings (`judge`)."""
     units = dict.fromkeys(walks, (1.0, 1.0)) | units
-    return {name: _epsilon(case) * (FARTHEST / math.sqrt(3) * math.sqrt(n) * units[name][0]
+    return {name: _epsilon(case) * (LIMITS["walk"] / math.sqrt(3) * math.sqrt(n) * units[name][0]
                                     + 2 * units[name][1]) for name, n in walks.items()}  # fmt: skip

@@ -1,11 +1,12 @@
 """Optimal control: the order of states, costates and controls under refinement."""
 
 from ..core.study import StudyFolder
-from ..order import TOLERANCE
+from .limits import LIMITS
 
 STUDY = StudyFolder(
     name="optimality",
     package=__name__,
+    limits=LIMITS,
     place=9,
     example=("oscillator", 16),
     title="Optimal control",
@@ -15,7 +16,7 @@ STUDY = StudyFolder(
         "how much states, costates and controls at the nodes change when the steps are halved; "
         "Newton's corrections"
     ),
-    judged=f"the order of each, {TOLERANCE[True]:g} from the rule's, or no change but round-off",
+    judged="the order of each, to the limit of orders, or no change but round-off",
     about=(
         "A problem of optimal control is solved with steps that are halved from solution to "
         "solution: what changes is the error of the coarser one, to the order of the rule. Each of "

@@ -6,9 +6,8 @@ from itertools import pairwise
 
 from ..core.case import Case, Measurement, Verdict
 from ..evidence import judging as single_steps
-from ..order import TOLERANCE
-
-GROWS = 1.2  # times the change before, where nothing converges: of order 0 it is once
+from ..order.limits import tolerance as of_orders
+from .limits import LIMITS
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
@@ -19,14 +18,14 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
 def _judge_solutions(case: Case, measurement: Measurement) -> Verdict:
     """Judge that each kind has the order of the rule, or changes only by round-off."""
-    measured, tolerance = measurement.measured, TOLERANCE[True]
+    measured, tolerance = measurement.measured, of_orders(16)
     wanted = case.order
     expected = {"order": wanted, "tolerance": tolerance}
     orders = {k: p for k, p in measured["orders"].items() if k not in measured["exact"]}
     if wanted is None:
         return Verdict("pass", "the rule declares no order: measured only.", expected)
     last = [row["controls"] for row in measurement.get("rows", [])][-3:]
-    grows = len(last) == 3 and all(b > GROWS * a for a, b in pairwise(last))
+    grows = len(last) == 3 and all(b > LIMITS["grows"] * a for a, b in pairwise(last))
     if grows and "controls" in orders:  # not if they are exact, and changes are round-off
         return Verdict(
             "inconclusive", "the controls change by more and more as the steps are halved: they "

@@ -1,11 +1,7 @@
 """Order of accuracy against certified references."""
 
 from ..core.study import StudyFolder
-
-#: the largest distance of an order from the expected one, to both sides
-LIMITS = {"order in double precision": 0.05, "order with more digits": 0.01}
-#: the same by whether a case is in double precision
-TOLERANCE = dict(zip((True, False), LIMITS.values(), strict=True))
+from .limits import LIMITS
 
 STUDY = StudyFolder(
     name="order",
@@ -22,8 +18,8 @@ STUDY = StudyFolder(
         "precision and at 50 digits"
     ),
     judged=(
-        f"slope over the asymptotic window, from both sides: ±{TOLERANCE[True]:g}, at 50 digits "
-        f"±{TOLERANCE[False]:g}"
+        "slope over the asymptotic window, from both sides: ±{double precision}, at 50 digits "
+        "±{more digits}"
     ),
     about=(
         "Each scheme runs to the same time on a ladder of step sizes, and its error in (x, μ) "

@@ -15,7 +15,8 @@ from ..core.case import (
     Verdict,
 )
 from ..evidence import NEAR as BESIDE
-from . import TOLERANCE, judging_steps
+from . import judging_steps
+from .limits import tolerance as allowed
 from .measuring import BESIDE_EARLY, LARGE, ladder, measure
 from .recorded import FEWEST
 from .window import (
@@ -46,7 +47,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
 def _judge_runs(case: Case, measurement: Measurement) -> Verdict:
     order = measurement.measured["order"]
-    tolerance = TOLERANCE[case.digits == 16]
+    tolerance = allowed(case.digits)
     expected = {"order": case.order, "tolerance": tolerance}
     # the digits in which the two references of a scene in numbers agree
     if "agreed" in measurement:
@@ -146,7 +147,7 @@ def _with_multipliers(case: Case, measurement: Measurement, verdict: Verdict) ->
     found = measurement.measured["multipliers"]
     errors = [r["multipliers"] for r in rows if r["multipliers"] is not None]
     if found is not None:
-        wrong = found < least - TOLERANCE[case.digits == 16]
+        wrong = found < least - allowed(case.digits)
         said = f"are of order {found:.3f}, below {least}"
     else:
         wrong = bool(not_converging(rows, least, "multipliers"))

@@ -7,8 +7,7 @@ from dataclasses import replace
 from ..core.case import Case, Measurement, Verdict
 from ..core.outcome import Row
 from ..evidence import NEAR
-
-UNRESOLVED = 0.02  # share of the final state: larger errors at the finest step are not small yet
+from .limits import LIMITS
 
 
 def judge(case: Case, measurement: Measurement, verdict: Verdict) -> Verdict:
@@ -131,7 +130,7 @@ def _unresolved(case: Case, measurement: Measurement, local: Row) -> str:
     if not steps or not local.get("rate"):
         return ""
     off = measurement["duration"] * local["rate"] * min(steps) ** (case.order or 2)
-    if off < UNRESOLVED:
+    if off < LIMITS["unresolved"]:
         return ""
     return (
         f"single steps are of order {local['order']:.2f}, as declared, but their errors add up to "

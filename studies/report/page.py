@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 LONGEST_FORMULA = 60_000  # characters of MathML; longer formulas are linked, not shown
 FORMULAE = 700_000  # limit of all formulas together
 SHORT_FORMULA = 1_000  # shorter formulas are always shown
+UNKNOWN = "The page knows no more of this study than its numbers."
 
 
 @dataclass(frozen=True)
@@ -195,7 +196,12 @@ def _view(
     return {
         "name": name,
         "title": known.title if known else name.capitalize(),
-        "about": known.about if known else "The page knows no more of this study than its numbers.",
+        "about": known.with_limits(known.about) if known else UNKNOWN,
+        "limits": {
+            "title": f"Limits of {name}",
+            "heads": ["Limit", "Of what", "Value", "Reason"],
+            "lines": known.told_limits() if known else [],
+        },
         "anchor": file_name(name),
         "notes": [str(note) for note in study.get("notes") or []],
         "tables": study.get("tables") or [],

@@ -7,7 +7,7 @@ from typing import Any
 from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..symplecticity.in_numbers import resolved
-from .measuring import limit
+from ..symplecticity.limits import of_a_step
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
@@ -16,7 +16,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
         return _judge_numbers(case, measurement)
     if reason := not_claimed(case.rule, "reversible"):
         return Verdict("pass", "", {"not_demanded": reason})
-    defect, wanted = measurement.measured["defect"], limit(case.digits)
+    defect, wanted = measurement.measured["defect"], of_a_step(case.digits)
     local = measurement.get("local")
     if defect <= wanted:
         if local is None or local["defect"] <= local["limit"]:

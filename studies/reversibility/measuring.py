@@ -11,13 +11,13 @@ from typing import Any
 
 from discmech.integrators import StepFailure
 from discmech.integrators.flows import return_defect
-from discmech.integrators.numbers import arithmetic
 from discmech.reference import ReferenceFailure
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
 from ..evidence import evidence_of
 from ..evidence.places import steps_from
-from ..symplecticity.measuring import POINTS, ROUND_OFFS
+from ..symplecticity.limits import of_a_step
+from ..symplecticity.measuring import POINTS
 from . import in_numbers
 
 NAME = "reversibility"
@@ -31,11 +31,6 @@ def cases(choice: Choice) -> list[Case]:
     """Return every scene with every rule that claims to be reversible."""
     return [c for c in plain_cases(NAME, choice, (16,))
             if c.rule.claims is not None and c.rule.claims.reversible]  # fmt: skip
-
-
-def limit(digits: int) -> float:
-    """Return the limit of a step forth and back, over their own bound: that of a step."""
-    return ROUND_OFFS * float(arithmetic(digits).eps)
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
@@ -86,7 +81,7 @@ def _at_places(case: Case) -> dict[str, Any] | None:
                 continue
             if worst is None or not defect <= worst["defect"]:
                 of_maps = forth.context.exactly.numbers.digits
-                worst = {"defect": defect, "limit": limit(of_maps), "step": float(step),
+                worst = {"defect": defect, "limit": of_a_step(of_maps), "step": float(step),
                          "place": str(place), "seed": evidence.seed}  # fmt: skip
             break
     return worst

@@ -2,6 +2,7 @@
 
 from ..core.options import THOROUGH, control_option
 from ..core.study import StudyFolder
+from .limits import LIMITS
 
 EULER, RUNGE_KUTTA = "explicit Euler", "classical Runge-Kutta"
 CONTROL = control_option("a method", lambda: (EULER, RUNGE_KUTTA))
@@ -9,6 +10,7 @@ CONTROL = control_option("a method", lambda: (EULER, RUNGE_KUTTA))
 STUDY = StudyFolder(
     name="stability",
     package=__name__,
+    limits=LIMITS,
     place=5,
     example=("harmonic", 50),
     title="Stability",
@@ -29,7 +31,7 @@ STUDY = StudyFolder(
         "both sides of the first end have to say the same. Nonlinear: every scene with a stiff "
         "motion runs over a grid of step sizes and stiffnesses, and each run falls into one of "
         "five classes. A rule has to be bounded wherever the step resolves the motion "
-        "(hω ≤ 10^(−3/10) = 0.501); beyond that the map shows where each rule ends. It can "
+        "(hω ≤ {resolved}); beyond that the map shows where each rule ends. It can "
         "mislead: a bounded run is not an accurate one (the picture of fpu shows how far the "
         "exchange of energy goes wrong while every run is stable), a map sees no more than its "
         "runs are long, and a narrow resonance may lie between two cells."

@@ -25,8 +25,7 @@ STEPS_OF_Z = tuple(map(Fraction, ("0.1", "0.3", "1", "2.5", "5")))  # hω of the
 COARSE = Fraction(5)  # hω at which stiffer springs are compared
 STIFFER = tuple(map(Fraction, (50, 100, 200, 500)))
 THOROUGH = (*STIFFER, Fraction(1000), Fraction(10_000))
-RESOLVED = Fraction("0.1")  # hω at which a rule must be right
-RIGHT = 0.1  # share of all the springs' energy: an exchange with a smaller error is right
+AT = Fraction("0.1")  # hω at which a rule must be right
 LONG_Z, LONG_TIME = Fraction(10), 10**5
 LONG_OMEGAS = tuple(Fraction(w) for w in (50, 100, 200, 500, 1000))
 

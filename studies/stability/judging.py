@@ -8,7 +8,7 @@ from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..core.outcome import Row
 from . import exchange, own_scene
-from .measuring import RESOLVED
+from .limits import LIMITS
 from .stiff import FAMILIES
 
 # the possible classes of an orbit with an error as large as the energy itself
@@ -19,7 +19,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the verdict on a case.
 
     Linear: runs on both sides of the interval's ends confirm it, and the step is symplectic. Maps:
-    bounded wherever hω ≤ 10^(−3/10) = 0.501; an escape or a resonance counts only where the
+    bounded wherever the step resolves the motion; an escape or a resonance counts only where the
     family's bound excludes it as an effect of the energy's error; on fpu the exchange of energy at
     hω = 1/10 is right to a tenth. Controls: no interval at all, no bounded cell at all.
     """
@@ -34,9 +34,11 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     held = None if own else FAMILIES[case.scene.name].held
     # a run of the scene's own motion is held to the fastest rate of that motion
     slower = measured["frequency"] / measured["fastest"] if own else 1.0
-    inside = [r for r in measurement.rows if r["z"] <= RESOLVED * (1 + 1e-9) * min(1.0, slower)]
+    most = LIMITS["resolved"] * (1 + 1e-9) * min(1.0, slower)
+    inside = [row for row in measurement.rows if row["z"] <= most]
     loose = [row for row in inside if held and row["z"] > held(Fraction(row["stiffness"]))]
-    expected = {"bounded_up_to": RESOLVED, "of": len(inside), "escapes_not_judged": len(loose)}
+    expected = {"bounded_up_to": LIMITS["resolved"], "of": len(inside),
+                "escapes_not_judged": len(loose)}  # fmt: skip
     if case.control:
         # a resonance is bounded too
         caught = not {"bounded", "resonant"} & set(measured["classes"])
@@ -57,12 +59,12 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 def _judge_own(measured: Row) -> Verdict | None:
     """Return a fail if a step at the equilibrium is wrong, otherwise None."""
     off, end = measured["off_circle"], measured["stable_to"]
-    expected = {"bounded_up_to": RESOLVED}
+    expected = {"bounded_up_to": LIMITS["resolved"]}
     if off is not None:
         said = f"at the equilibrium the eigenvalues of a step at hω = {off:.3g} have another "
         said += "product than 1, so it damps or drives what should go on oscillating."
         return Verdict("fail", said, expected)
-    if end is not None and end <= RESOLVED:
+    if end is not None and end <= LIMITS["resolved"]:
         said = f"at the equilibrium an eigenvalue leaves the unit circle at hω = {end:.3g}, where "
         return Verdict("fail", said + "the step resolves the motion.", expected)
     if not measured["runs"]:
@@ -74,12 +76,12 @@ def _judge_own(measured: Row) -> Verdict | None:
 
 def _judge_exchange(measured: Row, expected: Row) -> Verdict:
     """Judge the exchange: springs that the step resolves pass on their energy as they should."""
-    key = f"{float(exchange.RESOLVED):.3g}"
+    key = f"{float(exchange.AT):.3g}"
     if key not in measured.get("exchange", {}):
         return Verdict("pass", "", expected)
     error = measured["exchange"][key]
-    expected = {**expected, "exchange": exchange.RIGHT}
-    if error is not None and error <= exchange.RIGHT:
+    expected = {**expected, "exchange": LIMITS["exchange"]}
+    if error is not None and error <= LIMITS["exchange"]:
         return Verdict("pass", "", expected)
     how = (
         "was not followed to its end" if error is None else f"is wrong by {exchange.percent(error)}"

@@ -42,9 +42,6 @@ SLOW = Fraction(1, 1000)
 _FAST_PART = math.sqrt(1 - SLOW)  # the fast frequency over the whole one
 OWN_STEPS = 10_000  # steps of each cell's run on a user's own scene
 PROGRAM_STEPS = 500  # steps of each cell's run of a program; each is a call in Python
-#: hω up to which a rule must be bounded on every stiff scene, two radians of the fastest motion in
-#: four steps: 10^(−3/10), which is a cell of both grids
-RESOLVED = 10.0**-0.3
 
 
 def cases(choice: Choice) -> list[Case]:

@@ -2,10 +2,12 @@
 
 from ..core.options import control_option
 from ..core.study import StudyFolder
+from .limits import LIMITS
 
 STUDY = StudyFolder(
     name="steps",
     package=__name__,
+    limits=LIMITS,
     place=3.2,
     example=("kepler", 500),
     title="Steps that vary",
@@ -17,7 +19,7 @@ STUDY = StudyFolder(
         "step; band and drift of the energy over 5·10⁴ steps or more"
     ),
     judged=(
-        "slope within ±0.1 of the base's order; back to half of 60 digits, and the form to 10⁻²⁵, "
+        "slope within ±{order} of the base's order; back to {back}, and the form to {form}, "
         "where they are kept; by Poincaré the energy as in its own study; the naive step must be "
         "caught"
     ),

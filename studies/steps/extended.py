@@ -18,9 +18,6 @@ DIGITS = 60
 #: width of the differences, relative to each coordinate's size: their error, of order 4, is below
 #: its fourth power, 10⁻⁴⁰, and round-off over it below 10⁻⁴⁸
 WIDTH = 12
-#: an error of 10⁻⁴⁰ where a fifth derivative is 10¹⁵ times a first: steps are a tenth of the
-#: way on which the motion is a short polynomial, so that each derivative is a thousand times larger
-LIMIT = 1e-25
 
 
 def form_defect(scheme: Any, step: Any, x: Any, mu: Any, energy0: Any) -> float:

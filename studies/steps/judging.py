@@ -9,25 +9,19 @@ from typing import Any
 from ..core.case import Case, Measurement, Verdict, worst
 from ..energy.judging_errors import judge_errors
 from ..evidence.judging import judge as judge_evidence
-from .extended import LIMIT
+from .limits import LIMITS
 from .measuring import BACK, rule_of, scheme_of
-
-#: largest distance of a slope from the order: the next powers of ε are at most a quarter of what
-#: they were at the row before, where two slopes differ by less than `measuring.SETTLED`
-TOLERANCE = 0.1
-#: largest miss of a run and back at 60 digits: half of them are left for growth of round-off
-LIMIT_BACK = 1e-30
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the worst verdict on order, way back, form and energy; the control must be caught."""
-    expected: dict[str, Any] = {"order": scheme_of(case).order, "tolerance": TOLERANCE}
+    expected: dict[str, Any] = {"order": scheme_of(case).order, "tolerance": LIMITS["order"]}
     judges = (_of_order, _of_back, _of_form, _of_energy)
     parts = [judged(case, measurement, expected) for judged in judges]
     verdict = worst(part.verdict for part in parts)
     said = next((part.reason for part in parts if part.verdict == verdict), "")
     if case.control is None:
-        alone = rule_of(case).way == "naive" and measurement.measured["back"] > LIMIT_BACK
+        alone = rule_of(case).way == "naive" and measurement.measured["back"] > LIMITS["back"]
         if verdict == "pass" and alone:
             said = "a step that follows the present state alone loses what its rule keeps, which "
             said += f"nothing shows here, since {rule_of(case).base.name} is not self-adjoint."
@@ -43,13 +37,14 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
 def _of_order(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
     order, wanted = measurement.measured["order"], scheme_of(case).order
+    allowed = LIMITS["order"]
     verdict = Verdict("pass", "", expected)
     if not math.isfinite(order):
         said = "every error is round-off, which says nothing of an order."
         verdict = Verdict("inconclusive", said, expected)
-    elif wanted is not None and order > wanted + TOLERANCE and _as_declared(measurement, wanted):
+    elif wanted is not None and order > wanted + allowed and _as_declared(measurement, wanted):
         pass  # errors cancel on this motion, as where K is 0; single steps lie beside it
-    elif wanted is not None and not abs(order - wanted) <= TOLERANCE:
+    elif wanted is not None and not abs(order - wanted) <= allowed:
         before = measurement["orders"][-2]
         side = "below" if order < wanted else "above"
         said = f"order {order:.3f} in ε, at the times reached, is {side} the expected {wanted}"
@@ -58,14 +53,14 @@ def _of_order(case: Case, measurement: Measurement, expected: dict[str, Any]) ->
                 "inconclusive", f"{said}, and comes nearer: take a smaller step.", expected
             )
         else:
-            verdict = Verdict("fail", f"{said} by more than {TOLERANCE}.", expected)
+            verdict = Verdict("fail", f"{said} by more than {allowed}.", expected)
     return judge_evidence(measurement["local"], verdict, wanted, "the rule in its own time")
 
 
 def _as_declared(measurement: Measurement, wanted: int) -> bool:
     """True if single steps beside the motion are of the declared order and of no higher one."""
     found = (measurement["local"] or {}).get("order")
-    return found is not None and abs(found - wanted) <= TOLERANCE
+    return found is not None and abs(found - wanted) <= LIMITS["order"]
 
 
 def _of_back(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
@@ -75,12 +70,12 @@ def _of_back(case: Case, measurement: Measurement, expected: dict[str, Any]) -> 
     if not claimed and not scheme_of(case).inner.self_adjoint:
         expected["back"] = f"{rule_of(case).base.name} is not self-adjoint: measured only"
         return Verdict("pass")
-    expected["back"] = LIMIT_BACK
+    expected["back"] = LIMITS["back"]
     found = measurement.measured["back"]
-    if found <= LIMIT_BACK:
+    if found <= LIMITS["back"]:
         return Verdict("pass")
     said = f"{BACK} steps of ε and as many of −ε miss their start by {found:.2g}, where round-off "
-    said += f"would leave at most {LIMIT_BACK:.0e}"
+    said += f"would leave at most {LIMITS['back']:.0e}"
     if rule_of(case).way == "naive":
         said += ": a step that follows the present state alone is another one on the way back"
     return Verdict("fail", f"{said}.")
@@ -91,11 +86,12 @@ def _of_form(case: Case, measurement: Measurement, expected: dict[str, Any]) -> 
     if found is None:
         expected["form"] = "no form is kept, for the size of a step depends on the state"
         return Verdict("pass")
-    expected["form"] = LIMIT
-    if found <= LIMIT:
+    expected["form"] = LIMITS["form"]
+    if found <= LIMITS["form"]:
         return Verdict("pass")
     said = f"the form of the extended phase space changes by {found:.2g} in a step, where "
-    return Verdict("fail", f"{said}differences of 60 digits would leave at most {LIMIT:.0e}.")
+    said += f"differences of 60 digits would leave at most {LIMITS['form']:.0e}."
+    return Verdict("fail", said)
 
 
 def _of_energy(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:

@@ -21,8 +21,9 @@ from discmech.reference import ReferenceFailure
 
 from ..core.case import Case, Choice, Measurement, Progress, plain_cases, silent
 from ..core.runs import energy_errors, interval
-from ..energy.errors import WIDE, measured_errors, turns_of
+from ..energy.errors import measured_errors, turns_of
 from ..energy.judging_errors import judge_errors
+from ..energy.limits import LIMITS as OF_ENERGY
 from ..evidence import evidence_of
 from ..evidence.consistency import of_evidence
 from .extended import DIGITS as DIGITS_OF_FORM
@@ -236,7 +237,7 @@ def _energy(case: Case, step: Fraction) -> dict[str, Any]:
             found["turns"] = turns
         except StepFailure as failure:
             found = {"measured": {"band": None, "slope": None}, "failed": str(failure)}
-        if "failed" not in found and found["measured"]["band"] <= WIDE:
+        if "failed" not in found and found["measured"]["band"] <= OF_ENERGY["wide"]:
             verdict = judge_errors(replace(case, study="energy"), Measurement.of(found))
             if verdict.verdict != "fail" or rule_of(case).way != "poincare":
                 break

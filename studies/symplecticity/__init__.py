@@ -2,10 +2,12 @@
 
 from ..core.options import CONTROL
 from ..core.study import StudyFolder
+from .limits import LIMITS
 
 STUDY = StudyFolder(
     name="symplecticity",
     package=__name__,
+    limits=LIMITS,
     place=1,
     example=("rigid-body", 24),
     asks_for="form",
@@ -18,10 +20,10 @@ STUDY = StudyFolder(
         "volume, under constraints the form on what they leave"
     ),
     judged=(
-        "≤ 1e-13, at 50 digits ≤ 1e-45, in any units; under a force Ω changes by the differential "
-        "of its work, under a nonholonomic constraint no form is demanded; steps and constraints "
-        "within their round-off; Runge–Kutta, a damped residual and a flipped bracket must be "
-        "caught"
+        "≤ {form}, with more digits {digits of a form} of them are left to round-off, in any "
+        "units; under a force Ω changes by the differential of its work, under a nonholonomic "
+        "constraint no form is demanded; steps and constraints within their round-off; "
+        "Runge–Kutta, a damped residual and a flipped bracket must be caught"
     ),
     about=(
         "At many points of a trajectory the exact derivative of one step is tested twice: the "

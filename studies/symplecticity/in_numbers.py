@@ -29,11 +29,11 @@ from discmech.integrators.numbers import Vector
 
 from ..core.case import Case, Progress
 from ..core.outcome import Row
+from .limits import LIMITS
 from .places import Look, looks, more_looks
 
 #: share of the defect of a method of that order: a smaller defect is none
 RESOLVED = 1e-9
-LIMIT = 1e-13  # limit of a defect in double precision, the same as for a formula
 LOOPS = 6  # closed curves per place
 # their sizes in parts of the motion; the next is for a place where one is too large
 REACHES = (0.08, 0.02, 0.005)
@@ -259,6 +259,6 @@ def rounded(case: Case) -> float:
 
     The error of a step's own operations is a smooth function of the state if it comes from rounded
     constants or an iteration's last correction, so that differences take it for the map's
-    (rebound's SABA4 shows 3e-14). Formulas have the same limit (`LIMIT`).
+    (rebound's SABA4 shows 3e-14). Formulas have the same limit.
     """
-    return LIMIT * case.rule.unit(16) / 2.0**-53
+    return LIMITS["form"] * case.rule.unit(16) / 2.0**-53

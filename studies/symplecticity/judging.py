@@ -15,7 +15,8 @@ from ..core.outcome import Row
 from ..evidence.judging import demand_consistency
 from ..systems import system_of
 from . import judging_numbers
-from .measuring import CHANGES, FORMS, _badness, _kinds, _worst, limit, limits
+from .limits import CHANGES, FORMS, LIMITS, limit, limits
+from .measuring import _badness, _kinds, _worst
 
 
 def demanded(case: Case) -> tuple[str, ...]:
@@ -63,7 +64,8 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
         return judging_numbers.judge(case, measurement)
     found = {k: v for k, v in measurement.measured.items() if v is not None}
     if case.control:
-        wanted = limit(case.digits) * (1e3 if case.digits == 16 else 1e20)
+        off = LIMITS["control" if case.digits == 16 else "control with more digits"]
+        wanted = limit(case.digits) * off
         caught = any(v >= wanted for v in found.values())
         missed = f"the control was not caught: its defect is {max(found.values()):.2g}."
         return Verdict(*(("pass", "") if caught else ("fail", missed)), {"at_least": wanted})

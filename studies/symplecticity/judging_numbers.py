@@ -16,8 +16,7 @@ from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..core.outcome import Row
 from .in_numbers import ENOUGH, decisive, resolved, rounded
-
-AGAIN = 1024  # units of round-off by which a repeated step may differ
+from .limits import LIMITS
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
@@ -31,7 +30,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
         said = f"the black box makes no step from any place around the motion: {rows[0]['why_not']}"
         return Verdict("fail", f"{said}.", expected)
     noise = max(r["noise"] for r in rows)
-    if measured["residual"] > AGAIN * case.rule.unit(16):
+    if measured["residual"] > LIMITS["made again"] * case.rule.unit(16):
         said = f"the same step made again differs by {measured['residual']:.2g} of the motion: it "
         said += "is no map of (q, p) and h, but keeps something between calls, or is random; a "
         said += "method with memory is a class with start, step and read."

@@ -17,7 +17,6 @@ from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import CannotMeasure, DiscmechError
 from discmech.integrators.flows import form_change_defects, restricted_form_defect
-from discmech.integrators.numbers import arithmetic
 from discmech.integrators.rules import OneStepMap
 from discmech.reference import ReferenceFailure
 
@@ -39,6 +38,7 @@ from ..evidence.consistency import CONSISTENCY, consistency_of
 from ..systems import system_of
 from . import in_numbers
 from .constraints import constraint_defect
+from .limits import CHANGES, FORMS
 
 NAME = "symplecticity"
 NEEDS = "under a force a one-step map has no form to keep; all else can be tested."
@@ -82,30 +82,6 @@ def cases(choice: Choice) -> list[Case]:
             for scene, control in here
         ]
     )
-
-
-def limit(digits: int) -> float:
-    """Return the form's round-off bound: 1e-13 in double precision, otherwise 10^(5 − digits)."""
-    return 1e-13 if digits == 16 else 10.0 ** (5 - digits)
-
-
-#: round-offs that a step may be off, of its own bound to first order (`step_round_off`): two, for a
-#: kernel adds and multiplies in another order than the maps; and where Newton ends at ε of the sum
-#: of all unknowns, stages too, one may be off by as many round-offs as there are unknowns, some
-#: tens
-ROUND_OFFS = 64
-
-
-FORMS = ("pullback", "poisson")
-#: under a force: the change of Ω and that of a volume, less those by the force's one-form
-CHANGES = ("change", "volume")
-
-
-def limits(digits: int) -> dict[str, float]:
-    """Return the largest defect of each kind that is round-off."""
-    own = ROUND_OFFS * float(arithmetic(digits).eps)
-    of_steps = dict.fromkeys(("residual", "constraint", "hidden"), own)
-    return {**dict.fromkeys((*FORMS, *CHANGES), limit(digits)), **of_steps}
 
 
 def _kinds(case: Case) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable
 from ..core.options import THOROUGH, Option, refuse, seconds, whole
 from ..core.study import StudyFolder
 from .axes import ERRORS, WORK
+from .limits import LIMITS
 
 MOST_PERIODS = 10**12
 
@@ -28,6 +29,7 @@ def _one_of(flag: str, known: Iterable[str]) -> Callable[[str], str]:
 STUDY = StudyFolder(
     name="work-precision",
     package=__name__,
+    limits=LIMITS,
     place=4,
     example=("pendulum", 50),
     title="Work and precision",

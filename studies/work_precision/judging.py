@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from ..core.case import Case, Measurement, Verdict
 from .enough import FEWEST, errors_of
-
-STALLED = 2.0**-26  # √ε: a method that ends above that, and above its floor, solves another problem
+from .limits import LIMITS
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
@@ -16,15 +15,15 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     the verdict is open; two runs whose errors sink may converge to any limit.
     """
     metric = "error" if measurement["periods"] is None else "energy-max"
-    limit = max(STALLED, 1000 * measurement["floor"].get(metric, 0.0))
+    limit = max(LIMITS["stalled"], LIMITS["floors"] * measurement["floor"].get(metric, 0.0))
     expected = {"limit": limit}
     errors = errors_of(measurement.rows, metric)
     if not errors:
         causes = [row["cause"] for row in measurement.rows if row["cause"]]
         why = causes[-1] if causes else measurement.measured["cut"]
         return Verdict("inconclusive", f"no run came to its end: {why}.", expected)
-    best = min(errors)
-    if best <= limit or (len(errors) >= FEWEST and min(errors[-2:]) <= 0.7 * min(errors[:-2])):
+    best, share = min(errors), LIMITS["sinking"]
+    if best <= limit or (len(errors) >= FEWEST and min(errors[-2:]) <= share * min(errors[:-2])):
         return Verdict("pass", "", expected)
     if len(errors) < FEWEST:
         reason = (

@@ -27,7 +27,7 @@ from discmech.integrators import (
     so,
 )
 from discmech.studies.core import controls
-from discmech.studies.symplecticity.measuring import limit, limits
+from discmech.studies.symplecticity.limits import limit, limits
 
 pytestmark = pytest.mark.sampled
 

@@ -16,7 +16,7 @@ from discmech.studies.contact.faults import CONTROLS
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.fingerprint import of_case
 from discmech.studies.core.one_case import run_case
-from discmech.studies.symplecticity.measuring import limit
+from discmech.studies.symplecticity.limits import limit
 from discmech.studies.user.assertions import NotApplicable, assert_order
 from tests.integrators.contact import motions
 

@@ -15,7 +15,7 @@ from discmech.studies import get as get_study
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.one_case import run_case
 from discmech.studies.lattices import STUDY, measuring
-from discmech.studies.symplecticity.measuring import ROUND_OFFS
+from discmech.studies.symplecticity.limits import LIMITS
 from discmech.studies.systems import reference, residual
 from discmech.studies.systems.joints import Joints
 from discmech.studies.systems.residual import step_defects
@@ -88,7 +88,7 @@ def test_a_solver_that_ends_early_is_seen(monkeypatch):
     assert max(step_defects(*at).values()) < EPS
     monkeypatch.setattr("discmech.integrators.lattices.sparse_steps.EPS", 1e-2)
     # momenta are linear in (u, λ), so one correction solves for them
-    assert step_defects(*at)["constraint"] > 1e3 * ROUND_OFFS * EPS
+    assert step_defects(*at)["constraint"] > 1e3 * LIMITS["step"] * EPS
 
 
 @pytest.mark.dear("[100]")
@@ -96,7 +96,7 @@ def test_a_solver_that_ends_early_is_seen(monkeypatch):
 def test_what_is_off_by_a_millionth_is_seen_in_any_unit_of_action(monkeypatch, power):
     rods, unit = systems.get("rods"), sympy.Integer(10) ** power
     at = a_row(Scheme(replace(rods, on_site=lambda *at: unit * rods.on_site(*at)), trapezoidal))
-    assert max(step_defects(*at).values()) < ROUND_OFFS * EPS
+    assert max(step_defects(*at).values()) < LIMITS["step"] * EPS
     summed, projected = residual._summed, LatticeRun.projected
 
     def off(run):
@@ -105,16 +105,16 @@ def test_what_is_off_by_a_millionth_is_seen_in_any_unit_of_action(monkeypatch, p
 
     with monkeypatch.context() as m:
         m.setattr(residual, "_summed", lambda f, x, w, *rest: summed(f, x, w * (1 + 1e-6), *rest))
-        assert step_defects(*at)["residual"] > 1e3 * ROUND_OFFS * EPS
+        assert step_defects(*at)["residual"] > 1e3 * LIMITS["step"] * EPS
     monkeypatch.setattr(LatticeRun, "projected", property(off))
-    assert step_defects(*at)["hidden"] > 1e3 * ROUND_OFFS * EPS
+    assert step_defects(*at)["hidden"] > 1e3 * LIMITS["step"] * EPS
 
 
 def test_rods_of_another_length_and_other_velocities_are_seen():
     _, x, _ = a_row(RODS)
     v = np.random.default_rng(1).normal(size=x.shape)
     stretched, across = Joints(RODS, RODS.lattice.free).missed((x * (1 + 1e-9), abs(x)), v, 1.0)
-    assert min(stretched, across) > 1e3 * ROUND_OFFS * EPS
+    assert min(stretched, across) > 1e3 * LIMITS["step"] * EPS
 
 
 def test_what_errors_are_held_against_is_said(monkeypatch):

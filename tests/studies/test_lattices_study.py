@@ -19,7 +19,7 @@ from discmech.studies.core.case import Case, Choice, silent
 from discmech.studies.core.fingerprint import of_case
 from discmech.studies.core.one_case import run_case
 from discmech.studies.lattices.faults import CONTROLS, RungeKuttaStep
-from discmech.studies.symplecticity.measuring import ROUND_OFFS
+from discmech.studies.symplecticity.limits import LIMITS
 from discmech.studies.systems import following, quantities, residual
 from discmech.studies.systems.known import known_of
 from discmech.studies.systems.quantities import energies
@@ -121,7 +121,7 @@ def test_a_force_that_is_wrong_in_the_kernel_alone_is_caught(name, monkeypatch):
         return replace(kicks, **parts)
 
     monkeypatch.setattr(LatticeEquations, "_kicks", wrong)
-    assert in_round_offs(name) > 1e3 * ROUND_OFFS
+    assert in_round_offs(name) > 1e3 * LIMITS["step"]
 
 
 def test_a_long_run_is_measured_as_its_rows_are(monkeypatch):
@@ -158,7 +158,7 @@ def test_a_solver_that_ends_early_is_caught(monkeypatch):
         return found
 
     monkeypatch.setattr(LatticeRun, "_task", early)
-    assert in_round_offs("membrane", "midpoint") > 1e3 * ROUND_OFFS
+    assert in_round_offs("membrane", "midpoint") > 1e3 * LIMITS["step"]
 
 
 @discretisation(order=2)

@@ -12,7 +12,13 @@ from pathlib import Path
 
 import pytest
 
+from discmech.integrators import rules, scenes
+from discmech.studies.command import main
+from discmech.studies.core.case import Case
+from discmech.studies.core.limits import Limit
 from discmech.studies.core.study import StudyFolder, every_study
+from discmech.studies.report.page import lone_page
+from discmech.studies.stability.limits import LIMITS
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -120,14 +126,41 @@ def test_each_study_has_its_row_in_docs_judged():
     for study in every_study().values():
         # reversibility is measured for `assert_reversible` alone
         if isinstance(study, StudyFolder) and study.name != "reversibility":
-            row = f"| {study.name} | {study.asks} | {study.measured} | {study.judged} |"
+            row = f"| {study.name} | {study.asks} | {study.measured} | "
+            row += f"{study.with_limits(study.judged)} |"
             assert row in judged, f"paste into docs/judged.md: {row}"
 
 
-def test_the_page_of_thresholds_says_the_limits_of_order():
-    run, more = every_study()["order"].limits.values()
+def test_each_limit_has_its_row_in_docs_verdicts():
+    """A failure prints the row to paste; a reason says if the number is derived or set."""
     page = (ROOT / "docs" / "verdicts.md").read_text(encoding="utf-8")
-    assert f"| order, runs | {run:g}; {more:g} at more digits |" in page
+    for study in every_study().values():
+        for name, what, value, reason in study.told_limits():
+            row = f"| {study.name}: {name} | {what} | {value} | {reason} |"
+            assert row in page, f"paste into docs/verdicts.md: {row}"
+            assert reason.startswith(("derived: ", "set: ")), row
+
+
+def test_a_limit_that_is_changed_changes_verdict_help_page_and_documentation(monkeypatch, capsys):
+    study, name = every_study()["stability"], "resolved"
+    of = Case("stability", scenes.get("kepler"), rules.midpoint, 16)
+    row = {"z": 0.7, "stiffness": 1.0, "class": "failed"}
+    found = {"kind": "map", "label": "stiffness", "rows": [row], "measured": {"classes": {}}}
+
+    def told_of():
+        verdict = study.judge(of, found)
+        with pytest.raises(SystemExit):
+            main(["stability", "--help"])
+        page = lone_page([{"study": "stability", "verdict": "pass", "cases": []}], [], "discmech")
+        return verdict.verdict, verdict.expected["bounded_up_to"], capsys.readouterr().out, page
+
+    assert told_of()[:2] == ("pass", LIMITS[name])
+    monkeypatch.setitem(LIMITS, name, Limit(0.75, "a share", "set: to try it"))
+    verdict, up_to, help_of, page = told_of()
+    assert (verdict, up_to) == ("fail", 0.75) and "resolved 0.75, a share" in help_of
+    assert "hω ≤ 0.75" in page and "set: to try it" in page
+    with pytest.raises(AssertionError, match=r"paste .*stability: resolved \| a share \| 0.75"):
+        test_each_limit_has_its_row_in_docs_verdicts()
 
 
 def test_the_glossary_has_a_row_for_each_word():

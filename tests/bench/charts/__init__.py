@@ -3,9 +3,12 @@
 from discmech.studies.core.options import THOROUGH
 from discmech.studies.core.study import StudyFolder
 
+from .limits import LIMITS
+
 STUDY = StudyFolder(
     name="charts",
     package=__name__,
+    limits=LIMITS,
     place=6,
     example=("moser-veselov", 6),
     title="Steps of every size",

@@ -26,6 +26,8 @@ from discmech.studies.core.case import Case, Choice, Progress, plain_cases, sche
 from discmech.studies.core.runs import Rows, relative_drifts, with_terms
 from discmech.studies.evidence.places import seed_of
 
+from .limits import FORMS, SOLVED
+
 transform: Any = LazyModule("scipy.spatial.transform")
 NAME = "charts"
 NEEDS = "it needs a discrete Lagrangian given on SO(3), as moser-veselov has."
@@ -40,13 +42,8 @@ STEP = 1  # unit of time: rotations are per step
 STEPS, MILLION = 100, 10**6
 LOOKED_AT = 8  # arrows of a run whose defects are computed, beside those at changes of chart
 SIDE = 41  # points across the plot of the ball of rotations
-RESIDUAL, DEFECT = 1e-13, 1e-12
-#: limits of each law in double precision
-LIMITS = {"residual": RESIDUAL, "pullback": DEFECT, "poisson": DEFECT,
-          "factorisation": RESIDUAL, "distance": RESIDUAL, "operator": RESIDUAL}  # fmt: skip
 WELL = 1e-2  # regularity above which g′ itself is compared, to the same bound
 EDGE = 1e-5  # |det(e + g)| below which coordinates in the chart of e are not used
-SINGULAR = 1e-3  # a run may stop where FL is as near to singular as this
 
 
 def cases(choice: Choice) -> list[Case]:
@@ -251,7 +248,8 @@ def _worst(rows: list[dict[str, Any]]) -> dict[str, Any]:
     def of(name: str, choose: Any = max) -> Any:
         return choose((r[name] for r in rows if r[name] is not None), default=None)
 
-    measured = {name: of(name) for name in (*LIMITS, "momentum", "newton_max", "chart_turn")}
+    names = (*SOLVED, *FORMS, "momentum", "newton_max", "chart_turn")
+    measured = {name: of(name) for name in names}
     translates = sum((Counter(row["translates"]) for row in rows), Counter())
     return {**measured, "margin": of("margin", min), "starts": len(rows),
             "steps": sum(r["steps"] for r in rows), "changes": sum(r["changes"] or 0 for r in rows),

@@ -3,9 +3,12 @@
 from discmech.studies.core.options import THOROUGH
 from discmech.studies.core.study import StudyFolder
 
+from .limits import LIMITS
+
 STUDY = StudyFolder(
     name="savings",
     package=__name__,
+    limits=LIMITS,
     place=8,
     example=("pendulum", 50),
     title="What is left out",

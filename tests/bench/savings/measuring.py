@@ -30,7 +30,6 @@ DIGITS = (16,)
 SHOWN = ("pendulum", "kepler", "rigid-body", "heavy-top")  # where no scene is chosen
 STEPS, COMPARED = 20_000, 200
 BUDGET = 0.5  # seconds of timing a case
-SAME = 1e-10  # relative: round-off over COMPARED steps, far from what a wrong kernel makes
 AS_IT_IS, ALL, BASE = "none", "all of these", "no base"
 
 

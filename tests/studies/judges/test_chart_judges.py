@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from discmech.tests.bench.charts import measuring as charts
+from discmech.tests.bench.charts.limits import FORMS, SOLVED
+from discmech.tests.bench.charts.limits import LIMITS as OF_CHARTS
 from tests.studies.judges.by_hand import ABOVE, BELOW, case, close, judged
 
-LIMITS = {"residual": charts.RESIDUAL, "pullback": charts.DEFECT, "poisson": charts.DEFECT,
-          "factorisation": charts.RESIDUAL, "distance": charts.RESIDUAL,
-          "operator": charts.RESIDUAL}  # fmt: skip
+SINGULAR = OF_CHARTS["singular"]
+LIMITS = dict.fromkeys(SOLVED, 1e-13) | dict.fromkeys(FORMS, 1e-12)
 
 
 def turned(**more):
@@ -32,7 +32,7 @@ def walk_of(steps):
 def test_every_law_holds_across_charts(kind, digits, unit):
     limit = (LIMITS | {"momentum": walk_of(100)})[kind] * unit
     told = chart_of(turned(**{kind: BELOW * limit}), digits=digits)
-    assert told[:2] == ("pass", "") and told[2]["singular"] == charts.SINGULAR
+    assert told[:2] == ("pass", "") and told[2]["singular"] == SINGULAR
     assert told[2]["limits"] == close({k: v * unit for k, v in LIMITS.items()})
     assert chart_of(turned(**{kind: None}), digits=digits)[0] == "pass"
     for wrong in (ABOVE * limit, math.nan):
@@ -52,8 +52,8 @@ def test_a_run_may_stop_only_where_nothing_follows():
     stopped = {"outcome": "stopped", "cause": "because"}
     verdict, reason, _ = chart_of(turned(**stopped))
     assert verdict == "fail" and reason == "it stopped at 0.25 of a turn about axis 1: because."
-    assert chart_of(turned(**stopped, regularity=charts.SINGULAR))[0] == "fail"
-    for excuse in ({"regularity": BELOW * charts.SINGULAR}, {"solutions": 0}, {"steps": 0}):
+    assert chart_of(turned(**stopped, regularity=SINGULAR))[0] == "fail"
+    for excuse in ({"regularity": BELOW * SINGULAR}, {"solutions": 0}, {"steps": 0}):
         assert chart_of(turned(**stopped, **excuse))[0] == "pass"
     assert chart_of(turned(**stopped, regularity=None))[0] == "fail"
     assert chart_of(turned(**stopped, solutions=None))[0] == "fail"

@@ -7,6 +7,7 @@ import pytest
 
 from discmech.studies.energy import balance
 from discmech.studies.energy import errors as energy
+from discmech.studies.energy.limits import LIMITS
 from discmech.studies.energy.view import VIEW
 from tests.studies.judges.by_hand import ABOVE, case, judged
 
@@ -41,9 +42,9 @@ def test_a_slope_that_may_be_none_is_not_told(interval):
 
 
 def test_a_drift_goes_one_way_and_its_edges_with_it():
-    to_and_fro = energy_of(slope=1.0, interval=(0.9, 1.1), steady=0.99 * energy.STEADY)
+    to_and_fro = energy_of(slope=1.0, interval=(0.9, 1.1), steady=0.99 * LIMITS["steady"])
     assert to_and_fro[0] == "inconclusive" and "too short" in to_and_fro[1]
-    assert energy_of(slope=1.0, interval=(0.9, 1.1), steady=energy.STEADY)[0] == "fail"
+    assert energy_of(slope=1.0, interval=(0.9, 1.1), steady=LIMITS["steady"])[0] == "fail"
     limit = 1e-2 * 0.1 / 100
     for edges, verdict in (
         ([limit, -limit], "pass"), ([0.0, limit / 2], "pass"),
@@ -87,8 +88,10 @@ def test_a_large_error_of_the_first_half_alone_is_no_band(slope, steady):
     assert told()[0] == "fail" and "comes to rest" in told()[1]
     assert told(still=False)[0] == "inconclusive" and "no band" in told(still=False)[1]
     assert told(second=0.2 / ABOVE)[0] == "fail" and told(second=0.2) == else_told
-    assert told(energy.WIDE * ABOVE)[0] == "fail"
-    assert told(energy.WIDE)[0] == "fail" and told(energy.WIDE, still=False)[0] == else_told[0]
+    assert told(LIMITS["wide"] * ABOVE)[0] == "fail"
+    assert (
+        told(LIMITS["wide"])[0] == "fail" and told(LIMITS["wide"], still=False)[0] == else_told[0]
+    )
 
 
 def test_the_balance_of_energy_and_work(monkeypatch):
@@ -187,7 +190,7 @@ def test_what_goes_to_and_fro_is_not_steady():
     assert told(0, 1, 2, 3, 4, 5, 6, math.inf) == 1
     times, errors = series(1e-3)
     back = np.where(times < 3, errors, 2 * 0.75e-3 - errors)  # a quarter of its way
-    assert energy._steadiness(back) < energy.STEADY
+    assert energy._steadiness(back) < LIMITS["steady"]
     assert energy.certain_drift(case(), times, back) is None
 
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from discmech.studies.symplecticity import measuring as symplecticity
+from discmech.studies.symplecticity import limits as symplecticity
 from tests.studies.judges.by_hand import ABOVE, BELOW, case, close, judged
 
 

@@ -8,7 +8,8 @@ import pytest
 
 from discmech import black_box
 from discmech.integrators.rules import get as rule
-from discmech.studies.order import TOLERANCE, judging, window
+from discmech.studies.order import judging, window
+from discmech.studies.order.limits import tolerance
 from tests.studies.judges.by_hand import ABOVE, case, close, judged
 
 
@@ -37,7 +38,7 @@ def test_order_is_judged_from_both_sides(digits, tolerance):
 
 
 def test_as_far_as_the_tolerance_is_near_enough():
-    assert order_of(0.05, case(order=0))[0] == "pass" and TOLERANCE[True] == 0.05
+    assert order_of(0.05, case(order=0))[0] == "pass" and tolerance(16) == 0.05
     assert order_of(0.05 * ABOVE, case(order=0), ladder([]))[0] == "fail"
 
 

@@ -5,9 +5,11 @@ import math
 import pytest
 
 from discmech.studies.contact import judging as contact
-from discmech.studies.work_precision.judging import STALLED
-from discmech.tests.bench.savings.measuring import SAME
+from discmech.studies.work_precision.limits import LIMITS as OF_RACES
+from discmech.tests.bench.savings.limits import LIMITS as OF_SAVINGS
 from tests.studies.judges.by_hand import ABOVE, case, judged
+
+STALLED, SAME = OF_RACES["stalled"], OF_SAVINGS["same"]
 
 
 def optimal(orders, exact=(), expected=2):
@@ -67,7 +69,7 @@ def contact_of(of=None, **more):
 
 @pytest.mark.parametrize("law", contact.WORDS)
 def test_each_law_of_contact_holds_to_round_off(law):
-    limit = contact.TURN if law == "slip" else contact.limit(16)
+    limit = contact.LIMITS["turn"] if law == "slip" else contact.limit(16)
     assert contact_of(**{law: limit})[:2] == ("pass", "")
     for wrong in (ABOVE * limit, math.nan):
         verdict, reason, _ = contact_of(**{law: wrong})
@@ -164,7 +166,11 @@ def race(errors, metric="error", floor=None, periods=None, causes=()):
 
 
 def test_a_method_in_a_race_comes_to_the_truth():
-    assert race([1.0, 1e-1, 1e-2, STALLED]) == ("pass", "", {"limit": STALLED})
+    assert race([1.0, 1e-1, 1e-2, STALLED]) == (
+        "pass",
+        "",
+        {"limit": STALLED},
+    )
     verdict, reason, _ = race([1e-1, 1e-2, 1e-2, 1e-2])
     assert verdict == "fail" and "at 0.01: it solves another problem" in reason
     assert race([1e-2, 1e-2, 1e-2])[0] == "inconclusive"  # three runs speak against nothing

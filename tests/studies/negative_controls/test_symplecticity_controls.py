@@ -9,7 +9,8 @@ from discmech.integrators import BadInput, LocalGroupoid, Scene, StepFailure, sc
 from discmech.integrators.rules import trapezoidal
 from discmech.studies import check, get
 from discmech.studies.core import controls
-from discmech.studies.symplecticity.measuring import CONTROL_SCENES, limit
+from discmech.studies.symplecticity.limits import limit
+from discmech.studies.symplecticity.measuring import CONTROL_SCENES
 from tests.studies.cached_results import case, measured, result
 
 CONTROLS = [

@@ -1,0 +1,57 @@
+"""The limits of defects of forms, of steps and of constraints."""
+
+from ..core.limits import Limit
+
+FORMS = ("pullback", "poisson")
+#: under a force: the change of Ω and that of a volume, less those by the force's one-form
+CHANGES = ("change", "volume")
+
+LIMITS = {
+    "form": Limit(
+        1e-13, "defect of a form in double precision, each entry over the sum of its terms",
+        "set: maps are evaluated to twice the digits, so a sound one has 10⁻²⁴ or less; it is what "
+        "double precision could tell of a step, and errs towards a pass",
+    ),
+    "digits of a form": Limit(
+        5, "digits that the round-off of a form may take, with more digits",
+        "set: the same factor, 10⁵ times the last digit; it errs towards a pass",
+    ),
+    "step": Limit(
+        64, "round-offs of a step's residual and constraints, each over its own bound",
+        "derived: two, for a kernel adds in another order than the maps; and where Newton ends at "
+        "ε of the sum of all unknowns, as many as there are unknowns, some tens",
+    ),
+    "control": Limit(
+        1e3, "limits by which a control is off in double precision",
+        "set: a defect that lies so far above round-off is none; it errs towards a fail",
+    ),
+    "control with more digits": Limit(
+        1e20, "limits by which a control is off with more digits",
+        "set: a control has a defect of some power of the step, 10⁻¹⁰ and more; it errs towards a "
+        "fail",
+    ),
+    "made again": Limit(
+        1024, "round-offs by which a program's step, made again, may differ",
+        "set: a map of (q, p) and h gives the same again, but threads may add in another order; it "
+        "errs towards a pass",
+    ),
+}  # fmt: skip
+
+
+def limit(digits: int) -> float:
+    """Return the largest defect of a form that is round-off."""
+    return LIMITS["form"] if digits == 16 else 10.0 ** (LIMITS["digits of a form"] - digits)
+
+
+def limits(digits: int) -> dict[str, float]:
+    """Return the largest defect of each kind that is round-off."""
+    own = of_a_step(digits)
+    of_steps = dict.fromkeys(("residual", "constraint", "hidden"), own)
+    return {**dict.fromkeys((*FORMS, *CHANGES), limit(digits)), **of_steps}
+
+
+def of_a_step(digits: int) -> float:
+    """Return the largest defect of a step, over its own bound, that is round-off."""
+    from discmech.integrators.numbers import arithmetic
+
+    return LIMITS["step"] * float(arithmetic(digits).eps)
