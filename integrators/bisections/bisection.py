@@ -75,7 +75,7 @@ class Bisection:
         self.step = exact_rational(step, "the step of a bisection")
         if self.step == 0:
             raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
-        if slope is None and groupoid.kind != "local":
+        if slope is None and not groupoid.by_maps:
             slope = np.zeros((m, n))
         if slope is not None and np.shape(slope) != (m, n):
             raise BadInput(

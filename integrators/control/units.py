@@ -30,7 +30,7 @@ def units_of(
         u = x / T if n == m and x.any() else np.full(m, (x.max(initial=0) or 1.0) / T)
     if not x.any():
         x = u * T if n == m else np.full(n, u.max() * T)
-    noise = 0.0 if stages.s.groupoid.kind == "pair" else NOISE
+    noise = 0.0 if stages.s.groupoid.canonical else NOISE
     x, u = shared(x, noise), shared(u, noise)
     mu = sizes(states[:, n:])
     if not mu.any():

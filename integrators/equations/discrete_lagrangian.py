@@ -184,7 +184,7 @@ class DiscreteLagrangian:
             size = self.h * weight
             more = [size * e for e in force]
             self._forces[_key_of(point)] = self.graph.plus(self.force_at(point), more)
-        elif self.groupoid.kind == "pair":
+        elif self.groupoid.canonical:
             self._add(point[: len(force)], weight, force)  # moved as it is displaced
         else:
             raise BadInput(

@@ -170,7 +170,7 @@ class LagrangianForRule:
 
     def _check(self, name: str, x: Column) -> None:
         s = self.s
-        if s.groupoid.kind != "pair":
+        if not s.groupoid.canonical:
             raise BadInput(
                 f"L.{name}(x) is in the coordinates of a pair groupoid, and {s.name} is on "
                 f'{s.groupoid.name}: say groupoids="pair" of the rule, or build it from L(x, u).'

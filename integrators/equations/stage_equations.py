@@ -68,7 +68,7 @@ def no_stages(equations: StepEquations, alone: bool = True) -> str:
 def _momentum_is_velocity(s: SceneSymbols) -> bool:
     """True if μ = M ẋ with a constant M, on a pair groupoid."""
     constant = not set(momentum(s).free_symbols) & set(s.x)
-    return s.groupoid.kind == "pair" and constant
+    return s.groupoid.canonical and constant
 
 
 OURS = __name__.split(".")[:1]  # the package's name, for any import path

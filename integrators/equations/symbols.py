@@ -336,9 +336,10 @@ class SceneSymbols:
 
     def _refuse_attitude(self, function: Any, what: str) -> None:
         """Raise `BadInput` if a function on a Lie group, which has no x, depends on it."""
-        if self.groupoid.kind != "group" or function is None:
+        algebra = getattr(self.groupoid, "algebra", None)
+        if self.n or algebra is None or function is None:
             return
-        size = self.groupoid.algebra.real.size  # type: ignore[attr-defined]
+        size = algebra.real.size
         pose = vector("pose", size * size)
         time = (self.h,) if takes_fourth(function) else ()
         for x in (pose, pose.reshape(size, size)):

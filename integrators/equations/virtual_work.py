@@ -39,7 +39,7 @@ class ForcePoint:
         stages, count = s.stages, len(s.stages)
         R, L = g.R(s.x, s.u, s.h), g.L(s.x, s.u, s.h)
         none = sympy.zeros(len(s.u), 0)
-        if g.kind == "pair":
+        if g.canonical:
             place = self.point[: s.n, :]
             by_x, by_u = (jacobian(place, e) for e in (s.position, s.u))
             return by_u / s.h - by_x, by_u / s.h, jacobian(place, stages) / s.h if count else none

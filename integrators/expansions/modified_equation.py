@@ -122,7 +122,7 @@ class ModifiedEquation:
                 f"{scene.name} has a force, so there is no modified Hamiltonian: only the field is "
                 "known."
             )
-        if not self.has_action and scene.groupoid.kind != "pair":
+        if not self.has_action and not scene.groupoid.canonical:
             raise CannotMeasure(
                 f"{rule.name} has no discrete Lagrangian, so its modified Hamiltonian is known on "
                 "pair groupoids only: the field is, everywhere."

@@ -32,7 +32,7 @@ class NumericScene(SceneInNumbers):
         with numbers.working():
             self._p = [numbers.number(v) for v in scene.parameter_values]
         self._closed = True
-        self._canonical = scene.groupoid.kind == "pair"
+        self._canonical = scene.groupoid.canonical
 
     def _slopes(self, q: Any, p: Any) -> tuple[Any, Any]:
         if several(q, p):  # the user's functions are of one state

@@ -36,9 +36,9 @@ def composed_arrows(groupoid: Any) -> ComposedArrows:
 
 def _composed(groupoid: Any, x: Column, u: Column, h: Expression, first: int) -> ComposedArrows:
     before = _letters(len(u), first)
-    if groupoid.kind == "pair":
+    if groupoid.canonical:
         return ComposedArrows(list(before), [0] * len(u), list(before + h * u), list(before))
-    if groupoid.kind == "product":
+    if groupoid.parts:
         places, fibres = groupoid.base(x), groupoid.fibre(u)
         connected = groupoid.connection is not None
         if connected:  # ξ of the group, of which the fibre has ξ + A(x) ẋ

@@ -104,5 +104,4 @@ def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
 
 
 def _has_unknown_edge(groupoid: Any) -> bool:
-    parts = getattr(groupoid, "parts", None)
-    return any(map(_has_unknown_edge, parts)) if parts else groupoid.kind == "local"
+    return groupoid.by_maps or any(map(_has_unknown_edge, groupoid.parts))

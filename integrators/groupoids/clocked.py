@@ -24,6 +24,7 @@ class Clocked(Groupoid):
     def __init__(self, inner: Groupoid, stages: Sequence[Letter] = ()) -> None:
         self.stages = tuple(stages)
         self.inner, self.kind, self.retraction = inner, inner.kind, inner.retraction
+        self.canonical, self.by_maps = inner.canonical, inner.by_maps
         self.dim_x, self.dim_u = inner.dim_x + 1, inner.dim_u
         #: the algebra of the chart of `inner`, or None
         self.algebra = getattr(inner, "algebra", None)

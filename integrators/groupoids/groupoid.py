@@ -45,6 +45,12 @@ class Groupoid(ABC):
     dim_u: int
     #: The name of the retraction in use, or None for groupoids that need none.
     retraction: str | None = None
+    #: True if u is the difference of places over h: b = x + hu, L = R = 1, and μ is conjugate to x.
+    canonical: bool = False
+    #: True if target and product, functions of a user, are all that is known of it.
+    by_maps: bool = False
+    #: The factors of a product.
+    parts: tuple[Groupoid, ...] = ()
     #: True if a scheme checks the axioms; tests check the closed forms of this package instead.
     by_user: bool = True
     #: The file and line of the user's own map, and what to change if the axioms fail.

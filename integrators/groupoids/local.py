@@ -21,6 +21,7 @@ class LocalGroupoid(Groupoid):
     """
 
     kind = "local"
+    by_maps = True
 
     def __init__(
         self,

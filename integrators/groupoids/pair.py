@@ -14,6 +14,7 @@ class PairGroupoid(Groupoid):
     """Arrows (x, y) with u = (y − x)/h: b = x + hu, p = u + v, ι = −u, ρ = hI, L = R = I, C = 0."""
 
     kind = "pair"
+    canonical = True
     by_user = False
 
     def __init__(self, n: int) -> None:

@@ -75,7 +75,7 @@ class DualStep:
         Raises `CannotMeasure` on other groupoids, where forms have more terms.
         """
         lattice = self.flow.lattice
-        if lattice.groupoid.kind != "pair":
+        if not lattice.groupoid.canonical:
             raise CannotMeasure(f"{lattice.name}: fluxes are measured on pair(n) alone.")
         pairs, d = lattice.pairs, self._of_bonds
         m, sides = self._shape[2], []

@@ -197,7 +197,7 @@ class Scene:
         if self.hamiltonian is None:
             raise BadInput(f"{self.name}: beside one_form= give hamiltonian=, a function (x, p).")
         self._check_alone("one_form= and hamiltonian= stand", "force", "sigma")
-        if self.groupoid.kind != "pair" or self.groupoid.dim_x % 2:
+        if not self.groupoid.canonical or self.groupoid.dim_x % 2:
             raise BadInput(
                 f"{self.name}: one_form= makes a phase space of the x of a pair(n) with n even, "
                 f"where dϑ can be regular; {self.groupoid.name} is none."

@@ -59,7 +59,7 @@ def _fraction(s: Any, seen: Any, point: Sequence[Any]) -> Any:
     rest = answers_of(point, seen.Target)
     if rest is not None and tuple(rest[:-1]) == (*s.x, *s.u):
         found = {rest[-1] / s.h}
-    elif s.groupoid.kind == "pair" and len(point) == len(s.u):
+    elif s.groupoid.canonical and len(point) == len(s.u):
         found = {((e - x) / (s.h * u)).expand() for e, x, u in zip(point, s.x, s.u, strict=True)}
     else:
         return None

@@ -61,7 +61,7 @@ class Dual:
 
     def __init__(self, s: SceneSymbols, parameters: Sequence[Any], v0: Sequence[Any]) -> None:
         self.n, self.m = len(s.x), len(s.mu)
-        self.canonical = s.groupoid.kind == "pair" and not s.degenerate
+        self.canonical = s.groupoid.canonical and not s.degenerate
         slope = [e for part in energy_gradient(s) for e in part]
         letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
         values = [[energy(s)], [energy_terms(s)], list(rates(s)), slope]

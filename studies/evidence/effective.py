@@ -104,7 +104,7 @@ class _Split:
     @classmethod
     def of(cls, s: SceneSymbols) -> _Split | None:
         """Return the split, or None for a scene that is no H = T(p) + V(x) with a quadratic T."""
-        if s.groupoid.kind != "pair" or s.clocked:
+        if not s.groupoid.canonical or s.clocked:
             return None
         letters = {*s.x, *s.u}
         slope = jacobian([s.lagrangian], s.x)

@@ -181,7 +181,7 @@ def _on_orbit(s: SceneSymbols, scene: Any) -> list[State]:
     lost. On pairs every point is on the orbit.
     """
     states = _motion(scene).states
-    if s.groupoid.kind == "pair" or not len(states[0][1]):
+    if s.groupoid.canonical or not len(states[0][1]):
         return states
     numbers, found = arithmetic(DIGITS), []
     with numbers.working():
@@ -323,7 +323,7 @@ def steps_from(place: Place, drawn: random.Random) -> Iterator[Fraction]:
 
 def is_linear(s: SceneSymbols) -> bool:
     """True if a scene's equations are linear: a quadratic Lagrangian on pairs, linear forces."""
-    if s.groupoid.kind != "pair" or s.restricted or s.clocked:
+    if not s.groupoid.canonical or s.restricted or s.clocked:
         return False
     if s.degenerate and inverse_two_form(s).free_symbols & {*s.x}:
         return False

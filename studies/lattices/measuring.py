@@ -60,7 +60,7 @@ def cases(choice: Choice) -> list[Case]:
 def _on_patches(lattice: Any) -> bool:
     """True if variations go through its bonds, so that there is a law on patches."""
     free = lattice.contact is None and lattice.constraint is None
-    return bool(free and lattice.groupoid.kind == "pair")
+    return bool(free and lattice.groupoid.canonical)
 
 
 def notes(choice: Choice) -> list[str]:

@@ -106,7 +106,7 @@ def _of_motion(scheme: Scheme, rows_of: Any) -> float:
 def _is_bent(scheme: Scheme, formula: Any) -> bool:
     """True if ξ(x) = ∂J/∂μ on pairs is not an affine function of x."""
     s = scheme.s
-    if s.groupoid.kind != "pair":
+    if not s.groupoid.canonical:
         return False
     slope = formula.jacobian(list(s.mu))
     second = [e.diff(a, b) for e in slope for a in s.position for b in s.position]

@@ -90,7 +90,7 @@ def _row(case: Case, look: Any, scale: Any, seed: int) -> dict[str, Any]:
 
 def _even(scheme: Any, look: Any) -> bool:
     """True if reversed momenta reverse the motion: H(q, −p) = H(q, p), and no force."""
-    if scheme.scene.groupoid.kind != "pair" or scheme.scene.clocked:
+    if not scheme.scene.groupoid.canonical or scheme.scene.clocked:
         return False
     system, n = scheme.flow(look.step).system, scheme.s.n
     values = [system.H(look.z[:n], sign * look.z[n:]) for sign in (1, -1)]

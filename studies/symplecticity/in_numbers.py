@@ -125,7 +125,7 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, 
 
 def _leaves(case: Case) -> bool:
     """True if closed curves lie on symplectic leaves, which are not the whole space of states."""
-    return bool(case.scene.groupoid.kind != "pair")
+    return bool(not case.scene.groupoid.canonical)
 
 
 def _loop(

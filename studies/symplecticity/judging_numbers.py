@@ -72,7 +72,7 @@ def _closed_force(case: Case) -> bool:
     scene, s = case.scene, case.scheme.s
     if scene.force is None or scene.in_numbers:
         return True
-    if scene.groupoid.kind != "pair":
+    if not scene.groupoid.canonical:
         return False
     force = list(s.force)
     by_x, by_u = jacobian(force, s.position), jacobian(force, s.u)

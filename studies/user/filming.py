@@ -90,7 +90,7 @@ def _usual(run: Any) -> Callable[..., Any]:
             return [np.array([place, place + column]) for column in pose[:3, :3].T]
 
         return axes
-    if n in (2, 3) and groupoid.kind == "pair":
+    if n in (2, 3) and groupoid.canonical:
         return lambda x: x[None]
     if n == 3 and groupoid.kind == "action":
         return lambda x: np.array([np.zeros(3), x])

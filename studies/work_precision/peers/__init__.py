@@ -79,7 +79,7 @@ def _is_closed(scene: Scene) -> bool:
 @remembered(maxsize=64)
 def _splits(scene: Scene) -> bool:
     """True if L = T(v) − V(x) on a pair groupoid, without forces or time."""
-    if scene.groupoid.kind != "pair" or scene.force is not None or scene.clocked:
+    if not scene.groupoid.canonical or scene.force is not None or scene.clocked:
         return False
     s = SceneSymbols(scene)
     return all(s.lagrangian.diff(v).diff(x) == 0 for v in s.u for x in s.x)

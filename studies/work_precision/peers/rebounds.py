@@ -44,7 +44,7 @@ def bodies(scene: Scene) -> Bodies | None:
     """
     masses = scene.parameters.get("masses", ())
     count = len(masses) if isinstance(masses, tuple | list) else 0
-    if scene.groupoid.kind != "pair" or scene.force is not None or scene.clocked or count < 2:
+    if not scene.groupoid.canonical or scene.force is not None or scene.clocked or count < 2:
         return None
     s = SceneSymbols(scene)
     dim, rest = divmod(len(s.x), count)
