@@ -165,9 +165,7 @@ def brief_name(thing: Any) -> str:
 _STEPS = "steps=, how many: the time over the flow's step"
 #: other programs' names for a field of a scene or an argument, and the name or hint here
 _ALSO_CALLED = {
-    "constraints": (
-        "holonomic= for φ(x) = 0, nonholonomic= for A(x) ξ = 0, contact= for φ(x) ≥ 0",
-    ),
+    "constraint": ("holonomic= for φ(x) = 0, nonholonomic= for A(x) ξ = 0, contact= for φ(x) ≥ 0",),
     "potential": ("lagrangian=, kinetic minus potential energy",),
     "hamiltonian": ("lagrangian=; a method for H is a one-step map, @one_step",),
     **dict.fromkeys(("damping", "dissipation", "drag"), ("force=lambda x, v, p: [...]",)),

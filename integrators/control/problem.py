@@ -44,7 +44,7 @@ class Control:
         if not isinstance(scene, Scene):
             raise BadInput(f"{shown(scene)} is no scene: give a Scene, or scenes.get(name).")
         name, m = scene.name, scene.groupoid.dim_u
-        bound = scene.constrained or scene.contact is not None or scene.one_form is not None
+        bound = scene.all_constraints or scene.contact is not None or scene.one_form is not None
         if scene.lagrangian is None or scene.discrete_lagrangian is not None or bound:
             raise CannotMeasure(
                 f"{name}: control needs a scene with a lagrangian= and without constraints, "

@@ -4,10 +4,14 @@ from .absolute_terms import absolute_terms, energy_terms
 from .arrows import Arrows
 from .checks import check_force, check_momentum, check_regular, check_start
 from .constrained_equations import ConstrainedEquations
-from .constrained_start import check_on_constraints, on_constraints
+from .constrained_start import check_on_constraints, nearest_start, on_constraints
+from .constraint_work import constraint_power, constraints_work
 from .constraints import (
     constraint,
     constraint_matrix,
+    constraint_shift,
+    met_by_velocity,
+    reaction_matrix,
     vanishing_at_states,
     vanishing_in_a_step,
 )
@@ -36,17 +40,18 @@ from .phase_space import inverse_two_form, orientation
 from .rule_view import answers_of
 from .stage_equations import no_stages, stage_source
 from .step_equations import StepEquations, composed_step
-from .symbols import SceneSymbols, entries_of, times, vector
+from .symbols import SceneSymbols, times, vector
 from .virtual_work import discrete_force, force_points
 
 __all__ = [
-    "Arrows", "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian", "DiscretisedScene",
-    "DualSystem", "OneStepEquations", "SceneSymbols", "StepEquations", "absolute_terms",
-    "answers_of", "blamed", "check_finite", "check_force", "check_momentum", "check_on_constraints",
-    "check_regular", "check_start", "closed_velocity", "composed_step", "constraint",
-    "constraint_matrix", "discrete_force", "energy", "energy_gradient", "energy_terms",
-    "entries_of", "field_parts", "force_points", "initial_momentum", "inverse_two_form",
-    "legendre_inverse", "mass_matrix", "momentum", "natural_structure", "no_stages",
-    "on_constraints", "orientation", "poisson_tensor", "power", "rates", "stage_source", "times",
+    "Arrows", "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian",
+    "DiscretisedScene", "DualSystem", "OneStepEquations", "SceneSymbols", "StepEquations",
+    "absolute_terms", "answers_of", "blamed", "check_finite", "check_force", "check_momentum",
+    "check_on_constraints", "check_regular", "check_start", "closed_velocity", "composed_step",
+    "constraint", "constraint_matrix", "constraint_power", "constraint_shift", "constraints_work",
+    "discrete_force", "energy", "energy_gradient", "energy_terms", "field_parts", "force_points",
+    "initial_momentum", "inverse_two_form", "legendre_inverse", "mass_matrix", "met_by_velocity",
+    "momentum", "natural_structure", "nearest_start", "no_stages", "on_constraints", "orientation",
+    "poisson_tensor", "power", "rates", "reaction_matrix", "stage_source", "times",
     "vanishing_at_states", "vanishing_in_a_step", "vector", "vector_field",
 ]  # fmt: skip

@@ -1,11 +1,13 @@
 """Steps under constraints: discrete Lagrange–d'Alembert, with a multiplier at both ends.
 
-    F⁻(x, u)/h = μ + h/2 A(x)ᵀλ,    μ′ = F⁺(x, u)/h + h/2 A(y)ᵀν,    A(y) ξ(y, μ′) = 0
+    F⁻(x, u)/h = μ + h/2 B(x)ᵀλ,    μ′ = F⁺(x, u)/h + h/2 B(y)ᵀν,    A(y) ξ(y, μ′) = a(y)
 
-with φ(y) = 0 and A = φ′ρ̂ where the constraint is holonomic (Marsden, West 2001, 3.5: SHAKE and
-RATTLE on pairs), and Σ ω_i A(x_i) u = 0 over the points where the rule asks for L, with its
-weights, where it is nonholonomic (Iglesias, Marrero, Martín de Diego, Martínez 2008). λ belongs to
-the start of the step, ν to its end: the momentum that a step leaves admits the constraint itself.
+with φ(y) = 0, A = φ′ρ̂ and a = −∂φ/∂t of positions (Marsden, West 2001, 3.5: SHAKE and RATTLE on
+pairs), and Σ ω_i (A(x_i) u − a(x_i)) = 0 over the points where the rule asks for L, with its
+weights, of rows for the velocity (Iglesias, Marrero, Martín de Diego, Martínez 2008). The time is
+an entry of x and of y: a is evaluated at the times of the rule's points. B = A but for kinds of
+constraints with other reactions. λ belongs to the start of the step, ν to its end: the momentum
+that a step leaves admits the constraint itself.
 
 The unknowns are the impulses hλ/2 and hν/2: round-off of a place moves these by ε/h, λ by ε/h².
 A step so is a map on (x, μ); u, both impulses and the velocity at the end are solved for together.
@@ -20,7 +22,13 @@ from ..numbers import evaluate_matrix, null_direction, shown, sympy, to_sympy
 from ..rules import Discretisation
 from .absolute_terms import absolute_terms
 from .checks import named, singular
-from .constraints import constraint, constraint_matrix
+from .constraints import (
+    constraint,
+    constraint_matrix,
+    constraint_shift,
+    met_by_velocity,
+    reaction_matrix,
+)
 from .continuous import mass_matrix, momentum
 from .discrete_equations import DiscreteEquations
 from .one_step_equations import over
@@ -55,24 +63,18 @@ class ConstrainedEquations(StepEquations):
         ]
         self._check_rule()
         y = of.point_of_step(sympy.Integer(1)).letters if len(s.x) else s.y
-        before, after = constraint_matrix(s, s.x), constraint_matrix(s, y)
+        before, after = reaction_matrix(s, s.x), reaction_matrix(s, y)
         k = before.rows
         self.multipliers, nu = vector("la", k), vector("nu", k)
         end = vector("ve", len(s.u))
         leaving, arriving = before.T * self.multipliers, after.T * nu
-        if s.holonomic:
-            met = over(constraint(s, y), h)
-        else:
-            met = sum(
-                (weight / h * constraint_matrix(s, point) * s.u for weight, point in self.asked),
-                0 * self.multipliers,
-            )
+        met = over(constraint(s, y), h).col_join(met_by_velocity(s, self.asked))
         at_end = dict(zip([*s.x, *s.u], [*y, *end], strict=True))
         rows = [
             over(maps.minus, h) - leaving - s.mu,
             met,
             momentum(s).xreplace(at_end) - over(maps.plus, h) - arriving,
-            after * end,
+            constraint_matrix(s, y) * end - constraint_shift(s, y),
         ]
         self.rows = sympy.Matrix.vstack(*rows)
         self.unknowns = [("velocity", s.u), ("multiplier", self.multipliers), ("velocity", end),
@@ -87,9 +89,10 @@ class ConstrainedEquations(StepEquations):
             block = next((b for b in self.of.points if b.letters == point), None)
             theta = sympy.Integer(0) if block is None else block.theta
             thetas[theta] = thetas.get(theta, 0) + weight
-        still = not constraint_matrix(self.s, self.x).free_symbols & set(self.x)
-        mirrored = all(thetas.get(1 - theta) == weight for theta, weight in thetas.items())
-        return bool(self.s.holonomic or still or mirrored)
+        # positions restrict both ends of a step alike
+        met = met_by_velocity(self.s, [(self.h, self.x)])
+        still = not met.free_symbols & set(self.x)
+        return still or all(thetas.get(1 - theta) == weight for theta, weight in thetas.items())
 
     @property
     def adjoint(self) -> ConstrainedEquations:
@@ -124,7 +127,8 @@ class ConstrainedEquations(StepEquations):
                 f"direction ({shown(direction)}) of ξ; every velocity needs its kinetic energy, "
                 "those that constraints hold too: leave such a coordinate out, or give it a mass."
             )
-        at = dict(zip(s.position, map(to_sympy, scene.x0), strict=True))
+        start = map(to_sympy, [*s.with_time(scene.x0), *scene.v0])
+        at = dict(zip([*s.x, *s.u], start, strict=True))
         at |= s.exact_parameters(scene)
         symbolic = constraint_matrix(s, s.x)
         A, sizes = (
@@ -142,6 +146,13 @@ class ConstrainedEquations(StepEquations):
                 f"{name}: the constraints are redundant: at x0 a row of A(x) follows from the "
                 "others; leave it out."
             )
+        if (B := reaction_matrix(s, s.x)) != symbolic:
+            mass, B = (evaluate_matrix(m.xreplace(at), 30) for m in (mass_matrix(s), B))
+            if null_direction(A * mass.LUsolve(B.T), NONE) is not None:
+                raise BadInput(
+                    f"{name}: the reactions of its constraints cannot hold them at x0: A M⁻¹Bᵀ is "
+                    "singular there; give other reactions."
+                )
 
     def refused(self, name: str) -> CannotMeasure:
         """Return the refusal of `name`, which only a map of arrows has."""

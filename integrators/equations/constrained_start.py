@@ -1,4 +1,4 @@
-"""Starts on a scene's constraints, φ(x₀) = 0 and A(x₀) v₀ = 0, and the distance of other starts.
+"""Starts on a scene's constraints, φ(x₀, t₀) = 0 and A v₀ = a there, and the distance of others.
 
 A start in doubles is off by round-off: with entries known to `UNITS` units of round-off ε of the
 largest of x (of ξ), a row f by UNITS·ε times its size, Σ |∂f/∂zᵢ| max |z| plus the sum of |f|'s
@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 from ..errors import BadInput
 from ..numbers import Arithmetic, arithmetic, jacobian, numeric, sympy
-from ..numbers.types import Number, Vector
+from ..numbers.types import Exact, Number, Vector
 from ..scene import Scene
-from .constraints import constraint, constraint_matrix
+from .constraints import constraint, constraint_matrix, constraint_shift
 from .continuous import initial_momentum, mass_matrix
 from .legendre_inverse import legendre_inverse
 from .symbols import SceneSymbols, column
@@ -35,27 +35,42 @@ class _Gap(NamedTuple):
     part: Number
 
 
-def on_constraints(s: SceneSymbols, scene: Scene) -> Scene:
-    """Return the scene with a start that meets its constraints to 100 digits.
+def on_constraints(s: SceneSymbols, scene: Scene, t0: Exact = 0) -> Scene:
+    """Return the scene with a start that meets its constraints at the time t₀ to 100 digits.
 
     It is the scene itself if its start does. A start that is off by round-off of doubles is
     projected: Newton's method with the least change, first of x₀, then of v₀. Raises `BadInput` for
     a start that is farther off, and names one that is not.
     """
-    if not scene.constrained:
+    if not scene.all_constraints:
         return scene
     numbers = arithmetic(DIGITS)
     with numbers.working():
-        start = [_in(numbers, z) for z in (scene.x0, scene.v0)]
+        start = [_in(numbers, z) for z in (s.with_time(scene.x0, t0), scene.v0)]
         gaps, found = _projected(s, scene, numbers, start)
         far = [gap for gap in gaps if not gap.part <= UNITS * Fraction(1, 2**53)]
         x0, v0 = found or start
         if far:
-            offered = {"x0": x0, "v0": v0} if found else {}
+            offered = {"x0": x0[: s.n], "v0": v0} if found else {}
             raise _refused(scene, far[0], offered)
         if all(gap.part <= MET for gap in gaps):
             return scene
-        return scene.with_values(x0=numbers.public(x0), v0=numbers.public(v0))
+        return scene.with_values(x0=numbers.public(x0[: s.n]), v0=numbers.public(v0))
+
+
+def nearest_start(scene: Scene) -> Scene:
+    """Return the scene with a start on its constraints that is near its own, however far that is.
+
+    Raises `BadInput` if Newton's method finds none.
+    """
+    s, numbers = SceneSymbols(scene), arithmetic(DIGITS)
+    with numbers.working():
+        start = [_in(numbers, z) for z in (s.with_time(scene.x0), scene.v0)]
+        gaps, found = _projected(s, scene, numbers, start)
+        if found is None:
+            raise _refused(scene, gaps[-1], {})
+        x0, v0 = found
+        return scene.with_values(x0=numbers.public(x0[: s.n]), v0=numbers.public(v0))
 
 
 def check_on_constraints(
@@ -65,13 +80,10 @@ def check_on_constraints(
     p = [numbers.number(e) for e in scene.parameter_values]
     near = numbers.array([numbers.number(e) for e in scene.v0], 1, len(mu))
     xi = legendre_inverse(s, numbers)(x[None], mu[None], p, near)[0]
-    z = [x[: s.n], xi]
+    z = [x, xi]
     inverse = numbers.solve(_mass(s, numbers)(x, xi, p), numbers.identity(len(mu)))
-    known = [
-        _largest(x[: s.n]),
-        max(_largest(xi), _largest(abs(inverse).sum(axis=1)) * _largest(mu)),
-    ]
-    gaps = [_gap(what, f(*z, 1, p), s.n, known)[0] for what, f, _ in _constraints(s, numbers)]
+    of_xi = max(_largest(xi), _largest(abs(inverse).sum(axis=1)) * _largest(mu))
+    gaps = [_gap(what, f(*z, 1, p), s.n, z, of_xi)[0] for what, f, _ in _constraints(s, numbers)]
     far = [gap for gap in gaps if not gap.part <= UNITS * numbers.eps]
     if not far:
         return
@@ -82,9 +94,9 @@ def check_on_constraints(
         offered = {}
         if found:
             x0, v0 = map(finer.public, found)
-            near_by = scene.with_values(x0=x0, v0=v0)
+            near_by = scene.with_values(x0=x0[: s.n], v0=v0)
             t0 = x[-1] if s.clocked else 0
-            offered = {"x0": x0, "mu0": initial_momentum(s, near_by, finer, t0)}
+            offered = {"x0": x0[: s.n], "mu0": initial_momentum(s, near_by, finer, t0)}
     raise _refused(scene, far[0], offered)
 
 
@@ -114,12 +126,12 @@ def _projected(
         first = _Gap(what, float("nan"), float("nan"))
         for corrections in range(CORRECTIONS):
             try:
-                gap, off, slope = _gap(what, f(*z, 1, p), s.n, [_largest(part) for part in z])
+                gap, off, slope = _gap(what, f(*z, 1, p), s.n, z, _largest(z[1]))
                 first = first if corrections else gap
                 if gap.part <= MET:
                     break
-                moving = slope[:, : s.n] if own == 0 else slope[:, s.n :]
-                z[own] -= moving.T @ numbers.solve(moving @ moving.T, off)
+                moving = slope[:, : s.n] if own == 0 else slope[:, len(z[0]) :]
+                z[own][: moving.shape[1]] -= moving.T @ numbers.solve(moving @ moving.T, off)
             except (ArithmeticError, ValueError):  # no slope, or outside a function's domain
                 return [*gaps, first], None
         else:
@@ -128,14 +140,17 @@ def _projected(
     return gaps, z
 
 
-def _gap(what: str, values: Any, n: int, known: list[Number]) -> tuple[_Gap, Vector, Any]:
+def _gap(
+    what: str, values: Any, n: int, z: list[Vector], of_xi: Number
+) -> tuple[_Gap, Vector, Any]:
     """Return how far a constraint is off, its rows and their slope, from values of `_constraints`.
 
-    known: the uncertainties of the n entries of x, and of those of ξ, in units of ε.
+    z: x with any time, and ξ. An entry of x is known to the round-off of the largest of n, the time
+    to its own, and ξ to of_xi units of ε.
     """
-    off, slope, sizes = values
-    sizes = sizes + abs(slope[:, :n]).sum(axis=1) * known[0]
-    sizes = sizes + abs(slope[:, n:]).sum(axis=1) * known[1]
+    (off, slope, sizes), x = values, z[0]
+    known = [_largest(x[:n])] * n + [abs(e) for e in x[n:]] + [of_xi] * len(z[1])
+    sizes = sizes + sum(abs(slope[:, j]) * size for j, size in enumerate(known))
     parts = [abs(e) / size if e != 0 else 0 for e, size in zip(off, sizes, strict=True)]
     return _Gap(what, _largest(off), max(parts)), off, slope
 
@@ -161,13 +176,17 @@ def _constraints(s: SceneSymbols, numbers: Arithmetic) -> list[tuple[str, Callab
 
     The function gives rows, their slope and terms, at x, ξ, any h and parameters.
     """
-    asked = [("A(x0) v0", constraint_matrix(s, s.x) * s.u, 1)]
-    if s.holonomic:
-        asked.insert(0, ("φ(x0)", constraint(s, s.x), 0))
-    arguments = {"x": s.position, "u": s.u, "h": s.h, "p": s.parameter_list}
+    A, a, phi = constraint_matrix(s, s.x), constraint_shift(s, s.x), constraint(s, s.x)
+    what = "A(x0) v0" if a.is_zero_matrix else "A(x0) v0 - a(x0)"
+    if not a.is_zero_matrix and len(phi) == len(a):
+        what = "dφ/dt at (x0, v0)"
+    asked = [("φ(x0)", phi, 0), (what, A * s.u - a, 1)]
+    arguments = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
     found = []
     for what, rows, own in asked:
-        slope = jacobian(rows, column([*s.position, *s.u]))
+        if not len(rows):
+            continue
+        slope = jacobian(rows, column([*s.x, *s.u]))
         terms = [sympy.Add(*map(abs, sympy.Add.make_args(e))) for e in rows]
         found.append((what, numeric(arguments, [list(rows), slope, terms], numbers), own))
     return found

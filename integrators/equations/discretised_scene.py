@@ -104,7 +104,7 @@ def _derived(scene: Scene, rule: Discretisation) -> StepEquations:
         raise CannotMeasure(refusal)
     if isinstance(of_step, OneStepMap):
         return OneStepEquations(_symbols(scene), of_step)
-    if scene.constrained:
+    if scene.all_constraints:
         return ConstrainedEquations(_symbols(scene, of_step.stages), of_step)
     if scene.discrete_lagrangian is not None:
         of_step = own  # no rule applies if L_d is given

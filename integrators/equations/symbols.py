@@ -23,7 +23,7 @@ from ..numbers import (
     to_sympy,
 )
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
-from ..scene import OnGroup, Scene, takes_fourth
+from ..scene import OnGroup, Scene, entries_of, takes_fourth
 from .sums import summing_at_once
 
 #: names of coordinates, coefficients and intermediate results
@@ -54,13 +54,6 @@ def times(one: SymbolicMatrix, other: SymbolicMatrix) -> SymbolicMatrix:
         sympy.Add(*[a * e for a, e in zip(row, column, strict=True) if a != 0 and e != 0])
         for row in one.tolist() for column in columns
     ])  # fmt: skip
-
-
-def entries_of(given: Any) -> list[Any]:
-    """Return the given value as a list; of one entry if it is no collection."""
-    shape = getattr(given, "shape", None)
-    many = hasattr(given, "__iter__") if shape is None else shape != ()
-    return list(given) if many else [given]
 
 
 def _of_text(value: str, place: str) -> Expression:
@@ -99,9 +92,7 @@ class SceneSymbols:
         #: True if x is a phase space with the form dϑ, and μ = ϑ(x)
         self.degenerate = scene.one_form is not None
         self.forced = scene.force is not None
-        #: the function of the constraints; True if they are φ(x) = 0 (`constraints`)
-        self.restricted = scene.holonomic or scene.nonholonomic
-        self.holonomic = scene.holonomic is not None
+        self.constraints = scene.all_constraints
         own = self.groupoid.symbols
         self.x, self.u, self.v, self.h = own["x"], own["u"], own["v"], own["h"]
         self.y = vector("y", self.groupoid.dim_x)

@@ -351,7 +351,7 @@ def _refusal(scheme: Any) -> str:
         return f"{rule} is a program, which has no series in the step."
     for is_so, why in (
         (scheme.scene.contact is not None, "has contact"),
-        (scheme.scene.constrained, "has constraints"),
+        (scheme.scene.all_constraints, "has constraints"),
         (scheme.scene.timed, "depends on the time"),
         (scheme.scene.discrete_lagrangian is not None, "gives its discrete Lagrangian itself"),
         (scheme.scene.one_form is not None, "has a form dϑ of its own"),

@@ -120,7 +120,8 @@ class RunDifferentiated:
         for is_so, why in (
             (scene.contact is not None, f"{scene.name} has contact: a run has no derivative where "
              "a contact closes or opens."),
-            (scene.constrained, f"{scene.name} has constraints: derivatives of runs are those of "
+            (scene.all_constraints,
+             f"{scene.name} has constraints: derivatives of runs are those of "
              "free states (x, mu)."),
             (scene.one_form is not None, f"{scene.name} has a one-form, and mu = ϑ(x): derivatives "
              "of runs are those of free states (x, mu)."),

@@ -119,7 +119,7 @@ class Starting:
         A one-step map may violate it, and continues from there.
         """
         context, s = self.context, self.context.equations.s
-        if context.scene.constrained:
+        if context.scene.all_constraints:
             check_on_constraints(s, context.scene, context.numbers, start.x, start.mu)
         if context.equations.arrows is not None and self._with_values:
             check_momentum(s, context.scene, start.x, start.mu)
@@ -129,10 +129,11 @@ class Starting:
     ) -> Start:
         context, scene = self.context, self.context.scene
         s, elsewhere = context.equations.s, mu0 is None and x0 is not None
+        if mu0 is None and (elsewhere or t0):  # the scene's own start is on its constraints at 0
+            scene = on_constraints(s, scene.with_values(x0=x0) if elsewhere else scene, t0)
         if elsewhere:
-            scene = on_constraints(s, scene.with_values(x0=x0))
             check_force(s, scene)
-            x0 = scene.x0 if scene.constrained else x0
+            x0 = scene.x0 if scene.all_constraints else x0
         if mu0 is None:
             mu0 = initial_momentum(s, scene, context.numbers, t0)
         at = scene.x0 if x0 is None else x0

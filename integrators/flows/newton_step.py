@@ -228,7 +228,7 @@ def restricted_form_defect(
     the force's one-form. Raises `CannotMeasure` if there are no constraints, or several substeps.
     """
     context = flow.context.exactly
-    if not flow.scheme.scene.constrained or context.substeps:
+    if not flow.scheme.scene.all_constraints or context.substeps:
         raise CannotMeasure(
             f"{flow.scheme.scene.name} has no constraints (or the rule has several substeps), so "
             "there is no restricted form."

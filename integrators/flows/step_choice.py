@@ -197,7 +197,7 @@ def fastest_rate(scheme: DiscretisedScene, run: Trajectory) -> float:
     and with constraints, where it is not that of the motion.
     """
     scene, s = scheme.scene, scheme.s
-    if scene.lagrangian is None or scene.constrained:
+    if scene.lagrangian is None or scene.all_constraints:
         return 0.0
     function, found = _linearised(s), [0.0]
     with np.errstate(all="ignore"):

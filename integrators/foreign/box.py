@@ -85,9 +85,11 @@ class BlackBox(Discretisation):
         """Return a sentence that says why the box cannot run on the scene, or ""."""
         if scene.contact is not None:
             return f"{scene.name} has contact, of which the black box {self.name} knows nothing."
-        if scene.nonholonomic is not None:
+        kinds = [c.kind.name for c in scene.all_constraints if c.kind.no_form]
+        kinds += ["moving" for c in scene.all_constraints if c.timed]
+        if kinds:
             return (
-                f"{scene.name} has nonholonomic constraints, for which a black box such as "
+                f"{scene.name} has {kinds[0]} constraints, for which a black box such as "
                 f"{self.name} has no reference state: take a rule such as midpoint."
             )
         if scene.lagrangian is None and not scene.in_numbers:

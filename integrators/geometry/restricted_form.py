@@ -1,4 +1,4 @@
-"""The symplectic form on the arrows that satisfy a holonomic constraint.
+"""The symplectic form on the arrows that satisfy holonomic constraints, which may move.
 
 On the dual, (b, δμ) with δx = ρ̂ b is a tangent vector of the prolongation, and
 
@@ -6,7 +6,7 @@ On the dual, (b, δμ) with δx = ρ̂ b is a tangent vector of the prolongation
 
 A step maps b at its start to b′ at its end; the displacement of its arrow (x, u) is a = −b/h and c
 = b′/h: h δu + R b = L b′. With constraints the form is preserved on exactly the vectors with A b =
-0 and d(A ξ) = 0 (Marsden, West 2001, 3.5.3).
+0 and d(A ξ − a) = 0, at the time of each end (Marsden, West 2001, 3.5.3).
 """
 
 from __future__ import annotations
@@ -16,7 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from ..equations import SceneSymbols, constraint_matrix, mass_matrix, momentum
+from ..equations import (
+    SceneSymbols,
+    constraint_matrix,
+    constraint_shift,
+    mass_matrix,
+    momentum,
+)
 from ..numbers import Arithmetic, jacobian, numeric
 from ..numbers.types import Matrix, Number, Vector
 from .defects import in_round_offs
@@ -52,7 +58,7 @@ def restricted_defect(
     lift = np.block([[rho, zero(n, m)], [zero(m, m), one]])
     displaced = geometry.q[0] * (along[:m] @ lift) + np.hstack([R, zero(m, m)])
     P = np.vstack([numbers.solve(L, displaced), (after @ lift)[n:]])
-    # A b = 0, and d(A ξ) = 0 with M dξ = δμ − ∂p/∂x δx
+    # A b = 0, and d(A ξ − a) = 0 with M dξ = δμ − ∂p/∂x δx
     of_xi = numbers.solve(mass, np.hstack([-moved, one])) @ lift
     held = np.vstack([np.hstack([A, zero(len(A), m)]), turning @ lift[:n] + A @ of_xi])
     N = _null_space(numbers, held)
@@ -62,7 +68,7 @@ def restricted_defect(
     gap = P.T @ later @ P - before
     terms = abs(P).T @ abs(later) @ abs(P) + abs(before)
     if forced:
-        free = LocalGeometry(geometry.equations.discrete, numbers, geometry.q)
+        free = LocalGeometry(geometry.equations.free, numbers, geometry.q)
         here = free.at(x, w[:m])
         arrow = np.vstack([-np.hstack([one, zero(m, m)]), P[:m]]) / geometry.q[0]
         work = work_differential(free, x, w[:m], here).value
@@ -96,8 +102,9 @@ def _null_space(numbers: Arithmetic, held: Matrix) -> Matrix:
 
 @lru_cache(maxsize=64)
 def _parts(s: SceneSymbols, numbers: Arithmetic) -> Any:
-    """Return a function of (x, u): A, ∂(Aξ)/∂x, ∂²l/∂ξ², ∂²l/∂ξ∂x, ρ̂, L and R."""
+    """Return a function of (x, u): A, ∂(Aξ − a)/∂x, ∂²l/∂ξ², ∂²l/∂ξ∂x, ρ̂, L and R."""
     A, g, h = constraint_matrix(s, s.x), s.groupoid, s.h
-    parts = [A, jacobian(A * s.u, s.x), mass_matrix(s), jacobian(momentum(s), s.x),
+    turning = jacobian(A * s.u - constraint_shift(s, s.x), s.x)
+    parts = [A, turning, mass_matrix(s), jacobian(momentum(s), s.x),
              g.rho(s.x, h) / h, g.L(s.x, s.u, h), g.R(s.x, s.u, h)]  # fmt: skip
     return numeric({"x": s.x, "u": s.u, "q": s.q}, parts, numbers)

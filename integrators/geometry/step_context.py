@@ -172,7 +172,8 @@ class StepContext:
         for is_so, why in (
             (scene.contact is not None, f"{scene.name} has contact: a step is a map on (x, mu) "
              "with impulses in it, not on arrows (x, u); use dual_step."),
-            (scene.constrained, f"{scene.name} has constraints: a step is a map on (x, mu), not on "
+            (scene.all_constraints,
+             f"{scene.name} has constraints: a step is a map on (x, mu), not on "
              "arrows (x, u); use dual_step and flows.restricted_form_defect."),
             (self.equations.arrows is None, f"{rule.name} is a one-step map: it has no discrete "
              "Lagrangian, so no Ω on G; use dual_step and poisson_defect."),

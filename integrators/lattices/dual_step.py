@@ -42,7 +42,7 @@ class DualStep:
         if scheme.substeps:
             raise CannotMeasure(f"{lattice.name}: {scheme.rule.name} has several substeps; ask its "
                                 "base rule.")  # fmt: skip
-        if scheme.constrained:
+        if scheme.constraints:
             raise CannotMeasure(f"{lattice.name}: with constraints the form is defined on the "
                                 "vectors that they admit; use RestrictedStep.")  # fmt: skip
         run = LatticeRun.from_row(flow, x, mu)

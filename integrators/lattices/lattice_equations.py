@@ -18,7 +18,6 @@ from ..equations import (
     DiscreteLagrangian,
     SceneSymbols,
     check_regular,
-    entries_of,
     natural_structure,
     no_stages,
     stage_source,
@@ -29,7 +28,7 @@ from ..groupoids import Groupoid, check_axioms, product
 from ..numbers import jacobian, sympy
 from ..numbers.types import Column, Expression, Letter
 from ..rules import Discretisation
-from ..scene import Scene
+from ..scene import Scene, entries_of
 from .bond_constraints import BondConstraints
 from .lattice import FUNCTIONS, Lattice, no_term
 

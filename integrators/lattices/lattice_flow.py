@@ -190,7 +190,7 @@ class LatticeFlow:
             run.restore(state)
         elif (status := run.show()) != Status.OK:  # the u that leaves the start is not found
             raise failed(status)
-        elif self.scheme.constrained:
+        elif self.scheme.constraints:
             self._check_start(mu, run)
         shapes = {word: (size, *a.shape) for word, a in run.columns.items()}
         rows = [zeros(*e) for e in shapes.values()] if kept is None else kept.rows(shapes)
@@ -273,7 +273,7 @@ class LatticeFlow:
         constraints in all of them.
         """
         x, v = map(self.exact, self.lattice.start)
-        if self.scheme.constrained and self.numbers.digits > 16:
+        if self.scheme.constraints and self.numbers.digits > 16:
             scene = scene_of(self.lattice)
             scene = on_constraints(SceneSymbols(scene), scene)
             free = self.lattice.free

@@ -44,7 +44,7 @@ class LatticeRun:
         self._work = work = zeros(1 if scheme.local else N, widths["work"])
         order, segments = segments_of(lattice.pairs)
         # with constraints fixed sites have equations too: those of multipliers, and u = 0
-        solved = np.ones_like(self.free) if scheme.constrained else self.free
+        solved = np.ones_like(self.free) if scheme.constraints else self.free
         ranges = ranges_of(solved)
         ties = zeros(1 if scheme.local else len(order), widths["ties"])
         own, of_bond = map(flow.exact, scheme.own_rows(order))
@@ -72,7 +72,7 @@ class LatticeRun:
         self.digest = hashlib.sha256()
         for array in (self.x, self.mu, own, of_bond, c, ranges, segments):
             self.digest.update(array.tobytes())
-        more = widths["w"] - self.u.shape[1] if scheme.constrained else 0
+        more = widths["w"] - self.u.shape[1] if scheme.constraints else 0
         self.multipliers = zeros(len(order), more)
         self._of_impulse = 2 / q[0][0]  # factor that turns an impulse hλ/2 into λ
         self.sparse: SparseSteps | None = None
@@ -125,7 +125,7 @@ class LatticeRun:
 
     def _floor(self) -> float:
         """Return the size of corrections too small to move x (`lattice_newton.unseen`)."""
-        joined = len(self.x) if self.flow.scheme.constrained else 1
+        joined = len(self.x) if self.flow.scheme.constraints else 1
         largest = float(abs(self.x).sum(axis=1).max())
         return 16 * float(self.numbers.eps) * joined * largest / abs(float(self.flow.step))
 

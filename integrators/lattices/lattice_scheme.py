@@ -18,7 +18,7 @@ from ..numbers import Arithmetic, Number, flatten, working_digits
 from ..numbers.types import Given
 from ..rules import Composition, Discretisation, OneStepMap, Substep, adjoint, check_rule
 from ..scene import Again
-from .bond_constraints import check_constraints
+from .bond_constraints import BondConstraints, check_constraints
 from .contact_lattice import ContactLatticeFlow
 from .lattice import Lattice
 from .lattice_equations import LatticeEquations
@@ -40,7 +40,7 @@ class LatticeScheme:
                                 "one-step map.")  # fmt: skip
         self.lattice, self.rule = lattice, rule
         self.equations = LatticeEquations(lattice, of_step)
-        if self.constrained:
+        if self.constraints:
             self.check_start(*lattice.start)
 
     def __reduce__(self) -> Again:
@@ -51,9 +51,9 @@ class LatticeScheme:
         return self  # a scheme is immutable
 
     @property
-    def constrained(self) -> bool:
-        """True if bonds have constraints."""
-        return self.equations.constraints is not None
+    def constraints(self) -> BondConstraints | None:
+        """The rows and multipliers of the bonds' constraints, or None."""
+        return self.equations.constraints
 
     def check_start(self, x: np.ndarray, v: np.ndarray) -> None:
         """Raise `BadInput` unless x (N, n) and v (N, m) satisfy independent constraints."""
@@ -147,7 +147,7 @@ class LatticeScheme:
         bonds = [a[order].reshape(B, -1) for a in parts["bond"].values()]
         bonds += [a[pairs].reshape(B, -1) for k, a in parts["site"].items()
                   if k not in parts["bond"]]  # fmt: skip
-        if self.constrained:
+        if self.constraints:
             free, tied = lattice.free, lattice.free[pairs].any(axis=1)
             bound = np.zeros(N, dtype=bool)
             bound[pairs[:, 1]] = tied

@@ -95,7 +95,7 @@ class RestrictedStep:
 
 def step_derivative(flow: Any, x: np.ndarray, mu: np.ndarray) -> DualStep | RestrictedStep:
     """Return the step from (x, μ) with its derivative, of the kind that the lattice has."""
-    return (RestrictedStep if flow.scheme.constrained else DualStep)(flow, x, mu)
+    return (RestrictedStep if flow.scheme.constraints else DualStep)(flow, x, mu)
 
 
 class Linearised:

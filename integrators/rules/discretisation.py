@@ -120,7 +120,7 @@ class Discretisation:
                 f"{scene.name}: {no_value}, so {self.name} has nothing to discretise: take a "
                 "one-step map such as implicit-midpoint or dual-gauss-2, or a black box."
             )
-        if scene.constrained and (self.stages or self.splits):
+        if scene.all_constraints and (self.stages or self.splits):
             return (
                 f"{scene.name} has constraints, which are met at points of a straight step, and "
                 f"{self.name} has none: take a rule without stages, such as midpoint."

@@ -44,7 +44,7 @@ class OneStepMap(Discretisation):
 
     def refusal(self, scene: Any) -> str:
         """Return a sentence that says why the map has no meaning for the scene, or ""."""
-        if scene.constrained:
+        if scene.all_constraints:
             return (
                 f"{scene.name} has constraints, which the map {self.name} knows nothing of: take a "
                 "rule such as midpoint."

@@ -3,6 +3,7 @@
 from ..errors import BadInput
 from ..numbers import refuse_unwritten, short_numbers
 from .affine import halves
+from .constraints import Constraint, ConstraintKind, ConstraintParts, entries_of, velocity_rows
 from .pickled import Again, again, flow_of
 from .quantities import Conserved, OnGroup, arguments_of, on_group, takes_fourth
 from .reads import Opaque, reads, remembered
@@ -11,7 +12,8 @@ from .scene import Scene
 #: the references import only from here, and share no formula with the rest; refusals of long
 #: numbers are here too
 __all__ = [
-    "Again", "BadInput", "Conserved", "OnGroup", "Opaque", "Scene", "again", "arguments_of",
-    "flow_of", "halves", "on_group", "reads", "refuse_unwritten", "remembered", "short_numbers",
-    "takes_fourth",
+    "Again", "BadInput", "Conserved", "Constraint", "ConstraintKind", "ConstraintParts",
+    "OnGroup", "Opaque", "Scene", "again", "arguments_of", "entries_of", "flow_of", "halves",
+    "on_group", "reads", "refuse_unwritten", "remembered", "short_numbers", "takes_fourth",
+    "velocity_rows",
 ]  # fmt: skip

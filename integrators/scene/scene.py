@@ -14,6 +14,7 @@ from ..errors import BadInput, check_function, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten, measure
 from .affine import AffineLagrangian
+from .constraints import HOLONOMIC, NONHOLONOMIC, Constraint, entries_of
 from .legendre import LegendreTransform
 from .pickled import Again, again
 from .quantities import Conserved, OnGroup, takes_fourth
@@ -23,8 +24,8 @@ _FUNCTIONS = (
     ("one_form", "(x, p)"),
     ("lagrangian", "(x, v, p)", "(x, v, p, t)"),
     ("force", "(x, v, p)", "(x, v, p, t)"),
-    ("holonomic", "(x, p)"),
-    ("nonholonomic", "(x, p)"),
+    ("holonomic", "(x, p)", "(x, p, t)"),
+    ("nonholonomic", "(x, p)", "(x, p, t)"),
     ("contact", "(x, p)"),
     ("fast", "(x, p)"),
     ("sigma", "(x, mu, p)"),
@@ -41,8 +42,10 @@ class Scene:
     lagrangian(x, v, p, t) depends on the time too.
     force(x, v, p) or force(x, v, p, t): m components in the natural basis of A*, the term f of d/dt
     ∂l/∂ξ = ρ̂ᵀ ∂l/∂x + ad* … + f (Lagrange–d'Alembert).
-    holonomic(x, p): constraints φ(x) = 0 on the base, a list; nonholonomic(x, p): the rows A(x) of
-    constraints A(x) ξ = 0, a list of lists of m (constants on a group without base).
+    holonomic(x, p) or holonomic(x, p, t): constraints φ(x, t) = 0 on the base, a list;
+    nonholonomic(x, p) or nonholonomic(x, p, t): the rows A of constraints A(x, t) ξ = 0, a list of
+    lists of m (without x on a group without base), or a pair (rows, right sides) for A ξ = a(x, t).
+    constraints: further ones, a list of `Constraint`, of kinds of one's own.
     contact(x, p): gaps φ(x) ≥ 0 on the base, a list; an entry (φ, [t, …]) gives the coordinates of
     the touching point along which it slips (default: x). friction: Coulomb's coefficient, a number
     or one per gap; restitution: e in [0, 1]; impacts: "stepped" or "located" inside a step.
@@ -85,6 +88,7 @@ class Scene:
     mu0: Sequence[Any] | None = None
     holonomic: Callable[..., Any] | None = None
     nonholonomic: Callable[..., Any] | None = None
+    constraints: Sequence[Constraint] = ()
     contact: Callable[..., Any] | None = None
     friction: Any = 0
     restitution: Any = 0
@@ -132,13 +136,19 @@ class Scene:
         for word, *wanted in (("hamiltonian", *of_energy), *_FUNCTIONS):
             if getattr(self, word) is not None:
                 check_function(getattr(self, word), f"{self.name}: {word}=", *wanted)
-        given_constraints = [f for f in (self.holonomic, self.nonholonomic) if f is not None]
-        if len(given_constraints) > 1:
+        if isinstance(self.constraints, Constraint):
+            put("constraints", (self.constraints,))
+        given_constraints = entries_of(self.constraints)
+        if not all(isinstance(e, Constraint) for e in given_constraints):
             raise BadInput(
-                f"{self.name}: constraints are functions of (x, p): either holonomic=, a list, or "
-                "nonholonomic=, a list of rows."
+                f"{self.name}: constraints= is {shown(self.constraints)}, but is a list of "
+                "Constraint, of kinds of one's own; say holonomic= for φ(x, t) = 0, nonholonomic= "
+                "for A(x) ξ = a(x, t), contact= for φ(x) ≥ 0."
             )
-        if given_constraints and (self.discrete_lagrangian or not self.lagrangian):
+        put("constraints", tuple(given_constraints))
+        for each in self.constraints:
+            check_function(each.function, f"{self.name}: constraints=", "(x, p)", "(x, p, t)")
+        if self.all_constraints and (self.discrete_lagrangian or not self.lagrangian):
             raise BadInput(f"{self.name}: constraints need a lagrangian= and no other.")
         if self.holonomic is not None and not self.groupoid.dim_x:
             raise BadInput(
@@ -207,8 +217,8 @@ class Scene:
     def _check_alone(self, words: str, *more: str) -> None:
         """Raise `BadInput` if anything stands beside a Hamiltonian that cannot."""
         others = ("discrete_lagrangian", "numeric_hamiltonian", "holonomic", "nonholonomic",
-                  "contact", "fast", *more)  # fmt: skip
-        beside = [word for word in others if getattr(self, word) is not None]
+                  "constraints", "contact", "fast", *more)  # fmt: skip
+        beside = [word for word in others if getattr(self, word) not in (None, ())]
         follows = isinstance(self.lagrangian, LegendreTransform | AffineLagrangian)
         if self.lagrangian is not None and not follows:
             beside = ["lagrangian", *beside]
@@ -232,8 +242,8 @@ class Scene:
                 "gradient=g, which gives the pair (∂H/∂q, ∂H/∂p) of arrays."
             )
         others = ("lagrangian", "discrete_lagrangian", "force", "holonomic", "nonholonomic",
-                  "contact", "fast")  # fmt: skip
-        if beside := [word for word in others if getattr(self, word) is not None]:
+                  "constraints", "contact", "fast")  # fmt: skip
+        if beside := [word for word in others if getattr(self, word) not in (None, ())]:
             raise BadInput(
                 f"{self.name}: numeric_hamiltonian= stands alone; leave {beside[0]}= out."
             )
@@ -257,7 +267,7 @@ class Scene:
                 f"{self.name}: contact= is a function of (x, p), a list of gaps φ(x) ≥ 0 on the "
                 f"base, of which {self.groupoid.name} must have one."
             )
-        if self.constrained or self.discrete_lagrangian or not self.lagrangian:
+        if self.all_constraints or self.discrete_lagrangian or not self.lagrangian:
             raise BadInput(f"{self.name}: contact needs a lagrangian= alone, and no constraints.")
         if min(flatten((self.friction,)), default=0) < 0:
             raise BadInput(f"{self.name}: the friction is negative; give a number from 0.")
@@ -268,10 +278,21 @@ class Scene:
                 f'{self.name}: impacts={shown(self.impacts)}; say "stepped" or "located".'
             )
 
+    @cached_property
+    def all_constraints(self) -> tuple[Constraint, ...]:
+        """The constraints that restrict the motion; empty if none does."""
+        named = ((HOLONOMIC, self.holonomic), (NONHOLONOMIC, self.nonholonomic))
+        return (*(kind(f) for kind, f in named if f is not None), *self.constraints)
+
     @property
-    def constrained(self) -> bool:
-        """True if constraints restrict the motion."""
-        return self.holonomic is not None or self.nonholonomic is not None
+    def no_form(self) -> str:
+        """The reason why its constraints keep no symplectic form; "" if they leave one."""
+        return next((c.kind.no_form for c in self.all_constraints if c.kind.no_form), "")
+
+    @property
+    def no_energy(self) -> str:
+        """The reason why no band of the energy is demanded under its constraints, or ""."""
+        return next((c.kind.no_energy for c in self.all_constraints if c.kind.no_energy), "")
 
     @property
     def in_numbers(self) -> bool:
@@ -298,8 +319,9 @@ class Scene:
 
     @property
     def timed(self) -> bool:
-        """True if the Lagrangian or the force depends on the time."""
-        return takes_fourth(self.lagrangian) or takes_fourth(self.force)
+        """True if the Lagrangian, the force or a constraint depends on the time."""
+        of_time = takes_fourth(self.lagrangian) or takes_fourth(self.force)
+        return of_time or any(c.timed for c in self.all_constraints)
 
     @property
     def clocked(self) -> bool:
@@ -314,8 +336,9 @@ class Scene:
     def laws(self) -> tuple[Any, ...]:
         """All functions of the scene: scenes with equal laws differ only in numbers."""
         return (self.lagrangian, self.discrete_lagrangian, self.fast, self.force, self.holonomic,
-                self.nonholonomic, self.contact, self.symmetries, self.hamiltonian,
-                self.numeric_hamiltonian, self.gradient, self.one_form)  # fmt: skip
+                self.nonholonomic, self.constraints, self.contact, self.symmetries,
+                self.hamiltonian, self.numeric_hamiltonian, self.gradient,
+                self.one_form)  # fmt: skip
 
     @property
     def parameter_values(self) -> list[Any]:
@@ -376,7 +399,8 @@ class Scene:
 
     def __reduce__(self) -> Again:
         """Return the pickled form; a scene's functions are pickled by their place in a module."""
-        functions = (*self.laws[:-1], *(q.formula for q in self.symmetries))
+        functions = (*self.laws, *(q.formula for q in self.symmetries),
+                     *(c.function for c in self.constraints))  # fmt: skip
         return again(self, functions)
 
     def __deepcopy__(self, memo: Any) -> Scene:

@@ -15,8 +15,9 @@ NAMES = (
     "heavy-top", "lagrange-top", "kovalevskaya-top", "spherical-pendulum",
     "reduced-kepler", "rotor-body", "wong",
     "damped-pendulum", "duffing", "driven-heavy-top", "kapitza-pendulum",
-    "cartesian-pendulum", "double-spherical-pendulum", "pivoted-body",
+    "cartesian-pendulum", "double-spherical-pendulum", "pivoted-body", "bead-on-hoop",
     "suslov", "chaplygin-sleigh", "rolling-disc", "knife-edge", "contact-oscillator",
+    "ball-on-turntable", "ball-in-cylinder",
 )  # fmt: skip
 
 

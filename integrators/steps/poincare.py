@@ -63,7 +63,7 @@ def in_own_time(
     check_function(given, f"{scene.name}: sigma=", "(x, mu, p)")
     for has, what in (
         (scene.force is not None, "a force"), (scene.timed, "a time in its Lagrangian"),
-        (scene.constrained, "constraints"), (scene.contact is not None, "contact"),
+        (scene.all_constraints, "constraints"), (scene.contact is not None, "contact"),
         (scene.lagrangian is None, "no Lagrangian"), (scene.one_form is not None, "a one-form"),
         (not scene.groupoid.dim_x, "no base, on which sigma depends"),
     ):  # fmt: skip

@@ -70,7 +70,7 @@ class Varied(Discretisation):
     def refusal(self, scene: Any) -> str:
         """Return why the base does not exist on the scene, or with steps that vary so; or ""."""
         for has, what in (
-            (scene.constrained, "constraints"),
+            (scene.all_constraints, "constraints"),
             (scene.contact is not None, "contact"),
             (scene.discrete_lagrangian is not None, "a discrete Lagrangian of its own"),
             (scene.in_numbers, "a Hamiltonian in numbers"),

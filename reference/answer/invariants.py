@@ -86,7 +86,8 @@ def invariants_of(scene: Any, equations: Equations) -> Invariants:
     mu = sympy.Matrix(count, 1, lambda i, _: sympy.Symbol(f"mu{i}", real=True))
     names: list[str] = []
     values: list[Any] = []
-    if not equations.timed and not equations.forced:  # otherwise the motion does not conserve it
+    # otherwise the motion does not conserve it
+    if not (equations.timed or equations.forced or equations.driven):
         names, values = ["energy"], [equations.energy]
     for quantity in getattr(scene, "symmetries", ()):
         if quantity.attitude and not size:

@@ -1,4 +1,4 @@
-"""A start on its constraints, phi(x0) = 0 and A(x0) v0 = 0.
+"""A start on its constraints, phi(x0) = 0 and A(x0) v0 - a(x0) = 0.
 
 A start that misses them only by the rounding of its numbers to doubles is corrected by Newton's
 method with the least change, first x0, then v0. A larger error is refused.
@@ -23,25 +23,26 @@ def on_constraints(
     name: str,
     start: tuple[sympy.Expr, ...],
     phi: sympy.Matrix,
-    matrix: sympy.Matrix,
+    off: sympy.Matrix,
     x: Any,
     v: Any,
 ) -> tuple[sympy.Expr, ...]:
-    """Return (x0, v0) on phi = 0 and matrix v = 0, correcting at most round-off.
+    """Return (x0, v0) on phi = 0 and off = A v - a = 0, correcting at most round-off.
 
     An entry of x0 counts as known to 4 units of round-off of the largest entry, and so does v0.
     Raises `ReferenceFailure` for a start that is farther off, and names one that is not.
     """
     n, both = len(x), [*x, *v]
     found, said = start, ""
+    still = not any(off.xreplace(dict.fromkeys(v, sympy.S.Zero)))
     with mpmath.workdps(DIGITS):
         for what, rows, own in (
             ("phi(x0)", phi, range(n)),
-            ("A(x0) v0", matrix * v, range(n, len(both))),
+            ("A(x0) v0" if still else "A(x0) v0 - a(x0)", off, range(n, len(both))),
         ):
-            off, ratio, moved = _projected(rows, both, found, own, n)
+            gap, ratio, moved = _projected(rows, both, found, own, n)
             if ratio > 4 * mpmath.mpf(2) ** -53 and not said:
-                said = f"{what} = 0 of scene {name} is off by {float(off):.3g}"
+                said = f"{what} = 0 of scene {name} is off by {float(gap):.3g}"
             if moved is None:
                 break
             found = moved

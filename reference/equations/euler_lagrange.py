@@ -65,8 +65,11 @@ class Equations:
     attitude_size: int
     timed: bool = False
     forced: bool = False
-    #: the rows A(x) of the constraints A(x) xi = 0, one after another
+    #: rows that stay independent while constraints determine the motion, one after another: A of
+    #: the constraints A xi = a, or the matrix (M, -B^T; A, 0) if they push along other rows B
     constraints: tuple[sympy.Expr, ...] = ()
+    #: True if constraints may do work: they move, or push along other rows than their own
+    driven: bool = False
 
     def block(self, name: str) -> slice:
         """Return the slice of a block of states: x, v, attitude or time."""
@@ -84,8 +87,8 @@ T = sympy.Symbol("t", real=True)
 class Mechanics:
     """The exact mechanics of a scene.
 
-    l(x, v) or l(x, v, t), the components of its force (empty without a force), the start, and A (k
-    x dim_u) of the constraints A xi = 0.
+    l(x, v) or l(x, v, t), the components of its force (empty without a force), the start, and of
+    the constraints A xi = a, with the force B^T lambda, A and B (k x dim_u) and a (k x 1).
     """
 
     x: sympy.Matrix
@@ -94,6 +97,8 @@ class Mechanics:
     lagrangian: sympy.Expr
     acting: tuple[sympy.Expr, ...]
     admitted: sympy.Matrix
+    moving: sympy.Matrix
+    pushing: sympy.Matrix
     start: tuple[sympy.Expr, ...]
     #: True if v is the momentum, and the Lagrangian the Hamiltonian
     hamiltonian: bool = False
@@ -103,7 +108,13 @@ class Mechanics:
     @property
     def timed(self) -> bool:
         """True if something depends on the time."""
-        return any(e.has(T) for e in (self.lagrangian, *self.acting))
+        held = (*self.admitted, *self.moving, *self.pushing)
+        return any(e.has(T) for e in (self.lagrangian, *self.acting, *held))
+
+    @property
+    def driven(self) -> bool:
+        """True if constraints may do work: they move, or push along other rows than their own."""
+        return any(self.moving) or self.pushing != self.admitted
 
 
 def mechanics_of(scene: Any) -> Mechanics:
@@ -131,12 +142,11 @@ def mechanics_of(scene: Any) -> Mechanics:
     else:
         lagrangian = _exact(scene, "Lagrangian", scene.lagrangian, x, v)[0]
     structure = algebroid_of(scene, x)
-    phi = _phi(scene, x)
-    admitted = _constraints(scene, structure, x, phi)
+    phi, admitted, moving, pushing = _constraints(scene, structure, x)
     if one_form is not None:
         start = _numbers(scene, "x0", scene.x0, len(x))
     else:
-        start = _start(scene, x, v, phi, admitted, energy is not None)
+        start = _start(scene, x, v, phi, admitted * v - moving, energy is not None)
     acting: tuple[sympy.Expr, ...] = ()
     if getattr(scene, "force", None) is not None:
         acting = _exact(scene, "force", scene.force, x, v)
@@ -149,8 +159,8 @@ def mechanics_of(scene: Any) -> Mechanics:
                 f"has dim_u = {len(v)}; give {len(v)}"
             )
     return Mechanics(
-        x, v, structure, lagrangian, acting, admitted, start, energy is not None,
-        one_form is not None,
+        x, v, structure, lagrangian, acting, admitted, moving, pushing, start,
+        energy is not None, one_form is not None,
     )  # fmt: skip
 
 
@@ -171,25 +181,41 @@ def velocity_of(mechanics: Mechanics, at: Any) -> list[Any]:
         return [mpmath.mpf(e) for e in found]
 
 
-def _constraints(
-    scene: Any, structure: Algebroid, x: sympy.Matrix, phi: sympy.Matrix
-) -> sympy.Matrix:
-    """Return phi' rho of phi(x) = 0, or the rows as given."""
-    if len(phi):
-        return phi.jacobian(x) * structure.rho
-    if getattr(scene, "nonholonomic", None) is None:
-        return sympy.zeros(0, structure.dim_u)
-    with short_numbers(f"the constraint of scene {scene.name}"):
-        rows = scene.nonholonomic(x, parameter_values(scene))
-    return sympy.Matrix([[without_floats(sympy.sympify(e)) for e in row] for row in rows])
+def _constraints(scene: Any, structure: Algebroid, x: sympy.Matrix) -> tuple[sympy.Matrix, ...]:
+    """Return phi (0 x 1 without any), and A, a, B of the constraints A xi = a and their force B^T
+    lambda.
+
+    Of phi(x, t) = 0 they are phi' rho, -dphi/dt and again phi' rho; they come first.
+    """
+    m = structure.dim_u
+    phi, rows, right = sympy.zeros(0, 1), sympy.zeros(0, m), sympy.zeros(0, 1)
+    pushing: list[sympy.Matrix] = [sympy.zeros(0, m), sympy.zeros(0, m)]
+    for each in getattr(scene, "all_constraints", ()):
+        with short_numbers(f"the constraint of scene {scene.name}"):
+            time = [T] if each.timed else []
+            given = each.function(x, parameter_values(scene), *time)
+        try:
+            parts = each.kind.parts(given, m)
+        except BadInput as error:
+            raise BadInput(f"{scene.name}: {error}") from None
+        positions = _matrix(parts.positions, 1)
+        own = positions.jacobian(x) * structure.rho if len(positions) else sympy.zeros(0, m)
+        along = _matrix([e for row in parts.rows for e in row], m)
+        phi = phi.col_join(positions)
+        rows, right = rows.col_join(along), right.col_join(_matrix(parts.shift, 1))
+        if parts.reactions is not None:
+            other = _matrix([e for row in parts.reactions for e in row], m)
+            own, along = other[: len(positions), :], other[len(positions) :, :]
+        pushing = [one.col_join(more) for one, more in zip(pushing, (own, along), strict=True)]
+    of_phi = phi.jacobian(x) * structure.rho if len(phi) else sympy.zeros(0, m)
+    moving = (-phi.diff(T)).col_join(right)
+    return phi, of_phi.col_join(rows), moving, pushing[0].col_join(pushing[1])
 
 
-def _phi(scene: Any, x: sympy.Matrix) -> sympy.Matrix:
-    """Return phi(x), k x 1; without rows if no constraint is holonomic."""
-    given = getattr(scene, "holonomic", None)
-    with short_numbers(f"the constraint of scene {scene.name}"):
-        entries = given(x, parameter_values(scene)) if given is not None else []
-    return sympy.Matrix(len(entries), 1, [without_floats(sympy.sympify(e)) for e in entries])
+def _matrix(entries: Any, columns: int) -> sympy.Matrix:
+    """Return exact entries, row by row."""
+    found = [without_floats(sympy.sympify(e)) for e in entries]
+    return sympy.Matrix(len(found) // columns, columns, found)
 
 
 def _exact(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> tuple[sympy.Expr, ...]:
@@ -240,7 +266,8 @@ def _exact(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> tuple
 class Balance:
     """The equations mass · (xi', multipliers) = force, before they are solved for their rates.
 
-    With k constraints the multipliers are further unknowns, and A xi' = -(dA/dt) xi further rows.
+    With k constraints A xi = a the multipliers are further unknowns, and A xi' = da/dt - (dA/dt) xi
+    further rows.
     """
 
     mechanics: Mechanics
@@ -272,8 +299,9 @@ def balance_of(scene: Any) -> Balance:
     mass = sympy.Matrix(m, m, lambda i, j: momentum[i].diff(v[j]))
     admitted = mechanics.admitted
     if k := admitted.rows:
-        turning = (admitted * v).jacobian(x) * x_rates if n else sympy.zeros(k, 1)
-        mass = mass.row_join(-admitted.T).col_join(admitted.row_join(sympy.zeros(k, k)))
+        off = admitted * v - mechanics.moving
+        turning = off.diff(T) + (off.jacobian(x) * x_rates if n else sympy.zeros(k, 1))
+        mass = mass.row_join(-mechanics.pushing.T).col_join(admitted.row_join(sympy.zeros(k, k)))
         force = force.col_join(-turning)
     return Balance(mechanics, momentum, x_rates, mass, force)
 
@@ -348,7 +376,7 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
     at_start = dict(zip([*x, *v, T], [*start, sympy.S.Zero], strict=True))
     assignments, v_rates = explicit_rates(scene.name, mass, force, at_start, m)
     if admitted.rows and not mass[:m, :m].free_symbols:
-        turned = mass[:m, :m].inv() * admitted.T
+        turned = mass[:m, :m].inv() * mechanics.pushing.T
         tied = admitted * turned
         size = sympy.simplify(tied.det())
         if not size.free_symbols:  # written out, because the terms of an elimination may have poles
@@ -372,7 +400,7 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
     return Equations(
         scene.name, tuple(states), start, tuple(assignments), tuple(rates), mechanics.lagrangian,
         tuple(momentum), energy, n, m, size, mechanics.timed, bool(mechanics.acting),
-        tuple(admitted),
+        tuple(admitted if mechanics.pushing == admitted else mass), mechanics.driven,
     )  # fmt: skip
 
 
@@ -381,13 +409,19 @@ def _start(
     x: sympy.Matrix,
     v: sympy.Matrix,
     phi: sympy.Matrix,
-    admitted: sympy.Matrix,
+    off: sympy.Matrix,
     hamiltonian: bool = False,
 ) -> tuple[sympy.Expr, ...]:
-    """Return (x0, v0), or (x0, mu0), as exact sympy numbers, on the scene's constraints."""
+    """Return (x0, v0), or (x0, mu0), as exact sympy numbers.
+
+    At t = 0 they satisfy phi = 0 and A xi - a = 0.
+    """
     second = ("mu0", scene.mu0) if hamiltonian else ("v0", scene.v0)
     start = *_numbers(scene, "x0", scene.x0, len(x)), *_numbers(scene, *second, len(v))
-    return on_constraints(scene.name, start, phi, admitted, x, v) if admitted.rows else start
+    if not off.rows:
+        return start
+    at_start = {T: sympy.S.Zero}
+    return on_constraints(scene.name, start, phi.xreplace(at_start), off.xreplace(at_start), x, v)
 
 
 def _numbers(scene: Any, name: str, given: Any, wanted: int) -> tuple[sympy.Expr, ...]:

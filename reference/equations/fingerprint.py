@@ -1,9 +1,9 @@
 """A scene's exact content in one short string: other mathematics gives another string.
 
 It is a digest of the expressions themselves: the Lagrangian (or Hamiltonian), the force, the
-anchor, the structure functions, the attitude's matrices and the start. No two systems share it,
-however similar they are at some points; the same formula in another form may have another one, and
-is then computed anew.
+constraints, the anchor, the structure functions, the attitude's matrices and the start. No two
+systems share it, however similar they are at some points; the same formula in another form may have
+another one, and is then computed anew.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ def fingerprint(system: Mechanics) -> str:
         texts.append(f"{index} {_digest(constant, known)}")
     texts += ["hamiltonian"] if system.hamiltonian else []
     texts += [f"force {_digest(e, known)}" for e in (*system.acting, *system.admitted)]
+    if system.driven:  # or the constraints are those of A alone
+        texts += [f"driven {_digest(e, known)}" for e in (*system.moving, *system.pushing)]
     return _sha("\n".join(texts))
 
 

@@ -9,6 +9,7 @@ Krawczyk's test). A box for which this fails is halved.
 from __future__ import annotations
 
 from dataclasses import replace
+from math import isqrt
 from typing import Any
 
 import numpy as np
@@ -25,11 +26,13 @@ HALVINGS = 26
 
 
 class Independence:
-    """The rows A of a scene's constraints, in balls."""
+    """The rows of `Equations.constraints`, in balls."""
 
     def __init__(self, equations: Equations) -> None:
         self.name, self.size = equations.name, len(equations.states)
-        self.width = equations.dim_u
+        rows, m = len(equations.constraints), equations.dim_u
+        #: m entries a row of A, or as many as the matrix (M, -B^T; A, 0) has
+        self.width = isqrt(rows) if rows > m * m else m
         #: the largest entry of each column so far, so that a velocity's unit does not matter
         self.units = np.zeros(self.width)
         self.program = compile_series(

@@ -12,7 +12,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from discmech.integrators import Scheme
-from discmech.integrators.equations import SceneSymbols, constraint, constraint_matrix
+from discmech.integrators.equations import (
+    SceneSymbols,
+    constraint,
+    met_by_velocity,
+    reaction_matrix,
+)
 from discmech.integrators.numbers import written_out
 from discmech.integrators.rules import Composition
 
@@ -87,7 +92,7 @@ def written(scheme: Scheme, most: int | None = None) -> Written:
     residual = [(here, [e.xreplace(after) for e in there])
                 for here, there in zip(plus, minus, strict=True)]  # fmt: skip
     vanishing: list[Any] = []
-    if scheme.scene.constrained:
+    if scheme.scene.all_constraints:
         leaving, arriving, mu_after, vanishing = _impulses(s, letters)
         momenta = [
             (_sum(mu, push), e)
@@ -144,7 +149,7 @@ def _impulses(s: SceneSymbols, letters: dict[Any, str]) -> tuple[Any, Any, Any, 
     """Return (h/2 A(x)ᵀλ, h/2 A(y)ᵀν, μ′, the expressions that vanish); name their letters."""
     from sympy import Matrix, Symbol
 
-    matrix = constraint_matrix(s, s.x)
+    matrix = reaction_matrix(s, s.x)
     columns = {}
     for name, size in (("λ", matrix.rows), ("ν", matrix.rows), ("μ′", len(s.mu))):
         columns[name] = Matrix([Symbol(f"{name}{i}", real=True) for i in range(size)])
@@ -152,7 +157,7 @@ def _impulses(s: SceneSymbols, letters: dict[Any, str]) -> tuple[Any, Any, Any, 
                     for i, e in enumerate(columns[name])}  # fmt: skip
     at_end = matrix.xreplace(dict(zip(s.x, s.y, strict=True)))
     return (s.h / 2 * matrix.T * columns["λ"], s.h / 2 * at_end.T * columns["ν"], columns["μ′"],
-            constraint(s, s.x) if s.holonomic else matrix * s.u)  # fmt: skip
+            constraint(s, s.x).col_join(met_by_velocity(s, [(s.h, s.x)])))  # fmt: skip
 
 
 def equations_of(scheme: Scheme) -> dict[str, Any] | None:
@@ -160,7 +165,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any] | None:
 
     A map's equations are its own formula, so none are derived.
     """
-    constrained = scheme.scene.constrained
+    constrained = scheme.scene.all_constraints
     if scheme.equations.discrete is None:
         return None
     from discmech.integrators.compiler import is_affine

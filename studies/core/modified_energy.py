@@ -139,7 +139,7 @@ def dual_of(scene: Scene) -> Dual | None:
 
     Under constraints states are not free, and under a force or in time the energy has to change.
     """
-    if scene.lagrangian is None or scene.constrained or scene.timed or scene.force is not None:
+    if scene.lagrangian is None or scene.all_constraints or scene.timed or scene.force is not None:
         return None
     return Dual(SceneSymbols(scene), scene.parameter_values, scene.v0)
 

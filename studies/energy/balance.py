@@ -1,6 +1,8 @@
 """Compare the energy of a forced or time-dependent motion with the work that is done on it.
 
-    dH/dt = f·ξ − ∂l/∂t
+    dH/dt = f·ξ − ∂l/∂t + λᵀB ξ,
+
+the last one the power of constraints that move or push along rows B of their own,
 
 holds along the motion, without a discrete law for it: the balance of a run, H less the work so far,
 is off by the method's error and by that of the sum for the work (trapezoidal rule). So it is judged
@@ -10,6 +12,7 @@ by how it sinks with the step.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
@@ -19,15 +22,18 @@ import numpy as np
 from discmech.integrators import Scene, Scheme
 from discmech.integrators.equations import (
     SceneSymbols,
+    constraint_power,
+    constraints_work,
     energy,
     energy_terms,
     legendre_inverse,
+    nearest_start,
     power,
 )
 from discmech.integrators.errors import DiscmechError
 from discmech.integrators.flows import Trajectory
 from discmech.integrators.numbers import Arithmetic, arithmetic, numeric
-from discmech.integrators.scene import remembered, takes_fourth
+from discmech.integrators.scene import Constraint, ConstraintParts, remembered, takes_fourth
 from discmech.reference import ReferenceFailure
 
 from ..causes.round_off import unit
@@ -41,7 +47,14 @@ REACHED = 0.05  # runs are halved until their order is no shorter of the wanted 
 
 def applies(case: Case) -> bool:
     """True if the energy may be changed by a force or by the time, as the scene is written."""
-    return case.scene.force is not None or case.scene.timed
+    scene = case.scene
+    return scene.force is not None or scene.timed or works(scene)
+
+
+@remembered(maxsize=64)
+def works(scene: Scene) -> bool:
+    """True if constraints of the scene may change its energy."""
+    return bool(scene.all_constraints) and constraints_work(SceneSymbols(scene))
 
 
 @remembered(maxsize=64)
@@ -50,6 +63,8 @@ def acts(scene: Scene, duration: float) -> bool:
 
     Each component of a force counts, for one that does no work as a whole moves energy too.
     """
+    if works(scene):
+        return True
     s = SceneSymbols(scene)
     try:
         x, mu, xi = motion(scene)
@@ -69,12 +84,31 @@ def acts(scene: Scene, duration: float) -> bool:
 
 @lru_cache(maxsize=64)
 def left_alone(scene: Scene) -> Scene:
-    """Return the scene without its force, and with its Lagrangian at the time 0."""
+    """Return the scene without its force, with its Lagrangian and its constraints at the time 0.
+
+    A start with the velocity of a constraint that moves is projected onto the one that stands.
+    """
     given = scene.hamiltonian or scene.lagrangian
     assert given is not None
     held = (lambda x, v, p: given(x, v, p, 0)) if takes_fourth(given) else given
     which = "lagrangian" if scene.hamiltonian is None else "hamiltonian"
-    return scene.with_values(force=None, **{which: held})
+    alone = scene.with_values(force=None, **{which: held})
+    if not works(scene):
+        return alone
+    still = [_standing(e) for e in scene.all_constraints]
+    return nearest_start(alone.with_values(holonomic=None, nonholonomic=None, constraints=still))
+
+
+def _standing(moving: Constraint) -> Constraint:
+    """Return a constraint at the time 0, with a = 0."""
+
+    def parts(given: Any, m: int) -> ConstraintParts:
+        found = moving.kind.parts(given, m)
+        return replace(found, shift=[0] * len(found.shift))
+
+    given = moving.function
+    held = (lambda x, p: given(x, p, 0)) if moving.timed else given
+    return replace(moving.kind, parts=parts)(held)
 
 
 def balance(scheme: Scheme, run: Trajectory, digits: int) -> np.ndarray:
@@ -92,7 +126,21 @@ def balance(scheme: Scheme, run: Trajectory, digits: int) -> np.ndarray:
 
 @lru_cache(maxsize=256)
 def _rates(s: SceneSymbols, numbers: Arithmetic) -> Any:
-    return of_states(s, [energy(s), power(s)], [energy_terms(s), energy_terms(s)], numbers)
+    rates = of_states(s, [energy(s), power(s)], [energy_terms(s), energy_terms(s)], numbers)
+    if not constraints_work(s):
+        return rates
+    of_constraints = constraint_power(s, numbers)
+
+    def with_constraints(x: Any, xi: Any, mu: Any, p: Any) -> tuple[Any, Any]:
+        """Return the rates of one state, or of a column of states."""
+        values, terms = rates(x, xi, mu, p)
+        if np.ndim(mu) == 1:
+            return [values[0], values[1] + of_constraints(x, xi, mu, p)], terms
+        done = [of_constraints(*at, p) for at in zip(x.T, xi.T, mu.T, strict=True)]
+        values = np.broadcast_to(values, (2, len(done)))
+        return values + np.array([np.zeros(len(done)), done]), terms
+
+    return with_constraints
 
 
 def measure(case: Case, progress: Progress) -> dict[str, Any]:

@@ -41,7 +41,7 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
         return _judge_balance(case, measurement)
     if "slopes" in measurement:
         return _of_long_runs(case, measurement)
-    kept = case.scene.nonholonomic is None  # otherwise its band has no modified energy
+    kept = not case.scene.no_energy  # otherwise its band has no modified energy
     verdict = judge_errors(case, measurement, kept)
     if kept and np.isfinite(measurement.measured["band"]):
         verdict = judging_modified.judge(measurement, verdict)

@@ -71,7 +71,8 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     a share of the band, the case runs eight times as long too: a drift continues. drifts: the
     certain ones, as [duration, slope, low, high], one per run.
 
-    If a force or the time changes the energy, it is compared with their work (`balance`).
+    If a force, the time or a constraint changes the energy, it is compared with their work
+    (`balance`).
     """
     system = system_of(case)
     if "modified_energy" in system.lacks:
@@ -87,6 +88,8 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
                 "recorded runs have no further steps."
             )
         found = balance.measure(case, progress)
+        if case.scene.no_energy:  # alone it is only measured
+            return found
         with suppress(CannotMeasure, StepFailure):  # another motion, which may be unknown
             found["alone"] = _measure(replace(alone, steps=case.steps or ALONE), progress)
         return found
@@ -134,7 +137,7 @@ def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[st
 
 
 def _alone(case: Case) -> Case:
-    """Return the case without its force, and with its time held."""
+    """Return the case without its force, and with its time and constraints held."""
     return replace(case, scene=balance.left_alone(case.scene))
 
 

@@ -76,7 +76,7 @@ def effective_order_of(scheme: Scheme, places: Sequence[Place]) -> EffectiveOrde
     if first >= wanted:
         return EffectiveOrder("pass", f"the rule itself is of order {first} here.", first)
     split = _Split.of(scheme.s)
-    if split is None or scheme.scene.constrained or scheme.scene.timed or scheme.s.forced:
+    if split is None or scheme.scene.all_constraints or scheme.scene.timed or scheme.s.forced:
         return EffectiveOrder(
             "",
             f"the effective order {wanted} is judged where L = v·Mv/2 − V(x) with a constant mass "

@@ -65,9 +65,9 @@ class FormEvidence:
 
 
 def form_of(scheme: Scheme, places: Sequence[Place], seed: int) -> FormEvidence:
-    """Return the defects at the places; none for a nonholonomic scene, where no form is kept."""
-    if scheme.scene.nonholonomic is not None:
-        return FormEvidence((), unknown="nonholonomic: no form need be kept.")
+    """Return the defects at the places; none under constraints that keep no form."""
+    if reason := scheme.scene.no_form:
+        return FormEvidence((), unknown=f"{reason}.")
     if not scheme.rule.is_formula:
         return FormEvidence((), unknown="a program has no derivative but by differences.")
     drawn, found, why = random.Random(seed + 1), list[FormDefect](), ""
@@ -88,7 +88,7 @@ def _defect(flow: Flow, place: Place) -> FormDefect:
     x: Any = s.with_time(place.x, place.t)
     at = x, place.mu, place.u
     kind = "change" if scene.force is not None else "poisson"
-    if scene.constrained:
+    if scene.all_constraints:
         found = restricted_form_defect(flow, *at, forced=scene.force is not None)
     elif scene.force is not None:
         found = form_change_defects(flow, *at)[0]

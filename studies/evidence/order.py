@@ -360,7 +360,7 @@ def _round_off_rates(flow: Any, place: Place) -> list[float]:
     state from which its rate is computed.
     """
     z = np.array([float(e) for e in (*place.x, *place.mu)])
-    if flow.scheme.scene.constrained or flow.scheme.scene.in_numbers:
+    if flow.scheme.scene.all_constraints or flow.scheme.scene.in_numbers:
         return [0.0] * len(z)
     system = flow.system
     n, t = len(place.x), float(place.t)

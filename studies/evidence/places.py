@@ -24,6 +24,7 @@ from discmech.integrators.equations import (
     SceneSymbols,
     constraint,
     constraint_matrix,
+    constraint_shift,
     inverse_two_form,
     momentum,
 )
@@ -222,7 +223,7 @@ def _place(
     try:
         with mpmath.workdps(DIGITS):
             v = [e + s * size for e, s, size in zip(v, signs[len(x) :], motion.of_v, strict=True)]
-            x, v = _on_manifold(scheme.s, scheme.scene, x, v, signs, motion.of_x)
+            x, v = _on_manifold(scheme.s, scheme.scene, x, v, t, signs, motion.of_x)
             mu = around.momentum(x, v, t, DIGITS)
             length = around.length(x, v, t)
     except (reference.ReferenceFailure, ArithmeticError, ValueError, TypeError):
@@ -233,9 +234,16 @@ def _place(
 
 
 def _on_manifold(
-    s: SceneSymbols, scene: Any, x: list[Any], v: list[Any], signs: list[float], sizes: list[Any]
+    s: SceneSymbols,
+    scene: Any,
+    x: list[Any],
+    v: list[Any],
+    t: Fraction,
+    signs: list[float],
+    sizes: list[Any],
 ) -> tuple[list[Any], list[Any]]:
-    """Return x moved along the groupoid by those shares of the sizes, and v, on the constraints.
+    """Return x moved along the groupoid by those shares of the sizes, and v, on the constraints at
+    the time t.
 
     x moves to the target of an arrow, so it stays in its orbit, such as its sphere.
     """
@@ -255,14 +263,16 @@ def _on_manifold(
                 w.append(numbers.number(min(reach) * sign if reach else 0))
             at = target(at, np.array(w, dtype=object), p)
         if rows is not None:
-            for _ in range(12 if s.holonomic else 0):
-                phi, a = rows(at, p)
-                at = target(at, -a.T @ numbers.solve(a @ a.T, phi), p)
+            time = [numbers.number(t)] * s.clocked
+            phi, A, _ = rows([*at, *time], p)
+            k = len(phi)  # the rows of φ come first
+            for _ in range(12 if k else 0):
+                at = target(at, -A[:k].T @ numbers.solve(A[:k] @ A[:k].T, phi), p)
+                phi, A, _ = rows([*at, *time], p)
             for _ in range(2):
-                _, a = rows(at, p)
-                xi = xi - a.T @ numbers.solve(a @ a.T, a @ xi)
-            phi, a = rows(at, p)
-            if s.holonomic and max(map(abs, phi)) > 10 ** -(DIGITS - 30) * max(map(abs, a.ravel())):
+                phi, A, a = rows([*at, *time], p)
+                xi = xi - A.T @ numbers.solve(A @ A.T, A @ xi - a)
+            if k and max(map(abs, phi)) > 10 ** -(DIGITS - 30) * max(map(abs, A.ravel())):
                 raise ValueError
         for _ in range(12 if values is not None else 0):  # such as μ·x = 0
             off, slope = values(at, xi, p)
@@ -294,7 +304,7 @@ def _values(s: SceneSymbols, quantities: tuple[Any, ...]) -> Any:
 
 @lru_cache(maxsize=64)
 def _functions(s: SceneSymbols) -> tuple[Any, Any, Any]:
-    """Return b(x, w; 1), ρ̂(x), and (φ(x), A(x)) or None, as functions of x, w, p."""
+    """Return b(x, w; 1), ρ̂(x), and (φ, A, a) at (x, t) or None, as functions of x, w, p."""
     numbers = arithmetic(DIGITS)
     given = {"x": s.position, "p": s.parameter_list}
     groupoid = getattr(s.groupoid, "inner", s.groupoid) if s.clocked else s.groupoid
@@ -307,9 +317,10 @@ def _functions(s: SceneSymbols) -> tuple[Any, Any, Any]:
                      [list(plain(groupoid.target(s.position, s.u, s.h)))], numbers)  # fmt: skip
     anchor = numeric(given, [plain(groupoid.rho(s.position, s.h))], numbers)
     rows = None
-    if s.restricted:
-        phi = list(constraint(s, s.x)) if s.holonomic else []
-        rows = numeric(given, [phi, plain(constraint_matrix(s, s.x))], numbers)
+    if s.constraints:
+        parts = [f(s, s.x) for f in (constraint, constraint_matrix, constraint_shift)]
+        found = [list(parts[0]), plain(parts[1]), list(parts[2])]
+        rows = numeric({**given, "x": s.x}, found, numbers)
     return target, anchor, rows
 
 
@@ -323,7 +334,7 @@ def steps_from(place: Place, drawn: random.Random) -> Iterator[Fraction]:
 
 def is_linear(s: SceneSymbols) -> bool:
     """True if a scene's equations are linear: a quadratic Lagrangian on pairs, linear forces."""
-    if not s.groupoid.canonical or s.restricted or s.clocked:
+    if not s.groupoid.canonical or s.constraints or s.clocked:
         return False
     if s.degenerate and inverse_two_form(s).free_symbols & {*s.x}:
         return False

@@ -1,6 +1,7 @@
 """The nonholonomic momentum equation, discretely: the change of J = ⟨μ, ξ(x)⟩ in a step.
 
-ξ is a section whose values the constraints allow, A(x) ξ(x) = 0. The multipliers do no work on it,
+ξ is a section whose values the constraints allow, A(x) ξ(x) = 0, also where they move: A is of
+their reactions Aᵀλ. The multipliers do no work on it,
 so ⟨μ, ξ(x)⟩ = ⟨F⁻, ξ(x)⟩/h and ⟨μ′, ξ(y)⟩ = ⟨F⁺, ξ(y)⟩/h, and
 
     J(y, μ′) − J(x, μ) = dL_d(−ξ(x)/h e→ + ξ(y)/h e←) + f⁺·ξ(y) − f⁻·ξ(x):
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import BadInput, Scheme
-from discmech.integrators.equations import constraint_matrix, discrete_force
+from discmech.integrators.equations import discrete_force, reaction_matrix
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import first_violation, jacobian, numeric
 from discmech.integrators.scene import Conserved
@@ -28,11 +29,11 @@ KIND = "nonholonomic momentum"
 def check(scheme: Scheme, q: Conserved, slope: Any) -> None:
     """Raise `BadInput` unless a quantity is ⟨μ, ξ(x)⟩ with A(x) ξ(x) = 0; slope: ∂J/∂μ."""
     s = scheme.s
-    if s.holonomic or not scheme.scene.constrained:
-        said = "the scene has no nonholonomic constraint"
+    if not s.constraints:
+        said = "the scene has no constraints"
     elif slope.free_symbols & {*s.mu}:
         said = "it is not linear in μ"
-    elif first_violation(list(constraint_matrix(s, s.x) * slope.T), [*s.u]) is not None:
+    elif first_violation(list(reaction_matrix(s, s.x) * slope.T), [*s.u]) is not None:
         said = "the constraints do not allow ξ(x) = ∂J/∂μ"
     else:
         return

@@ -19,7 +19,7 @@ USUAL_RETRACTION = "cayley"
 #: the momentum before and after a step with constraints
 CONSTRAINED = (
     "μ + h/2 A(x)ᵀλ = F⁻(x, u)/h",
-    "F⁺(x, u)/h = μ′ − h/2 A(y)ᵀν, with A(y) ξ(y, μ′) = 0",
+    "F⁺(x, u)/h = μ′ − h/2 A(y)ᵀν, with A(y) ξ(y, μ′) = a(y)",
 )
 
 _SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")

@@ -70,8 +70,8 @@ def _row(case: Case, look: Any, scale: Any, seed: int) -> dict[str, Any]:
     unit = case.rule.unit(16)
     noises, system = [], scheme.flow(look.step).system
     for f, z in ((forth, look.z), (back, image)):
-        embed, reach = along(system, z, scale, case.scene.constrained)
-        g = guarded(embedded(f, z, embed, case.scene.constrained), size)
+        embed, reach = along(system, z, scale, bool(case.scene.all_constraints))
+        g = guarded(embedded(f, z, embed, bool(case.scene.all_constraints)), size)
         noises.append(noise_of(g, 0 * reach, reach, unit, seed))
     of = derivative(g, size, reach, noises[1])
     start = derivative(embed, size, reach, noise_of(embed, 0 * reach, reach, 2.0**-53))

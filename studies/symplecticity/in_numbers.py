@@ -95,14 +95,14 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, 
         return row | {"why_not": failure.cause}
     n, size = flow.system.n, len(look.z)
     g = guarded(f, size)
-    embed, reach = along(flow.system, look.z, scale, case.scene.constrained)
-    around = embedded(g, look.z, embed, case.scene.constrained)
+    embed, reach = along(flow.system, look.z, scale, bool(case.scene.all_constraints))
+    around = embedded(g, look.z, embed, bool(case.scene.all_constraints))
     noise = noise_of(around, 0 * reach, reach, scheme.rule.unit(16), seed + k)
     row["again"] = max(_again(g, look.z, after, scale), _in_a_run(flow, look, scale))
     rough = np.maximum(noise.jump, noise.level * (noise.level > SMOOTH * np.abs(after).max()))
     row["noise"] = float((rough / scale).max())
     row["left"] = left_by(case, look)
-    if case.scene.constrained:
+    if case.scene.all_constraints:
         defects = [_restricted(n, g, embed, reach, noise)]
     else:
         of = _derivative(flow, g, look, scale, noise)
@@ -111,7 +111,7 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, 
         row["volume"] = vars(volume_defect(of))
     row["entry"] = _entry(defects[0].entry, n)
     # if differences show a defect, no closed curve is needed; those on leaves cost more
-    if not (case.scene.constrained or (_leaves(case) and defects[0].certain > rounded(case))):
+    if not (case.scene.all_constraints or (_leaves(case) and defects[0].certain > rounded(case))):
         random = np.random.default_rng(seed + k)
         loops = [_loop(case, flow, g, look, scale, noise, random) for _ in range(LOOPS)]
         row["loop"] = max(loop.measured for loop in loops)

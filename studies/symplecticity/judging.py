@@ -33,8 +33,8 @@ def _free_of_forms(case: Case) -> str:
     """Return why no form need be kept; "" if one is demanded."""
     if system_of(case).form_kinds is not None:
         return ""
-    if case.scene.nonholonomic is not None:
-        return "nonholonomic: Ω need not be kept; a step solves its equations"
+    if reason := case.scene.no_form:
+        return reason
     if case.scene.force is not None:
         return "forced: Ω need not be kept; it changes by dθ_f, and a step solves its equations"
     return ""

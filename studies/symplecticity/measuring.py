@@ -88,9 +88,9 @@ def _kinds(case: Case) -> tuple[str, ...]:
     if (own := system_of(case).form_kinds) is not None:
         return own
     scene, found = case.scene, [*FORMS]
-    if scene.force is not None and scene.nonholonomic is None:
-        found += CHANGES[:1] if scene.constrained else CHANGES
-    return (*found, "residual", *(["constraint"] if scene.constrained else []))
+    if scene.force is not None and not scene.no_form:
+        found += CHANGES[:1] if scene.all_constraints else CHANGES
+    return (*found, "residual", *(["constraint"] if scene.all_constraints else []))
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
@@ -206,7 +206,8 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
             "poisson": system.form_defect(flow, x, mu, u),
             **(system.step_defects(flow, x, mu, taken, u) if followed else {"residual": None}),
             **_change(case, flow, x, mu, u),
-            **({"constraint": constraint_defect(flow, run, k)} if case.scene.constrained else {}),
+            **({"constraint": constraint_defect(flow, run, k)} if "constraint" in _kinds(case)
+               else {}),
         })  # fmt: skip
     return rows
 
@@ -215,7 +216,7 @@ def _change(case: Case, flow: Any, x: Any, mu: Any, u: Any) -> dict[str, float |
     """Return the change of Ω and of phase-space volume by a force; nothing without one."""
     if "change" not in _kinds(case):
         return {}
-    if case.scene.constrained:
+    if case.scene.all_constraints:
         if flow.scheme.substeps:
             return {"change": None}
         return {"change": float(restricted_form_defect(flow, x, mu, u, forced=True))}

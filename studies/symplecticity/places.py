@@ -68,7 +68,7 @@ def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:
     They are for scenes whose first places tell too little, as near a pole, where all steps are
     short.
     """
-    if scheme.scene.constrained:
+    if scheme.scene.all_constraints:
         return
     drawn, rows = random.Random(seed + 3), _motion(scheme)
     system, own = scheme.flow(scheme.scene.step).system, Fraction(scheme.scene.step)
@@ -122,7 +122,7 @@ def _motion(scheme: Any) -> Matrix:
 
     Under constraints they are those of its reference.
     """
-    if scheme.scene.constrained:
+    if scheme.scene.all_constraints:
         times = [scheme.scene.duration * k / ENDS for k in range(ENDS + 1)]
         found = [reference.solution(scheme.scene, t, digits=20, proof=False) for t in times]
         return np.array([[float(e) for e in (*at.x, *at.mu)] for at in found])

@@ -93,7 +93,7 @@ def field_of(
         (forces,) = of_all(tie, len(pairs), *at_ends(pairs, x, xi), of_bonds)
         np.add.at(of_mu, pairs, forces[:, 0].T.reshape(len(pairs), 2, m))
         of_x, of_mu = rate[:, :n] * free, of_mu * free
-        if scheme.constrained:
+        if scheme.constraints:
             of_mu = Linearised(scheme, x, xi).momentum_change(of_x.ravel(), of_mu)
         return np.concatenate([of_x.ravel(), of_mu.ravel()])
 

@@ -49,16 +49,16 @@ def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray) -> dict[str, float]:
                             "the maps of its rule.")  # fmt: skip
     run = LatticeRun.from_row(flow, x, mu)
     # with constraints a row has the projected μ, and the run continues with the earlier one
-    momenta = "nu" if scheme.constrained else "mu"
+    momenta = "nu" if scheme.constraints else "mu"
     before, w = getattr(run, momenta).copy(), run.stepped()
     after = getattr(run, momenta)
-    asked, moving = _asked(flow.lattice), w[:, :m] if scheme.constrained else w
+    asked, moving = _asked(flow.lattice), w[:, :m] if scheme.constraints else w
     size = _largest(moving) + _largest(x) / abs(h)
     sums = _summed(flow, x, moving, h, size, asked)
     minus, bound = sums["minus"]
     moved = sums["target"][1] + abs(x) + abs(run.x)
     found, gaps = {}, [(sums["target"][0] - run.x, moved), sums["stages"]]
-    if scheme.constrained:
+    if scheme.constraints:
         joints, (v, impulses) = Joints(scheme, asked), run.projected
         multipliers = w[flow.lattice.pairs[:, 1], m:]
         pull, of_pull = joints.forces((x, 0 * x), multipliers, _largest(multipliers))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from discmech import reference
+from discmech.integrators.equations import constraints_work
 from discmech.integrators.flows import restricted_form_defect
 from discmech.integrators.numbers import mpmath
 
@@ -64,9 +65,10 @@ class SceneSystem(System):
 
     @property
     def energy_changes(self) -> bool:
-        """By a force, in time and at impacts; of a scene without a Lagrangian there is none."""
+        """By a force, constraints, in time and at impacts; without a Lagrangian there is none."""
         scene = self.case.scene
         changed = scene.force is not None or scene.timed or super().energy_changes
+        changed = changed or constraints_work(self.scheme.s)
         return changed or scene.lagrangian is None
 
     def energy(self, run: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -83,7 +85,7 @@ class SceneSystem(System):
 
         Under constraints it is that on the states they leave free, None over substeps.
         """
-        if not self.case.scene.constrained:
+        if not self.case.scene.all_constraints:
             return float(flow.poisson_defect(x, mu, u0=u))
         return None if self.scheme.substeps else float(restricted_form_defect(flow, x, mu, u))
 

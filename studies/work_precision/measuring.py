@@ -155,7 +155,7 @@ def cases(choice: Choice) -> list[Case]:
     )  # fmt: skip
     for scene, rule in replace(choice, rules=rules).pairs():
         # peers integrate ẋ, μ̇ that are functions of (x, t, μ): they follow no constraints
-        if scene.lagrangian is not None and not scene.constrained:
+        if scene.lagrangian is not None and not scene.all_constraints:
             chart = scene.name, scene.groupoid.retraction
             found.setdefault(chart, (scene, []))[1].append(rule)
     races = [Race(*each, choice, choice.asked("periods")) for each in found.values()]
@@ -181,7 +181,7 @@ def notes(choice: Choice) -> list[str]:
         *absent,
         *(f"{scene.name} is left out: other people's integrators follow no constraints, and a race "
           "without them says little."
-          for scene in choice.scenes if scene.constrained),
+          for scene in choice.scenes if scene.all_constraints),
         *(f"{name} does not take part in {scene.name}: ξ(x, μ) has no short closed form."
           for scene in choice.scenes for name in left_out if name not in on(scene, left_out)),
         *(f"{name} takes part where L = T(v) − V(x)." for name in present if name in SPLIT),

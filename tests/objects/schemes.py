@@ -10,7 +10,7 @@ from tests.objects.scenes import BUILT_IN, SCENES
 #: but those with constraints, whose steps are no maps of arrows
 SCHEMES = tuple(
     (s, r) for s in SCENES for r in RULES
-    if RULES[r].applies(SCENES[s]) and not SCENES[s].constrained
+    if RULES[r].applies(SCENES[s]) and not SCENES[s].all_constraints
 )  # fmt: skip
 BUILT_IN_SCHEMES = tuple((s, r) for s, r in SCHEMES if s in BUILT_IN)
 

@@ -97,7 +97,7 @@ def scene_overshoot(name, settings):
 def test_jacobians_over_boxes_hold_those_at_points(name):
     equations = equations_of(scenes.get(name))
     # an elimination of multipliers divides by balls, which are as wide as the box
-    size = 0.001 if scenes.get(name).constrained else 0.01
+    size = 0.001 if scenes.get(name).all_constraints else 0.01
     contains_derivatives(equations, np.array([float(s) for s in equations.start]), size)
 
 

@@ -88,7 +88,7 @@ def put(*start, phi=CIRCLE):
     given = tuple(sympy.Rational(e) for e in start)
     rows = phi.jacobian(LETTERS[:2])
     v = sympy.Matrix(LETTERS[2:])
-    return given, on_constraints("circle", given, phi, rows, LETTERS[:2], v)
+    return given, on_constraints("circle", given, phi, rows * v, LETTERS[:2], v)
 
 
 def test_a_start_on_its_constraints_is_left_alone():

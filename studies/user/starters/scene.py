@@ -31,6 +31,6 @@ scene = Scene(
     step="1/20",  # one that resolves the motion
     # symmetries=[Conserved("J", lambda x, mu, p: mu[0])] for each quantity that is kept
     # force=lambda x, v, p: [-v[0] / 10],  # or (x, v, p, t); so may lagrangian depend on the time
-    # holonomic=lambda x, p: [x.dot(x) - 1],  # φ(x) = 0, on pair(2) and the like
+    # holonomic=lambda x, p: [x.dot(x) - 1],  # φ(x) = 0, on pair(2) and the like; or (x, p, t)
     # nonholonomic=lambda x, p: [[sin(x[2]), -cos(x[2]), 0]],  # rows A(x) of A(x) v = 0, on pair(3)
 )

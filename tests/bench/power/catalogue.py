@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
-from discmech.integrators.equations import constraint_matrix
+from discmech.integrators.equations import constraint_matrix, constraint_shift, met_by_velocity
 from discmech.integrators.numbers import mpmath, sympy
 
 from .faults import Fault
@@ -244,19 +244,42 @@ FORCES = {
 
 
 def _met_at_start(equations: Any, generator: Any, h: Any) -> Any:
-    """A(x) u = 0 at the start of a step in place of where the rule asks for L; of one that does
-    so, or of φ(y) = 0, None."""
-    s, k = equations.s, len(equations.multipliers)
-    rows, m = equations.rows.copy(), len(s.u)
-    rows[m : m + k, :] = constraint_matrix(s, s.x) * s.u
-    return None if s.holonomic or rows == equations.rows else rows
+    """A(x) u = a at the start of a step in place of where the rule asks for L; of one that does
+    so, and of φ(y) = 0 alone, None."""
+    return _met_at(equations, [(equations.h, equations.x)])
+
+
+def _at_first_time(equations: Any, generator: Any, h: Any) -> Any:
+    """A(x) u = a with the time of the start in place of the times of the rule's points, or None."""
+    s = equations.s
+    if not s.clocked:
+        return None
+    first = sympy.Matrix([s.x[-1]])
+    return _met_at(equations, [(w, x[:-1, :].col_join(first)) for w, x in equations.asked])
+
+
+def _met_at(equations: Any, points: Any) -> Any:
+    """The rows with A u − a at other points, or None if they are the same."""
+    s, rows = equations.s, equations.rows.copy()
+    met, end = met_by_velocity(s, points), len(s.u) + len(equations.multipliers)
+    rows[end - len(met) : end, :] = met
+    return None if rows == equations.rows else rows
 
 
 def _velocity_at_start(equations: Any, generator: Any, h: Any) -> Any:
-    """A(x) ξ′ = 0 in place of A(y) ξ′ = 0: the velocity of the end meets the row of the start."""
+    """A(x) ξ′ = a(x) in place of y: the velocity of the end meets the row of the start."""
     s, k = equations.s, len(equations.multipliers)
     rows, m = equations.rows.copy(), len(s.u)
-    rows[-k:, :] = constraint_matrix(s, s.x) * equations.w[m + k : 2 * m + k, :]
+    end = equations.w[m + k : 2 * m + k, :]
+    rows[-k:, :] = constraint_matrix(s, s.x) * end - constraint_shift(s, s.x)
+    return None if rows == equations.rows else rows
+
+
+def _velocity_at_rest(equations: Any, generator: Any, h: Any) -> Any:
+    """A(y) ξ′ = 0 in place of A(y) ξ′ = a(y), as if φ or the rows did not move, or None."""
+    k, rows = len(equations.multipliers), equations.rows.copy()
+    end = dict.fromkeys(equations.w[-len(equations.s.u) - k : -k, :], 0)
+    rows[-k:, :] -= rows[-k:, :].xreplace(end)
     return None if rows == equations.rows else rows
 
 
@@ -273,7 +296,8 @@ def _signed(letters: str) -> Any:
 
 CONSTRAINTS = {
     "rows": {"met at the start": _met_at_start, "the end's velocity at the start's row":
-             _velocity_at_start},
+             _velocity_at_start, "met at the start's time": _at_first_time,
+             "the end's velocity as if at rest": _velocity_at_rest},
     "increment": {"the sign of the first multiplier": _signed("la"),
                   "the sign of the second multiplier": _signed("nu")},
 }  # fmt: skip

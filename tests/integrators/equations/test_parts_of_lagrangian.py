@@ -10,7 +10,7 @@ from discmech import BadInput, Scene, Scheme, discretisation, pair, scenes
 
 ON_PAIRS = [s.name for s in scenes.all_scenes()
             if s.groupoid.kind == "pair" and s.lagrangian is not None and s.force is None
-            and not s.constrained and s.contact is None]  # fmt: skip
+            and not s.all_constraints and s.contact is None]  # fmt: skip
 
 
 @discretisation(order=2, groupoids="pair")

@@ -74,13 +74,13 @@ def test_a_nonholonomic_momentum_obeys_its_equation(rule):
     assert max(found["measured"]["drift"].values()) < 1e-15
 
 
-def test_a_wrong_row_breaks_the_momentum_equation(monkeypatch):
-    right = constrained_equations.constraint_matrix
+def test_a_wrong_reaction_breaks_the_momentum_equation(monkeypatch):
+    right = constrained_equations.reaction_matrix
 
     def wrong(s, x):
         return right(s, x).applyfunc(lambda e: e + sympy.Rational(1, 1000))
 
-    monkeypatch.setattr(constrained_equations, "constraint_matrix", wrong)
+    monkeypatch.setattr(constrained_equations, "reaction_matrix", wrong)
     found = momentum("wrong-row", BLADE)
     assert found["verdict"] == "fail"
     assert found["measured"]["drift"]["along the blade"] > 1e-9

@@ -1,0 +1,143 @@
+"""Kinds of constraints as data: what holds at a state, in a step, and of form and energy.
+
+Everything that the bench asks of a constraint follows from its kind: the rows of a step, how a
+start is projected, what the momentum after a step satisfies, the states on which a form is kept,
+the work of the constraint, and the equations of its reference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import BadInput, shown
+from .quantities import arguments_of
+
+
+@dataclass(frozen=True)
+class ConstraintParts:
+    """A constraint at a point x and a time t, in the letters that its function was given.
+
+    positions: φ, expressions that vanish at every state: a step ends where φ(y) = 0, and velocities
+    satisfy dφ/dt = 0, whose rows are A = φ′ρ̂ and whose right side is a = −∂φ/∂t.
+    rows, shift: A (k×m) and a (k) of A ξ = a of natural velocities ξ: a step satisfies it in the
+    mean of the points where its rule evaluates L, and every state by itself.
+    reactions: the rows B (one for each position, then one for each row) of the force Bᵀλ of the
+    constraint. None: B = A, so it does no work on admitted displacements (d'Alembert).
+    """
+
+    positions: Sequence[Any] = ()
+    rows: Sequence[Sequence[Any]] = ()
+    shift: Sequence[Any] = ()
+    reactions: Sequence[Sequence[Any]] | None = None
+
+
+@dataclass(frozen=True)
+class ConstraintKind:
+    """A kind of constraint. Call it with a function (x, p) or (x, p, t) for a `Constraint`.
+
+    name: the adjective in messages; parts: the function (what a constraint's function gave, m) →
+    `ConstraintParts`, which raises `BadInput`, a sentence without the scene's name, for a wrong
+    shape. no_form: the reason why no symplectic form is kept on the states that the constraint
+    leaves, "" if one is. no_energy: the reason why no band of the energy is demanded while the
+    constraint does no work, "" if it is; where it does work, energy and work have to balance.
+    """
+
+    name: str
+    parts: Callable[[Any, int], ConstraintParts]
+    no_form: str = ""
+    no_energy: str = ""
+
+    def __call__(self, function: Callable[..., Any]) -> Constraint:
+        return Constraint(self, function)
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """A function (x, p) or (x, p, t) of a scene, and the kind of constraint that it gives."""
+
+    kind: ConstraintKind
+    function: Callable[..., Any]
+
+    @property
+    def timed(self) -> bool:
+        """True if it depends on the time: its function has a third argument without a default."""
+        return arguments_of(self.function) == 3
+
+
+def entries_of(given: Any) -> list[Any]:
+    """Return the given value as a list; of one entry if it is no collection."""
+    shape = getattr(given, "shape", None)
+    many = hasattr(given, "__iter__") if shape is None else shape != ()
+    return list(given) if many else [given]
+
+
+def _positions(given: Any, m: int) -> ConstraintParts:
+    """Return φ of a list of expressions."""
+    phi = _column(given)
+    if not phi or any(map(_has_entries, phi)):
+        raise BadInput(
+            f"its constraint gives {_written(phi)}, but must give a list of expressions φ, each a "
+            "constraint: [x.dot(x) - 1], say."
+        )
+    return ConstraintParts(positions=phi)
+
+
+def velocity_rows(given: Any, m: int) -> ConstraintParts:
+    """Return A and a of a list of rows, with a = 0, or of the pair (rows, right sides)."""
+    moving, right = given, ()
+    if paired := isinstance(given, tuple) and len(given) == 2 and _is_pair(*given, m):
+        moving, right = given
+    rows = [_column(row) for row in entries_of(_listed(moving))]
+    if not rows or any(len(row) != m or any(map(_has_entries, row)) for row in rows):
+        raise BadInput(
+            f"nonholonomic= gives {_written(moving)}, but must give a list of rows of {m} entries, "
+            "each a constraint of the velocity, or a pair (rows, right sides) for A(x) ξ = a(x)."
+        )
+    shift = _column(right) if paired else [0] * len(rows)
+    if len(shift) != len(rows) or any(map(_has_entries, shift)):
+        raise BadInput(
+            f"nonholonomic= gives {len(rows)} row{'s' * (len(rows) > 1)} A and the right sides "
+            f"{_written(right)}; A(x) ξ = a(x) needs as many expressions a as rows: "
+            "([[1, 0, 0]], [speed]), say."
+        )
+    return ConstraintParts(rows=rows, shift=shift)
+
+
+def _listed(given: Any) -> Any:
+    """Return an array, or a matrix of sympy, as nested lists."""
+    return given.tolist() if hasattr(given, "tolist") else given
+
+
+def _column(given: Any) -> list[Any]:
+    """Return the entries of a list, or of a matrix with one row or one column."""
+    found = entries_of(_listed(given))
+    shape = getattr(given, "shape", ())
+    return [e for row in found for e in row] if len(shape) == 2 and 1 in shape else found
+
+
+def _has_entries(value: Any) -> bool:
+    many = hasattr(value, "__iter__") or hasattr(value, "shape")
+    return (many and not isinstance(value, str)) or value is None
+
+
+def _is_pair(first: Any, second: Any, m: int) -> bool:
+    """Return True for (rows, right sides), False for two rows, which may be matrices 1×m."""
+    if not any(map(_has_entries, entries_of(_listed(first)))):
+        return False
+    return not (m > 1 and 1 in getattr(first, "shape", ()) and len(_column(second)) == m)
+
+
+def _written(value: Any) -> str:
+    """Return a value for a message, on one line."""
+    return " ".join(shown(value).split())
+
+
+HOLONOMIC = ConstraintKind("holonomic", _positions)
+NONHOLONOMIC = ConstraintKind(
+    "nonholonomic",
+    velocity_rows,
+    no_form="nonholonomic: Ω need not be kept; a step solves its equations",
+    no_energy="nonholonomic: measured only",
+)
