@@ -39,13 +39,12 @@ if TYPE_CHECKING:
         text_key,
     )
     from .kernels_at_step import KernelsAtStep, Run
-    from .lattice_stage_text import LatticeStages
     from .lattice_text import FADED, MOST_SWEEPS, Kicks, LatticeSystem
     from .layout import Entry, Layout, Status
     from .llvm_values import Array
     from .machine_code import address, compiled, cores
     from .omissions import SAVINGS, is_affine
-    from .stage_system import StageSource, StageSystem
+    from .stage_system import LatticeStages, StageSource, StageSystem
     from .stage_text import NoShortForm
     from .stages_at_step import StagesAtStep, taken_over
     from .step import Kind, Step, kinds_of
@@ -57,13 +56,12 @@ else:
         kernels="Kernels LatticeKernels compile compile_lattice compile_lattice_stages "
                 "compile_stages compiled_text interpreted kernel_text names_of text_key",
         kernels_at_step="KernelsAtStep Run",
-        lattice_stage_text="LatticeStages",
         lattice_text="FADED MOST_SWEEPS Kicks LatticeSystem",
         layout="Entry Layout Status",
         llvm_values="Array",
         machine_code="address compiled cores",
         omissions="SAVINGS is_affine",
-        stage_system="StageSource StageSystem",
+        stage_system="LatticeStages StageSource StageSystem",
         stage_text="NoShortForm",
         stages_at_step="StagesAtStep taken_over",
         step="Kind Step kinds_of",

@@ -1,17 +1,10 @@
 """Measure how far a sweep changed each component of the stages, and whether that is round-off.
 
-Like `stage_driver`, whose text it follows, this file is part of a generated module's text.
+Like `sweeps`, whose text it follows, this file is part of a generated module's text.
 """
 
 # ruff: noqa: F821, B905 (names are supplied; the compiled language has no strict=)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
-
-
-def sizes_of(parts):
-    """Return, for each component, the largest absolute value over all nodes."""
-    return tuple(
-        [largest(largest_of(tuple([abs(part[i]) for part in parts]))) for i in range(len(parts[0]))]
-    )
 
 
 def scales(sizes):
@@ -26,13 +19,6 @@ def differ(sizes):
     for e in sizes:
         least = e if e > 0 and e < least else least
     return least * 1024 < most
-
-
-def changes_of(parts, new):
-    """Return the largest change of each component over all nodes."""
-    return sizes_of(
-        tuple([tuple([a - e for a, e in zip(one, two)]) for one, two in zip(parts, new)])
-    )
 
 
 def settle(change, before, best, stale, count, pending):
@@ -75,12 +61,3 @@ def smallest(numbers):
     for e in numbers:
         least = e if e < least else least
     return least
-
-
-def largest_change(w, new_w, of_w, p, new_p, of_p):
-    """Return the largest change of any component at any node, relative to the component's size."""
-    changes = 0 * w[0][0]
-    for a, b, e, f in zip(w, new_w, p, new_p):
-        for old, new, scale in zip(a + e, b + f, of_w + of_p):
-            changes = larger(abs(old - new) * scale, changes)
-    return largest(changes)

@@ -14,13 +14,12 @@ from .cache import cached_text, digest, sources
 from .elimination import ADJUGATE
 from .known_zeros import KNOWN_ZEROS
 from .lanes import lane_namespace, tables
-from .lattice_stage_text import LatticeStages, collocation_text
 from .lattice_text import LatticeSystem, lattice_text
 from .layout import INNER, PAST, Entry, Layout, StageLayout, Status
 from .llvm_values import Array
 from .machine_code import compiled, vector_width
 from .module_text import module_text
-from .stage_system import StageSource
+from .stage_system import LatticeStages, StageSource
 from .stage_text import stage_text
 from .step import Step, written
 
@@ -159,7 +158,7 @@ def compile_lattice_stages(system: LatticeStages, numbers: Arithmetic) -> Lattic
     """Return the kernels of a lattice's collocation; raises `NoShortForm` like `compile_stages`."""
     source = system.source
     path = f"{_file_name(source)}_lattice_stages_{text_key(*system.key)}.py"
-    text = cached_text(path, lambda: collocation_text(system))
+    text = cached_text(path, lambda: stage_text(system.site, system))
     given = lane_namespace(source.nodes.count, numbers, vector_width())
     of_nodes = partial(tables, source.nodes, source.nodes.count, given["WIDTH"], numbers)
     if type(numbers) is not Double:

@@ -39,7 +39,7 @@ def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> dict[str, An
         "total": lambda v: sum(v),
         "larger": np.maximum,
         "largest": max,
-        "read_lanes": lambda a, i, count: a[i : i + count].copy(),
+        "read_lanes": lambda a, i, count: a[i : i + count],
         "write_lanes": _write,
         "WIDTH": width,
         "MOST_SWEEPS": SWEEPS * numbers.digits,
@@ -69,7 +69,7 @@ def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def tables(nodes: Nodes, count: int, width: int, numbers: Arithmetic) -> dict[str, Any]:
-    """Return the tables of `stage_driver`: of each part, columns of lanes.
+    """Return the tables of `sweeps`: of each part, columns of lanes.
 
     MU: μ_ij = a_ij/b_j for positions; MU_OF_MOMENTUM: 1 − μ_ji, on Gauss nodes the same table. The
     smaller number of such a pair is 1 minus the larger, which is exact in binary. LEGENDRE: (2j +

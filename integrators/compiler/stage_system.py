@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..numbers.types import Assignment, Column, Expression, Expressions, Letters, SymbolicMatrix
@@ -70,3 +70,35 @@ class StageSource:
     nodes: Any
     given: tuple[Any, ...]
     derived: Callable[[], StageSystem]
+
+
+@dataclass(frozen=True, eq=False)
+class LatticeStages:
+    """One collocation step of a lattice, whose bonds act as forces on its sites at the nodes.
+
+    q: h, then parameters that all sites share. source: the collocation of one site, with its own
+    letters `own` and the force `pull` on it. force: ρ̂ᵀ∂L/∂x of a bond, at both its ends x, with
+    its letters `bond_own`. most: number of sweeps of the first step beyond which another way is
+    faster, or None if it is unknown.
+    """
+
+    source: StageSource
+    q: Letters
+    own: Letters
+    pull: Letters
+    x: Letters
+    bond_own: Letters
+    force: Column
+    most: int | None = None
+
+    @property
+    def site(self) -> StageSystem:
+        """The collocation of one site, with the lattice's parameters, and without an edge."""
+        return replace(self.source.derived(), q=self.q, extents=())
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """Everything from which the text is made."""
+        source = self.source
+        return (source.nodes, source.given, self.q, self.own, self.pull, self.x, self.bond_own,
+                self.force, self.most)  # fmt: skip

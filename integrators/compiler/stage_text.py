@@ -1,6 +1,8 @@
 """The text of a collocation step: kernels with a stage in each lane, and their driver.
 
-In lanes: `velocity(x, w, p, c) → (ẇ, ξ, μ)` and `force(x, w, p, ξ, c) → (π̇, f)`.
+In lanes: `velocity(x, w, p, own, c) → (ẇ, ξ, μ)` and `force(x, w, p, ξ, pull, own, c) → (π̇, f)`,
+where `own` are a site's parameters and `pull` the force of its bonds, both () for a scene; of a
+lattice `point(x, w, c) → z` of a node, and `pull(x of both ends, own, c) → force on both`.
 In plain numbers, for the ends of a step: `shift(x, w, p, dp, turn, lost, c) → change of π₀ − μ`,
 `update(x, w, p, dp, turn, ex, eμ, c) → (dx, dμ)` and `extents(x, w, c)`.
 In lanes, for the start of the iteration: `moved(x, w, ξ, c) → L ξ` and `pulled(x, w, μ, c) → L⁻ᵀ
@@ -17,51 +19,63 @@ from typing import Any
 from ..numbers import Coefficients, function_text, symbols_of, sympy, with_tables
 from ..numbers.types import Assignment, Expression, Expressions, Letter
 from .elimination import Equations, solve
+from .lattice_text import UNSEEN, with_names
 from .layout import StageLayout
 from .module_text import texts_of
-from .stage_system import StageSystem
+from .stage_system import LatticeStages, StageSystem
 
 
 class NoShortForm(Exception):
     """A linear system needs a loop over rows, which lanes do not have."""
 
 
-def stage_text(system: StageSystem) -> str:
-    """Return the text of all kernels of a collocation step, and of its driver."""
-    kernels = StageText(system)
+def stage_text(system: StageSystem, lattice: LatticeStages | None = None) -> str:
+    """Return the text of all kernels of a collocation step, and of its driver.
+
+    system: the collocation of a scene, or of one site of the lattice.
+    """
+    kernels = StageText(system, lattice)
     text = kernels.text  # `text` finds the coefficients, so it must come first
-    layout = StageLayout(n=len(system.x), m=len(system.w), solved=len(system.w), reused=0,
-                         width=len(kernels.coefficients.values), iterated=True,
+    n, m, unknown = len(system.x), len(system.w), system.nodes.unknown
+    width = len(kernels.coefficients.values)
+    layout = StageLayout(n=n, m=m, solved=m, reused=0, width=width, iterated=True,
                          count=system.count)  # fmt: skip
+    most = lattice.most if lattice and lattice.most else "HUGE"
     facts = [
         f"LAYOUT = {layout}",
-        f"COUNT, PARTS = {system.count}, -(-{system.count} // WIDTH)",
+        f"n, m, COUNT, PARTS = {n}, {m}, {system.count}, -(-{system.count} // WIDTH)",
         # machine code holds the numbers of the nodes, and is stored under the digest of this text
         f"NODES = '{system.nodes.family}'",
+        f"BONDED, TURNING = {lattice is not None}, {len(kernels.turning)}",
+        f"SITES, BONDS = {len(kernels.own)}, {len(lattice.bond_own) if lattice else 0}",
         f"RULE = {kernels.record}",
         "SYSTEMS = RULE,",
-        "NOISE, SMALLEST = ROOT_EPS / 16, R(1) / 4",
+        "MOMENTA = m * PARTS * WIDTH",
+        "MOVES, GAINS, TURNS = 2 * MOMENTA, 3 * MOMENTA, 4 * MOMENTA",
+        "PULL = TURNS + TURNING * PARTS * WIDTH",
+        "POINT = PULL + MOMENTA",
+        "SHIFT = POINT + n * PARTS * WIDTH if BONDED else PULL",
+        f"WIDTHS = dict(w=m * {unknown}, w1=MOMENTA, w2=MOMENTA, w3=m, work=SHIFT + m, ties=1, "
+        "coefficients=RULE.width)",
+        # a component has one size on the whole lattice, so smaller sites need more sweeps than a
+        # scene: with 1/4 energy drifts (chain of 6, gauss-4, 2·10⁵ steps: 5.8e-13, Newton 4.9e-14)
+        f"NOISE, SMALLEST = ROOT_EPS / 16, R(1) / {64 if lattice else 4}",
+        f"UNSEEN, MOST_AT_START = {UNSEEN}, min(MOST_SWEEPS, {most})",
     ]
-    parts = [f"# {system.name}", text, "\n".join(facts), collocation_driver("stage_driver")]
-    return with_tables("\n\n".join(parts))
-
-
-def collocation_driver(name: str) -> str:
-    """Return the text of a driver of collocation and of the functions it calls."""
-    driver = texts_of(name, "node_sums", "component_sizes", "edge_watch", "tuple_operations")
-    for function, kind in (("at_nodes", "ordered"), ("balanced", "ordered"), ("times", "kernel")):
-        driver = driver.replace(f"def {function}(", f"@{kind}\ndef {function}(")
-    return driver
+    driver = texts_of("lattice_stage_driver" if lattice else "stage_driver", "sweeps",
+                      "component_sizes", "edge_watch", "tuple_operations")  # fmt: skip
+    return with_tables("\n\n".join([f"# {system.name}", text, "\n".join(facts), driver]))
 
 
 class StageText:
-    """Writes the kernels of a collocation step.
+    """Writes the kernels of a collocation step, and of the force of a lattice's bond.
 
     Raises `NoShortForm` if the mass matrix is too large to be eliminated in lanes.
     """
 
-    def __init__(self, system: StageSystem) -> None:
-        self.system = system
+    def __init__(self, system: StageSystem, lattice: LatticeStages | None = None) -> None:
+        self.system, self.lattice = system, lattice
+        self.own, self.pull = (lattice.own, lattice.pull) if lattice else ((), ())
         self.coefficients = Coefficients(system.q)
         self.coefficients.symbol(system.q[0])
 
@@ -73,7 +87,8 @@ class StageText:
         before: list[Assignment],
     ) -> str:
         given = {**arguments, "c": self.coefficients}
-        return f"@kernel\n{function_text(name, given, results, before, self.coefficients)}"
+        text = function_text(name, given, results, before, self.coefficients)
+        return with_names(f"@kernel\n{text}", self.own)
 
     @cached_property
     def turning(self) -> list[int]:
@@ -107,7 +122,12 @@ class StageText:
                                           ("pulled", system.m, system.pulled)):  # fmt: skip
                 given = {"x": system.x, "w": system.w, "given": letters}
                 kernels[name] = self._function(name, given, [values], [])
-        if system.extents:
+        if self.lattice:
+            ends, force = {"x": system.x, "w": system.w}, [self.lattice.force]
+            kernels["point"] = self._function("point", ends, [system.target], [])
+            bond = {"x": self.lattice.x, "own": self.lattice.bond_own}
+            kernels["pull"] = with_names(self._function("pull", bond, force, []), bond["own"])
+        elif system.extents:
             kinds = [[e for kind, e in system.extents if kind == wanted]
                      for wanted in ("size", "rest")]  # fmt: skip
             given = {"x": system.x, "w": system.w}
@@ -120,8 +140,7 @@ class StageText:
         system = self.system
         names = [*re.findall(r"^def (\w+)", self.text, re.MULTILINE)]
         facts = {"affine": False, "watched": bool(system.extents), "branched": False,
-                 "shifted": self.shifted, "turning": len(self.turning),
-                 "rotating": system.moved is not None,
+                 "shifted": self.shifted, "rotating": system.moved is not None,
                  "width": len(self.coefficients.values)}  # fmt: skip
         entries = {name: name for name in names} | facts
         return f"Record({', '.join(f'{k}={v}' for k, v in entries.items())})"
@@ -140,7 +159,7 @@ class StageText:
             before.append((letters, values))
         before.append((list(system.xi), list(xi)))
         results = [system.rates[0], list(system.xi), list(system.m)]
-        given = {"x": system.x, "w": system.w, "p": system.p}
+        given = {"x": system.x, "w": system.w, "p": system.p, "own": self.own}
         return self._function("velocity", given, results, _used(before, results))
 
     def _force(self) -> str:
@@ -149,7 +168,8 @@ class StageText:
         before = [*system.before, *system.after]
         turned = [system.turned[i] for i in self.turning]
         results = [system.rates[1], turned]
-        given = {"x": system.x, "w": system.w, "p": system.p, "xi": system.xi}
+        given = {"x": system.x, "w": system.w, "p": system.p, "xi": system.xi,
+                 "pull": self.pull, "own": self.own}  # fmt: skip
         return self._function("force", given, results, _used(before, results))
 
     @property

@@ -172,7 +172,7 @@ def area(scene, rule, step, sweeps):
     given = lane_namespace(nodes.count, flow.numbers, 1)
     given |= tables(nodes, nodes.count, nodes.count, flow.numbers)
     if sweeps:
-        text = text.replace("settled = stale > 2 and change < NOISE", "settled = True")
+        text = text.replace("settled = stale > 2 and", "settled = True or")
         given["MOST_SWEEPS"] = sweeps
     stages = flow.stages
     stages.kernels = replace(
