@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from . import scenes
-from .numbers.lazy import on_demand
+from .numbers.lazy import on_demand, provide
 
 if TYPE_CHECKING:
     from .algebras import MatrixAlgebra, se, sl, so, sp, su
@@ -52,6 +52,13 @@ else:
         scene="Conserved Scene on_group",
         steps="in_own_time vary",
     )  # fmt: skip
+
+#: rooms beside the core, which it does not import: a scene or a lattice that needs one loads it
+provide(
+    ContactFlow=f"{__name__}.flows.contact_flow",
+    LatticeScheme=f"{__name__}.lattices",
+    check_gaps=f"{__name__}.contact",
+)
 
 __all__ = [
     "BadInput",

@@ -5,16 +5,14 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from ..contact import check_gaps
 from ..equations import DiscretisedScene, blamed
 from ..errors import BadInput, arguments_checked, check_names
 from ..expansions import ModifiedEquation
 from ..geometry import is_self_adjoint, order_of_step
-from ..lattices import Lattice, LatticeScheme
+from ..numbers.lazy import provided
 from ..numbers.types import Given
-from ..rules import Composition, OneStepMap, Substep
+from ..rules import Composition, Discretisation, OneStepMap, Substep
 from ..scene import Again
-from .contact_flow import ContactFlow
 from .flow import Flow, Substeps
 from .latex import latex_of
 from .step_choice import step_for
@@ -32,18 +30,21 @@ class Scheme(DiscretisedScene):
     def __init__(self, scene: Any, rule: Any, equations: Any = None) -> None:
         super().__init__(scene, rule, equations)
         if self.scene.contact is not None:
-            check_gaps(self.equations.s, self.scene)
+            provided("check_gaps")(self.equations.s, self.scene)
 
     def __new__(cls, scene: Any = None, *given: Any, **named: Any) -> Any:
-        """Return a `LatticeScheme` for a `Lattice`; a rule without formula makes its own object."""
-        if cls is Scheme:  # subclasses check their own arguments
+        """Return what the scene's own `discretise` makes of the rule, or the rule's of the scene.
+
+        A lattice has one, and a rule without a formula.
+        """
+        if cls is Scheme:  # subclasses check their own arguments: the second may be no rule
             check_names("Scheme", named, ("scene", "rule", "equations"))
-        if isinstance(scene, Lattice):
-            return LatticeScheme(scene, *given, **named)
-        rule: Any = given[0] if given else named.get("rule")
-        # a rule without a formula makes its own scheme; a subclass's second argument may be no rule
-        if cls is Scheme and hasattr(rule, "discretise"):
-            return rule.discretise(scene)
+            rule: Any = given[0] if given else named.get("rule")
+            swapped = isinstance(scene, Discretisation)  # it is refused
+            asked: tuple[Any, ...] = ((None if swapped else scene, rule), (rule, scene))
+            for one, other in asked:
+                if hasattr(one, "discretise"):
+                    return one.discretise(other)
         return super().__new__(cls)
 
     def _repr_latex_(self) -> str | None:
@@ -183,5 +184,6 @@ class Scheme(DiscretisedScene):
 
     def flow_at(self, step: Given, digits: int, on_edge: str) -> Flow:
         """Return the flow at a step that was given or chosen."""
-        kind = Flow if self.scene.contact is None else ContactFlow
-        return kind(self, step, digits, on_edge, self.flow_substeps)
+        kind = Flow if self.scene.contact is None else provided("ContactFlow")
+        made: Flow = kind(self, step, digits, on_edge, self.flow_substeps)
+        return made

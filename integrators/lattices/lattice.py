@@ -14,6 +14,7 @@ import numpy as np
 from ..errors import BadInput, brief_name, check_function, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, measure
+from ..numbers.lazy import provided
 from ..numbers.types import Column, Given, Rows
 from ..scene import Again, again, arguments_of
 from .group_elements import strangers
@@ -135,6 +136,10 @@ class Lattice:
         if self.duration <= 0 or self.step <= 0:
             raise BadInput(f"{self.name}: duration and step must be positive.")
         self.pairs, self.free, self.split_parameters, self.start  # noqa: B018 - checked now
+
+    def discretise(self, rule: Any) -> Any:
+        """Return the `LatticeScheme` by a rule, which `Scheme(lattice, rule)` is."""
+        return provided("LatticeScheme")(self, rule)
 
     def _check_contact(self) -> None:
         given = self.restitution
