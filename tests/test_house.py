@@ -90,12 +90,15 @@ def test_the_rules_would_catch_an_offender():
 
 #: the rooms of integrators/, each below those that import it
 ROOMS = (
-    "errors", "numbers", "compiler", "algebras", "retractions", "groupoids", "scene", "scenes",
+    "errors", "numbers", "compiler", "runs", "algebras", "retractions", "groupoids", "scene",
+    "scenes",
     "rules", "equations", "geometry", "bisections", "expansions", "contact", "lattices", "flows",
     "foreign", "control", "steps",
 )  # fmt: skip
 #: the compiler stands low: these hand it a step as data, run what it makes, or use its cache
-COMPILING = {"compiler", "equations", "geometry", "bisections", "lattices", "flows", "steps"}
+COMPILING = {
+    "compiler", "runs", "equations", "geometry", "bisections", "lattices", "flows", "steps",
+}  # fmt: skip
 MODULES = {module_of(p): p for p in SOURCES}
 
 

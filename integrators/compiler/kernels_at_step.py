@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
 from threading import RLock
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -22,7 +22,7 @@ ResumePoint: TypeAlias = tuple[Vector, Matrix]
 
 @dataclass
 class Run:
-    """The arrays that the driver works on, and its position; rows as in `run.Trajectory`.
+    """The arrays that the driver works on, and its position; rows as in `runs.Trajectory`.
 
     state: x, μ and the rest of `Layout`; c: the coefficients in use, one row for each substep.
     translates: for each row, the number of the translate in which its u is written; changes: how
@@ -115,21 +115,31 @@ class KernelsAtStep:
 
     # -- the state ------------------------------------------------------------------------------
 
-    def buffers(self, point: ResumePoint, steps: int, every: int) -> Run:
-        """Return empty rows for a run; raises `BadInput` if they do not fit into memory."""
+    def buffers(
+        self, point: ResumePoint, steps: int, every: int, allocate: Callable[..., Any] | None = None
+    ) -> Run:
+        """Return empty rows for a run; raises `BadInput` if they do not fit into memory.
+
+        allocate: makes `count` rows of columns, given by (shape of a row, type) (`runs.Allocate`).
+        """
         state, c = point
         rows, n, m, w = steps // every + 1, self.layout.n, self.layout.m, self.layout.row_width
-        ends = [*accumulate((len(Entry), rows * n, rows * w, rows * m))]
+        kind, totals = self.numbers.dtype, self.numbers.zeros(len(Entry))
+        totals[Entry.REACH] = totals[Entry.BRANCH] = totals[Entry.SLACK] = self.kernels.huge
+        if allocate is not None:
+            widths = {"x": n, "u": w, "mu": m}
+            columns = {name: ((width,), kind) for name, width in widths.items()}
+            found = allocate({**columns, "iterations": ((), int), "translates": ((), int)}, rows)
+            xs, us, mus, counts, translates = found.values()
+            return Run(state, c, steps, every, xs, us, mus, counts, totals, translates)
+        ends = [*accumulate((rows * n, rows * w, rows * m), initial=0)]
         try:  # two allocations in all, so that a short run begins quickly
-            block = np.zeros(ends[-1], dtype=self.numbers.dtype)
+            block = np.zeros(ends[-1], dtype=kind)
             whole = np.zeros(2 * rows, dtype=np.int64)
         except (MemoryError, ValueError):  # ValueError: more entries than an array can have
             raise BadInput(
                 f"{rows} rows do not fit into memory: keep fewer (every=, --every)."
             ) from None
-        totals = block[: len(Entry)]
-        totals[:] = self.numbers.zeros(len(Entry))
-        totals[Entry.REACH] = totals[Entry.BRANCH] = totals[Entry.SLACK] = self.kernels.huge
         xs, us, mus = (
             block[start : start + rows * k].reshape(rows, k)
             for start, k in zip(ends, (n, w, m), strict=False)

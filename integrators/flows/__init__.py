@@ -1,9 +1,11 @@
 """Schemes and their flows: starts, steps, runs, failures."""
 
 from ..compiler import cores
-from .contact_flow import ContactFlow, ContactTrajectory
+from ..runs import Trajectory
+from .contact_flow import ContactFlow
 from .ensemble import Ensemble, side_by_side
-from .flow import Flow, Trajectory
+from .flow import Flow
+from .free_motion import FreeMotion, first_u, run_from
 from .initial_state import Start
 from .multipliers import mean_multipliers
 from .newton_step import (
@@ -14,12 +16,11 @@ from .newton_step import (
     round_off_from,
     step_along,
 )
-from .run import first_u, run_from
 from .scheme import Scheme
 from .step_choice import StepChoice
 
 __all__ = [
-    "ContactFlow", "ContactTrajectory", "Ensemble", "Flow", "Scheme", "Start", "StepChoice",
+    "ContactFlow", "Ensemble", "Flow", "FreeMotion", "Scheme", "Start", "StepChoice",
     "Trajectory", "arrow_from", "cores", "first_u", "form_change_defects", "mean_multipliers",
     "restricted_form_defect", "return_defect", "round_off_from", "run_from",
     "side_by_side", "step_along",

@@ -2,54 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..compiler import KernelsAtStep, Status
-from ..contact import ContactRun, FreeSteps, Gaps, LocatedSteps, Moment, check_gaps
+from ..contact import (
+    ContactRun,
+    FreeSteps,
+    Gaps,
+    Impacts,
+    LocatedSteps,
+    Moment,
+    check_gaps,
+    gap_expressions,
+)
 from ..equations import DiscretisedScene
 from ..errors import BadInput, CannotMeasure, StepFailure
-from ..numbers import Matrix, Number, Numbers, Vector
+from ..numbers import Number, Numbers, Vector
 from ..numbers.types import Given
+from ..runs import Trajectory, run
 from .failures import CAUSES
 from .flow import Flow, Substeps
+from .free_motion import FreeMotion
 from .initial_state import Start
-from .run import Progress, Trajectory, run_from
 
 MOST_AT_ONCE = 4096  # largest number of free steps before the next check for a contact
-
-
-@dataclass(frozen=True)
-class Impacts:
-    """The impacts of a run: t (i,), x (i, n), before and after (i, m), impulses (i, K, 1 + D).
-
-    before, after: μ; the jump is Σ impulses over the gaps, the normal one along A = φ′ρ̂, the
-    others along the coordinates of the plane of contact.
-    """
-
-    t: Vector
-    x: Matrix
-    before: Matrix
-    after: Matrix
-    impulses: np.ndarray
-
-
-@dataclass(frozen=True)
-class ContactTrajectory(Trajectory):
-    """Rows of a run with contact: those of any run, impulses, gaps and impacts.
-
-    multipliers (r, K): the normal impulse of each gap in the step that leaves a row, divided by h.
-    impulses (r, K, 1 + D): that impulse, and those of friction along the coordinates of its plane;
-    D = 0 if no gap has friction. gaps (r, K): φ. impacts: all impacts, whether their step has a row
-    or not.
-    """
-
-    impulses: np.ndarray
-    gaps: Matrix
-    impacts: Impacts
 
 
 class ContactFlow(Flow):
@@ -103,24 +83,22 @@ class ContactFlow(Flow):
             parts = [[share * part.q[0], *part.q[1:]] for part in self.parts]
             machine = KernelsAtStep(of.kernels, self.numbers, parts, list(of.kinds), of.name)
         guess = self.context.start(x, mu, u)
-        run = machine.buffers(machine.start_at(x, mu, machine.c, guess), 1, 1)
-        self.edge.begin(run, None)
-        status = machine.one_step(run)
+        arrays = machine.buffers(machine.start_at(x, mu, machine.c, guess), 1, 1)
+        self.edge.begin(arrays, None)
+        status = machine.one_step(arrays)
         if status != Status.OK:
             raise self.context.failure(CAUSES[status], {"x": x, "mu": mu})
-        leaving = run.us[0, : len(mu)]
+        leaving = arrays.us[0, : len(mu)]
         if self.context.equations.arrows is None:
             leaving = self.gaps.velocity(x, mu, u)
-        return *machine.point(run.state), leaving
+        return *machine.point(arrays.state), leaving
 
-    def _run_from(
-        self, start: Start, steps: int, every: int, progress: Progress
-    ) -> ContactTrajectory:
-        """Run from a start; a closed gap that is closing there begins with an impact."""
+    def stepper(self, start: Start) -> _Run:
+        """Return a run from a start; a closed gap that is closing there begins with an impact."""
         if start is not self.starting.own:
             s = self.scheme.equations.s
             check_gaps(s, self.scheme.scene, self.numbers.public(start.x[: s.n]))
-        return _Run(self, start, steps, every, progress).trajectory_of_run()
+        return _Run(self, start)
 
     def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
         """Return (x, μ) after one step with its contacts."""
@@ -140,29 +118,45 @@ class ContactFlow(Flow):
 class _Run(ContactRun):
     """One run of a contact flow."""
 
-    def __init__(
-        self, flow: ContactFlow, start: Start, steps: int, every: int, progress: Progress
-    ) -> None:
-        self.flow, self.numbers, contact = flow, flow.numbers, flow._steps
-        self.t0, self.chunk, m = start.t0, 8, len(start.mu)
+    counters = ("index", "ended", "chunk")
+
+    def __init__(self, flow: ContactFlow, start: Start) -> None:
+        self.flow, contact, m = flow, flow._steps, len(start.mu)
+        self.start, self.chunk, self.name = start, 8, flow.scheme.scene.name
         u = start.guess[:m]
         if flow.context.equations.arrows is None:
             near = flow.context.vector(flow.scheme.scene.v0, m)
             u = flow.gaps.velocity(start.x, start.mu, near)
-        moment = Moment(flow.gaps.at_start(start.x), start.mu, u, contact.no_noise())
-        super().__init__(contact, moment, steps, every, progress)
+        place = flow.gaps.at_start(start.x)
+        super().__init__(contact, Moment(place, start.mu, u, contact.no_noise()))
 
-    def failure(self, failure: Exception, rows: Trajectory | None) -> StepFailure:
-        """Return the failure of the coming step."""
+    @property
+    def key(self) -> str:
+        """The key of the free motion, and the gaps."""
+        flow = self.flow
+        scene, free = flow.scheme.scene, Flow.stepper(flow, self.start)
+        assert scene.contact is not None
+        gaps = gap_expressions(flow.scheme.equations.s, scene.contact)
+        return f"{free.key} {gaps} {scene.friction} {scene.restitution} {scene.impacts}"
+
+    @property
+    def state(self) -> dict[str, np.ndarray]:
+        return {**super().state, "unsure": np.array(sorted(self.flow.unsure_gaps), np.int64)}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        super().restore(state)
+        self.flow.unsure_gaps.update(state["unsure"].tolist())
+
+    def failed(self, failure: Exception, rows: Trajectory) -> StepFailure:
         cause, m = getattr(failure, "cause", str(failure)), self.moment
         state: dict[str, Numbers] = {"x": m.place.x, "mu": m.mu}
         found: StepFailure = self.flow.context.failure(cause, state, self.index, rows)
         return found
 
-    def advance(self) -> None:
+    def step(self) -> None:
         """Take free steps, or a step with contact."""
         if not self._take_free_steps():
-            super().advance()
+            super().step()
             self.chunk = 8
 
     def _take_free_steps(self) -> bool:
@@ -176,14 +170,15 @@ class _Run(ContactRun):
         count = min(self.chunk, self.steps - self.index)
         start = Start(at, m.mu, self.flow.context.start(at, m.mu, m.u))
         try:
-            run = run_from(self.flow.edge, start, count)
+            free_run = run(FreeMotion(self.flow.edge, start), count)
         except StepFailure as failure:  # perhaps beyond a contact that was not checked for
-            run = failure.trajectory
-            if run is None or len(run.t) < 2:
+            free_run = failure.trajectory
+            if free_run is None or len(free_run.t) < 2:
                 return False
         x, mu, u = (
             np.array([[numbers.number(e) for e in row] for row in rows], dtype=numbers.dtype)
-            if numbers.dtype is object else rows for rows in (run.base, run.mu, run.u)
+            if numbers.dtype is object else rows
+            for rows in (free_run.base, free_run.mu, free_run.u)
         )  # fmt: skip
         free, phi = self.flow._steps.free_steps(x)
         for k in range(free):
@@ -195,29 +190,25 @@ class _Run(ContactRun):
         self.chunk = min(2 * self.chunk, MOST_AT_ONCE)
         return free > 0
 
-    def trajectory(self, count: int) -> ContactTrajectory:
-        """Return the first `count` rows as a trajectory."""
-        flow, public = self.flow, self.numbers.public
-        x, mu, u = (public(rows[:count]) for rows in self.rows)
-        impulses, n = public(self.impulses[:count]), self.gaps.n
+    def rows_of(self, count: int) -> Trajectory:
+        flow, public, at = self.flow, self.numbers.public, self.numbers
+        x, mu, u, impulses = (self.rows[word][:count] for word in ("x", "mu", "u", "impulses"))
         index = np.arange(count, dtype=np.int64) * self.every
-        t0 = self.numbers.number(self.t0)
-        phi = public(self.gaps.phi(self.rows[0][:count])) if count else x[:, :0]
-        zero = np.zeros(count, dtype=np.int64)
-        return ContactTrajectory(
-            t=public(self.numbers.multiples(flow.step, index) + t0), x=x[:, :n], u=u, mu=mu,
-            iterations=zero, newton_mean=0.0, newton_max=0, newton_residual=0.0,
-            steps=self.index, step=flow.step, margin=1.0, edges=0, translates=zero, base=x,
-            multipliers=public(self.impulses[:count, :, 0] / flow.context.h),
-            solver="Newton, contacts in cones", contraction=0.0, impulses=impulses, gaps=phi,
-            impacts=self._impacts(), scheme=flow.scheme,
+        base, n = public(x), self.gaps.n
+        phi = public(self.gaps.phi(x)) if count else base[:, :0]
+        return Trajectory.of_rows(
+            public(at.multiples(flow.step, index) + at.number(self.start.t0)), base[:, :n],
+            public(u), public(mu), steps=self.index, step=flow.step, base=base,
+            multipliers=public(impulses[:, :, 0] / flow.context.h), scheme=flow.scheme,
+            solver="Newton, contacts in cones", impulses=public(impulses), gaps=phi,
+            impacts=self._impacts(),
         )  # fmt: skip
 
     def _impacts(self) -> Impacts:
         numbers, h = self.numbers, self.flow.context.h
-        times = [numbers.number(self.flow.step * k) + e.share * h + numbers.number(self.t0)
+        times = [numbers.number(self.flow.step * k) + e.share * h + numbers.number(self.start.t0)
                  for k, e in self.impacts]  # fmt: skip
-        n, m = self.gaps.n, self.rows[1].shape[1]
+        n, m = self.gaps.n, self.moment.mu.shape[0]
 
         def table(values: list[Numbers], *shape: int) -> np.ndarray:
             found: np.ndarray = numbers.public(numbers.array(values, len(values), *shape))
@@ -227,5 +218,5 @@ class _Run(ContactRun):
         return Impacts(
             table(times), table([e.x[:n] for e in each], n), table([e.before for e in each], m),
             table([e.after for e in each], m),
-            table([e.impulses for e in each], *self.impulses.shape[1:]),
+            table([e.impulses for e in each], *self.gaps.no_impulses.shape),
         )  # fmt: skip

@@ -13,7 +13,7 @@ from ..compiler import cores
 from ..errors import BadInput, StepFailure, shown
 from ..numbers import Arithmetic, Double
 from ..numbers.types import Matrix, Numbers, Rows, Vector
-from .run import Trajectory
+from ..runs import Trajectory
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -17,16 +17,14 @@ from ..expansions import RunDerivatives, RunDifferentiated, RunGradient
 from ..geometry import Arrow, LocalGeometry, Maps, StepContext
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational, whole_number
 from ..numbers.types import Given, Rows
+from ..runs import File, Progress, Stepper, Trajectory, run
 from ..scene import Again, flow_of
 from .collocation import collocation
 from .ensemble import Ensemble, ensemble
+from .free_motion import FreeMotion, element_of, first_u, run_from
 from .initial_state import Start, Starting
 from .newton_step import arrow_before, of_poisson, of_pullback, of_step
-from .prepared_run import PreparedRuns
-from .run import Progress, Trajectory, element_of, first_u, run_from
 from .step_choice import StepChoice
-
-__all__ = ["Flow", "Trajectory"]
 
 INTEGER = (int, np.integer)
 # the squares and inverses of such steps are far from over- and underflow
@@ -78,7 +76,6 @@ class Flow:
         shares = [(e, exact_rational(share(digits + 30), "coefficient")) for e, share in substeps]
         made = {key: StepContext(key[0], numbers, key[1] * size) for key in shares}
         self.context = StepContext(scheme, numbers, size, tuple(made[key] for key in shares))
-        self._prepared = PreparedRuns()
         #: contexts whose steps, one after another, make a step of this flow
         self.parts = self.context.parts
 
@@ -98,6 +95,7 @@ class Flow:
         u0: Numbers | None = None,
         element0: Rows | None = None,
         t0: Given = 0,
+        checkpoint: File = None,
         progress: Progress = None,
     ) -> Trajectory:
         """Run `steps` steps from the scene's start (or from x0, mu0), with a row every `every`
@@ -107,15 +105,11 @@ class Flow:
         its time, such as a row of `Trajectory.base`, needs no t0. Memory grows with the rows, not
         with the steps. u0 is only Newton's first guess. If L_d is given on the group, element0
         (N×N) may be the first step g instead: μ0 = F⁻/h. `progress` is called with the number of
-        steps done so far. Raises `StepFailure` (with the rows so far) if a step cannot be solved,
-        `BadInput` for wrong shapes, counts and starts off a constraint.
+        steps done so far. checkpoint: a file. The rows are then kept beside it, and the state is
+        saved in it about once a second: the same call continues a killed run, with the same
+        numbers. Raises `StepFailure` (with the rows so far) if a step cannot be solved, `BadInput`
+        for wrong shapes and counts, starts off a constraint, and the checkpoint of another run.
         """
-        plain = u0 is None and element0 is None and progress is None and type(t0) is int
-        whole = plain and t0 == 0 and type(steps) is type(every) is int
-        if whole and (steps, every) in self._prepared:
-            ready = self.starting.at_once(x0, mu0)
-            if ready and (run := self._prepared.run(steps, every, ready)) is not None:
-                return run
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
         check_progress(progress)
         with self.numbers.working():
@@ -123,15 +117,11 @@ class Flow:
             start = self.starting.at(x0, mu0, u0, element0, t0)
             if mu0 is not None:
                 self.starting.check(start)
-            return self._run_from(start, steps, every, progress)
+            return run(self.stepper(start), steps, every, progress, checkpoint)
 
-    def _run_from(self, start: Start, steps: int, every: int, progress: Progress) -> Trajectory:
-        # no step of a degenerate Lagrangian may pass a singular dϑ, which `run_from` looks for
-        if progress is None and not self.scheme.s.degenerate:
-            if (run := self._prepared.run(steps, every, start)) is not None:
-                return run
-            self._prepared.prepare(self.edge, start, steps, every)
-        return run_from(self.edge, start, steps, every, progress)
+    def stepper(self, start: Start) -> Stepper:
+        """Return a run from a start, for the loop `runs.run`."""
+        return FreeMotion(self.edge, start, system=lambda: self.system)
 
     def ensemble(
         self,
@@ -149,10 +139,10 @@ class Flow:
         (`Ensemble.failures`). Raises `BadInput` for starts that do not fit.
         """
 
-        def run(x0: Numbers | None, mu0: Numbers | None) -> Trajectory:
+        def member(x0: Numbers | None, mu0: Numbers | None) -> Trajectory:
             return self.trajectory(steps, every, x0=x0, mu0=mu0, **given)
 
-        return ensemble(run, x0s, mu0s, self.numbers, self.scheme.scene.name)
+        return ensemble(member, x0s, mu0s, self.numbers, self.scheme.scene.name)
 
     def elements(self, run: Trajectory) -> np.ndarray:
         """Return the group elements g = τ(hu) B of a run's rows, (r, N, N); in Cayley's chart only.
@@ -237,8 +227,8 @@ class Flow:
     def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
         """Return (b, μ′), the step from (x, μ) on the dual algebroid, with u from F⁻(x, u) = hμ."""
         with self.numbers.working():
-            run = run_from(self.edge, self.starting.at(x, mu), 1)
-            return run.base[-1], run.mu[-1]
+            rows = run_from(self.edge, self.starting.at(x, mu), 1)
+            return rows.base[-1], rows.mu[-1]
 
     def inverse_legendre(self, x: Numbers, mu: Numbers) -> Vector:
         """Return u with F⁻(x, u) = hμ; of several solutions the one that Newton reaches from v0."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cached_property
-from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,8 +18,6 @@ from ..equations import (
 from ..errors import BadInput
 from ..numbers import Matrix, Numbers, Vector, exact_rational
 from ..numbers.types import Exact, Rows
-
-DOUBLE = np.dtype(np.float64)
 
 
 class Start(NamedTuple):
@@ -59,29 +56,6 @@ class Starting:
                 f"{self.context.scene.name}: element0 determines mu0 and u0; leave these out."
             )
         return self._with_element(element0, x0, t0)
-
-    def at_once(self, x0: Any, mu0: Any) -> Start | None:
-        """Return the checked start at arrays of doubles, or None if it needs the general path."""
-        if x0 is mu0 is None:
-            return self.own
-        x0 = self.own.x if x0 is None else x0
-        if not type(x0) is type(mu0) is np.ndarray or not x0.dtype is mu0.dtype is DOUBLE:
-            return None
-        if (x0.shape, mu0.shape) != self._shapes:
-            return None
-        x, mu = x0.tolist(), mu0.tolist()
-        if not isfinite(sum(x) + sum(mu)):
-            return None
-        if self._with_values:
-            check_momentum(self.context.equations.s, self.context.scene, x, mu)
-        return Start(x0, mu0, self.own.guess)
-
-    @cached_property
-    def _shapes(self) -> tuple[tuple[int, ...] | None, tuple[int, ...] | None]:
-        """The shapes of x and μ in doubles, or (None, None) if a start needs more than these."""
-        context, s = self.context, self.context.equations.s
-        more = s.clocked or context.equations.arrows is None
-        return (None, None) if more else ((len(s.x),), (len(context.equations.u),))
 
     @cached_property
     def _with_values(self) -> bool:

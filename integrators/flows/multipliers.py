@@ -7,8 +7,8 @@ import numpy as np
 from ..errors import BadInput
 from ..numbers import Matrix
 from ..rules import adjoint
+from ..runs import Trajectory
 from .flow import Flow
-from .run import Trajectory
 from .scheme import Scheme
 
 

@@ -15,7 +15,7 @@ from ..equations import DiscretisedScene, SceneSymbols, field_parts
 from ..errors import BadInput, StepFailure, shown
 from ..numbers import Matrix, arithmetic, measure, numeric
 from ..numbers.types import Given
-from .run import Trajectory
+from ..runs import Trajectory
 
 # number of times at which runs are compared: errors pass through zero, but not at all of them
 ROWS = 8

@@ -4,17 +4,38 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..contact import ContactRun, ContactSteps, FreeSteps, Impact, Moment, Place
+from ..compiler import text_key
+from ..contact import (
+    ContactRun,
+    ContactSteps,
+    FreeSteps,
+    Impact,
+    Moment,
+    Place,
+    gap_expressions,
+)
 from ..errors import BadInput, CannotMeasure, StepFailure
 from ..numbers import Matrix, Number
 from ..numbers.types import Given, Rows
-from .lattice_flow import File, LatticeFlow, LatticeTrajectory, Progress
+from ..runs import Progress, run
+from .lattice_flow import File, LatticeFlow, LatticeTrajectory
 from .lattice_run import LatticeRun
 from .site_gaps import SiteGaps
+
+
+class SiteImpact(NamedTuple):
+    """The impact of one gap: its time as a share of the step, and the rest as of `SiteImpacts`."""
+
+    share: Number
+    site: int
+    gap: int
+    impulse: float
+    approach: float
+    rebound: float
 
 
 @dataclass(frozen=True)
@@ -47,7 +68,7 @@ class ContactLatticeTrajectory(LatticeTrajectory):
 
 
 class ContactLatticeFlow(LatticeFlow):
-    """The flow of a lattice with contact at its sites. It has no forms and no checkpoints.
+    """The flow of a lattice with contact at its sites. It has no forms.
 
     Raises `BadInput` for a negative step and for a start inside the obstacle.
     """
@@ -75,12 +96,8 @@ class ContactLatticeFlow(LatticeFlow):
 
     def _run(
         self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress
-    ) -> ContactLatticeTrajectory:
-        """Do a run; raises `BadInput` for a checkpoint."""
-        if checkpoint is not None:
-            raise BadInput(f"{self.lattice.name}: a run with contact keeps no checkpoint; leave it "
-                           "out.")  # fmt: skip
-        return _Run(self, x, mu, steps, every, progress).trajectory_of_run()
+    ) -> Any:
+        return run(_Run(self, x, mu), steps, every, progress, checkpoint)
 
     def _refused(self, *given: Any, **named: Any) -> Any:
         """Raise `CannotMeasure`: no form is defined if a step has impulses, no block is kept."""
@@ -91,19 +108,28 @@ class ContactLatticeFlow(LatticeFlow):
 
 
 class _Run(ContactRun):
-    """One run of a lattice with contact."""
+    """One run of a lattice with contact; made: the number of free steps."""
 
-    def __init__(
-        self, flow: ContactLatticeFlow, x: Matrix, mu: Matrix, steps: int, every: int,
-        progress: Progress,
-    ) -> None:  # fmt: skip
+    kind = SiteImpact
+    counters = ("index", "ended", "made")
+
+    def __init__(self, flow: ContactLatticeFlow, x: Matrix, mu: Matrix) -> None:
         self.flow, self.h, self.made, gaps = flow, float(flow.step), 0, flow.gaps
+        self.name = flow.lattice.name
         self.run = LatticeRun(flow, x.copy(), mu.copy())
         free = FreeSteps(self.h, self._free_step)
         contact = ContactSteps(gaps, free, float(flow.lattice.restitution))
         mu = (mu * flow.lattice.free[:, None]).ravel()
         moment = Moment(gaps.at_start(x), mu, 0 * mu, contact.no_noise())
-        super().__init__(contact, moment, steps, every, progress)
+        super().__init__(contact, moment)
+
+    @property
+    def key(self) -> str:
+        """The key of the lattice's equations, of the gaps and of the start."""
+        scheme, lattice = self.flow.scheme, self.flow.lattice
+        gaps = gap_expressions(scheme.terms[0][0], scheme.equations.contact)
+        words = self.run.digest.hexdigest(), lattice.shape, str(gaps), str(lattice.restitution)
+        return text_key(scheme.system, *words)
 
     def _free_step(
         self, share: Number, x: np.ndarray, mu: np.ndarray, near: np.ndarray
@@ -124,22 +150,15 @@ class _Run(ContactRun):
         width = (self.run.x if name == "x" else self.run.mu).shape[1]
         return f"{name}[{k % width}] at site {k // width}"
 
-    def advance(self) -> None:
-        """Take one step, and split its impacts by sites."""
-        before, first = self.moment.place, len(self.impacts)
-        super().advance()
-        after = self.moment.place
-        self.impacts[first:] = [(k, self._at_sites(e, before if e.share == 0 else after))
-                                for k, e in self.impacts[first:]]  # fmt: skip
-
-    def _at_sites(self, e: Impact, place: Place) -> tuple[np.ndarray, ...]:
-        """Return (share of the step, sites, gaps, impulses, approaches, rebounds) of an impact."""
-        gaps, P = self.flow.gaps, e.impulses[:, 0]
+    def recorded(self, impact: Impact, place: Place) -> list[SiteImpact]:
+        """Split an impact by sites."""
+        e, gaps, P = impact, self.flow.gaps, impact.impulses[:, 0]
         where = np.flatnonzero(P > 0)
         rates = (place.normal[where] @ gaps.velocity(e.x, mu) for mu in (e.before, e.after))
-        return e.share, gaps.sites[where // gaps.K], where % gaps.K, P[where], *rates
+        each = (gaps.sites[where // gaps.K], where % gaps.K, P[where], *rates)
+        return [SiteImpact(e.share, *parts) for parts in zip(*each, strict=True)]
 
-    def failure(self, failure: Exception, rows: Any) -> StepFailure:
+    def failed(self, failure: Exception, rows: Any) -> StepFailure:
         """Return the failure of the coming step, at the site that is nearest to its obstacle."""
         flow, cause = self.flow, getattr(failure, "cause", str(failure))
         place, mu = self.moment.place, self.moment.mu
@@ -149,13 +168,13 @@ class _Run(ContactRun):
                            self.h * self.index, getattr(failure, "state", here), cause, rows
                            )  # fmt: skip
 
-    def trajectory(self, count: int) -> ContactLatticeTrajectory:
-        """Return the first `count` rows as a trajectory."""
+    def rows_of(self, count: int) -> Any:
         flow, gaps = self.flow, self.flow.gaps
-        x, mu, u = (e[:count].reshape(count, gaps.N, e.shape[1] // gaps.N) for e in self.rows)
+        x, mu, u = (e[:count].reshape(count, gaps.N, e.shape[1] // gaps.N)
+                    for e in (self.rows[word] for word in ("x", "mu", "u")))  # fmt: skip
         numbers = np.arange(count, dtype=np.int64)
         P = np.zeros((count, gaps.N, gaps.K))
-        P[:, gaps.sites] = self.impulses[:count].reshape(count, len(gaps.sites), gaps.K)
+        P[:, gaps.sites] = self.rows["impulses"][:count].reshape(count, len(gaps.sites), gaps.K)
         return ContactLatticeTrajectory(
             flow.numbers.multiples(flow.step, numbers * self.every), x, u, mu,
             np.zeros((count, len(flow.lattice.pairs), 0)), self.made / max(1, self.index), 0,
@@ -163,7 +182,9 @@ class _Run(ContactRun):
         )  # fmt: skip
 
     def _impacts(self) -> SiteImpacts:
-        each = [(np.full(len(site), (k + share) * self.h), site, *more)
-                for k, (share, site, *more) in self.impacts]  # fmt: skip
-        empty = [(np.zeros(0), *[np.zeros(0, dtype=np.int64)] * 2, *[np.zeros(0)] * 3)]
-        return SiteImpacts(*map(np.concatenate, zip(*(each or empty), strict=True)))
+        parts = [np.array(e) for e in zip(*(e for _, e in self.impacts), strict=True)]
+        if not parts:
+            parts = [np.zeros(0), *[np.zeros(0, dtype=np.int64)] * 2, *[np.zeros(0)] * 3]
+        share, site, gap, *more = parts
+        steps = np.array([k for k, _ in self.impacts])
+        return SiteImpacts((steps + share) * self.h, site, gap, *more)

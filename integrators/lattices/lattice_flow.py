@@ -25,16 +25,16 @@ from ..equations import SceneSymbols, momentum, on_constraints
 from ..errors import BadInput, StepFailure, check_progress
 from ..numbers import Arithmetic, Matrix, arithmetic, exact_rational, finite, numeric, whole_number
 from ..numbers.types import Given, Rows
+from ..runs import Progress
+from ..runs.checkpoint import Checkpoint
 from ..scene import Again
 from .as_scene import scene_of
 from .blocks import at_ends, of_all
-from .checkpoint import Checkpoint
 from .dual_step import poisson_defect
 from .lattice import Lattice, floats
 from .lattice_run import LatticeRun
 from .restricted_step import step_derivative
 
-Progress: TypeAlias = Callable[[int], None] | None  # called with the number of steps so far
 File: TypeAlias = str | Path | None
 PIECE = 2**24  # steps, times sites, between two checks of progress, interrupts and checkpoint
 
@@ -184,7 +184,7 @@ class LatticeFlow:
             stages = self.scheme.stages if run.by_stages else None
             made_of = (self.scheme.system,) if stages is None else stages.key
             key = text_key(*made_of, run.digest.hexdigest(), counts)
-            kept = Checkpoint(checkpoint, key, self.lattice.name)
+            kept = Checkpoint(checkpoint, key, self.lattice.name, self.numbers)
         state = None if kept is None else kept.state
         if state is not None:
             run.restore(state)
@@ -193,11 +193,15 @@ class LatticeFlow:
         elif self.scheme.constraints:
             self._check_start(mu, run)
         shapes = {word: (size, *a.shape) for word, a in run.columns.items()}
-        rows = [zeros(*e) for e in shapes.values()] if kept is None else kept.rows(shapes)
+        if kept is None:
+            rows = [zeros(*e) for e in shapes.values()]
+        else:
+            columns = {word: (a.shape, a.dtype) for word, a in run.columns.items()}
+            rows = [*kept.columns(columns, size).values()]
         if state is None:
             write()
             if kept is not None:  # a state is saved as soon as there are rows
-                kept.save(run.state, rows, 1, at_once=True)
+                kept.save(run.state, 1, at_once=True)
         for is_row, status in self._stops(run, steps, every):
             if is_row and run.index // every == first + size:
                 yield made(size)
@@ -207,7 +211,7 @@ class LatticeFlow:
             if is_row:
                 write()
             if kept is not None:
-                kept.save(run.state, rows, run.index // every + 1, at_once=run.index == steps)
+                kept.save(run.state, run.index // every + 1, at_once=run.index == steps)
             if progress is not None:
                 progress(run.index)
         if (status := run.end()) != Status.OK:

@@ -9,18 +9,17 @@ from ..numbers.lazy import on_demand
 if TYPE_CHECKING:
     from .poincare import ENERGY, in_own_time
     from .varied import WAYS, Varied, vary
-    from .varied_flow import VariedFlow, VariedTrajectory
+    from .varied_flow import VariedFlow
     from .varied_scheme import VariedScheme
 else:
     __getattr__ = on_demand(
         __name__,
         poincare="ENERGY in_own_time",
         varied="WAYS Varied vary",
-        varied_flow="VariedFlow VariedTrajectory",
+        varied_flow="VariedFlow",
         varied_scheme="VariedScheme",
     )
 
 __all__ = [
-    "ENERGY", "WAYS", "Varied", "VariedFlow", "VariedScheme", "VariedTrajectory", "in_own_time",
-    "vary",
+    "ENERGY", "WAYS", "Varied", "VariedFlow", "VariedScheme", "in_own_time", "vary",
 ]  # fmt: skip

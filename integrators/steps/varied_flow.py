@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -18,7 +18,7 @@ from ..errors import (
     arguments_checked,
     check_progress,
 )
-from ..flows import Flow, Start, Trajectory, run_from
+from ..flows import Flow, FreeMotion, Start
 from ..geometry import LocalGeometry, OneStepGeometry, StepContext
 from ..numbers import (
     Arithmetic,
@@ -31,19 +31,8 @@ from ..numbers import (
     numeric,
     whole_number,
 )
+from ..runs import Trajectory, run
 from ..scene import Scene, remembered
-
-
-@dataclass(frozen=True)
-class VariedTrajectory(Trajectory):
-    """Rows of a run with steps that vary: `Trajectory`, with the physical time in t.
-
-    step is ε, of the time τ; if every=1, each row's own step of physical time is the difference of
-    t. density (r,): the step density of each row, 1/σ; by "reversible" it is ζ, which is 1/σ to
-    O(ε²). u (r, m) is the velocity in t, but by "poincare" that in τ.
-    """
-
-    density: Vector = field(kw_only=True)
 
 
 class _Geometry(OneStepGeometry):
@@ -148,8 +137,9 @@ class VariedFlow(Flow):
         t0: Any = 0,
         density0: Any = None,
         energy0: Any = None,
+        checkpoint: Any = None,
         progress: Any = None,
-    ) -> VariedTrajectory:
+    ) -> Trajectory:
         """Run `steps` steps from the scene's start (or from x0, mu0), with every `every`-th state a
         row.
 
@@ -176,21 +166,12 @@ class VariedFlow(Flow):
         if varied.by_poincare and not x0 is mu0 is energy0 is None:
             E = self._energy_of(start) if energy0 is None else energy0
             flow = VariedFlow(varied.with_energy(E), self.step, self.digits)
-        return flow._run(start, steps, every, density0, progress)
-
-    def _run(
-        self, start: Start, steps: int, every: int, density0: Any, progress: Any
-    ) -> VariedTrajectory:
         with self.numbers.working():
-            start = start._replace(x=np.concatenate([start.x, self._more(start, density0)]))
-            try:
-                return self._rows(run_from(self.edge, start, steps, every, progress))
-            except StepFailure as failure:
-                if type(failure.trajectory) is Trajectory:
-                    failure.trajectory = self._rows(failure.trajectory, judged=False)
-                raise
+            more = flow._more(start, density0)
+            at = start._replace(x=np.concatenate([start.x, more]))
+            return run(_VariedMotion(flow, at), steps, every, progress, checkpoint)
 
-    def until(self, time: Any, every: int = 1, most: int = 10**7, **start: Any) -> VariedTrajectory:
+    def until(self, time: Any, every: int = 1, most: int = 10**7, **start: Any) -> Trajectory:
         """Run to the first row whose physical time is `time` or more, with a positive step.
 
         start: as for `trajectory`. The number of steps is found from runs that end before. Raises
@@ -251,10 +232,12 @@ class VariedFlow(Flow):
         kind = numbers.dtype
         return tuple(np.broadcast_to(np.array(e, kind), len(x)) for e in (sigma, grows))
 
-    def _rows(self, run: Trajectory, judged: bool = True) -> VariedTrajectory:
-        """Return the rows with the time and the density as their own fields."""
+    def with_time(self, run: Trajectory, judged: bool) -> Trajectory:
+        """Return the rows with the time and the density as their own fields.
+
+        judged: True if σ and the density have to be positive in all rows.
+        """
         numbers, n = self.numbers, len(self.inner.s.x)
-        given = {f.name: getattr(run, f.name) for f in fields(Trajectory)}
         base, t = run.base[:, :n], run.base[:, n]
         x, mu = run.base, run.mu
         if numbers.dtype == object:
@@ -268,8 +251,7 @@ class VariedFlow(Flow):
             every = run.steps // max(1, len(t) - 1)
             raise self.context.failure("", {"x": x[k], "mu": mu[k]}, k * every)
         density = numbers.public(zeta if self.varied.controlled else 1 / sigma)
-        given |= {"t": t, "base": base, "scheme": self.varied}
-        return VariedTrajectory(**given, density=density)
+        return replace(run, t=t, base=base, scheme=self.varied, density=density)
 
     @property
     def inner(self) -> Any:
@@ -287,6 +269,18 @@ class VariedFlow(Flow):
             )
             (xi,) = inverse(x[None], mu[None], list(p), near[None])
             return numbers.public([f(x, xi, mu, list(p))])[0]
+
+
+class _VariedMotion(FreeMotion):
+    """A run with steps that vary."""
+
+    def __init__(self, flow: VariedFlow, start: Start) -> None:
+        super().__init__(flow.edge, start, system=lambda: flow.system)
+        self.flow = flow
+
+    def rows_of(self, count: int) -> Trajectory:
+        at_end = self.ended and count == self.whole
+        return self.flow.with_time(super().rows_of(count), judged=at_end)
 
 
 @remembered(maxsize=16)
@@ -318,7 +312,7 @@ for _name in ("elements", "arrow", "derivatives", "gradient", "evolve", "next_ar
     setattr(VariedFlow, _name, _refused(_name))
 
 
-def _part(run: VariedTrajectory, count: int, every: int) -> VariedTrajectory:
+def _part(run: Trajectory, count: int, every: int) -> Trajectory:
     """Return the first rows of a run."""
     words = ("t", "x", "u", "mu", "base", "iterations", "translates", "multipliers", "density")
     rows = {name: getattr(run, name)[:count] for name in words}

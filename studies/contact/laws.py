@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators.contact import ZENO, Gaps, length
-from discmech.integrators.flows import ContactTrajectory
+from discmech.integrators.flows import Trajectory
 from discmech.integrators.numbers import arithmetic
 
 #: share of the size that determines its round-off: a shorter way of a step sticks; and share of the
@@ -19,7 +19,7 @@ from discmech.integrators.numbers import arithmetic
 SLOW = 1e-10
 
 
-def defects(scheme: Any, run: ContactTrajectory, digits: int) -> dict[str, float]:
+def defects(scheme: Any, run: Trajectory, digits: int) -> dict[str, float]:
     """Return the defect of a run in each law, relative to numbers of its kind in the same step.
 
     No scale comes from another step, such as the hardest impulse of the run: it would hide a fault
@@ -42,7 +42,7 @@ def defects(scheme: Any, run: ContactTrajectory, digits: int) -> dict[str, float
     return {name: float(value) for name, value in found.items()}
 
 
-def energies(scheme: Any, run: ContactTrajectory, digits: int) -> tuple[np.ndarray, np.ndarray]:
+def energies(scheme: Any, run: Trajectory, digits: int) -> tuple[np.ndarray, np.ndarray]:
     """Return H of the rows less the first, and the sizes of their terms, |H| + |μ·ξ|, each (r,)."""
     numbers = arithmetic(2 * digits)
     with numbers.working():
@@ -55,7 +55,7 @@ def energies(scheme: Any, run: ContactTrajectory, digits: int) -> tuple[np.ndarr
 class _Run:
     """A run in numbers of more digits; unit: ε of the run's own numbers."""
 
-    def __init__(self, scheme: Any, run: ContactTrajectory, numbers: Any, unit: float) -> None:
+    def __init__(self, scheme: Any, run: Trajectory, numbers: Any, unit: float) -> None:
         self.unit = unit
         self.gaps = Gaps(scheme.equations.s, scheme.scene, numbers)
         self.run, self.numbers = run, numbers

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.flows import ContactTrajectory
+from discmech.integrators.flows import Trajectory
 
 #: share of the hardest impulse of a step: above it, there are impulses that belong to no impact
 OTHERS = 1e-12
@@ -15,7 +15,7 @@ FREE = 16  # steps without contact that are repeated, beside all with impacts
 MOST = 64  # largest number of steps that are repeated
 
 
-def off_course(flow: Any, run: ContactTrajectory, located: bool) -> float:
+def off_course(flow: Any, run: Trajectory, located: bool) -> float:
     """Return how far the pieces of a run miss the free steps of its rule, relative to the states.
 
     Pieces of a step with impacts go from its row to the first impact, from there to the next, and
@@ -47,7 +47,7 @@ def off_course(flow: Any, run: ContactTrajectory, located: bool) -> float:
     return worst
 
 
-def _still_to_come(run: ContactTrajectory, k: int, j: int) -> bool:
+def _still_to_come(run: Trajectory, k: int, j: int) -> bool:
     """True if row k, at the time of impact j, is before it: its gap was open by round-off."""
     row, each = run.mu[k], run.impacts
     return bool(abs(row - each.before[j]).max() < abs(row - each.after[j]).max())
@@ -57,11 +57,11 @@ def _larger(a: float, b: float) -> float:
     return b if not b <= a else a
 
 
-def _row(run: ContactTrajectory, k: int) -> tuple[float, Any, Any]:
+def _row(run: Trajectory, k: int) -> tuple[float, Any, Any]:
     return float(run.t[k]), run.base[k], run.mu[k]
 
 
-def _of_step(flow: Any, run: ContactTrajectory, k: int, impacts: list[int], located: bool) -> float:
+def _of_step(flow: Any, run: Trajectory, k: int, impacts: list[int], located: bool) -> float:
     """Return the miss of step k with these impacts."""
     h, each, total = float(run.step), run.impacts, abs(run.impulses[k]).max()
     others = abs(run.impulses[k] - sum(each.impulses[j] for j in impacts)).max()

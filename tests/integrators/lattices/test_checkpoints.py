@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 
 from discmech import BadInput, Scheme, midpoint, trapezoidal
-from discmech.integrators.lattices import checkpoint as module
 from discmech.integrators.lattices import systems
+from discmech.integrators.runs import checkpoint as module
 
 STEPS, EVERY = 60, 10
 KILLED = """
 import os
 from discmech import Scheme, {rule}
-from discmech.integrators.lattices import checkpoint, systems
+from discmech.integrators.lattices import systems
+from discmech.integrators.runs import checkpoint
 checkpoint.SECONDS = 0
 Scheme({lattice}, {rule}).flow("1/20").trajectory(
     60, 10, checkpoint={path!r}, progress=lambda done: os._exit(9) if done == 30 else None)

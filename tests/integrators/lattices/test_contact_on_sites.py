@@ -145,8 +145,6 @@ def test_bad_input_is_told_in_a_sentence(changes, said):
 
 def test_what_contact_cannot_do_is_told():
     flow = Scheme(beads(), midpoint).flow("1/50")
-    with pytest.raises(BadInput, match="keeps no checkpoint"):
-        flow.trajectory(1, checkpoint="file")
     with pytest.raises(BadInput, match="site 0 is inside"):
         flow.trajectory(1, x0=-np.ones((5, 1)))
     with pytest.raises(BadInput, match="positive steps only"):

@@ -3,12 +3,16 @@
 A state is written before there are rows. It counts the complete rows: later ones belong to a step
 that was cut off, and are made again. So a run can be killed at any moment and continue from its
 files. State and rows are sealed; changed ones are refused.
+
+Numbers beyond double precision are written as decimal texts, with as many digits as tell them apart
+(a column is then an array of bytes on disk, and of numbers in memory).
 """
 
 from __future__ import annotations
 
 import hashlib
 import io
+import math
 import os
 import time
 from collections.abc import Mapping, Sequence
@@ -20,6 +24,8 @@ import numpy as np
 
 from ..compiler import write_atomically
 from ..errors import BadInput, CouldNotRun, shown
+from ..numbers import Arithmetic
+from .trajectory import Columns, allocated
 
 SECONDS = 1.0  # time between two saved states: a kill loses no more work than this
 
@@ -27,15 +33,15 @@ SECONDS = 1.0  # time between two saved states: a kill loses no more work than t
 class Checkpoint:
     """The state of a run in a numpy file (npz), and its rows beside it, FILE.x.npy and so on.
 
-    key: identifies the run. `state` is None if the run begins. Raises `BadInput` if the file
-    belongs to another run or is no checkpoint.
+    key: identifies the run. `state` is None if the run begins, `whole` the number of complete rows.
+    Raises `BadInput` if the file belongs to another run or is no checkpoint.
     """
 
-    def __init__(self, path: str | Path, key: str, name: str) -> None:
+    def __init__(self, path: str | Path, key: str, name: str, numbers: Arithmetic) -> None:
         if not isinstance(path, (str, os.PathLike)):
             raise BadInput(f"{name}: checkpoint is {shown(path)}; give the name of a file.")
         try:
-            self.path, self.key, self.name = Path(path), key, name
+            self.path, self.key, self.name, self.numbers = Path(path), key, name, numbers
             is_folder, is_there = self.path.parent.is_dir(), self.path.exists()
         # a zero byte in the name, bytes, a name that is too long
         except (ValueError, TypeError, OSError) as error:
@@ -46,7 +52,9 @@ class Checkpoint:
         if not is_folder:
             raise BadInput(f"{name}: there is no folder {self.path.parent} for the checkpoint.")
         #: chained digest of the complete rows, and their number
-        self._seal, self._whole = b"", 0
+        self._seal, self.whole = b"", 0
+        #: the columns in memory whose rows are written as texts, and all columns on disk
+        self._held, self._rows = dict[str, np.ndarray](), dict[str, Any]()
         self._is_new = not is_there
         self.state = self._read() if is_there else None
 
@@ -57,7 +65,7 @@ class Checkpoint:
             seal, key = bytes(state.pop("seal")), str(state.pop("key"))
             if seal != _digest(key, state):
                 raise ValueError("it was changed")
-            self._seal, self._whole = bytes(state.pop("rows")), int(state.pop("whole"))
+            self._seal, self.whole = bytes(state.pop("rows")), int(state.pop("whole"))
         except OSError as error:
             raise BadInput(f"{self.name}: {self.path} cannot be read ({error.strerror}).") from None
         except Exception:  # numpy, zipfile and zlib raise many errors for a wrong file
@@ -70,14 +78,27 @@ class Checkpoint:
                 f"{self.name}: {self.path} is the checkpoint of another run; delete it and its "
                 "rows, or name another file."
             )
-        return state or None  # empty for a run that was killed before its first row
+        found = {word: self._read_numbers(array) for word, array in state.items()}
+        return found or None  # empty for a run that was killed before its first row
 
-    def rows(self, shapes: Mapping[str, tuple[int, ...]]) -> list[np.ndarray]:
-        """Return the columns of rows on disk, with the given shapes by name.
+    def columns(self, columns: Columns, count: int) -> dict[str, np.ndarray]:
+        """Return the columns of `count` rows, on disk or with copies there (`stepper.Allocate`).
 
         Raises `BadInput` if saved rows are missing or damaged, or if another file would be
         overwritten.
         """
+        kinds = {word: self._kind(kind) for word, (_, kind) in columns.items()}
+        shapes = {word: (count, *shape) for word, (shape, _) in columns.items()}
+        rows = self._rows = self._on_disk(shapes, kinds)
+        texts = {word: columns[word] for word, kind in kinds.items() if kind.kind == "S"}
+        self._held = allocated(texts, count, self.numbers)
+        for word, column in self._held.items():
+            column[: self.whole] = self._read_numbers(rows[word][: self.whole])
+        return {**rows, **self._held}
+
+    def _on_disk(
+        self, shapes: Mapping[str, tuple[int, ...]], kinds: Mapping[str, np.dtype[Any]]
+    ) -> dict[str, Any]:
         paths = {word: self.path.with_name(f"{self.path.name}.{word}.npy") for word in shapes}
         if self._is_new:
             for path in paths.values():
@@ -88,29 +109,29 @@ class Checkpoint:
                     )
             self._sweep()
             self._write({})  # from here on these rows belong to this run
+        begins = self.state is None
         try:
-            if self.state is None:
-                return [_create(path, shapes[word]) for word, path in paths.items()]
-            found = [_open(path, shapes[word]) for word, path in paths.items()]
+            found = {
+                word: (_create if begins else _open)(path, shapes[word], kinds[word])
+                for word, path in paths.items()
+            }
         except OSError as error:
             raise self._write_failure(error) from None
+        if begins:
+            return found
+        bad = [str(paths[word]) for word, column in found.items() if column is None]
         seal = b""
-        for k in range(self._whole if all(column is not None for column in found) else 0):
-            seal = _chained(seal, [column[k] for column in found])
+        for k in range(0 if bad else self.whole):
+            seal = _chained(seal, [column[k] for column in found.values()])
         if seal != self._seal:
-            names = ", ".join(map(str, paths.values()))
-            bad = [
-                str(p) for p, column in zip(paths.values(), found, strict=True) if column is None
-            ]
+            names = ", ".join(bad or map(str, paths.values()))
             raise BadInput(
-                f"{self.name}: the rows {', '.join(bad) or names} of the checkpoint are gone or "
-                "damaged; delete the checkpoint and all its rows, or name another one."
+                f"{self.name}: the rows {names} of the checkpoint are gone or damaged; delete the "
+                "checkpoint and all its rows, or name another one."
             )
         return found
 
-    def save(
-        self, state: Mapping[str, np.ndarray], rows: Sequence[Any], whole: int, at_once: bool
-    ) -> None:
+    def save(self, state: Mapping[str, np.ndarray], whole: int, at_once: bool) -> None:
         """Write the rows to disk, then the state; whole: the number of complete rows.
 
         Nothing is written within SECONDS of the last save, unless `at_once` is True. Raises
@@ -118,20 +139,23 @@ class Checkpoint:
         """
         if not at_once and time.monotonic() - self._saved < SECONDS:
             return
+        made = slice(self.whole, whole)
+        for word, column in self._held.items():
+            self._rows[word][made] = self._written(column[made])
         try:
-            for column in rows:
-                column.flush()
+            for rows in self._rows.values():
+                rows.flush()
         except OSError as error:
             raise self._write_failure(error) from None
-        for k in range(self._whole, whole):
-            self._seal = _chained(self._seal, [column[k] for column in rows])
-        self._whole = whole
-        self._write(state)
+        for k in range(self.whole, whole):
+            self._seal = _chained(self._seal, [rows[k] for rows in self._rows.values()])
+        self.whole = whole
+        self._write({word: self._written(np.asarray(array)) for word, array in state.items()})
         self._saved = time.monotonic()
 
     def _write(self, state: Mapping[str, np.ndarray]) -> None:
         held = {word: np.asarray(array) for word, array in state.items()}
-        held |= {"rows": np.array([*self._seal], np.uint8), "whole": np.array(self._whole)}
+        held |= {"rows": np.array([*self._seal], np.uint8), "whole": np.array(self.whole)}
         seal = np.array([*_digest(self.key, held)], np.uint8)
         file = io.BytesIO()
         whole: dict[str, Any] = {"key": np.array(self.key), "seal": seal, **held}
@@ -140,6 +164,41 @@ class Checkpoint:
             write_atomically(self.path, file.getvalue())
         except OSError as error:
             raise self._write_failure(error) from None
+
+    # -- numbers beyond double precision, as texts -------------------------------------------------
+
+    @property
+    def _more(self) -> int:
+        """The decimals after the first digit that tell all numbers of the arithmetic apart."""
+        bits: int = getattr(self.numbers, "bits", 53)
+        return math.ceil(bits * math.log10(2)) + 1
+
+    def _kind(self, kind: Any) -> np.dtype[Any]:
+        """Return the type on disk of a column's numbers."""
+        own = np.dtype(kind)
+        # sign, point and exponent take at most as much again as a 64-bit number has digits
+        return np.dtype(f"S{self._more + 28}") if own.hasobject else own
+
+    def _written(self, array: np.ndarray) -> np.ndarray:
+        """Return an array with numbers of more digits as texts; whole numbers stay whole."""
+        if array.dtype != object:
+            return array
+        n = self._more
+        texts = [str(e) if isinstance(e, int) else f"{e:.{n}e}" for e in array.ravel()]
+        return np.array(texts, dtype="S").reshape(array.shape)
+
+    def _read_numbers(self, array: np.ndarray) -> np.ndarray:
+        """Return the array that `_written` made texts of."""
+        if array.dtype.kind != "S":
+            return array
+        import gmpy2
+
+        bits: int = getattr(self.numbers, "bits", 53)
+        texts = [e.decode() for e in array.ravel()]
+        whole = [e.lstrip("-").isdigit() for e in texts]
+        found = np.empty(len(texts), dtype=object)
+        found[:] = [int(e) if w else gmpy2.mpfr(e, bits) for e, w in zip(texts, whole, strict=True)]
+        return found.reshape(array.shape)
 
     def _write_failure(self, error: OSError) -> CouldNotRun:
         why = error.strerror or error
@@ -175,24 +234,24 @@ def _literal(name: str) -> str:
     return "".join(f"[{letter}]" if letter in "*?[" else letter for letter in name)
 
 
-def _create(path: Path, shape: tuple[int, ...]) -> Any:
+def _create(path: Path, shape: tuple[int, ...], kind: np.dtype[Any]) -> Any:
     """Return an array in a new file with reserved disk space: a missing page ends the process."""
-    made: Any = np.lib.format.open_memmap(path, "w+", np.float64, shape)
+    made: Any = np.lib.format.open_memmap(path, "w+", kind, shape)
     if hasattr(os, "posix_fallocate"):
         with path.open("r+b") as file:
             os.posix_fallocate(file.fileno(), 0, path.stat().st_size)
     return made
 
 
-def _open(path: Path, shape: tuple[int, ...]) -> Any:
-    """Return the array of doubles with that shape in a file, or None if the file differs.
+def _open(path: Path, shape: tuple[int, ...], kind: np.dtype[Any]) -> Any:
+    """Return the array of that shape and type in a file, or None if the file differs.
 
     The file is opened for reading first: opened for writing, numpy would append the missing part.
     """
     try:
         found: Any = np.lib.format.open_memmap(path, "r")
         whole = path.stat().st_size == found.offset + found.nbytes
-        if not (whole and found.shape == shape and found.dtype == np.float64):
+        if not (whole and found.shape == shape and found.dtype == kind):
             return None
         return np.lib.format.open_memmap(path, "r+")
     except Exception:  # numpy and ast raise many errors for a wrong file

@@ -1,0 +1,6 @@
+"""Runs of all kinds: one stepper's protocol, one loop, one trajectory, checkpoints."""
+
+from .stepper import File, Progress, Stepper, run
+from .trajectory import Allocate, Trajectory, allocated
+
+__all__ = ["Allocate", "File", "Progress", "Stepper", "Trajectory", "allocated", "run"]
