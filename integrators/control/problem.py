@@ -8,7 +8,7 @@ from typing import Any
 
 from ..errors import BadInput, CannotMeasure, names_checked, shown
 from ..numbers import exact_vector, measure
-from ..rules import Composition, Discretisation, OneStepMap, check_rule, midpoint
+from ..rules import Discretisation, check_rule, midpoint
 from ..scene import Scene, arguments_of
 from .boundary_problem import Optimum, solve
 from .stages import ControlStages, stages_of
@@ -79,7 +79,7 @@ class Control:
         Raises `CannotMeasure` for compositions and one-step maps.
         """
         check_rule(rule)
-        if isinstance(rule, (Composition, OneStepMap)):
+        if rule.method is not None or not rule.asks_lagrangian:
             raise CannotMeasure(
                 f"{self.scene.name}: {rule.name} is no weighted sum of values of L, of which "
                 "control takes cost and force; take midpoint, trapezoidal or gauss-2."

@@ -7,7 +7,7 @@ from typing import Any
 from ..errors import BadInput, CannotMeasure, brief_name, misplaced
 from ..groupoids import check_axioms
 from ..numbers.types import Column
-from ..rules import Composition, Discretisation, OneStepMap, check_rule, own
+from ..rules import Discretisation, OneStepMap, check_rule, own
 from ..scene import Scene
 from .arrows import Arrows
 from .checks import check_start
@@ -67,7 +67,7 @@ class DiscretisedScene:
         if equations is None:
             derived.check_regular(scene, rule)
         # L_d that a scene gives has a rule of its own; one with momenta keeps the given rule
-        same = isinstance(rule, Composition) or derived.rule.name == rule.name
+        same = rule.method is not None or derived.rule.name == rule.name
         self.hold(scene, rule if same else derived.rule, derived)
 
     def hold(self, scene: Scene, rule: Any, equations: StepEquations) -> None:
@@ -99,7 +99,7 @@ class DiscretisedScene:
 
 def _derived(scene: Scene, rule: Discretisation) -> StepEquations:
     check_axioms(scene.groupoid)
-    of_step = rule.base if isinstance(rule, Composition) else rule
+    of_step = rule.of_step
     if refusal := of_step.refusal(scene):
         raise CannotMeasure(refusal)
     if isinstance(of_step, OneStepMap):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 from ..equations import DiscretisedScene, blamed
 from ..errors import BadInput, arguments_checked, check_names
@@ -11,7 +11,7 @@ from ..expansions import ModifiedEquation
 from ..geometry import is_self_adjoint, order_of_step
 from ..numbers.lazy import provided
 from ..numbers.types import Given
-from ..rules import Composition, Discretisation, OneStepMap, Substep
+from ..rules import Discretisation, Substep
 from ..scene import Again
 from .flow import Flow, Substeps
 from .latex import latex_of
@@ -75,16 +75,16 @@ class Scheme(DiscretisedScene):
     @cached_property
     def self_adjoint(self) -> bool:
         """True if Φ₋ₕ is the inverse of Φₕ, by the Legendre maps, or by the map itself."""
-        if isinstance(self.rule, Composition):
+        if (method := self.rule.method) is not None:
             # a palindrome of self-adjoint steps, or of alternating Φ* and Φ
-            return self.rule.method.symmetric
+            return bool(method.symmetric)
         with blamed(self):
             return is_self_adjoint(self.equations)
 
     @cached_property
     def base(self) -> Scheme:
         """The scheme of a composition's base rule; for another rule this scheme."""
-        if not isinstance(self.rule, Composition):
+        if self.rule.method is None:
             return self
         return Scheme(self.scene, self.equations.rule, self.equations)
 
@@ -97,9 +97,8 @@ class Scheme(DiscretisedScene):
     @cached_property
     def substeps(self) -> tuple[Substep, ...]:
         """The substeps of a composition; () for a rule of one step."""
-        if not isinstance(self.rule, Composition):
-            return ()
-        return self.rule.method.substeps(self.base.self_adjoint)
+        method = self.rule.method
+        return () if method is None else method.substeps(self.base.self_adjoint)
 
     @property
     def has_arrows(self) -> bool:
@@ -121,13 +120,12 @@ class Scheme(DiscretisedScene):
         It is that of `order_of_step`; a composition has the higher one of its own and its base's
         order.
         """
-        if isinstance(self.rule, OneStepMap):
-            return self.rule.order
-        if isinstance(self.rule, Composition):
+        if (method := self.rule.method) is not None:
             of_base = self.base.order
-            if of_base is None:
-                return None
-            return self.rule.method.order_over(of_base, self.base.self_adjoint)
+            found = None if of_base is None else method.order_over(of_base, self.base.self_adjoint)
+            return cast("int | None", found)
+        if self.equations.discrete is None:
+            return cast("int | None", self.rule.order)
         if self.equations.element is not None:
             return self.equations.element.given.order
         return order_of_step(self.rule, self.equations, lambda: self.self_adjoint)

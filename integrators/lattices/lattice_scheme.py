@@ -6,7 +6,7 @@ from copy import copy
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ..errors import BadInput, CannotMeasure
 from ..geometry import order_of_step
 from ..numbers import Arithmetic, Number, flatten, working_digits
 from ..numbers.types import Given
-from ..rules import Composition, Discretisation, OneStepMap, Substep, adjoint, check_rule
+from ..rules import Discretisation, Substep, adjoint, check_rule
 from ..scene import Again
 from .bond_constraints import BondConstraints, check_constraints
 from .contact_lattice import ContactLatticeFlow
@@ -34,8 +34,8 @@ class LatticeScheme:
 
     def __init__(self, lattice: Lattice, rule: Discretisation) -> None:
         check_rule(rule)
-        of_step = rule.base if isinstance(rule, Composition) else rule
-        if isinstance(of_step, OneStepMap):
+        of_step = rule.of_step
+        if not of_step.asks_lagrangian:
             raise CannotMeasure(f"{lattice.name}: lattices run by rules, and {rule.name} is a "
                                 "one-step map.")  # fmt: skip
         self.lattice, self.rule = lattice, rule
@@ -78,16 +78,15 @@ class LatticeScheme:
         """The order in (x, μ) of the rule on this lattice, or None if the rule states none."""
         equations = self.equations
         of_base = order_of_step(equations.rule, equations.site, lambda: equations.self_adjoint)
-        if of_base is None or not isinstance(self.rule, Composition):
+        if of_base is None or (method := self.rule.method) is None:
             return of_base
-        return self.rule.method.order_over(of_base, equations.self_adjoint)
+        return cast(int, method.order_over(of_base, equations.self_adjoint))
 
     @cached_property
     def substeps(self) -> tuple[Substep, ...]:
         """The substeps of a composition; () for a rule of one step."""
-        if not isinstance(self.rule, Composition):
-            return ()
-        return self.rule.method.substeps(self.equations.self_adjoint)
+        method = self.rule.method
+        return () if method is None else method.substeps(self.equations.self_adjoint)
 
     @property
     def kinds(self) -> list[int]:

@@ -126,7 +126,12 @@ class Composition(Discretisation):
     """
 
     base: Discretisation = field(kw_only=True)
-    method: Method = field(kw_only=True)
+    method: Method = field(kw_only=True)  # type: ignore[misc]
+
+    @property
+    def of_step(self) -> Discretisation:
+        """The base."""
+        return self.base
 
     def applies(self, scene: Any) -> bool:
         """Return True if the base can be used."""

@@ -10,7 +10,7 @@ import inspect
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from ..errors import BadInput, arguments_checked, brief_name, shown, unknown
 from ..numbers.types import Column, Expression, Letter
@@ -53,9 +53,16 @@ class Discretisation:
     nodes: Nodes | None = None
     #: the claims of its author: only these are judged; None: everything is judged
     claims: Claims | None = None
+    #: the `Method` by which substeps are composed; None for a rule of one step
+    method: ClassVar[Any] = None
     #: the order of its processed form χ⁻¹ Φ χ with maps χ near the identity; None if none is
     #: declared
     effective: int | None = None
+
+    @property
+    def of_step(self) -> Discretisation:
+        """The rule of one step; for a composition, the rule of its substeps."""
+        return self
 
     @property
     def asks_lagrangian(self) -> bool:

@@ -19,7 +19,6 @@ from discmech.integrators.equations import (
     reaction_matrix,
 )
 from discmech.integrators.numbers import written_out
-from discmech.integrators.rules import Composition
 
 from ..report.formulas import Typesetter, ascending
 from .stage_sums import StageSum
@@ -217,7 +216,7 @@ def subscript(name: str) -> str:
 
 def notation(scheme: Scheme) -> str:
     """Return a sentence that explains the letters of a scheme's equations."""
-    if isinstance(scheme.rule, Composition):
+    if scheme.rule.method is not None:
         return f"{_substeps(scheme, scheme.rule.base.name)} {_of_one_step(scheme)}"
     return _of_one_step(scheme)
 

@@ -9,7 +9,6 @@ from typing import Any
 
 from discmech.integrators import Discretisation, Scheme, scenes
 from discmech.integrators.errors import DiscmechError
-from discmech.integrators.rules import Composition, OneStepMap
 
 from ..core.parts import parts_of
 from ..report.formulas import Typesetter, display, spaced
@@ -33,10 +32,10 @@ def about_methods(pairs: Iterable[tuple[Any, Discretisation]]) -> list[dict[str,
 
 
 def _about(scene: Any, rule: Discretisation) -> dict[str, Any]:
-    base = rule.base if isinstance(rule, Composition) else rule
+    base = rule.of_step
     facts = [_kind(rule), f"order {rule.order} declared" if rule.order else "no order declared"]
     words = [(inspect.getdoc(base.formula) or "").partition(" Raises `")[0]]
-    if isinstance(rule, Composition):
+    if rule.method is not None:
         words.insert(0, _composed(rule))
     terms = _terms(scene, base)
     return {
@@ -62,14 +61,14 @@ def _typeset(letters: Any, terms: Any) -> str:
 
 
 def _kind(rule: Discretisation) -> str:
-    if isinstance(rule, Composition):
+    if rule.method is not None:
         return "composition"
     if not rule.is_formula:
         return "program"
-    return "one-step map" if isinstance(rule, OneStepMap) else "discrete Lagrangian"
+    return "one-step map" if not rule.asks_lagrangian else "discrete Lagrangian"
 
 
-def _composed(rule: Composition) -> str:
+def _composed(rule: Any) -> str:
     shares = [f"{float(c):.6g}".replace("-", "−") for c in rule.method.coefficients(20)]
     if len(shares) > MOST_SHARES:
         shares = [*shares[: MOST_SHARES // 2], "…", *shares[-(MOST_SHARES // 2) :]]
@@ -79,12 +78,7 @@ def _composed(rule: Composition) -> str:
 
 def _terms(scene: Any, rule: Discretisation) -> tuple[Any, Any] | None:
     """Return (letters' names, terms of L_d), or None if no short weighted sum of values of l."""
-    if (
-        isinstance(rule, OneStepMap)
-        or not rule.is_formula
-        or rule.splits
-        or rule.stages > MOST_STAGES
-    ):
+    if not rule.asks_lagrangian or not rule.is_formula or rule.splits or rule.stages > MOST_STAGES:
         return None
     plain = scenes.get(PLAIN)
     scene = plain if rule.applies(plain) else scene

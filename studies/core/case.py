@@ -10,7 +10,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, Scheme, retractions, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.rules import Discretisation, OneStepMap
+from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Scene, remembered
 
 from . import lookup
@@ -76,7 +76,7 @@ class Choice:
         for scene in plain if self.rules else ():
             rules = [
                 rule.name for rule in self.rules
-                if rule is not discretisations.own and not isinstance(rule, OneStepMap)
+                if rule is not discretisations.own and rule.asks_lagrangian
             ]  # fmt: skip
             if scene.discrete_lagrangian is not None and rules:
                 have = "has" if len(rules) == 1 else "have"
@@ -119,7 +119,7 @@ class Choice:
 
 def runs_on_lattices(rule: Discretisation) -> bool:
     """True for rules of values of L, whose equations are sums over sites and bonds."""
-    return rule.is_formula and not isinstance(rule, OneStepMap)
+    return rule.is_formula and rule.asks_lagrangian
 
 
 @lru_cache(maxsize=256)

@@ -21,7 +21,7 @@ from typing import Any
 from discmech.integrators import Lattice, Scheme, scenes
 from discmech.integrators.compiler import text_key
 from discmech.integrators.lattices import LatticeScheme
-from discmech.integrators.rules import Composition, Discretisation
+from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Opaque, Scene, reads
 
 from .case import Case, scheme_of
@@ -106,12 +106,12 @@ def of_rule(scene: Scene, rule: Discretisation) -> Iterator[str]:
 
 
 def _facts(rule: Discretisation) -> Iterator[str]:
-    base = rule.base if isinstance(rule, Composition) else rule
+    base = rule.of_step
     yield repr((rule.name, rule.order, rule.stages, rule.splits, base.name, base.order))
     if rule.effective is not None:
         yield f"effective {rule.effective}"
     yield base.digest
-    if isinstance(rule, Composition):
+    if rule.method is not None:
         method = rule.method
         yield f"{method.order} {method.in_turn} {method.coefficients(60)}"
     if is_ours(base):
@@ -132,7 +132,7 @@ def is_ours(thing: Scene | Discretisation) -> bool:
     if isinstance(thing, Scene):
         own = scenes.get(thing.name) if thing.name in scenes.every_name() else None
         return own is not None and own.laws == thing.laws
-    base = thing.base if isinstance(thing, Composition) else thing
+    base = thing.of_step
     formula = base.formula
     return base.is_formula and str(formula.__module__).startswith("discmech.integrators.")
 

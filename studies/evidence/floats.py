@@ -15,7 +15,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.numbers import mpmath, sympy
-from discmech.integrators.rules import Composition, Discretisation, OneStepMap
+from discmech.integrators.rules import Discretisation
 from discmech.reference import surroundings
 
 from .order import (
@@ -61,7 +61,7 @@ def floats_of(scheme: Scheme, local: LocalOrder, wanted: float) -> Floats:
     place = local.place
     assert place is not None
     found = _Seen(scheme.rule)
-    if isinstance(scheme.rule, Composition):
+    if scheme.rule.method is not None:
         return Floats((), False, 0.0)
     try:
         Scheme(scheme.scene, found.rule())
@@ -160,7 +160,7 @@ class _Seen:
 
         def plain(*arguments: Any) -> Any:
             first, *others = arguments
-            if isinstance(self.given, OneStepMap):
+            if not self.given.asks_lagrangian:
                 first = _Asked(first, changed)
             return changed(formula(first, *others))
 

@@ -29,7 +29,6 @@ from discmech.integrators.equations import (
     momentum,
 )
 from discmech.integrators.numbers import arithmetic, exact, mpmath, numeric, sympy, to_sympy
-from discmech.integrators.rules import Composition
 from discmech.integrators.scene import remembered
 from discmech.reference import surroundings
 
@@ -85,7 +84,7 @@ class Place:
 
 def seed_of(scheme: Scheme) -> int:
     """Return the seed of a scene and a rule, from their contents."""
-    rule = scheme.rule.base if isinstance(scheme.rule, Composition) else scheme.rule
+    rule = scheme.rule.of_step
     words = [surroundings(scheme.scene).key, scheme.rule.name, rule.name, str(rule.order)]
     code = getattr(rule.formula, "__code__", None)
     if code is not None:

@@ -19,7 +19,6 @@ from discmech.integrators.numbers import (
     to_sympy,
     with_running_errors,
 )
-from discmech.integrators.rules import Composition, OneStepMap
 from discmech.integrators.scene import Conserved
 
 from ..core.case import Case
@@ -33,7 +32,8 @@ def measured_in(case: Case) -> list[Any]:
     """Return the quantities that can be compared with a value."""
     if (sums := system_of(case).momenta) is not None:
         return [*sums]
-    composed = isinstance(case.rule, Composition | OneStepMap) or not case.rule.is_formula
+    rule = case.rule
+    composed = rule.method is not None or not (rule.asks_lagrangian and rule.is_formula)
     exact = [q for q in case.scene.symmetries if q.to_roundoff]
     if not case.rule.is_formula:  # a program moves x and μ, and no attitude beside them
         exact = [q for q in exact if not q.attitude]

@@ -19,7 +19,6 @@ from discmech.integrators.compiler import text_key
 from discmech.integrators.control import Control, Optimum
 from discmech.integrators.control import problems as built_in
 from discmech.integrators.numbers import sympy, to_sympy
-from discmech.integrators.rules import Composition, OneStepMap
 from discmech.integrators.scene import arguments_of, reads
 
 from ..core import lookup
@@ -48,7 +47,7 @@ def cases(choice: Choice) -> list[Case]:
     if choice.digits and 16 not in choice.digits:
         return []
     asked = choice.rules or tuple(map(discretisations.get, RULES))
-    rules = [r for r in asked if not isinstance(r, (Composition, OneStepMap))]
+    rules = [r for r in asked if r.method is None and r.asks_lagrangian]
     scenes = choice.scenes or [built_in.get(name).scene for name in built_in.NAMES]
     return [
         Case(NAME, chart, rule, 16, choice.steps)

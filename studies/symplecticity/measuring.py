@@ -17,7 +17,6 @@ from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import CannotMeasure, DiscmechError
 from discmech.integrators.flows import form_change_defects, restricted_form_defect
-from discmech.integrators.rules import OneStepMap
 from discmech.reference import ReferenceFailure
 
 from ..core import controls
@@ -57,7 +56,7 @@ def cases(choice: Choice) -> list[Case]:
     found = [] if choice.controls else plain_cases(NAME, choice, DIGITS)
     on_lattices = [] if choice.controls else lattice_cases(NAME, choice)
     # under a force no form is kept, and for a one-step map this study asks nothing else
-    found = [c for c in found if c.scene.force is None or not isinstance(c.rule, OneStepMap)]
+    found = [c for c in found if c.scene.force is None or c.rule.asks_lagrangian]
     places = [
         (scene, control) for scene in map(scenes.get, CONTROL_SCENES)
         for control in choice.controls or controls.NAMES

@@ -26,7 +26,7 @@ def random_rule(seed: int) -> Discretisation:
 
 def built_on(rule: Discretisation) -> list[Discretisation]:
     """The bench's own rules that it composes or calls."""
-    formula = (rule.base if isinstance(rule, Composition) else rule).formula
+    formula = rule.of_step.formula
     return [own for own in (midpoint, trapezoidal)
             if formula is own.formula or own.name in formula.__code__.co_names]  # fmt: skip
 

@@ -12,7 +12,6 @@ import numpy as np
 from discmech.integrators.compiler import SAVINGS
 from discmech.integrators.flows import Flow
 from discmech.integrators.groupoids import LieGroup
-from discmech.integrators.rules import Composition
 from discmech.studies.core.case import (
     Case,
     Choice,
@@ -47,7 +46,7 @@ def cases(choice: Choice) -> list[Case]:
     found = plain_cases(NAME, choice, DIGITS) if 16 in (choice.digits or DIGITS) else []
     every = choice.scenes or choice.thorough
     return [c for c in found if c.digits == 16 and (every or c.scene.name in SHOWN)
-            and c.scene.lagrangian is not None and not isinstance(c.rule, Composition)]  # fmt: skip
+            and c.scene.lagrangian is not None and c.rule.method is None]  # fmt: skip
 
 
 def together(case: Case) -> Case:
