@@ -55,7 +55,7 @@ else:
 
 #: rooms beside the core, which it does not import: a scene or a lattice that needs one loads it
 provide(
-    ContactFlow=f"{__name__}.flows.contact_flow",
+    ContactFlow=f"{__name__}.contact",
     LatticeScheme=f"{__name__}.lattices",
     check_gaps=f"{__name__}.contact",
 )

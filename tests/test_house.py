@@ -92,12 +92,13 @@ def test_the_rules_would_catch_an_offender():
 ROOMS = (
     "errors", "numbers", "compiler", "runs", "algebras", "retractions", "groupoids", "scene",
     "scenes",
-    "rules", "equations", "geometry", "bisections", "expansions", "contact", "lattices", "flows",
+    "rules", "equations", "geometry", "bisections", "expansions", "flows", "contact", "lattices",
     "foreign", "control", "steps",
 )  # fmt: skip
 #: the compiler stands low: these hand it a step as data, run what it makes, or use its cache
 COMPILING = {
-    "compiler", "runs", "equations", "geometry", "bisections", "lattices", "flows", "steps",
+    "compiler", "runs", "equations", "geometry", "bisections", "flows", "contact", "lattices",
+    "steps",
 }  # fmt: skip
 MODULES = {module_of(p): p for p in SOURCES}
 

@@ -2,9 +2,9 @@
 
 from ..compiler import cores
 from ..runs import Trajectory
-from .contact_flow import ContactFlow
 from .ensemble import Ensemble, side_by_side
-from .flow import Flow
+from .failures import CAUSES
+from .flow import Flow, Substeps
 from .free_motion import FreeMotion, first_u, run_from
 from .initial_state import Start
 from .multipliers import mean_multipliers
@@ -20,7 +20,7 @@ from .scheme import Scheme
 from .step_choice import StepChoice
 
 __all__ = [
-    "ContactFlow", "Ensemble", "Flow", "FreeMotion", "Scheme", "Start", "StepChoice",
+    "CAUSES", "Ensemble", "Flow", "FreeMotion", "Scheme", "Start", "StepChoice", "Substeps",
     "Trajectory", "arrow_from", "cores", "first_u", "form_change_defects", "mean_multipliers",
     "restricted_form_defect", "return_defect", "round_off_from", "run_from",
     "side_by_side", "step_along",

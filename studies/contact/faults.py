@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.contact import Gaps
-from discmech.integrators.flows import ContactFlow
+from discmech.integrators.contact import ContactFlow, Gaps
 
 from . import MISSED, STICKS, WRONG_SIGN
 

@@ -9,25 +9,17 @@ from typing import Any
 import numpy as np
 
 from ..compiler import KernelsAtStep, Status
-from ..contact import (
-    ContactRun,
-    FreeSteps,
-    Gaps,
-    Impacts,
-    LocatedSteps,
-    Moment,
-    check_gaps,
-    gap_expressions,
-)
 from ..equations import DiscretisedScene
 from ..errors import BadInput, CannotMeasure, StepFailure
+from ..flows import CAUSES, Flow, FreeMotion, Start, Substeps
 from ..numbers import Number, Numbers, Vector
 from ..numbers.types import Given
 from ..runs import Trajectory, run
-from .failures import CAUSES
-from .flow import Flow, Substeps
-from .free_motion import FreeMotion
-from .initial_state import Start
+from .contact_run import ContactRun, Impacts
+from .contact_step import FreeSteps, Moment
+from .gaps import Gaps, gap_expressions
+from .located_step import LocatedSteps
+from .start import check_gaps
 
 MOST_AT_ONCE = 4096  # largest number of free steps before the next check for a contact
 
