@@ -178,7 +178,15 @@ def _of_lattice(
               (("ranges", 2), ("segments", 4))}  # fmt: skip
     arrays |= {"kinds": Array("i"), "totals": Array("f")}
     n, m = names["n"], names["m"]
-    widths = {"x": n, "nu": m, "mu": m, "p": names["SITES"], "q": names["BONDS"], **names["WIDTHS"]}
+    widths = {
+        "given": names.get("GIVEN", 0),
+        "x": n,
+        "nu": m,
+        "mu": m,
+        "p": names["SITES"],
+        "q": names["BONDS"],
+        **names["WIDTHS"],
+    }
     arrays |= {word: Array("f", columns=width) for word, width in widths.items()}
     advance = names["advance"]
     if type(numbers) is Double:

@@ -18,8 +18,8 @@ If LOCAL, the state is (x, ν), where ν = μ − F⁻/h of all terms without a 
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
-def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficients, kinds, substeps,
-            ranges, parts, segments, pieces, totals):  # fmt: skip
+def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficients, given, kinds,
+            substeps, ranges, parts, segments, pieces, totals):  # fmt: skip
     """Begin (task 0), do `steps` steps (1), or write the present μ and u (2): (steps done, status).
 
     If not LOCAL, w is always the solution of the coming substep. For a general list of bonds tasks
@@ -28,10 +28,12 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
     """
     a = Record(
         x=x, nu=nu, mu=mu, w=w, w1=w1, w2=w2, w3=w3, work=work, ties=ties, p=p, q=q,
-        coefficients=coefficients, kinds=kinds, substeps=substeps, ranges=ranges, parts=parts,
-        segments=segments, pieces=pieces, totals=totals,
+        coefficients=coefficients, given=given, kinds=kinds, substeps=substeps, ranges=ranges,
+        parts=parts, segments=segments, pieces=pieces, totals=totals,
     )  # fmt: skip
     done, status = 0, OK
+    if TIMED and task != 3 and task != 4:  # before any other task substep 0 comes
+        take_time(a, 0)
     if LOCAL:
         if task == 1:
             done, status = local_steps(steps, a)
@@ -42,13 +44,15 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
     elif LISTED and task == 5:
         done, status = tied_steps(steps, a)
     elif LISTED:
-        c = load(coefficients[steps], slice(0, WIDTH))
+        c = coefficients_of(a, steps)
         if task == 0:
             copy(nu, mu, m, ranges, parts)
         elif task == 3:
             by_kind(assemble_tied, a, steps, c)
         else:
             by_kind(update_sites, a, steps, c)
+            if TIMED:
+                go_on(a, after_substep(a, steps))
     else:
         if task == 0:  # of 0 steps
             copy(nu, mu, m, ranges, parts)
@@ -68,10 +72,13 @@ def local_steps(steps, a):
     done, status = 0, OK
     while done < steps:
         for j in range(a.substeps):
-            c, d, after = coefficients_of(a, j)
+            c, after = coefficients_of(a, j), after_substep(a, j)
             status = by_kind(drift, a, j, c)
             if status != OK:
                 break
+            if TIMED:
+                go_on(a, after)
+            d = coefficients_of(a, after)
             if not MIXED:
                 kick(0, RULE, RULE, a, a.nu, c, d)
             elif a.kinds[j] == 1:
@@ -88,7 +95,7 @@ def local_steps(steps, a):
 
 def to_show(task, a):
     """Compute ν from μ (task 0), or μ from ν and put u into w1; return the status."""
-    c, status = load(a.coefficients[0], slice(0, WIDTH)), OK
+    c, status = coefficients_of(a, 0), OK
     if task == 0:
         copy(a.nu, a.mu, m, a.ranges, a.parts)
         kick(-1, FIRST, FIRST, a, a.nu, c, c)
@@ -100,12 +107,38 @@ def to_show(task, a):
 
 
 def coefficients_of(a, j):
-    """Return the coefficients of substep j, those of the substep after it, and its number."""
+    """Return the coefficients of substep j."""
+    return load(a.coefficients[j], slice(0, WIDTH))
+
+
+def after_substep(a, j):
+    """Return the number of the substep after substep j."""
     after = j + 1
     if after == a.substeps:
         after = 0
-    c = load(a.coefficients[j], slice(0, WIDTH))
-    return c, load(a.coefficients[after], slice(0, WIDTH)), after
+    return after
+
+
+def go_on(a, j):
+    """Let the time be that of substep j, the next one."""
+    if j == 0:
+        a.totals[STEPS] += 1
+    take_time(a, j)
+
+
+def take_time(a, j):
+    """Compute the coefficients of substep j at its time.
+
+    A row of `given` holds the time of the substep in step 0, the step, and q, where the time is the
+    second entry. The time is a multiple of the step, so that its round-off does not add up.
+    """
+    given = row(a.given, j, GIVEN)
+    time = given[0] + a.totals[STEPS] * given[1]
+    q = given[2:3] + (time,) + given[4:]
+    if not MIXED or a.kinds[j] == 0:
+        save(a.coefficients[j], 0, RULE.prepare(q))
+    else:
+        save(a.coefficients[j], 0, ADJOINT.prepare(q))
 
 
 # -- a step where no bond ties unknowns of two sites -------------------------------------------

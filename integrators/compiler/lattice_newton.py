@@ -21,12 +21,13 @@ def tied_steps(steps, a):
     done, j, status, more = 0, 0, OK, True
     while more:
         if steps > 0:
-            by_kind(update_sites, a, j, coefficients_of(a, j)[0])
+            by_kind(update_sites, a, j, coefficients_of(a, j))
             extrapolate(a)
-            j += 1
-            if j == a.substeps:
-                j = 0
+            j = after_substep(a, j)
+            if j == 0:
                 done += 1
+            if TIMED:
+                go_on(a, j)
         status = relaxed_solution(j, a) if LISTED else tied_solution(j, a)
         more = status == OK and done < steps
     return done, status
@@ -34,7 +35,7 @@ def tied_steps(steps, a):
 
 def tied_solution(j, a):
     """Solve substep j for w, which holds a guess; return the status (`newton_iteration.newton`)."""
-    c, totals = coefficients_of(a, j)[0], a.totals
+    c, totals = coefficients_of(a, j), a.totals
     kappa, scale, age = totals[KAPPA], totals[SCALE], int(totals[AGE])
     before, count, total, tries, status = HUGE, 0, 0, 1, NOT_CONVERGED
     size, here = HUGE, 0.0
@@ -122,7 +123,7 @@ def relaxed_solution(j, a):
 
     It is GAVE_WAY if corrections do not fade, or if a site is singular by itself.
     """
-    c, totals = coefficients_of(a, j)[0], a.totals
+    c, totals = coefficients_of(a, j), a.totals
     age, before, rate, count, status = int(totals[AGE]), HUGE, 0.0, 0, NOT_CONVERGED
     while status == NOT_CONVERGED and count < MOST_SWEEPS:
         by_kind(relax, a, j, c)

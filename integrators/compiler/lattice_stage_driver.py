@@ -8,8 +8,8 @@ Newton's method, u and the coefficients of Legendre polynomials.
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
-def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficients, kinds, substeps,
-            ranges, parts, segments, pieces, totals):  # fmt: skip
+def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficients, given, kinds,
+            substeps, ranges, parts, segments, pieces, totals):  # fmt: skip
     """Begin (task 0), do `steps` steps (1), or write the present μ (2): (steps done, status).
 
     w is always the solution of the coming step.

@@ -23,13 +23,17 @@ MOST = 60  # a force with fewer operations is computed twice rather than one bon
 
 @dataclass(frozen=True, eq=False)
 class Kicks:
-    """Forces F⁻/h and F⁺/h, at the same x, of a term without velocities; `own`: its letters."""
+    """Forces F⁻/h and F⁺/h, at the same x, of a term without velocities; `own`: its letters.
+
+    whole: F⁺/h of one step minus F⁻/h of the next.
+    """
 
     name: str
     x: Letters
     own: Letters
     minus: Column
     plus: Column
+    whole: Column
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +44,8 @@ class LatticeSystem:
     site by itself, with its own letters `own` (after `q` in site.q). kicks: (of a site's potential,
     of a bond), if no bond contains unknowns. Otherwise bond: the Step of one bond, with x, u, w
     and rows of both ends one after the other, and its letters `bond_own`. adjoint: the adjoint's
-    system, if some substeps of a composition are steps of it.
+    system, if some substeps of a composition are steps of it. timed: True if q holds the time,
+    behind h; coefficients are then computed anew in each substep.
     """
 
     name: str
@@ -51,6 +56,7 @@ class LatticeSystem:
     kicks: tuple[Kicks | None, Kicks] | None = None
     bond: Step | None = None
     adjoint: LatticeSystem | None = None
+    timed: bool = False
 
 
 def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
@@ -62,7 +68,7 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         f"n, m, S = {len(system.site.x)}, {len(system.site.u)}, {len(system.site.w)}",
         f"MIXED, LOCAL, SPLIT = {len(made) > 1}, {local}, {made[0].cheap}",
         f"RING, LISTED, LATER = {shape == 'ring'}, {shape == 'list'}, {int(shape == 'ring')}",
-        f"COMPOSED = {composed}",
+        f"COMPOSED, TIMED, GIVEN = {composed}, {system.timed}, {2 + len(system.q)}",
         f"SITES, BONDS, BLOCK = {len(system.own)}, {len(system.bond_own)}, {BLOCK}",
         f"FADED, MOST_SWEEPS = {FADED}, {MOST_SWEEPS}",
         f"MOVING = {s - system.site.multipliers}",
@@ -144,8 +150,8 @@ class _Kernels:
 
 def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
     texts = []
-    whole = kick.plus - kick.minus  # for a step of one substep
-    for word, column in (("minus", kick.minus), ("plus", kick.plus), ("whole", whole)):
+    for word in ("minus", "plus", "whole"):
+        column = getattr(kick, word)
         given: dict[str, Any] = {"x": kick.x, "c": coefficients, "own": kick.own}
         text = function_text(f"{word}_{name}", given, [column], (), coefficients)
         texts.append(f"@kernel\n{with_names(text, kick.own)}")

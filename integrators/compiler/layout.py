@@ -27,12 +27,13 @@ class Entry(IntEnum):
     between them.
     Of a lattice, PLACE: the site whose step was not found; KAPPA, SCALE, AGE, DEGREE: the memory of
     Newton's method, which all sites share: κ, the scale, the age, the degree of extrapolation;
-    MOVED: the size of the last correction without multipliers.
+    MOVED: the size of the last correction without multipliers; STEPS: the steps done, where the
+    time is explicit.
     """
 
     CORRECTIONS, MOST, LAST_SIZE = range(3)
     FARTHEST, REACH, BRANCH, SLACK, CONTRACTION, SWEEPS = range(3, 9)
-    PLACE, KAPPA, SCALE, AGE, DEGREE, MOVED = range(9, 15)
+    PLACE, KAPPA, SCALE, AGE, DEGREE, MOVED, STEPS = range(9, 16)
 
 
 INNER = 3  # number of sweeps that bring a curve into the next chart

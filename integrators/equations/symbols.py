@@ -114,6 +114,21 @@ class SceneSymbols:
         other.constants = {}
         return other
 
+    def with_time_as_parameter(self) -> SceneSymbols:
+        """Return these letters with the time as the last parameter, not as the last entry of x.
+
+        They are those of the continuous equations at one time.
+        """
+        if not self.clocked:
+            return self
+        self.lagrangian, self.force  # noqa: B018 - evaluated while x holds the time
+        other, time = copy(self), self.x[-1]
+        other.x, other.y, other.clocked = self.position, self.y[: self.n, :], False
+        assert isinstance(self.groupoid, Clocked)
+        other.groupoid = self.groupoid.inner
+        other.parameter_list = [*self.parameter_list, time]
+        return other
+
     @staticmethod
     def matrix(letter: str, size: int) -> SymbolicMatrix:
         """Return letters of a square matrix."""

@@ -8,7 +8,7 @@ from typing import Any
 from .action import ActionGroupoid, RowAction, action
 from .axioms import check_axioms
 from .chart_margin import chart_extents, chart_reach, margin_of
-from .clocked import Clocked
+from .clocked import Clocked, clock
 from .connection import ConnectionGroupoid
 from .groupoid import Groupoid, Motion
 from .lie_group import LieGroup, RetractionGroupoid, lie_group
@@ -20,8 +20,8 @@ from .translates import GroupChart
 __all__ = [
     "ActionGroupoid", "Clocked", "ConnectionGroupoid", "GroupChart", "Groupoid", "LieGroup",
     "LocalGroupoid", "Motion", "PairGroupoid", "ProductGroupoid", "RetractionGroupoid",
-    "RowAction", "action", "chart_extents", "chart_reach", "check_axioms", "lie_group",
-    "margin_of", "pair", "product",
+    "RowAction", "action", "chart_extents", "chart_reach", "check_axioms", "clock",
+    "lie_group", "margin_of", "pair", "product",
 ]  # fmt: skip
 
 

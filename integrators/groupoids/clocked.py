@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, FieldPair, Letter, SymbolicMatrix
 from .groupoid import Groupoid, Motion
+
+
+def clock() -> Letter:
+    """Return the letter of the time, which no parameter has (`equations.symbols`)."""
+    return sympy.Symbol("ti0", real=True)
 
 
 class Clocked(Groupoid):
@@ -32,6 +38,12 @@ class Clocked(Groupoid):
     @property
     def name(self) -> str:
         return self.inner.name
+
+    @cached_property
+    def symbols(self) -> dict[str, Any]:
+        """The letters of the groupoid; the time has the same one on every groupoid."""
+        own = super().symbols
+        return {**own, "x": own["x"][:-1, :].col_join(sympy.Matrix([clock()]))}
 
     def share(self, w: Column) -> Expression:
         """Return θ of a chart value w(u, s) = θu + …, or θ₁s₁ + θ₂s₂ + … of stages alone."""

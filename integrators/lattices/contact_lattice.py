@@ -78,6 +78,9 @@ class ContactLatticeFlow(LatticeFlow):
         if digits != 16:
             raise BadInput(f"{self.lattice.name}: a lattice with contact runs in double precision; "
                            "leave digits= out, or run its scene, lattices.scene_of.")  # fmt: skip
+        if scheme.timed:
+            raise CannotMeasure(f"{self.lattice.name}: a lattice with contact knows no explicit "
+                                "time; run its scene, lattices.scene_of.")  # fmt: skip
         if self.step < 0:
             raise BadInput(f"{self.lattice.name}: an impact has no unique past, so a lattice with "
                            "contact takes positive steps only.")  # fmt: skip
@@ -88,15 +91,18 @@ class ContactLatticeFlow(LatticeFlow):
         """The gaps of all sites."""
         return SiteGaps(self)
 
-    def _start(self, x0: Rows | None, mu0: Rows | None) -> tuple[np.ndarray, np.ndarray]:
-        x, mu = super()._start(x0, mu0)
+    def _start(
+        self, x0: Rows | None, mu0: Rows | None, t0: Number = 0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        x, mu = super()._start(x0, mu0, t0)
         if x0 is not None:
             self.gaps.check(x)
         return x, mu
 
     def _run(
-        self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress
-    ) -> Any:
+        self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress,
+        t0: Number = 0,
+    ) -> Any:  # fmt: skip
         return run(_Run(self, x, mu), steps, every, progress, checkpoint)
 
     def _refused(self, *given: Any, **named: Any) -> Any:

@@ -37,7 +37,7 @@ class DualStep:
     Raises `CannotMeasure` for compositions and constraints, `StepFailure` if the step is not found.
     """
 
-    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
+    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray, t: float = 0) -> None:
         scheme, lattice = flow.scheme, flow.lattice
         if scheme.substeps:
             raise CannotMeasure(f"{lattice.name}: {scheme.rule.name} has several substeps; ask its "
@@ -45,15 +45,15 @@ class DualStep:
         if scheme.constraints:
             raise CannotMeasure(f"{lattice.name}: with constraints the form is defined on the "
                                 "vectors that they admit; use RestrictedStep.")  # fmt: skip
-        run = LatticeRun.from_row(flow, x, mu)
+        run = LatticeRun.from_row(flow, x, mu, t)
         self.flow, self.free, self.before = flow, lattice.free, (x, mu)
         w = run.stepped()
         self.after = run.x, run.mu
-        self._assembled(x, w, float(flow.step))
+        self._assembled(x, w, float(flow.step), t)
 
-    def _assembled(self, x: np.ndarray, w: np.ndarray, h: float) -> None:
+    def _assembled(self, x: np.ndarray, w: np.ndarray, h: float, t: float) -> None:
         N, S = w.shape
-        self._parts, self._of_bonds, self._order = derivatives_of_step(self.flow, x, w, h)
+        self._parts, self._of_bonds, self._order = derivatives_of_step(self.flow, x, w, h, t)
         held = sparse.diags(np.repeat(~self.free, S).astype(float))
         self._factors = linalg.splu((self._parts["Ew"] + held).tocsc())
         self._h, self._shape = h, (N, x.shape[1], self.before[1].shape[1], S)
@@ -140,7 +140,7 @@ class Bracket:
     """Π at (x, μ): {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_γν μ_θ at each site."""
 
     def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray, sign: int) -> None:
-        s = flow.scheme.equations.site.s
+        s = flow.scheme.equations.site.s.with_time_as_parameter()
         rho, structure = natural_structure(s, s.x)
         of_mu = sympy.zeros(len(s.mu))
         for theta, c in enumerate(structure):
@@ -166,7 +166,7 @@ def _totals(terms: list[np.ndarray]) -> tuple[float, float]:
 
 
 def derivatives_of_step(
-    flow: Any, x: np.ndarray, w: np.ndarray, h: float
+    flow: Any, x: np.ndarray, w: np.ndarray, h: float, t: float
 ) -> tuple[dict[str, MatrixLike], dict[str, np.ndarray], list[int]]:
     """Return ({"Ex": sparse, …}, the same for each bond, the order of a bond's letters).
 
@@ -182,7 +182,7 @@ def derivatives_of_step(
     sizes = {"E": S, "g": m, "d": n, "x": n, "w": S}
     parts = {name: sparse.csr_matrix((N * sizes[name[0]], N * sizes[name[1]]))
              for name in ("Ex", "Ew", "gx", "gw", "dx", "dw")}  # fmt: skip
-    for (_, p, ends), (equations, unknowns, own) in zip(scheme.terms, at, strict=True):
+    for (_, p, ends), (equations, unknowns, own) in zip(scheme.terms_at(t), at, strict=True):
         found = of_bonds = _derivatives(equations, at_ends(ends, x)[0], unknowns, p, h)
         for name, blocks in found.items():
             if name[0] == "d" and own is order:
@@ -208,9 +208,9 @@ def _derivatives(
 def _derived(equations: DiscreteEquations) -> tuple[list[str], list[float], Callable[..., Any]]:
     """Return the names of the derivatives, the numbers of the rule, and the compiled function."""
     maps, s = equations.discrete.at_points, equations.s
-    columns = {"x": [s.x], "w": [c for c in (s.u, s.stages) if len(c)]}
+    columns = {"x": [s.position], "w": [c for c in (s.u, s.stages) if len(c)]}
     rows = {"E": [c for c in (maps.minus, maps.stage_equations) if len(c)], "g": [maps.gain],
-            "d": [maps.increment]}  # fmt: skip
+            "d": [maps.increment[: s.n, :]]}  # fmt: skip
     made = {}
     for a, parts in rows.items():
         for b, by in columns.items():
@@ -219,5 +219,7 @@ def _derived(equations: DiscreteEquations) -> tuple[list[str], list[float], Call
             ])  # fmt: skip
     definitions = [(d.letters, list(d.values)) for d in inlined(maps.definitions(*made.values()))]
     digits = [float(of(20)) for of in s.constants.values()]
-    given = {"x": s.x, "w": equations.w, "q": [s.h, *s.parameter_list, *s.constants]}
+    time = s.x[s.n :]  # behind the parameters, as in `LatticeScheme.terms_at`
+    given = {"x": s.position, "w": equations.w,
+             "q": [s.h, *s.parameter_list, *time, *s.constants]}  # fmt: skip
     return [*made], digits, numeric(given, list(made.values()), NUMBERS, definitions, columns=True)

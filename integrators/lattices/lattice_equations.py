@@ -24,13 +24,14 @@ from ..equations import (
 )
 from ..errors import CannotMeasure
 from ..geometry import is_self_adjoint
-from ..groupoids import Groupoid, check_axioms, product
-from ..numbers import jacobian, sympy
+from ..groupoids import Groupoid, check_axioms, clock, product
+from ..numbers import Definition, jacobian, sympy
 from ..numbers.types import Column, Expression, Letter
 from ..rules import Discretisation
 from ..scene import Scene, entries_of
+from .as_scene import with_arguments
 from .bond_constraints import BondConstraints
-from .lattice import FUNCTIONS, Lattice, no_term
+from .lattice import Lattice, no_term
 
 
 class LatticeEquations:
@@ -42,9 +43,6 @@ class LatticeEquations:
 
     def __init__(self, lattice: Lattice, rule: Discretisation) -> None:
         check_axioms(lattice.groupoid)
-        if timed := [word for word in FUNCTIONS if lattice.takes_time(word)]:
-            raise CannotMeasure(f"{lattice.name}: {timed[0]} is a function of three arguments; a "
-                                "lattice knows no explicit time.")  # fmt: skip
         self.lattice, self.rule, self.groupoid = lattice, rule, lattice.groupoid
         scene = _site_scene(lattice)
         if refusal := rule.refusal(scene):
@@ -136,8 +134,8 @@ class LatticeEquations:
             kicks = (None if potential is None else
                      self._kicks("potential", s, _slope_of(s, potential), own),
                      self._kicks("bond", bond, _force_of(bond), of_bond))  # fmt: skip
-            site = replace(kinetic.step, q=(*q, *own))
-            return LatticeSystem(self.lattice.name, q, site, own, of_bond, kicks)
+            site = replace(_at_time(kinetic.step, s), q=(*q, *own))
+            return LatticeSystem(self.lattice.name, q, site, own, of_bond, kicks, timed=self.timed)
         pair = _by_ends(self.bond.step, self.groupoid.dim_u)
         return self._tied(self.site.step, pair)
 
@@ -152,7 +150,8 @@ class LatticeEquations:
         S unknowns Newton's method takes as long as 3S²/2 sweeps (S = 3: 13, 4: 25, 6: 50).
         """
         lattice, rule = self.lattice, self.rule
-        if rule.nodes is None or self.bonds_move or lattice.constraint is not None:
+        tied = self.bonds_move or lattice.constraint is not None
+        if rule.nodes is None or tied or self.timed:
             return None
         unknowns, listed = rule.nodes.unknown * self.groupoid.dim_u, lattice.shape == "list"
         if unknowns < 3 and not listed:
@@ -187,14 +186,22 @@ class LatticeEquations:
     def _letters(self) -> tuple[tuple[Letter, ...], ...]:
         """The letters of h and the shared parameters, of a site's own, and of a bond's own."""
         s, (own, of_bond) = self.site.s, self.own_letters
-        q = (s.h, *(p for p in s.parameter_list if p not in own), *self.constants)
+        time = (clock(),) if self.timed else ()
+        q = (s.h, *time, *(p for p in s.parameter_list if p not in own), *self.constants)
         return q, own, of_bond
+
+    @property
+    def timed(self) -> bool:
+        """True if a term depends on the time, which is then the second entry of q."""
+        return self.site.s.clocked or self.bond_symbols.clocked
 
     def _tied(self, site: Step, bond: Step) -> LatticeSystem:
         """Return the system of a site and of a bond that couples the unknowns of its two ends."""
         q, own, bond_own = self._letters
-        site, bond = replace(site, q=(*q, *own)), replace(bond, q=(*q, *bond_own))
-        return LatticeSystem(self.lattice.name, q, site, own, bond_own, None, bond)
+        site = replace(_at_time(site, self.site.s), q=(*q, *own))
+        bond = replace(_at_time(bond, self.bond_symbols), q=(*q, *bond_own))
+        return LatticeSystem(self.lattice.name, q, site, own, bond_own, None, bond,
+                             timed=self.timed)  # fmt: skip
 
     @property
     def own_letters(self) -> tuple[tuple[Letter, ...], ...]:
@@ -214,19 +221,23 @@ class LatticeEquations:
         if not resting:
             return self.site, None
         value = sympy.Add(*(t for t in terms if t not in resting))
-        letters = [*s.x, *s.u]
+        timed = lattice.takes_time("on_site")
+        letters = [*s.position, *s.u, *([clock()] if timed else [])]
 
-        def moving(x: Column, v: Column, p: Any) -> Expression:
-            return value.xreplace(dict(zip(letters, [*x, *v], strict=True)))
+        def moving(x: Column, v: Column, p: Any, *t: Expression) -> Expression:
+            return value.xreplace(dict(zip(letters, [*x, *v, *t], strict=True)))
 
-        scene = replace(_site_scene(lattice), lagrangian=moving)
+        scene = replace(_site_scene(lattice), lagrangian=with_arguments(moving, timed))
         return DiscreteEquations(SceneSymbols(scene), self.rule), sympy.Add(*resting)
 
     def _kicks(self, name: str, s: SceneSymbols, force: Column, own: tuple[Letter, ...]) -> Kicks:
         """Return F⁻/h = −w₀ f and F⁺/h = w₁ f of a term without velocities, of force f."""
         assert self.end_weights is not None
         first, last = (weight * force for weight in self.end_weights)
-        return Kicks(name, tuple(s.x), own, -first, last)
+        then = {clock(): clock() + s.h}  # the start of a step is the end of the one before
+        last = last.xreplace(then)
+        whole = last + first.xreplace(then)
+        return Kicks(name, tuple(s.position), own, -first, last, whole)
 
     @cached_property
     def self_adjoint(self) -> bool:
@@ -235,6 +246,17 @@ class LatticeEquations:
             return is_self_adjoint(self.site) and self.end_weights[0] == self.end_weights[1]
         terms = [self.bond] if self.lattice.on_site is no_term else [self.site, self.bond]
         return all(map(is_self_adjoint, terms))
+
+
+def _at_time(step: Step, s: SceneSymbols) -> Step:
+    """Return a step with the time as a letter of q instead of the last entry of x and of y."""
+    if not s.clocked:
+        return step
+    end = Definition((step.y[s.n],), (clock() + s.h,))
+    return replace(
+        step, x=step.x[: s.n], y=step.y[: s.n], increment=step.increment[: s.n, :],
+        definitions=(end, *step.definitions),
+    )  # fmt: skip
 
 
 def _slope_of(s: SceneSymbols, potential: Expression) -> Column:
@@ -250,12 +272,18 @@ def _force_of(s: SceneSymbols) -> Column:
 
 def _site_scene(lattice: Lattice) -> Scene:
     """Return the scene of one site."""
-    shaped, on_site, force = lattice.shaped, lattice.on_site, lattice.force
+    on_site, force = lattice.on_site, lattice.force
     assert on_site is not None
+
+    def of_shape(function: Callable[..., Any], word: str) -> Callable[..., Any]:
+        def shaped(x: Column, *more: Any) -> Any:
+            return function(lattice.shaped(x), *more)
+
+        return with_arguments(shaped, lattice.takes_time(word))
+
     return _scene(
-        lattice, "", lattice.groupoid, lambda x, v, p: on_site(shaped(x), v, p),
-        _site_values(lattice),
-        force=None if force is None else lambda x, v, p: force(shaped(x), v, p),
+        lattice, "", lattice.groupoid, of_shape(on_site, "on_site"), _site_values(lattice),
+        force=None if force is None else of_shape(force, "force"),
     )  # fmt: skip
 
 
@@ -271,13 +299,17 @@ def _bond_scene(lattice: Lattice) -> Scene:
     def speeds(v: Column) -> tuple[Column, Column]:
         return v[:m, :], v[m:, :]
 
-    def lagrangian(x: Column, v: Column, p: Any) -> Expression:
-        return on_bond(*ends(x), *(speeds(v) if lattice.bonds_move else ()), p)
+    def lagrangian(x: Column, v: Column, *more: Any) -> Expression:
+        return on_bond(*ends(x), *(speeds(v) if lattice.bonds_move else ()), *more)
+
+    def force(x: Column, v: Column, *more: Any) -> Any:
+        assert push is not None
+        return push(*ends(x), *speeds(v), *more)
 
     return _scene(
-        lattice, "-bond", product(lattice.groupoid, lattice.groupoid), lagrangian,
-        _bond_values(lattice),
-        force=None if push is None else lambda x, v, p: push(*ends(x), *speeds(v), p),
+        lattice, "-bond", product(lattice.groupoid, lattice.groupoid),
+        with_arguments(lagrangian, lattice.takes_time("on_bond")), _bond_values(lattice),
+        force=None if push is None else with_arguments(force, lattice.takes_time("bond_force")),
         holonomic=None if joint is None else lambda x, p: joint(*ends(x), p),
     )  # fmt: skip
 

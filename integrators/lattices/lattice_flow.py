@@ -23,7 +23,16 @@ from ..compiler import (
 )
 from ..equations import SceneSymbols, momentum, on_constraints
 from ..errors import BadInput, StepFailure, check_progress
-from ..numbers import Arithmetic, Matrix, arithmetic, exact_rational, finite, numeric, whole_number
+from ..numbers import (
+    Arithmetic,
+    Matrix,
+    Number,
+    arithmetic,
+    exact_rational,
+    finite,
+    numeric,
+    whole_number,
+)
 from ..numbers.types import Given, Rows
 from ..runs import Progress
 from ..runs.checkpoint import Checkpoint
@@ -112,11 +121,12 @@ class LatticeFlow:
         *,
         x0: Rows | None = None,
         mu0: Rows | None = None,
+        t0: Given = 0,
         checkpoint: File = None,
         progress: Progress = None,
     ) -> LatticeTrajectory:
         """Run `steps` steps from the lattice's start, or from x0 (shaped like the lattice's) and
-        mu0 (N, m).
+        mu0 (N, m), at the time t0.
 
         checkpoint: a file. The rows are then numpy arrays on disk beside it, and the state is saved
         in it about once a second: the same call continues a killed run with the same numbers (to
@@ -126,14 +136,16 @@ class LatticeFlow:
         """
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
         check_progress(progress)
-        return self._run(*self._start(x0, mu0), steps, every, checkpoint, progress)
+        t = exact_rational(t0, "t0")
+        return self._run(*self._start(x0, mu0, t), steps, every, checkpoint, progress, t)
 
     def _run(
-        self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress
-    ) -> LatticeTrajectory:
+        self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress,
+        t0: Number = 0,
+    ) -> LatticeTrajectory:  # fmt: skip
         count = steps // every + 1
         with self.numbers.working():
-            return next(self._blocks(x, mu, steps, every, count, checkpoint, progress))
+            return next(self._blocks(x, mu, steps, every, count, checkpoint, progress, t0))
 
     def blocks(self, steps: int, every: int = 1, *, size: int = 1) -> Iterator[LatticeTrajectory]:
         """Yield the rows of `trajectory(steps, every)` in blocks of `size` rows; the last may be
@@ -154,10 +166,10 @@ class LatticeFlow:
 
     def _blocks(
         self, x: np.ndarray, mu: np.ndarray, steps: int, every: int, size: int,
-        checkpoint: File = None, progress: Progress = None,
+        checkpoint: File = None, progress: Progress = None, t0: Number = 0,
     ) -> Iterator[LatticeTrajectory]:  # fmt: skip
         """Yield the `blocks` from a start; with a checkpoint there is only one block."""
-        run, kept, first = LatticeRun(self, x, mu.copy()), None, 0
+        run, kept, first = LatticeRun(self, x, mu.copy(), t0), None, 0
         zeros = self.numbers.zeros
         rows = [zeros(0, *a.shape) for a in run.columns.values()]
 
@@ -235,7 +247,8 @@ class LatticeFlow:
         """
         self.scheme.check_start(run.x, np.zeros_like(mu))
         off = abs(mu - run.mu)[self.lattice.free].max()
-        if not off <= 2.0**-26 * max(abs(mu).max(), abs(self.momenta(run.x, run.u)).max()):
+        largest = max(abs(mu).max(), abs(self.momenta(run.x, run.u, run.t)).max())
+        if not off <= 2.0**-26 * largest:
             raise BadInput(
                 f"{self.lattice.name}: mu0 is {off:.3g} from momenta that the constraints admit at "
                 "x0; give a row of a run, or a start with A(x0) v0 = 0."
@@ -248,18 +261,20 @@ class LatticeFlow:
         x, u, mu, *more = map(public, rows) if numbers.dtype is object else rows
         multipliers = more[0] if more else np.zeros((len(x), len(self.lattice.pairs), 0))
         index = np.arange(first, first + len(x), dtype=np.int64)
-        t = public(numbers.multiples(self.step, index * every))
+        t = public(numbers.multiples(self.step, index * every) + run.t0)
         mean = float(run.totals[Entry.CORRECTIONS] / max(1, run.solved))
         return LatticeTrajectory(
             t, x, u, mu, multipliers, mean, int(run.totals[Entry.MOST]), run.index, self.step,
             run.newton_since if run.newton_since >= 0 else None,
         )  # fmt: skip
 
-    def _start(self, x0: Rows | None, mu0: Rows | None) -> tuple[np.ndarray, np.ndarray]:
+    def _start(
+        self, x0: Rows | None, mu0: Rows | None, t0: Number = 0
+    ) -> tuple[np.ndarray, np.ndarray]:
         lattice: Lattice = self.lattice
         x, v = self.start
         if mu0 is None:
-            mu = self.momenta(x, v)
+            mu = self.momenta(x, v, t0)
         elif (checked := floats(mu0, f"{lattice.name}: mu0")).shape != v.shape:
             raise BadInput(f"{lattice.name}: mu0 must be of the shape {v.shape}.")
         else:
@@ -294,9 +309,10 @@ class LatticeFlow:
             return self.numbers.array(list(map(self.numbers.number, array.ravel())), *array.shape)
 
     def poisson_defect(
-        self, x: Rows, mu: Rows, *, pairs: int = 3, seed: int = 0, bracket_sign: int = 1
-    ) -> float:
-        """Return how far the step from (x, μ), x (N, n) and μ (N, m), is from a Poisson map.
+        self, x: Rows, mu: Rows, *, t: Given = 0, pairs: int = 3, seed: int = 0,
+        bracket_sign: int = 1,
+    ) -> float:  # fmt: skip
+        """Return how far the step from (x, μ) at t, x (N, n) and μ (N, m), is from a Poisson map.
 
         This is (Mᵀα)·Π(Mᵀβ) − α·Π′β for random pairs of covectors, over the sum of its absolute
         terms: a few units of round-off for a correct step (`dual_step`). With constraints it is
@@ -304,14 +320,16 @@ class LatticeFlow:
         be a row of a run. bracket_sign = −1 flips the bracket, as a negative control. Raises
         `CannotMeasure` for compositions.
         """
-        step = step_derivative(self, *self._start(x, mu))
+        step = step_derivative(self, *self._start(x, mu), float(exact_rational(t, "t")))
         return poisson_defect(step, pairs, seed, bracket_sign)
 
-    def momenta(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def momenta(self, x: np.ndarray, v: np.ndarray, t: Number = 0) -> np.ndarray:
         """Return μ = ∂l/∂ξ at rows of x (N, n) and v (N, m), including bonds with velocities."""
         moving, found = v * self.lattice.free[:, None], self.numbers.zeros(*v.shape)
         with self.numbers.working():
-            for s, p, ends in self.scheme.terms[: 1 + self.lattice.bonds_move]:
+            for s, p, ends in self.scheme.terms_at(self.numbers.number(t))[
+                : 1 + self.lattice.bonds_move
+            ]:
                 # a bond sees both its ends; fixed ends are at rest
                 at = at_ends(ends, x, v if ends.shape[1] == 1 else moving)
                 values = [self.exact(e)[()] for e in p]

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compiler import Entry, Status
 from ..errors import BadInput, StepFailure
-from ..numbers import finite
+from ..numbers import Number, finite
 from .sparse_steps import BEGIN, RUN, SHOW, SparseMatrix, SparseSteps
 from .two_halves import LEAST, TwoHalves
 
@@ -18,13 +18,16 @@ from .two_halves import LEAST, TwoHalves
 class LatticeRun:
     """The state of a run: x, ν, the unknowns of the last steps, and counters."""
 
-    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
+    def __init__(
+        self, flow: Any, x: np.ndarray, mu: np.ndarray, t0: Number = 0, index: int = 0
+    ) -> None:
         self.flow, self.numbers = flow, flow.numbers
         self.x, self.mu = np.ascontiguousarray(x), np.ascontiguousarray(mu)
         self.nu, self.totals = self.numbers.zeros(*mu.shape), self.numbers.zeros(len(Entry))
         self.free = flow.lattice.free
         self.mu[~self.free] = 0
-        self.index, self.solved = 0, 0
+        #: the time of step 0
+        self.t0, self.index, self.solved = self.numbers.number(t0), index, 0
         self.u = flow.exact(flow.lattice.start[1] * self.free[:, None])
         self._projection: LatticeRun | None = None
         self.kernels, self.by_stages = flow.kernels, flow.by_stages
@@ -59,13 +62,18 @@ class LatticeRun:
                     f"coefficients at the step {float(flow.step):g}; take another step."
                 ) from None
             c[row, : len(made)] = made
-        kinds = np.array(scheme.kinds, dtype=np.int64)
+        kinds, given = np.array(scheme.kinds, dtype=np.int64), zeros(len(q), widths["given"])
+        if scheme.timed:
+            sizes = [values[0] for values in q]
+            for j, values in enumerate(q):
+                given[j] = [self.t0 + sum(sizes[:j]), self.numbers.number(flow.step), *values]
         self.arguments = (
-            self.x, self.nu, self.mu, *self.past, work, ties, own, of_bond, c, kinds, len(q),
+            self.x, self.nu, self.mu, *self.past, work, ties, own, of_bond, c, given, kinds, len(q),
             ranges, len(ranges), segments, len(segments), self.totals,
         )  # fmt: skip
         self.halves: TwoHalves | None = None
-        several = scheme.substeps or kernels.affine or self.numbers.dtype is not np.float64
+        several = scheme.substeps or kernels.affine or scheme.timed
+        several = several or self.numbers.dtype is not np.float64
         if scheme.local and not several and len(self.x) >= LEAST:
             self.halves = TwoHalves(kernels.advance, self.arguments)
         #: the digest of the data of a run in its arrays
@@ -86,7 +94,7 @@ class LatticeRun:
     def begin(self) -> None:
         """Start from x and μ: find w of the first step, from the guess in `past`."""
         self.totals[:] = 0 * self.totals[0]
-        self.totals[Entry.KAPPA] = self.kernels.huge
+        self.totals[Entry.KAPPA], self.totals[Entry.STEPS] = self.kernels.huge, self.index
         self.status = self.kernels.advance(BEGIN, 0, *self.arguments)[1]
         if self.sparse is not None:
             self.status = self.sparse.begin()
@@ -110,9 +118,9 @@ class LatticeRun:
         self.totals[Entry.MOST] = max(most, self.totals[Entry.MOST])
 
     @classmethod
-    def from_row(cls, flow: Any, x: np.ndarray, mu: np.ndarray) -> LatticeRun:
+    def from_row(cls, flow: Any, x: np.ndarray, mu: np.ndarray, t: Number = 0) -> LatticeRun:
         """Return a run that starts from a row of another one; raises `StepFailure`."""
-        run = cls(flow, x.copy(), mu.copy())
+        run = cls(flow, x.copy(), mu.copy(), t)
         run.checked(run.show())
         return run
 
@@ -122,6 +130,11 @@ class LatticeRun:
         self.checked(self.advance(1))
         self.checked(self.show())
         return w
+
+    @property
+    def t(self) -> Number:
+        """The time."""
+        return self.t0 + self.index * self.numbers.number(self.flow.step)
 
     def _floor(self) -> float:
         """Return the size of corrections too small to move x (`lattice_newton.unseen`)."""
@@ -207,14 +220,15 @@ class LatticeRun:
         """
         inner = self._projection
         if inner is None:
-            inner = self._projection = LatticeRun(self.flow.projection, self.x, self.mu)
-        inner.x[:], inner.mu[:] = self.x, self.mu
+            inner = LatticeRun(self.flow.projection, self.x, self.mu, self.t0, self.index)
+            self._projection = inner
+        inner.x[:], inner.mu[:], inner.index = self.x, self.mu, self.index
         m, owners = self.u.shape[1], self.flow.lattice.pairs[:, 1]
         inner.past[0][:] = self.numbers.zeros(*inner.past[0].shape)
         inner.past[0][:, :m] = self.u
         inner.begin()
         found = inner.past[0]
-        self.mu[:] = self.flow.momenta(self.x, found[:, :m])
+        self.mu[:] = self.flow.momenta(self.x, found[:, :m], self.t)
         self.multipliers[:] = self._of_impulse * (self.past[0] - found)[owners, m:]
         self.totals[Entry.PLACE] = inner.totals[Entry.PLACE]
         return inner.status
@@ -242,8 +256,7 @@ class LatticeRun:
 
         Kernels continue there if no equation needs the number that is lost.
         """
-        again = LatticeRun(self.flow, x.copy(), mu.copy())
-        again.index = index
+        again = LatticeRun(self.flow, x.copy(), mu.copy(), self.t0, index)
         while again.index < self.index and again.advance(1) == Status.OK:
             if not finite(np.hstack([again.x, again.nu])).all():
                 return again
@@ -273,7 +286,7 @@ class LatticeRun:
                     break
         state = {"x": self.x[i], "mu": self.mu[i]}
         return StepFailure(
-            flow.lattice.name, flow.scheme.rule.name, index, float(flow.step * index), state,
+            flow.lattice.name, flow.scheme.rule.name, index, float(self.t), state,
             cause, rows,
         )  # fmt: skip
 

@@ -69,6 +69,11 @@ class LatticeScheme:
         return other
 
     @property
+    def timed(self) -> bool:
+        """True if a term depends on the time."""
+        return self.equations.timed
+
+    @property
     def local(self) -> bool:
         """True if each site is solved separately, as by the rectangle and the trapezoidal rule."""
         return self._parts[0].local and self._parts[-1].local
@@ -130,7 +135,8 @@ class LatticeScheme:
                     size = self.substeps[j].coefficient(digits) * step.numerator / step.denominator
             equations = self._parts[kind]
             constants = {} if of_stages else equations.constants
-            values = [size, *shared, *(c(digits) for c in constants.values())]
+            time = [0] if self.timed else []  # runs put the time there
+            values = [size, *time, *shared, *(c(digits) for c in constants.values())]
             rows.append([numbers.number(v) for v in values])
         return rows
 
@@ -156,12 +162,22 @@ class LatticeScheme:
                 for length, given in ((N, sites), (B, bonds))]  # fmt: skip
         return np.ascontiguousarray(rows[0]), np.ascontiguousarray(rows[1])
 
-    @cached_property
+    @property
     def terms(self) -> list[tuple[SceneSymbols, list[Number], np.ndarray]]:
-        """The terms of the sites and of the bonds.
+        """The `terms_at` the time 0, for terms that do not depend on it."""
+        return self.terms_at(0)
 
-        Each is (symbols, parameter values as numbers or columns (r,), ends (r, 1 or 2)).
+    def terms_at(self, t: Number) -> list[tuple[SceneSymbols, list[Number], np.ndarray]]:
+        """Return the terms of the sites and of the bonds at a time.
+
+        Each is (symbols, parameter values as numbers or columns (r,), ends (r, 1 or 2)). The time
+        is the last parameter of a term that depends on it.
         """
+        return [(s, [*values, t] if timed else values, ends)
+                for s, values, ends, timed in self._terms]  # fmt: skip
+
+    @cached_property
+    def _terms(self) -> list[tuple[SceneSymbols, list[Number], np.ndarray, bool]]:
         equations, lattice = self.equations, self.lattice
         shared = flatten(tuple(lattice.split_parameters["shared"].values()))
         found = []
@@ -174,7 +190,8 @@ class LatticeScheme:
         ):
             letters = [*(p for p in s.parameter_list if p not in own), *own]
             values = dict(zip(letters, [*map(float, shared), *rows.T], strict=True))
-            found.append((s, [values[p] for p in s.parameter_list], ends))
+            given = [values[p] for p in s.parameter_list]
+            found.append((s.with_time_as_parameter(), given, ends, s.clocked))
         return found
 
     def flow(self, step: Given | None = None, digits: int = 16, **others: Any) -> LatticeFlow:

@@ -37,20 +37,20 @@ class RestrictedStep:
     Raises `CannotMeasure` for compositions, `StepFailure` if the step is not found.
     """
 
-    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
+    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray, t: float = 0) -> None:
         if flow.scheme.substeps:
             raise CannotMeasure(f"{flow.lattice.name}: {flow.scheme.rule.name} has several "
                                 "substeps; ask its base rule.")  # fmt: skip
         self.flow, self.h, self.before = flow, float(flow.step), (x, mu)
         (self.N, self.m), self.pairs = mu.shape, flow.lattice.pairs
         self.free = flow.lattice.free[:, None]
-        run = LatticeRun.from_row(flow, x, mu)
-        start = Linearised(flow.scheme, x, *run.projected)
+        run = LatticeRun.from_row(flow, x, mu, t)
+        start = Linearised(flow.scheme, x, *run.projected, t)
         w = run.stepped()
         self.after = run.x, run.mu
-        self.start, self.end = start, Linearised(flow.scheme, run.x, *run.projected)
+        self.start, self.end = start, Linearised(flow.scheme, run.x, *run.projected, run.t)
         u, multipliers = w[:, : self.m], w[self.pairs[:, 1], self.m :]
-        self._along, _, _ = derivatives_of_step(flow, x, u, self.h)
+        self._along, _, _ = derivatives_of_step(flow, x, u, self.h, t)
         #: ∂(A(x)ᵀλ)/∂x, with the λ that leaves the start
         self._turned = start.turned(multipliers)
         of_arrow = _of_arrow(flow.scheme.equations.site.s)
@@ -93,9 +93,11 @@ class RestrictedStep:
         ]
 
 
-def step_derivative(flow: Any, x: np.ndarray, mu: np.ndarray) -> DualStep | RestrictedStep:
+def step_derivative(
+    flow: Any, x: np.ndarray, mu: np.ndarray, t: float = 0
+) -> DualStep | RestrictedStep:
     """Return the step from (x, μ) with its derivative, of the kind that the lattice has."""
-    return (RestrictedStep if flow.scheme.constraints else DualStep)(flow, x, mu)
+    return (RestrictedStep if flow.scheme.constraints else DualStep)(flow, x, mu, t)
 
 
 class Linearised:
@@ -105,7 +107,9 @@ class Linearised:
     ∂p/∂ξ (Nm, Nm) of p = ∂l/∂ξ, rho (Nn, Nm). Columns of fixed sites are 0.
     """
 
-    def __init__(self, scheme: Any, x: Matrix, v: Matrix, impulses: Matrix | None = None) -> None:
+    def __init__(
+        self, scheme: Any, x: Matrix, v: Matrix, impulses: Matrix | None = None, t: float = 0
+    ) -> None:
         lattice, (self.N, self.m) = scheme.lattice, v.shape
         self.scheme, self.x, self.n = scheme, x, x.shape[1]
         self.pairs, free, k = lattice.pairs, lattice.free, scheme.equations.constraints.count
@@ -113,7 +117,7 @@ class Linearised:
         self.held = np.repeat(~free, self.m)
         #: rows of bonds between two fixed sites restrict nothing
         self.idle = np.repeat(~free[self.pairs].any(axis=1), k)
-        s, p, sites = scheme.terms[0]
+        s, p, sites = scheme.terms_at(t)[0]
         found = of_all(_of_site(s), self.N, *at_ends(sites, x, v), 1.0, p)
         self.mass, self.moved, self.rho = (of_lattice(e, sites, self.N) for e in found)
         self._moving = {k: sparse.diags(np.repeat(free, size).astype(float))

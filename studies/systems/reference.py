@@ -72,7 +72,7 @@ def field_of(
 
     most: how often it may be asked; None for any number.
     """
-    lattice, ((s, of_sites, _), (bond, of_bonds, _)) = scheme.lattice, scheme.terms
+    lattice, ((s, _, _), (bond, _, _)) = scheme.lattice, scheme.terms
     pairs, free, (N, n), m = lattice.pairs, lattice.free[:, None], shape, near.shape[1]
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     own = numeric(letters, [list(rates(s))], NUMBERS, columns=True)
@@ -82,11 +82,12 @@ def field_of(
     tie = numeric(letters, [force], NUMBERS, columns=True)
     flow, asked = scheme.flow(lattice.step), itertools.count()
 
-    def field(_: float, state: np.ndarray) -> np.ndarray:
+    def field(t: float, state: np.ndarray) -> np.ndarray:
         if (most is not None and next(asked) >= most) or not np.isfinite(state).all():
             raise CannotMeasure(f"{lattice.name}: its equations of motion are not followed.")
         x, mu = state[: N * n].reshape(N, n), state[N * n :].reshape(N, m)
-        xi = velocities(flow, x[None], mu[None], near[None])[0].astype(float)
+        of_sites, of_bonds = (values for _, values, _ in scheme.terms_at(t))
+        xi = velocities(flow, x[None], mu[None], near[None], np.array([t]))[0].astype(float)
         found = own(list(x.T), list(xi.T), list(mu.T), of_sites).astype(float)
         rate = np.broadcast_to(found, (n + m, N)).T
         of_mu = rate[:, n:].copy()
@@ -94,7 +95,7 @@ def field_of(
         np.add.at(of_mu, pairs, forces[:, 0].T.reshape(len(pairs), 2, m))
         of_x, of_mu = rate[:, :n] * free, of_mu * free
         if scheme.constraints:
-            of_mu = Linearised(scheme, x, xi).momentum_change(of_x.ravel(), of_mu)
+            of_mu = Linearised(scheme, x, xi, t=t).momentum_change(of_x.ravel(), of_mu)
         return np.concatenate([of_x.ravel(), of_mu.ravel()])
 
     return field

@@ -52,8 +52,8 @@ def test_a_wrong_derivative_is_seen(monkeypatch):
     end = flow.trajectory(20, 20)
     right = DualStep._assembled
 
-    def wrong(self, x, w, h):
-        right(self, x, w, h)
+    def wrong(self, x, w, h, t):
+        right(self, x, w, h, t)
         self._parts["gx"] *= 1 - 1e-6
 
     monkeypatch.setattr(DualStep, "_assembled", wrong)

@@ -1,6 +1,7 @@
 """A lattice runs as the ordinary scene of the same system, whatever its bonds, sites and rule."""
 
 import pytest
+import sympy
 
 from discmech import midpoint, rectangle, trapezoidal
 from discmech.integrators import rules
@@ -35,7 +36,27 @@ def following(x, y, v, w, p):
     return [p.stiff * y[0] / 3, -x[0] / 5]
 
 
+def shaken(x, v, p, t):
+    return p.mass * (1 + t**2 / 9) * v[0] ** 2 / 2 - x[0] ** 2 / 7 + x[0] * sympy.sin(2 * t)
+
+
+def stiffening(x, y, p, t):
+    return -p.stiff * (1 + sympy.cos(3 * t) / 2) * (y[0] - x[0]) ** 2 / 2
+
+
+def wind(x, v, p, t):
+    return [sympy.sin(t) * x[0] - v[0] / 5]
+
+
+def growing(x, y, v, w, p, t):
+    return [t * (w[0] - v[0]) / 7, (v[0] - w[0]) / 5 + t**2]
+
+
+TIMED = {"on_site": shaken, "on_bond": stiffening, "force": wind, "bond_force": growing}
 CHAINS = {
+    "timed": TIMED, "timed list": {**SCATTERED_STIFF, **TIMED},
+    "driven": {"on_bond": stiffening, "fixed": [0, 3]},
+    "driven ring": {"bonds": "ring", "parameters": SHARED, "on_site": shaken},
     "drag": {"force": drag}, "damper": {"bond_force": damper},
     "damper list": {**SCATTERED_STIFF, "force": drag, "bond_force": damper},
     "following": {"bond_force": following}, "following ring": {
@@ -48,7 +69,8 @@ CHAINS = {
 QUICK = [
     *((name, fput(**CHAINS[name]), rule) for name, rule in (
         ("chain", midpoint), ("chain", gauss(3)), ("ring", midpoint), ("list", gauss(3)),
-        ("moving", midpoint), ("drag", trapezoidal), ("damper list", midpoint))),
+        ("moving", midpoint), ("drag", trapezoidal), ("damper list", midpoint),
+        ("driven", trapezoidal), ("timed", midpoint))),
     ("held at both ends", LATTICES["held at both ends"](), midpoint),
     ("plastic contact", beads(0), midpoint), ("elastic contact", beads(1), trapezoidal),
     ("contact on a ring", beads("1/2", bonds="ring"), midpoint),
@@ -64,7 +86,8 @@ REST = [
     *((name, fput(**CHAINS[name]), rule) for name, rule in (
         ("list", midpoint), ("two fixed", gauss(3)), ("moving", trapezoidal), ("moving", gauss(2)),
         ("moving", rectangle), ("moving list", midpoint))),
-    *((name, fput(**CHAINS[name]), rule) for name in ("drag", "damper", "following ring")
+    *((name, fput(**CHAINS[name]), rule) for name in (
+        "drag", "damper", "following ring", "timed", "timed list", "driven", "driven ring")
       for rule in (rectangle, midpoint, trapezoidal, gauss(3),
                    compose(rectangle, "blanes-moan-4"))),
     ("following", fput(**CHAINS["following"]), trapezoidal),
@@ -95,6 +118,7 @@ def test_a_lattice_runs_as_its_scene(lattice, rule):
 IN_DIGITS = [
     ("chain", fput(), midpoint), ("following ring", fput(**CHAINS["following ring"]), trapezoidal),
     ("damper list", fput(**CHAINS["damper list"]), midpoint),
+    ("timed", fput(**CHAINS["timed"]), trapezoidal),
     ("suzuki", fput(), compose(midpoint, "suzuki")), ("tree", LATTICES["tree"](), trapezoidal),
 ]  # fmt: skip
 
