@@ -38,19 +38,22 @@ class Ensemble:
 
 
 def ensemble(
-    run: Callable[[Numbers | None, Numbers | None], Trajectory],
+    run: Callable[[int, Numbers | None, Numbers | None], Trajectory],
     x0s: Rows | None,
     mu0s: Rows | None,
     numbers: Arithmetic,
     what: str,
 ) -> Ensemble:
-    """Run from all starts. run: (x0, μ0) ↦ trajectory; what: the name in messages."""
+    """Run from all starts.
+
+    run: (number of the member, x0, μ0) ↦ trajectory; what: the name in messages.
+    """
     starts = list(zip(*_of_one_length(x0s, mu0s, what), strict=True))
     failures: dict[int, StepFailure] = {}
 
     def member(index: int) -> Trajectory:
         try:
-            return run(*starts[index])
+            return run(index, *starts[index])
         except StepFailure as failure:
             if not isinstance(failure.trajectory, Trajectory):
                 raise

@@ -135,12 +135,16 @@ class Flow:
         0.
 
         x0s (k, n) and mu0s (k, m); None takes the scene's own for all. steps must be given. given:
-        arguments of `trajectory`, for all members. A member that fails does not stop the others
-        (`Ensemble.failures`). Raises `BadInput` for starts that do not fit.
+        arguments of `trajectory`, for all members; each member has a checkpoint of its own, FILE.0
+        and so on. A member that fails does not stop the others (`Ensemble.failures`). Raises
+        `BadInput` for starts that do not fit.
         """
 
-        def member(x0: Numbers | None, mu0: Numbers | None) -> Trajectory:
-            return self.trajectory(steps, every, x0=x0, mu0=mu0, **given)
+        def member(index: int, x0: Numbers | None, mu0: Numbers | None) -> Trajectory:
+            own = dict(given)
+            if own.get("checkpoint") is not None:
+                own["checkpoint"] = f"{own['checkpoint']}.{index}"
+            return self.trajectory(steps, every, x0=x0, mu0=mu0, **own)
 
         return ensemble(member, x0s, mu0s, self.numbers, self.scheme.scene.name)
 

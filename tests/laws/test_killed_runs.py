@@ -1,0 +1,152 @@
+"""A run of any kind that is killed continues from its checkpoint, to the numbers of a whole run."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from discmech import BadInput, Scheme, scenes
+from discmech.integrators import rules
+from discmech.integrators.lattices import systems
+from discmech.integrators.runs import checkpoint
+from discmech.integrators.steps import vary
+
+
+class Killed(BaseException):
+    """Ends a run where nothing can be saved any more."""
+
+
+def radius(x, mu, p):
+    return x[0] ** 2 + x[1] ** 2
+
+
+def flow_of(scene, rule="midpoint", step=None, digits=16, edge="refuse", **how):
+    rule = rules.get(rule) if isinstance(rule, str) else rule
+    scene = scenes.get(scene) if isinstance(scene, str) else scene
+    given = {"on_edge": edge} if edge != "refuse" else {}
+    return Scheme(scene, rule).flow(step or scene.step, digits, **given, **how)
+
+
+def reversible():
+    return vary(rules.get("trapezoidal"), radius, "reversible")
+
+
+#: a first step of a rigid body, farther than half of a quarter turn
+FAR = expm(np.array([[0, -1.2, 0.3], [1.2, 0, 0], [-0.3, 0, 0]]))
+#: one flow of each kind: (flow, number of steps, every, its start)
+FLOWS = {
+    "Newton": (lambda: flow_of("heavy-top"), 40, 3),
+    "50 digits": (lambda: flow_of("kepler", digits=50), 200, 7),
+    "single": (lambda: flow_of("pendulum", digits=7), 200, 7),
+    "fixed point": (lambda: flow_of("kepler", "gauss-3"), 40, 3),
+    "fixed point, Newton": (lambda: flow_of("kepler", "gauss-4", "1"), 200, 7),
+    "fixed point, 50 digits": (lambda: flow_of("heavy-top", "gauss-2", digits=50), 70, 7),
+    "composition": (lambda: flow_of("kepler", "suzuki:trapezoidal"), 40, 1),
+    "shrink": (lambda: flow_of("heavy-top", step=8, edge="shrink"), 40, 3),
+    "bisect": (lambda: flow_of("moser-veselov", step=1, edge="bisect"), 40, 3, {"element0": FAR}),
+    "constraints": (lambda: flow_of("suslov"), 40, 3),
+    "one-step map": (lambda: flow_of("heavy-top", "rkmk-4"), 40, 3),
+    "varied": (lambda: flow_of("kepler", reversible(), "1/20"), 40, 3),
+    "varied, 50 digits": (lambda: flow_of("kepler", reversible(), "1/20", 50), 70, 7),
+    "stepped": (lambda: flow_of("bouncing-ball", impacts="stepped"), 400, 3),
+    "located": (lambda: flow_of("bouncing-ball", impacts="located"), 400, 3),
+    "located, 30 digits": (lambda: flow_of("bouncing-ball", digits=30, impacts="located"), 60, 3),
+    "sites": (lambda: Scheme(systems.rotors(6), rules.get("midpoint")).flow("1/20"), 40, 3),
+    "sites with contact": (
+        lambda: Scheme(systems.bead_chain(8), rules.get("midpoint")).flow("1/50"), 40, 3
+    ),
+}  # fmt: skip
+
+
+QUICK = ("Newton", "50 digits", "shrink", "located")
+
+
+@pytest.fixture(autouse=True)
+def often(monkeypatch):
+    """A state after every stretch, and stretches of a few steps."""
+    from discmech.integrators.contact import contact_flow
+    from discmech.integrators.flows import free_motion
+
+    monkeypatch.setattr(checkpoint, "SECONDS", 0)
+    monkeypatch.setattr(free_motion, "CHUNK", 5)
+    monkeypatch.setattr(contact_flow, "MOST_AT_ONCE", 8)
+
+
+def written(run):
+    """All that a run tells, as text and bytes."""
+    found = {f.name: getattr(run, f.name) for f in fields(run) if f.name != "scheme"}
+    for name, value in [*found.items()]:
+        if hasattr(value, "__dataclass_fields__"):
+            del found[name]
+            found |= {f"{name} {word}": part for word, part in vars(value).items()}
+    return {name: value.tolist() if isinstance(value, np.ndarray) else value
+            for name, value in found.items()}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=() if kind in QUICK else pytest.mark.slow) for kind in FLOWS]
+)
+def test_a_killed_run_continues_to_the_same_numbers(tmp_path, kind):
+    make, steps, every, *given = FLOWS[kind]
+    start = given[0] if given else {}
+    draw, seen = np.random.default_rng(sum(map(ord, kind))), []
+    whole = make().trajectory(steps, every, **start, progress=seen.append)
+    stops = sorted(draw.choice(seen[:-1], min(3, len(seen) - 1), replace=False).tolist())
+    assert stops
+    for stop in stops:
+
+        def killed(done, stop=stop):
+            if done >= stop:
+                raise Killed
+
+        with pytest.raises(Killed):
+            make().trajectory(steps, every, **start, checkpoint=tmp_path / "run", progress=killed)
+    later = []
+    for _ in range(2):  # the second time nothing is left to do
+        done = len(later)
+        run = make().trajectory(
+            steps, every, **start, checkpoint=tmp_path / "run", progress=later.append
+        )
+        assert written(run) == written(whole)
+    assert min(later) > max(stops) and done == len(later)
+
+
+def test_the_checkpoint_of_another_run_is_refused(tmp_path):
+    scene, file = scenes.get("kepler"), tmp_path / "run"
+    flow = flow_of(scene)
+    flow.trajectory(20, checkpoint=file)
+    other = scene.with_values(parameters={name: 2 for name in scene.parameters})
+    for run in (
+        lambda: flow.trajectory(21, checkpoint=file),
+        lambda: flow.trajectory(20, 2, checkpoint=file),
+        lambda: flow.trajectory(20, x0=[1, 1], mu0=[0, 1], checkpoint=file),
+        lambda: flow.trajectory(20, t0=1, checkpoint=file),
+        lambda: flow_of(scene, digits=20).trajectory(20, checkpoint=file),
+        lambda: flow_of(scene, "trapezoidal").trajectory(20, checkpoint=file),
+        lambda: flow_of(scene, step="1/7").trajectory(20, checkpoint=file),
+        lambda: flow_of(scene, edge="shrink").trajectory(20, checkpoint=file),
+        lambda: flow_of(other).trajectory(20, checkpoint=file),
+    ):
+        with pytest.raises(BadInput, match="checkpoint of another run"):
+            run()
+
+
+def test_gaps_and_restitution_belong_to_a_run(tmp_path):
+    ball, file = scenes.get("bouncing-ball"), tmp_path / "run"
+    flow_of(ball).trajectory(20, checkpoint=file)
+    for other in (
+        replace(ball, restitution="1/3"),
+        replace(ball, contact=lambda x, p: [x[-1] + 1]),
+        replace(ball, impacts="located" if ball.impacts == "stepped" else "stepped"),
+    ):
+        with pytest.raises(BadInput, match="checkpoint of another run"):
+            flow_of(other).trajectory(20, checkpoint=file)
+
+
+def test_each_member_of_an_ensemble_has_its_own_file(tmp_path):
+    flow = flow_of("kepler")
+    run = flow.trajectory(6)
+    kept = flow.ensemble(run.x, run.mu, steps=9, checkpoint=tmp_path / "run")
+    assert np.array_equal(kept.x, flow.ensemble(run.x, run.mu, steps=9).x)
+    assert len([*tmp_path.glob("run.*.x.npy")]) == 7
