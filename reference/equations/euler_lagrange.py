@@ -191,13 +191,17 @@ def _constraints(scene: Any, structure: Algebroid, x: sympy.Matrix) -> tuple[sym
     phi, rows, right = sympy.zeros(0, 1), sympy.zeros(0, m), sympy.zeros(0, 1)
     pushing: list[sympy.Matrix] = [sympy.zeros(0, m), sympy.zeros(0, m)]
     for each in getattr(scene, "all_constraints", ()):
-        with short_numbers(f"the constraint of scene {scene.name}"):
-            time = [T] if each.timed else []
-            given = each.function(x, parameter_values(scene), *time)
         try:
-            parts = each.kind.parts(given, m)
-        except BadInput as error:
-            raise BadInput(f"{scene.name}: {error}") from None
+            with short_numbers(f"the constraint of scene {scene.name}"):
+                time = [T] if each.timed else []
+                parts = each.kind.parts(each.function(x, parameter_values(scene), *time), m)
+        except BadInput:
+            raise
+        except Exception as error:
+            raise ReferenceFailure(
+                f"the constraint of scene {scene.name} cannot be evaluated on symbols "
+                f"({type(error).__name__}: {error}); write it with sympy functions of x and p"
+            ) from error
         positions = _matrix(parts.positions, 1)
         own = positions.jacobian(x) * structure.rho if len(positions) else sympy.zeros(0, m)
         along = _matrix([e for row in parts.rows for e in row], m)

@@ -25,7 +25,9 @@ CUT_OFF = TaylorSettings(18, guard=20)  # the truncation makes the error
 ROUNDED = TaylorSettings(30, guard=0)  # the arithmetic makes it
 TIMES = [Fraction(1, 9), Fraction(-1, 20), Fraction(1, 4)]
 
-LONG = ("outer-solar-system", "double-spherical-pendulum", "pivoted-body", "fpu")  # a second each
+#: a second each
+LONG = ("outer-solar-system", "double-spherical-pendulum", "pivoted-body", "fpu", "bead-on-hoop",
+        "ball-in-cylinder")  # fmt: skip
 
 
 def overshoot(equations, times, settings):

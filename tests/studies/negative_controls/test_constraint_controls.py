@@ -47,6 +47,45 @@ def test_rows_beside_the_constraint_are_caught(name, wrong, monkeypatch):
     assert found["measured"]["constraint"] > 1e3 * found["expected"]["residual"]
 
 
+def at_first_time(s, points):
+    """The points with the time of the start, and L asked for where it was."""
+    return [(w, x[:-1, :].col_join(sympy.Matrix([s.x[-1]]))) for w, x in points]
+
+
+MOVED_OTHERWISE = {
+    # ∂φ/∂t forgotten; a forgotten; A ξ = a at the time of the start of a step
+    "bead-on-hoop": ("constraint_shift", lambda right: lambda s, x: 0 * right(s, x)),
+    "ball-on-turntable": ("constraint_shift", lambda right: lambda s, x: 0 * right(s, x)),
+    "ball-in-cylinder": (
+        "met_by_velocity", lambda right: lambda s, points: right(s, at_first_time(s, points))
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture
+def moved_otherwise(request, monkeypatch):
+    """A fresh copy of a scene, with a constraint that steps take to move in a wrong way."""
+    part, wrong = MOVED_OTHERWISE[request.param]
+    right = getattr(constrained_equations, part)
+    monkeypatch.setattr(constrained_equations, part, wrong(right))
+    return scenes.get(request.param).with_values(name=f"{request.param}-{part}")
+
+
+@pytest.mark.parametrize("moved_otherwise", MOVED_OTHERWISE, indirect=True)
+def test_what_moves_otherwise_than_the_constraint_is_caught(moved_otherwise):
+    found = measured("symplecticity", moved_otherwise, "midpoint", 16, 8)
+    assert found["verdict"] == "fail"
+    assert found["measured"]["constraint"] > 1e3 * found["expected"]["residual"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("moved_otherwise", MOVED_OTHERWISE, indirect=True)
+def test_what_moves_otherwise_has_no_second_order(moved_otherwise):
+    found = measured("order", moved_otherwise, "midpoint", 16)
+    assert found["verdict"] == "fail" and found["expected"]["order"] == 2
+    assert not found["measured"]["order"] or found["measured"]["order"] < 1.1
+
+
 BLADE = Conserved(
     "along the blade", lambda x, mu, p: sympy.cos(x[2]) * mu[0] + sympy.sin(x[2]) * mu[1],
     kind="nonholonomic momentum",

@@ -1,0 +1,103 @@
+"""A further kind of constraint is one object: here one that a motor holds by forces of its own.
+
+Servo constraints (Béghin 1922; Marle, Rep. Math. Phys. 42, 1998): A ξ = a, with the force Bᵀλ along
+rows B that are not A. So the multipliers do work.
+"""
+
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+
+from discmech.integrators import BadInput, Scene, Scheme, mean_multipliers, pair, rules
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.scene import ConstraintKind, velocity_rows
+from discmech.reference import multipliers, solution
+from discmech.studies import check
+
+
+def _parts(given, m):
+    """A, a and B of a function that gives (A, a, B)."""
+    if not isinstance(given, tuple) or len(given) != 3:
+        raise BadInput("a servo constraint gives three lists: rows, right sides and reactions.")
+    return replace(velocity_rows(given[:2], m), reactions=given[2])
+
+
+SERVO = ConstraintKind(
+    "servo",
+    _parts,
+    no_form="servo: a motor keeps no form",
+    no_energy="servo: its motor does work",
+)
+
+
+def cart_and_pole(name, *constraints, **more):
+    """x = (cart, angle of the pole): its tip is to move as the constraint says."""
+
+    def lagrangian(x, v, p):  # fmt: skip
+        coupling = v[0] * v[1] * sympy.cos(x[1])
+        return v[0] ** 2 + coupling + v[1] ** 2 / 2 + sympy.cos(x[1])
+
+    return Scene(name, pair(2), lagrangian, constraints=constraints, x0=[0, "0.3"],
+                 duration=2, step="1/20", **more)  # fmt: skip
+
+
+def held(name="servo-cart"):
+    """A motor on the cart: the tip, at x + 2 sin θ, moves to and fro."""
+    tip = SERVO(lambda x, p, t: ([[1, 2 * sympy.cos(x[1])]], [sympy.sin(t) / 2], [[1, 0]]))
+    return cart_and_pole(name, tip, v0=[0, 0])
+
+
+def test_rows_starts_and_references_follow_from_it():
+    """Of order 2, place and multiplier; another force would hold it along another way."""
+    scene = held()
+    exact, errors = solution(scene, 1, 25, proof=False), []
+    for steps in (40, 80):
+        made = Scheme(scene, rules.get("midpoint")).flow(sympy.Rational(1, steps), 30)
+        run = made.trajectory(steps, every=steps)
+        means = [*run.x[-1], *run.mu[-1], *mean_multipliers(made, run)[-1]]
+        wanted = [*exact.x, *exact.mu, *multipliers(scene, exact)]
+        errors.append([abs(a - b) for a, b in zip(means, wanted, strict=True)])
+    orders = [float(mpmath.log(a / b, 2)) for a, b in zip(*errors, strict=True)]
+    assert np.abs(np.array(orders) - 2).max() < 0.1
+    ideal = cart_and_pole(
+        "ideal-cart", v0=[0, 0],
+        nonholonomic=lambda x, p, t: ([[1, 2 * sympy.cos(x[1])]], [sympy.sin(t) / 2]),
+    )  # fmt: skip
+    assert abs(solution(ideal, 1, 25, proof=False).x[0] - exact.x[0]) > 1e-3
+
+
+def test_a_proof_covers_it():
+    assert "enclosed" in solution(held(), "1/2", 20).evidence
+
+
+@pytest.mark.parametrize("study", ["symplecticity", "energy"])
+def test_studies_judge_it_by_what_it_says(study):
+    (case,) = check(study, [held()], ["midpoint"], [16])["cases"]
+    assert case["verdict"] == "pass", case["reason"]
+    if study == "energy":
+        assert case["measured"]["balance_order"] > 1.95
+    else:
+        assert case["expected"]["not_demanded"] == SERVO.no_form
+        assert case["measured"]["constraint"] < 1e-15
+
+
+@pytest.mark.parametrize(("given", "said"), [
+    (([[1, 0]], [0]), "three lists"),
+    (([[1, 0]], [0], [[1]]), "its servo constraint needs 1 reactions, rows of 2 entries"),
+    (([[1, 0]], [0], [[1, 0], [0, 1]]), "its servo constraint needs 1 reactions"),
+    # M⁻¹Bᵀ lies where A forbids nothing
+    (([[0, 1]], [0], [[2, sympy.cos(sympy.Rational(3, 10))]]), "A M⁻¹Bᵀ is singular"),
+])  # fmt: skip
+def test_wrong_parts_are_said_in_a_sentence(given, said):
+    with pytest.raises(BadInput, match=said):
+        Scheme(cart_and_pole("wrong", SERVO(lambda x, p: given), v0=[0, 0]), rules.get("midpoint"))
+
+
+def test_it_is_asked_for_as_constraint_only():
+    with pytest.raises(CannotMeasure, match="without stages"):
+        Scheme(held(), rules.get("gauss-2"))
+    with pytest.raises(BadInput, match=r"constraints= is .* but is a list of Constraint"):
+        cart_and_pole("wrong", lambda x, p: [x[0]], v0=[0, 0])
