@@ -46,9 +46,9 @@ REACHED = 0.05  # runs are halved until their order is no shorter of the wanted 
 
 
 def applies(case: Case) -> bool:
-    """True if the energy may be changed by a force or by the time, as the scene is written."""
+    """True if a force, the time or a constraint may change the energy, as the scene is written."""
     scene = case.scene
-    return scene.force is not None or scene.timed or works(scene)
+    return scene.force is not None or takes_fourth(scene.lagrangian) or works(scene)
 
 
 @remembered(maxsize=64)

@@ -17,6 +17,7 @@ from discmech.integrators.equations import (
 from discmech.integrators.flows import Flow, round_off_from
 from discmech.integrators.geometry import in_round_offs
 from discmech.integrators.numbers import (
+    Number,
     Vector,
     arithmetic,
     errors_of,
@@ -31,9 +32,10 @@ def constraint_defect(flow: Flow, run: Any, k: int) -> float:
     """Return the largest defect in the constraints, in round-offs, of the step from row k and its
     end.
 
-    Terms are Σ ω_i A(x_i) u of a nonholonomic rule, φ(y) and A(y) ξ(y, μ′) where ξ has a closed
-    form, each over its round-off bound (`running_error`): of (y, μ′) that of the step's own
-    operations (`round_off_from`), of velocities ε of the sum of all, where Newton's method stops.
+    Terms are Σ ω_i (A(x_i) u − a(x_i)), φ(y) and A(y) ξ(y, μ′) − a(y) where ξ has a closed form,
+    each over its round-off bound (`running_error`): of (y, μ′) that of the step's own operations
+    (`round_off_from`), of velocities ε of the sum of all, of u and of ξ at the end, where Newton's
+    method stops.
     So it is at most some ε. All is computed to twice the digits of the flow.
     """
     at = flow.context.exactly
@@ -46,17 +48,17 @@ def constraint_defect(flow: Flow, run: Any, k: int) -> float:
         y, after = rounded(y, errors[: len(y)]), rounded(after, errors[len(y) :])
         q = at.geometry.q
         in_step, velocity, at_end = _functions(flow.scheme, numbers.digits)
-        found = [in_step(rounded(x), _as_solved(rounded(u)), q)]
         v = np.array(velocity(y, after, q), dtype=object).ravel() if velocity else rounded(0 * u)
-        found.append(at_end(y, _as_solved(v), q))
+        size = abs(u).sum() + abs(values_of(v)).sum()
+        found = [in_step(rounded(x), _as_solved(rounded(u), size), q)]
+        found.append(at_end(y, _as_solved(v, size), q))
         each = np.concatenate([np.array(part, dtype=object).ravel() for part in found])
         return float(in_round_offs(values_of(each), errors_of(each)))
 
 
-def _as_solved(velocity: Vector) -> Vector:
-    """Return the velocity with the errors of a solution whose corrections end at ε of its sum."""
-    values = values_of(velocity)
-    return rounded(values, errors_of(velocity) + abs(values).sum())
+def _as_solved(velocity: Vector, size: Number) -> Vector:
+    """Return the velocity with the errors of a solution whose corrections end at ε of that size."""
+    return rounded(values_of(velocity), errors_of(velocity) + size)
 
 
 @lru_cache(maxsize=64)

@@ -33,21 +33,21 @@ SERVO = ConstraintKind(
 )
 
 
-def cart_and_pole(name, *constraints, **more):
-    """x = (cart, angle of the pole): its tip is to move as the constraint says."""
-
-    def lagrangian(x, v, p):  # fmt: skip
-        coupling = v[0] * v[1] * sympy.cos(x[1])
-        return v[0] ** 2 + coupling + v[1] ** 2 / 2 + sympy.cos(x[1])
-
-    return Scene(name, pair(2), lagrangian, constraints=constraints, x0=[0, "0.3"],
-                 duration=2, step="1/20", **more)  # fmt: skip
+def follower(name, *constraints, **more):
+    """x = (slide, pendulum): the slide has to move as the constraint says."""
+    return Scene(
+        name, pair(2), lambda x, v, p: v.dot(v) / 2 + sympy.cos(x[1]) - x[0] * x[1] / 4,
+        constraints=constraints, x0=[0, "0.3"], v0=[0, 0], duration=2, step="1/20", **more,
+    )  # fmt: skip
 
 
-def held(name="servo-cart"):
-    """A motor on the cart: the tip, at x + 2 sin θ, moves to and fro."""
-    tip = SERVO(lambda x, p, t: ([[1, 2 * sympy.cos(x[1])]], [sympy.sin(t) / 2], [[1, 0]]))
-    return cart_and_pole(name, tip, v0=[0, 0])
+def rows(x, t):
+    return [[1, sympy.cos(x[1])]], [sympy.sin(t) / 2]
+
+
+def held():
+    """A motor that pushes the slide alone."""
+    return follower("servo", SERVO(lambda x, p, t: (*rows(x, t), [[1, 0]])))
 
 
 def test_rows_starts_and_references_follow_from_it():
@@ -62,10 +62,7 @@ def test_rows_starts_and_references_follow_from_it():
         errors.append([abs(a - b) for a, b in zip(means, wanted, strict=True)])
     orders = [float(mpmath.log(a / b, 2)) for a, b in zip(*errors, strict=True)]
     assert np.abs(np.array(orders) - 2).max() < 0.1
-    ideal = cart_and_pole(
-        "ideal-cart", v0=[0, 0],
-        nonholonomic=lambda x, p, t: ([[1, 2 * sympy.cos(x[1])]], [sympy.sin(t) / 2]),
-    )  # fmt: skip
+    ideal = follower("ideal", nonholonomic=lambda x, p, t: rows(x, t))
     assert abs(solution(ideal, 1, 25, proof=False).x[0] - exact.x[0]) > 1e-3
 
 
@@ -88,16 +85,15 @@ def test_studies_judge_it_by_what_it_says(study):
     (([[1, 0]], [0]), "three lists"),
     (([[1, 0]], [0], [[1]]), "its servo constraint needs 1 reactions, rows of 2 entries"),
     (([[1, 0]], [0], [[1, 0], [0, 1]]), "its servo constraint needs 1 reactions"),
-    # M⁻¹Bᵀ lies where A forbids nothing
-    (([[0, 1]], [0], [[2, sympy.cos(sympy.Rational(3, 10))]]), "A M⁻¹Bᵀ is singular"),
+    (([[0, 1]], [0], [[1, 0]]), "A M⁻¹Bᵀ is singular"),
 ])  # fmt: skip
 def test_wrong_parts_are_said_in_a_sentence(given, said):
     with pytest.raises(BadInput, match=said):
-        Scheme(cart_and_pole("wrong", SERVO(lambda x, p: given), v0=[0, 0]), rules.get("midpoint"))
+        Scheme(follower("wrong", SERVO(lambda x, p: given)), rules.get("midpoint"))
 
 
 def test_it_is_asked_for_as_constraint_only():
     with pytest.raises(CannotMeasure, match="without stages"):
         Scheme(held(), rules.get("gauss-2"))
     with pytest.raises(BadInput, match=r"constraints= is .* but is a list of Constraint"):
-        cart_and_pole("wrong", lambda x, p: [x[0]], v0=[0, 0])
+        follower("wrong", lambda x, p: [x[0]])
