@@ -8,8 +8,10 @@ pivots may vanish.
 
 from __future__ import annotations
 
-from ..numbers import Coefficients, Together, sympy
-from ..numbers.types import Assignment, Column, Expression, Letter, SymbolicMatrix
+from collections.abc import Sequence
+
+from ..numbers import Coefficients, Graph, Node, NodeMatrix
+from ..numbers.graph import PRODUCT, SUM
 
 #: number of multiplications up to which a system is unrolled: a dense one of 12 unknowns
 UNROLLED = 600
@@ -21,13 +23,14 @@ ADJUGATE = 3
 
 
 def solve(
-    matrix: SymbolicMatrix,
-    rhs: Column,
+    graph: Graph,
+    matrix: NodeMatrix,
+    right: Sequence[Node],
     coefficients: Coefficients,
     rows: list[int],
     exchange: bool = False,
-) -> tuple[Column, list[Assignment]]:
-    """Solve matrix·dw = rhs: return (dw, [(symbols, values)] in order of computation).
+) -> tuple[list[Node], bool]:
+    """Solve matrix·dw = right: return (dw, True if a loop solves some block).
 
     Unknowns that no equation couples are solved separately, so a product of groupoids costs the sum
     of its parts. A block up to 3×3 is solved by the adjugate (one division), a larger one by
@@ -35,104 +38,157 @@ def solve(
     computed once per flow. exchange: True if a pivot in that order may vanish at some point, so
     that rows are exchanged.
     """
-    steps = Steps(coefficients)
-    matrix = matrix.applyfunc(lambda e: _multiplied_out(e, coefficients))
-    solution: dict[int, Letter] = {}
+    steps = Steps(graph, coefficients)
+    matrix = [[steps.multiplied_out(e) for e in row] for row in matrix]
+    solution: dict[int, Node] = {}
+    looped = False
     for equations, unknowns in blocks(matrix, rows):
-        block, right = matrix.extract(equations, unknowns), rhs.extract(equations, [0])
-        varies = not all(map(coefficients.constant, block))
+        block = [[matrix[i][j] for j in unknowns] for i in equations]
+        b = [right[i] for i in equations]
+        varies = not all(coefficients.constant(e) for row in block for e in row)
         large = work(block) > UNROLLED if varies else len(unknowns) > NAMELESS
         if large or (exchange and varies and len(unknowns) > ADJUGATE):
-            solved = steps.together(block, right)
+            loop, looped = Loop(block, b), True
+            solved = [graph.result(loop, i) for i in range(len(b))]
         else:
-            J, b = steps.matrix("j", block), steps.matrix("e", right)
-            solved = (_by_adjugate if len(unknowns) <= ADJUGATE else _by_elimination)(J, b, steps)
+            J, b = [[steps.held(e) for e in row] for row in block], [steps.held(e) for e in b]
+            small = len(unknowns) <= ADJUGATE
+            solved = steps.by_adjugate(J, b) if small else steps.by_elimination(J, b)
         solution |= zip(unknowns, solved, strict=True)
-    return sympy.Matrix([solution[j] for j in range(matrix.cols)]), steps.done
+    return [solution[j] for j in range(len(matrix))], looped
 
 
-def _multiplied_out(e: Expression, coefficients: Coefficients) -> Expression:
-    """Return `e` with parameters multiplied into sums whose terms have parameters as well.
-
-    In the equations themselves this would let energy drift (`Coefficients`). In their derivatives
-    it is harmless, and it shortens the longest path of a correction (Kepler, midpoint: by 7 %).
-    """
-
-    def constants(term: Expression) -> list[Expression]:
-        return [f for f in sympy.Mul.make_args(term) if coefficients.constant(f)]
-
-    terms = []
-    for term in sympy.Add.make_args(e):
-        own = constants(term)
-        rest = [f for f in sympy.Mul.make_args(term) if f not in own]
-        inner = rest[0].args if len(rest) == 1 and rest[0].is_Add else ()
-        spread = own and inner and sum(not constants(i) for i in inner) <= 1
-        terms += [sympy.Mul(*own, i) for i in inner] if spread else [term]
-    return sympy.Add(*terms)
-
-
-class Equations(Together):
+class Loop:
     """The unknowns of m linear equations, which `tuple_operations.eliminate` solves."""
 
-    def lines(self, names: list[str], texts: list[str]) -> list[str]:
-        """Return the lines that fill a matrix, solve, and read the unknowns."""
-        m, a = len(names), f"rows_{names[0]}"
-        places = (f"{a}[{i}][{j}]" for i in range(m) for j in range(m + 1))
+    function = None
+
+    def __init__(self, matrix: NodeMatrix, right: Sequence[Node]) -> None:
+        self.size = len(right)
+        self.arguments = [e for row, b in zip(matrix, right, strict=True) for e in (*row, b)]
+
+    def lines(self, name: str, texts: Sequence[str]) -> list[str]:
+        """Return the lines that fill a matrix and solve; its last column becomes the unknowns."""
+        m = self.size
+        places = (f"{name}[{i}][{j}]" for i in range(m) for j in range(m + 1))
         filled = [f"{at} = {text}" for at, text in zip(places, texts, strict=True) if text != "0"]
-        read = [f"{name} = {a}[{i}][{m}]" for i, name in enumerate(names)]
-        return [f"{a} = zeros({m}, {m + 1})", *filled, f"eliminate({a}, {m})", *read]
+        return [f"{name} = zeros({m}, {m + 1})", *filled, f"eliminate({name}, {m})"]
+
+    def place(self, number: int) -> str:
+        """Return the index of an unknown in the matrix."""
+        return f"[{number}][{self.size}]"
 
 
 class Steps:
-    """Intermediate values, named in the order in which they are computed."""
+    """The steps of an elimination; values that vary are held, each computed by itself."""
 
-    def __init__(self, coefficients: Coefficients) -> None:
-        self.constant = coefficients.constant
-        self.done: list[Assignment] = []
+    def __init__(self, graph: Graph, coefficients: Coefficients) -> None:
+        self.graph, self.constant = graph, coefficients.constant
 
-    def name(self, letter: str, value: Expression) -> Expression:
-        """Return a new symbol for the value; one of parameters alone stays unnamed."""
-        if self.constant(value):
-            return value
-        symbol = sympy.Symbol(f"{letter}{len(self.done)}", real=True)
-        self.done.append(([symbol], [value]))
-        return symbol
+    def held(self, value: Node) -> Node:
+        """Return a node that stands for the value, or the value itself if it is constant."""
+        return value if self.constant(value) else self.graph.hold(value)
 
-    def together(self, block: SymbolicMatrix, right: Column) -> list[Letter]:
-        """Return the symbols of the unknowns of a block that the loop solves."""
-        start = len(self.done)
-        symbols = [sympy.Symbol(f"s{start}_{i}", real=True) for i in range(len(right))]
-        self.done.append((symbols, Equations(block.row_join(right))))
-        return symbols
+    def multiplied_out(self, e: Node) -> Node:
+        """Return `e` with parameters multiplied into sums whose terms have parameters as well.
 
-    def matrix(self, letter: str, entries: SymbolicMatrix) -> SymbolicMatrix:
-        """Return the matrix with a name for each entry."""
-        return sympy.Matrix(*entries.shape, [self.name(letter, e) for e in entries])
+        In the equations themselves this would let energy drift (`Coefficients`). In their
+        derivatives it is harmless, and it shortens the longest path of a correction (Kepler,
+        midpoint: by 7 %).
+        """
+        graph = self.graph
+        constant, terms = e.args if e.kind == SUM else (0, ((e.index, 1),))
+        found = [(constant, graph.one)]
+        for i, c in terms:
+            term = graph.nodes[i]
+            factors = term.args if term.kind == PRODUCT else ()
+            rest = [(k, n) for k, n in factors if not self.constant(graph.nodes[k])]
+            inner = graph.nodes[rest[0][0]] if len(rest) == 1 and rest[0][1] == 1 else term
+            if len(rest) < len(factors) and inner.kind == SUM and self._mostly_scaled(inner):
+                own = [(graph.nodes[k], n) for k, n in factors if (k, n) not in rest]
+                number, parts = inner.args
+                spread = [(number, graph.one), *((a, graph.nodes[k]) for k, a in parts)]
+                found += [(c * a, graph.product([*own, (part, 1)])) for a, part in spread]
+            else:
+                found.append((c, term))
+        return graph.sum(found)
+
+    def _mostly_scaled(self, e: Node) -> bool:
+        """Return True if all terms of a sum but one have a constant factor."""
+        nodes = self.graph.nodes
+        return sum(not (c != 1 or self._has_constant(nodes[i])) for i, c in e.args[1]) <= 1
+
+    def _has_constant(self, term: Node) -> bool:
+        factors = term.args if term.kind == PRODUCT else ((term.index, 1),)
+        return any(self.constant(self.graph.nodes[k]) for k, _ in factors)
+
+    def by_adjugate(self, J: NodeMatrix, b: Sequence[Node]) -> list[Node]:
+        """Return J⁻¹b by the adjugate of J, of at most three rows."""
+        graph, m = self.graph, len(b)
+        adjugate = [[self._minor(J, j, i) for j in range(m)] for i in range(m)]
+        over = self.held(graph.product([(self._dot(J[0], [row[0] for row in adjugate]), -1)]))
+        return [self.held(over * self._dot(row, b)) for row in adjugate]
+
+    def _dot(self, a: Sequence[Node], b: Sequence[Node]) -> Node:
+        return self.graph.sum((1, x * y) for x, y in zip(a, b, strict=True))
+
+    def _minor(self, J: NodeMatrix, i: int, j: int) -> Node:
+        """Return (−1)^(i + j) times the determinant without row i and column j."""
+        graph = self.graph
+        kept = [[e for k, e in enumerate(row) if k != j] for r, row in enumerate(J) if r != i]
+        if not kept:
+            return graph.one
+        if len(kept) == 1:
+            value = kept[0][0]
+        else:
+            (a, b), (c, d) = kept
+            value = a * d - b * c
+        return -value if (i + j) % 2 else value
+
+    def by_elimination(self, J: NodeMatrix, b: list[Node]) -> list[Node]:
+        """Return J⁻¹b by elimination in the order of the rows; J and b change."""
+        graph, m, held = self.graph, len(b), self.held
+        for p in range(m):
+            pivot = held(graph.product([(J[p][p], -1)]))
+            for i in range(p + 1, m):
+                if not J[i][p]:
+                    continue
+                factor = held(J[i][p] * pivot)
+                for j in range(p + 1, m):
+                    if J[p][j]:
+                        J[i][j] = held(J[i][j] - factor * J[p][j])
+                b[i] = held(b[i] - factor * b[p])
+            J[p][p] = pivot
+        solution = list(b)
+        for p in reversed(range(m)):
+            rest = graph.sum([(1, b[p]), *((-1, J[p][j] * solution[j]) for j in range(p + 1, m))])
+            solution[p] = held(rest * J[p][p])
+        return solution
 
 
-def blocks(matrix: SymbolicMatrix, rows: list[int]) -> list[tuple[list[int], list[int]]]:
+def blocks(matrix: NodeMatrix, rows: list[int]) -> list[tuple[list[int], list[int]]]:
     """Split into [(equations in the order of `rows`, unknowns)], coupled by non-zero entries.
 
     If a block has more equations than unknowns, it is singular, and everything is one block.
     """
-    m = matrix.cols
+    m = len(matrix)
     group = list(range(m))  # of each unknown
     for i in rows:
-        joined = {group[j] for j in range(m) if matrix[i, j] != 0}
+        joined = {group[j] for j in range(m) if matrix[i][j]}
         group = [min(joined) if g in joined else g for g in group]
     parts = []
     for g in sorted(set(group)):
         unknowns = [j for j in range(m) if group[j] == g]
-        equations = [i for i in rows if any(matrix[i, j] != 0 for j in unknowns)]
+        equations = [i for i in rows if any(matrix[i][j] for j in unknowns)]
         parts.append((equations, unknowns))
     square = all(len(equations) == len(unknowns) for equations, unknowns in parts)
     return parts if square else [(rows, list(range(m)))]
 
 
-def work(block: SymbolicMatrix) -> int:
+def work(block: NodeMatrix) -> int:
     """Count the multiplications of an elimination in this order that skips zeros."""
-    m, count = block.rows, 0
-    filled = [[entry != 0 for entry in row] for row in block.tolist()]
+    m, count = len(block), 0
+    filled = [[bool(entry) for entry in row] for row in block]
     for p in range(m):
         used = [j for j in range(p + 1, m) if filled[p][j]]
         for i in range(p + 1, m):
@@ -141,28 +197,3 @@ def work(block: SymbolicMatrix) -> int:
                 for j in used:
                     filled[i][j] = True
     return count
-
-
-def _by_adjugate(J: SymbolicMatrix, b: Column, steps: Steps) -> list[Letter]:
-    over = steps.name("o", 1 / J.det(method="berkowitz"))
-    return [steps.name("s", over * e) for e in J.adjugate() * b]
-
-
-def _by_elimination(J: SymbolicMatrix, b: Column, steps: Steps) -> list[Letter]:
-    m, name = J.cols, steps.name
-    for p in range(m):
-        pivot = name("o", 1 / J[p, p])
-        for i in range(p + 1, m):
-            if J[i, p] == 0:
-                continue
-            factor = name("f", J[i, p] * pivot)
-            for j in range(p + 1, m):
-                if J[p, j] != 0:
-                    J[i, j] = name("j", J[i, j] - factor * J[p, j])
-            b[i] = name("e", b[i] - factor * b[p])
-        J[p, p] = pivot
-    solution: list[Expression] = [0] * m
-    for p in reversed(range(m)):
-        rest = b[p] - sum(J[p, j] * solution[j] for j in range(p + 1, m))
-        solution[p] = name("s", rest * J[p, p])
-    return solution

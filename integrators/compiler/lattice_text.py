@@ -7,11 +7,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..numbers import Coefficients, function_text, needed, symbols_of, sympy, with_tables
-from ..numbers.types import Column, Expression, Letters
+from ..numbers import (
+    Coefficients,
+    Operations,
+    coefficients_text,
+    function_text,
+    sympy,
+    with_tables,
+)
+from ..numbers.types import Column, Letters
 from .module_text import KernelText, operations, texts_of
 from .omissions import pivot_rows
 from .step import Step
+from .step_nodes import StepNodes
 
 BLOCK = 1024  # number of bonds whose sites fit into the processor's first cache
 FADED = 0.1  # largest ratio of corrections, site by site or with a kept factorisation
@@ -78,7 +86,7 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         f"WIDTH = {max(k.width for k in made)}",
         f"WIDTHS = dict(w=S, w1=S, w2=S, w3=S, work={s * s * (2 if shape == 'ring' else 1) + s}, "
         "ties=2 * S * S, coefficients=WIDTH)",
-        f"ORDER = {tuple(pivot_rows(system.site))}",
+        f"ORDER = {tuple(pivot_rows(StepNodes(system.site)))}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), made)),  # noqa: B905
         # a composition of a rule and its adjoint begins with the latter
         f"FIRST = {'ADJOINT' if len(made) > 1 else 'RULE'}",
@@ -120,7 +128,7 @@ class _Kernels:
         if system.bond is not None:
             bond = _TermText(system.bond, f"_of_bond{suffix}", system.bond_own, coefficients)
             parts.append(bond.coupled())
-        parts.append(coefficients.text(f"prepare{suffix}"))
+        parts.append(coefficients_text(f"prepare{suffix}", coefficients))
         self.text, self.width = "\n\n".join(parts), len(coefficients.values)
         #: True if a bond's forces are cheap
         self.cheap = (
@@ -174,12 +182,14 @@ def _called_if_long(text: str) -> str:
 class _TermText(KernelText):
     """Kernels of one term, with its own letters beside the coefficients that all share."""
 
-    def __init__(self, system: Step, suffix: str, own: Letters, coefficients: Coefficients) -> None:
-        super().__init__(replace(system, extents=()), suffix, ("carried",))
-        self.own, self.coefficients = own, coefficients
+    def __init__(self, step: Step, suffix: str, own: Letters, coefficients: Coefficients) -> None:
+        super().__init__(replace(step, extents=()), suffix, ("carried",), coefficients)
+        self.own = own
 
-    def _function(self, name: str, arguments: Any, results: Any, before: Any = ()) -> str:
-        text = super()._function(name, {**arguments, "own": self.own}, results, before)
+    def _function(
+        self, name: str, arguments: Any, operations: Operations, results: Sequence[Any]
+    ) -> str:
+        text = super()._function(name, {**arguments, "own": self.own}, operations, results)
         return with_names(_called_if_long(text), self.own)
 
     def _with_called(self, kernels: Sequence[str]) -> str:
@@ -193,23 +203,19 @@ class _TermText(KernelText):
 
     def coupled(self) -> str:
         """Return `equations(x, w, c) → (rows, slope by rows)`, and `update`, or a bond's `gain`."""
-        system = self.system
-        rows, slope = list(system.rows), list(system.slope)
-        uses = [*rows, *slope]
-        before = [*self._define_xi, *self._written(needed(system.definitions, uses))]
-        given = {"x": system.x, "w": system.w, "c": self.coefficients}
-        kernels = [self._function("equations", given, [rows, slope], before)]
+        nodes = self.nodes
+        given = {"x": self.step.x, "w": self.step.w, "c": self.coefficients}
+        operations = self._start(given)
+        slope = [e for row in nodes.slope for e in row]
+        found = operations.values([*nodes.rows, *slope])
+        m = len(nodes.rows)
+        kernels = [self._function("equations", given, operations, [found[:m], found[m:]])]
         kernels.append(self._gain() if "bond" in self.suffix else self._update())
         return self._with_called(kernels)
 
     def _gain(self) -> str:
         """Return the kernel of the increments of μ at both ends of a bond."""
-        system = self.system
-        inner = self._written(needed(system.definitions, system.gain, known=system.y))
-        used: list[Expression] = [*system.gain, *(e for _, values in inner for e in values)]
-        before = [*self._define_xi]
-        if set(system.y) & symbols_of(used):
-            ends = [x + d for x, d in zip(system.x, system.increment, strict=True)]
-            before.append((list(system.y), ends))
-        given = {"x": system.x, "w": system.w, "c": self.coefficients}
-        return self._function("gain", given, [system.gain], [*before, *inner])
+        given = {"x": self.step.x, "w": self.step.w, "c": self.coefficients}
+        operations = self._start(given)
+        gain = self._at_end(operations, self.nodes.gain)
+        return self._function("gain", given, operations, [gain])

@@ -9,65 +9,54 @@ alone (sin x, 1/r³) that the next step needs again: they are computed once, at 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sized
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from ..numbers import (
-    Call,
     Coefficients,
-    Definition,
-    Function,
-    Parameters,
+    Node,
+    Operations,
+    Value,
     called_text,
-    function_text,
-    needed,
-    symbols_of,
-    sympy,
+    coefficients_text,
+    text_of,
+    with_arguments,
     with_tables,
-    written_out,
-)
-from ..numbers.types import (
-    Assignment,
-    Column,
-    Expression,
-    Expressions,
-    Letter,
-    Replacement,
-    SymbolicMatrix,
 )
 from .elimination import solve
 from .layout import Layout
 from .omissions import carried, has_pivots, is_affine, pivot_rows
 from .step import Step
+from .step_nodes import StepNodes
 
 SHORTEST = 40  # least number of operations of a function for which a call costs less than it saves
 #: long functions of the driver that are called instead of written in, with their decorators
 CALLED = {"best_order": "aside", "eliminate": "node"}
 
 
-def module_text(system: Step, omit: frozenset[str] = frozenset()) -> str:
-    """Return the text of all kernels of a system (and of its adjoint), and of the driver."""
-    kinds = [system] if system.adjoint is None else [system, system.adjoint]
+def module_text(step: Step, omit: frozenset[str] = frozenset()) -> str:
+    """Return the text of all kernels of a step (and of its adjoint), and of the driver."""
+    kinds = [step] if step.adjoint is None else [step, step.adjoint]
     kernels = [KernelText(s, suffix, omit) for s, suffix in zip(kinds, ("", "_of_adjoint"))]  # noqa: B905
     texts = [k.text for k in kernels]
     mixed = len(kernels) > 1
-    apart = mixed and kernels[0].carried != kernels[1].carried
+    apart = mixed and len({str(k.carried) for k in kernels}) > 1
     layout = Layout(
-        n=len(system.x), m=len(system.u), solved=len(system.w),
+        n=len(step.x), m=len(step.u), solved=len(step.w),
         reused=0 if apart else len(kernels[0].carried),
         width=max(len(k.coefficients.values) for k in kernels),
-        iterated=not all(k.affine for k in kernels), multipliers=system.multipliers,
+        iterated=not all(k.affine for k in kernels), multipliers=step.multipliers,
     )  # fmt: skip
     facts = [
         f"LAYOUT = {layout}",
-        f"FAINT = 64 * EPS{' * EPS' if {'slope', 'impulse'} & {*system.kinds} else ''}",
-        f"SINGLE, MIXED, APART = {not system.composed}, {mixed}, {apart}",
+        f"FAINT = 64 * EPS{' * EPS' if {'slope', 'impulse'} & {*step.kinds} else ''}",
+        f"SINGLE, MIXED, APART = {not step.composed}, {mixed}, {apart}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), kernels)),  # noqa: B905
         f"SYSTEMS = RULE,{' ADJOINT' if mixed else ''}",
     ]
-    parts = [f"# {system.name}", *texts, "\n".join(facts), driver_text()]
+    parts = [f"# {step.name}", *texts, "\n".join(facts), driver_text()]
     return with_tables("\n\n".join(parts))
 
 
@@ -86,49 +75,44 @@ def texts_of(*names: str) -> str:
 
 
 class KernelText:
-    """Derives the kernels' expressions from a system and writes their text.
+    """Writes the kernels of a step.
 
     omit: names of `omissions.SAVINGS` that are not made, so that their gain can be measured, and
-    "order" if every elimination exchanges rows.
+    "order" if every elimination exchanges rows. coefficients: those of several steps together.
     """
 
-    def __init__(self, system: Step, suffix: str = "", omit: Iterable[str] = ()) -> None:
-        self.system, self.suffix, self.omit = system, suffix, frozenset(omit)
-        plain = "coefficients" in self.omit
-        self.coefficients = (Parameters if plain else Coefficients)(system.q)
-        self.h = system.q[0]
-        self._functions: dict[Function, tuple[str, list[Letter], str]] = {}
+    def __init__(
+        self,
+        step: Step,
+        suffix: str = "",
+        omit: Iterable[str] = (),
+        coefficients: Coefficients | None = None,
+    ) -> None:
+        self.step, self.suffix, self.omit = step, suffix, frozenset(omit)
+        self.nodes = StepNodes(step)
+        self.coefficients = coefficients or Coefficients(
+            step.q, self.nodes.graph, plain="coefficients" in self.omit
+        )
+        #: of the functions that kernels call: (name, what it uses of its caller, text)
+        self._functions: dict[Any, tuple[str, dict[str, Node | None], str]] = {}
         self._calls: dict[str, int] = {}
 
     @cached_property
     def affine(self) -> bool:
         """True if one correction from w = 0, where the rows must be finite, solves a step."""
-        if "direct" in self.omit or not is_affine(self.system):
-            return False
-        return not any(e.has(sympy.nan, sympy.zoo) for part in self._at_zero for e in part)
+        return "direct" not in self.omit and is_affine(self.nodes)
 
     @cached_property
-    def _at_zero(self) -> tuple[Column, SymbolicMatrix]:
-        """The rows and their slope at w = 0; definitions' letters stay only in explicit rows."""
-        system, zero = self.system, dict.fromkeys(self.system.w, 0)
-        known = () if system.explicit else system.definitions
-        rows, slope = (written_out(known, m).xreplace(zero) for m in (system.rows, system.slope))
-        return rows, slope
-
-    @cached_property
-    def carried(self) -> list[tuple[Expression, Expression]]:
+    def carried(self) -> list[tuple[Node, Node]]:
         """The functions of x that are handed on to the next step: [(at x, at y)]."""
-        return [] if "carried" in self.omit else carried(self.system)
+        return [] if "carried" in self.omit else carried(self.nodes)
 
     @cached_property
     def text(self) -> str:
         """The text of all functions; their decorators say how they are written (`run_text`)."""
-        system = self.system
-        kernels = [self._edge()] if system.extents else []
-        kernels += [self._solver(), self._update()]
-        values = [a for a, _ in self.carried]
-        kernels.append(self._function("carry", {"x": system.x, "c": self.coefficients}, [values]))
-        prepare = self.coefficients.text(f"prepare{self.suffix}")
+        kernels = [self._edge()] if self.step.extents else []
+        kernels += [self._solver(), self._update(), self._carry()]
+        prepare = coefficients_text(f"prepare{self.suffix}", self.coefficients)
         shared = [
             f"@{'node' if self._calls[name] > 1 and operations(text) >= SHORTEST else 'kernel'}\n"
             f"{text}"
@@ -138,124 +122,121 @@ class KernelText:
 
     @property
     def record(self) -> str:
-        """The record of this system that the driver is given, as text."""
+        """The record of this step that the driver is given, as text."""
+        step = self.step
         names = ["solver", "update", "carry", "prepare"]
-        names += ["extents"] if self.system.extents else []
-        names += ["branch"] if self.system.branch is not None else []
-        facts = {"affine": self.affine, "watched": bool(self.system.extents),
-                 "branched": self.system.branch is not None,
+        names += ["extents"] if step.extents else []
+        names += ["branch"] if step.branch is not None else []
+        facts = {"affine": self.affine, "watched": bool(step.extents),
+                 "branched": step.branch is not None,
                  "width": len(self.coefficients.values)}  # fmt: skip
         entries = {name: f"{name}{self.suffix}" for name in names} | facts
         return f"Record({', '.join(f'{k}={v}' for k, v in entries.items())})"
 
-    # -- numbers that stay consistent ------------------------------------------------------------
+    # -- operations ------------------------------------------------------------------------------
 
-    @cached_property
-    def _xi(self) -> Replacement:
-        """u ↦ ξ = hu, for those u on which the chart depends.
+    def _operations(self, inside: Any = None) -> Operations:
+        return Operations(self.nodes.graph, self.coefficients, self._called, inside)
+
+    def _scale(self, operations: Operations) -> None:
+        """Write u as ξ/h, ξ = hu, for those u on which the chart depends.
 
         Written in ξ their coefficients are the chart's own (1, 1/2, 1/4), exact in binary, so that
         rounding does not turn a rotation into a slow spiral: if h²/4 is rounded separately from h,
         |Γ|² drifts linearly (Lagrange top, 10⁶ steps: 2e-12; in ξ: 1e-14).
         """
-        xi = zip(self.system.u, _symbols("xi", self.system.u), strict=True)
-        return {u: letter for u, letter in xi if u in self.system.scaled}
+        for letter, u in zip(self.step.u, self.nodes.u, strict=True):
+            if letter in self.step.scaled:
+                operations.scale(u, self.nodes.q[0])
 
-    @property
-    def _define_xi(self) -> list[Assignment]:
-        plain = [sympy.Symbol(str(u)) for u in self._xi]  # plain symbols are not read as ξ/h
-        return [(list(self._xi.values()), [self.h * u for u in plain])]
+    def _called(
+        self, caller: Operations, function: Any, places: Sequence[int]
+    ) -> tuple[str, dict[str, Node | None]]:
+        """Return the name of a function and what it uses of its caller; write its text once."""
+        key = function, tuple(places)
+        if key not in self._functions:
+            name = f"{function.name}_{len(self._functions)}{self.suffix}"
+            operations = self._operations(function.scope)
+            for e in function.arguments:
+                operations.name(e, str(e))
+            results = operations.values([function.results[i] for i in places])
+            text, more = called_text(name, function.arguments, operations, results)
+            self._functions[key] = name, more, text
+        name, more, _ = self._functions[key]
+        self._calls[name] = self._calls.get(name, 0) + 1
+        return name, more
 
-    # -- the kernels ----------------------------------------------------------------------------
-
-    @cached_property
-    def _reading(self) -> Coefficients:
-        return self.coefficients.with_increments(self._xi)
-
-    def _function(self, name: str, arguments: Any, results: Any, before: Any = ()) -> str:
-        text = function_text(f"{name}{self.suffix}", arguments, results, before, self._reading)
+    def _function(
+        self, name: str, arguments: Any, operations: Operations, results: Sequence[Any]
+    ) -> str:
+        text = text_of(f"{name}{self.suffix}", arguments, operations, results)
         return f"@kernel\n{text}"
 
+    def _start(self, arguments: dict[str, Any]) -> Operations:
+        """Return operations whose letters of the arguments stand for themselves."""
+        operations = self._operations()
+        with_arguments(operations, arguments)
+        self._scale(operations)
+        if "k" in arguments:
+            for i, (at_x, _) in enumerate(self.carried):
+                operations.name(at_x, f"k{i}")
+        return operations
+
     @cached_property
-    def _k(self) -> list[Letter]:
-        return _symbols("k", self.carried)
+    def _k(self) -> list[str]:
+        return [f"k{i}" for i in range(len(self.carried))]
 
-    def _with_k(self, entries: Expressions) -> list[Expression]:
-        at_x = {a: k for (a, _), k in zip(self.carried, self._k, strict=True)}
-        return [e.xreplace(at_x) for e in entries]
+    # -- the kernels -----------------------------------------------------------------------------
 
-    def _written(self, definitions: Iterable[Definition]) -> list[Assignment]:
-        """Return (letters, values) of definitions, some of which are calls."""
-        pairs: list[Assignment] = []
-        for d in definitions:
-            if d.function is None:
-                pairs.append((list(d.letters), list(d.values)))
-            else:
-                name, shared = self._called(d.function)
-                pairs.append((list(d.letters), Call(name, [*d.arguments, *shared])))
-        return pairs
-
-    def _called(self, function: Function) -> tuple[str, list[Letter]]:
-        """Return a function's name and the caller's letters it uses; write its text once."""
-        if function not in self._functions:
-            name = f"{function.name}_{len(self._functions)}{self.suffix}"
-            before = self._written(function.definitions)
-            text, shared = called_text(
-                name, function.arguments, function.results, before, self._reading
-            )
-            self._functions[function] = name, shared, text
-        name, shared, _ = self._functions[function]
-        self._calls[name] = self._calls.get(name, 0) + 1
-        return name, shared
+    def _carry(self) -> str:
+        arguments = {"x": self.step.x, "c": self.coefficients}
+        operations = self._start(arguments)
+        values = operations.values([a for a, _ in self.carried])
+        return self._function("carry", arguments, operations, [values])
 
     def _edge(self) -> str:
         """Return the text of `extents`, (sizes, rests) of a step, and of `branch`."""
-        system = self.system
-        kinds = [[e for kind, e in system.extents if kind == wanted] for wanted in ("size", "rest")]
+        step = self.step
+        kinds = [[e for kind, e in step.extents if kind == wanted] for wanted in ("size", "rest")]
         wanted = {"extents": kinds}
-        if system.branch is not None:
-            wanted["branch"] = [[system.branch]]
+        if step.branch is not None:
+            wanted["branch"] = [[step.branch]]
         texts = []
-        for name, results in wanted.items():
-            uses = [e for column in results for e in column]
-            before = [*self._define_xi, *self._written(needed(system.definitions, uses))]
-            arguments = {"x": system.x, "w": system.w, "c": self.coefficients}
-            texts.append(self._function(name, arguments, results, before))
+        for name, columns in wanted.items():
+            arguments = {"x": step.x, "w": step.w, "c": self.coefficients}
+            operations = self._start(arguments)
+            found = iter(operations.values([e for c in columns for e in self.nodes.read(c)]))
+            results = [[next(found) for _ in column] for column in columns]
+            texts.append(self._function(name, arguments, operations, results))
         return "\n\n".join(texts)
 
     def _solver(self) -> str:
         """Return the text of one Newton correction, or of the solution if rows are affine in w."""
-        system = self.system
-        rows, slope = system.rows, system.slope
+        step, nodes = self.step, self.nodes
+        graph, m = nodes.graph, len(step.w)
+        entries = [*nodes.rows, *(e for row in nodes.slope for e in row)]
         if self.affine:
-            rows, slope = self._at_zero
-        wanted = system.wanted or [*system.mu, *[0] * (len(system.w) - len(system.mu))]
-        residual = sympy.Matrix(wanted) - rows
+            zero = dict.fromkeys((e.index for e in nodes.w), graph.number(0))
+            entries = graph.rebuilt(entries, zero)
+        rows, slope = entries[:m], [entries[i : i + m] for i in range(m, m + m * m, m)]
+        residual = [a - b for a, b in zip(nodes.wanted, rows, strict=True)]
         # further corrections repair the effect of small pivots, but an affine step has only one
-        exchange = self.affine or "order" in self.omit or not has_pivots(system)
-        dw, steps = solve(slope, residual, self.coefficients, pivot_rows(system), exchange)
-        before = [(s, type(values)(self._with_k(values))) for s, values in steps]
-        if not self.affine or system.explicit:
-            inner = self._written(needed(system.definitions, [*slope, *residual]))
-            before = [*self._define_xi, *inner, *before]
-        if system.along is not None:
-            letters, along = system.along
-            before.append((list(letters), self._with_k(dw)))
-            dw = along
-        names = self._with_k(dw)
-        results: list[Expressions | Expression] = [names]
-        arguments = {
-            "x": system.x,
-            "w": system.w,
-            "mu": system.mu,
-            "k": self._k,
-            "c": self.coefficients,
-        }
+        exchange = self.affine or "order" in self.omit or not has_pivots(nodes)
+        dw, _ = solve(graph, slope, residual, self.coefficients, pivot_rows(nodes), exchange)
+        arguments = {"x": step.x, "w": step.w, "mu": step.mu, "k": self._k,
+                     "c": self.coefficients}  # fmt: skip
         if self.affine:
             del arguments["w"]
-        else:
-            results.append(sum(sympy.Abs(e, evaluate=False) for e in names))
-        return self._function("solver", arguments, results, before)
+        operations = self._start(arguments)
+        found = operations.values(dw)
+        if step.along is not None:
+            letters, along = step.along
+            operations.give(nodes.read(letters), found)
+            found = operations.values(nodes.read(along))
+        results: list[Any] = [found]
+        if not self.affine:
+            results.append(operations.sum([operations.function("abs", e & ~1) for e in found]))
+        return self._function("solver", arguments, operations, results)
 
     def _update(self) -> str:
         """Return the text of the increments of x and μ and of the new k.
@@ -263,28 +244,27 @@ class KernelText:
         The rounding errors of earlier sums (ex, emu) are subtracted here, where the compiler may
         choose the order: they are tiny, and off the longest path this costs nothing.
         """
-        system = self.system
-        d, new_k = _symbols("d_", system.x), _symbols("n", self.carried)
-        at_end = [b for _, b in self.carried]
-        before = [*self._define_xi, (d, list(system.increment))]
-        uses = [*system.gain, *system.increment]
-        inner = self._written(needed(system.definitions, uses, known=system.y))
-        used = [*system.gain, *at_end, *(e for _, values in inner for e in values)]
-        if symbols_of(used) & set(system.y):
-            before.append((list(system.y), [x + e for x, e in zip(system.x, d, strict=True)]))
-        before += [*inner, (new_k, at_end)]
-        swap = dict(zip(at_end, new_k, strict=True))
-        dmu = self._with_k([e.xreplace(swap) for e in system.gain])
-        ex, emu = _symbols("ex_", system.x), _symbols("emu_", system.u)
-        grown = [[a - e for a, e in zip(column, lost, strict=True)]
-                 for column, lost in ((d, ex), (dmu, emu))]  # fmt: skip
-        arguments = {"x": system.x, "w": system.w, "mu": system.mu, "k": self._k, "ex": ex,
-                     "emu": emu, "c": self.coefficients}  # fmt: skip
-        return self._function("update", arguments, [*grown, new_k], before)
+        step, nodes = self.step, self.nodes
+        lost = {"ex": [f"ex_{i}" for i in range(len(step.x))],
+                "emu": [f"emu_{i}" for i in range(len(step.u))]}  # fmt: skip
+        arguments = {"x": step.x, "w": step.w, "mu": step.mu, "k": self._k, **lost,
+                     "c": self.coefficients}  # fmt: skip
+        operations = self._start(arguments)
+        at_end = self._at_end(operations, [*nodes.gain, *(b for _, b in self.carried)])
+        d = operations.values(nodes.increment)
+        dmu, new_k = at_end[: len(nodes.gain)], at_end[len(nodes.gain) :]
+        grown = [[operations.sum([a, operations.leaf(e) + 1])
+                  for a, e in zip(column, names, strict=True)]
+                 for column, names in ((d, lost["ex"]), (dmu, lost["emu"]))]  # fmt: skip
+        return self._function("update", arguments, operations, [*grown, new_k])
 
-
-def _symbols(letter: str, column: Sized) -> list[Letter]:
-    return [sympy.Symbol(f"{letter}{i}", real=True) for i in range(len(column))]
+    def _at_end(self, operations: Operations, uses: Sequence[Node]) -> list[Value]:
+        """Return values that may contain y, which is x + (increment)."""
+        nodes = self.nodes
+        d = operations.values(nodes.increment)
+        ends = [operations.sum(pair) for pair in zip(operations.values(nodes.x), d, strict=True)]
+        operations.give(nodes.y, ends)
+        return operations.values(uses)
 
 
 def operations(text: str) -> int:

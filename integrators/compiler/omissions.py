@@ -1,18 +1,19 @@
-"""Savings in a system's kernels: work that its equations do not need.
+"""Savings in a step's kernels: work that its equations do not need.
 
 They are decided once, when kernels are generated, so that a step decides nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
 
-from ..numbers import evaluate_at, needed, random_point, symbols_of, vanishes
-from ..numbers.types import Expression, Letter, Letters, Number, Replacement
-from .step import Step
+from ..numbers import Node, node_values, random_point, vanishes
+from ..numbers.graph import CALL, HELD, LETTER, PRODUCT, RESULT
+from ..numbers.types import Exact, Letter, Number
+from .step_nodes import StepNodes
 
 #: name → explanation of each saving
 SAVINGS = {
@@ -22,26 +23,39 @@ SAVINGS = {
 }
 
 
-def is_affine(system: Step) -> bool:
-    """Return True if the rows, with derivative `slope`, are affine in w.
+def is_affine(nodes: StepNodes) -> bool:
+    """Return True if the rows, with derivative `slope`, are affine in w and finite at w = 0.
 
     Then one correction solves them. The test compares the slope at two random w, with x, h and
     parameters unchanged.
     """
-    letters = {*system.w, *(z for d in system.definitions for z in d.letters)}
-    if not symbols_of(system.slope) & letters:
-        return True
-    symbols, small = [*system.x, *system.w, *system.q], (*system.w, system.q[0])
-    first, other = (random_point(symbols, small=small, seed=i) for i in (0, 1))
-    first |= random_point(system.mu)
-    second = {**first, **{u: other[u] for u in system.w}}
+    step, graph = nodes.step, nodes.graph
+    point, other = (_point(nodes, seed) for seed in (0, 1))
+    entries = [e for row in nodes.slope for e in row]
+    unknown = set(nodes.w)
+    if any(e in unknown for e in graph.order(entries)):
+        second = {**point, **{u: other[u] for u in step.w}}
+        if not _same(nodes, entries, point, second):
+            return False
+    at_zero = {**point, **dict.fromkeys(step.w, 0)}
+    try:
+        values = _at(nodes, at_zero, 30, [*nodes.rows, *entries])
+    except ZeroDivisionError:
+        return False
+    return all(v - v == 0 for v in values)
 
-    def changes(digits: int, entries: Sequence[Expression]) -> list[Number]:
+
+def _same(
+    nodes: StepNodes, entries: Sequence[Node], first: Mapping[Letter, Exact],
+    second: Mapping[Letter, Exact],
+) -> bool:  # fmt: skip
+    """Return True if entries have the same values at two points."""
+
+    def changes(digits: int, entries: Sequence[Node]) -> list[Number]:
         """Return the differences of entries between the two points."""
-        ends = (_at(system, point, digits, entries) for point in (first, second))
+        ends = (_at(nodes, point, digits, entries) for point in (first, second))
         return [a - b for a, b in zip(*ends, strict=True)]
 
-    entries = list(system.slope)
     found = [(a, e) for a, e in zip(changes(60, entries), entries, strict=True) if a]
     for some in found[:1], found[1:]:  # one that is no round-off tells
         short, entries = [a for a, _ in some], [e for _, e in some]
@@ -51,18 +65,18 @@ def is_affine(system: Step) -> bool:
     return True
 
 
-def pivot_rows(system: Step) -> list[int]:
+def pivot_rows(nodes: StepNodes) -> list[int]:
     """Return the order of rows in which elimination meets large pivots at a random point.
 
     So a step need not search for pivots; if the order is poor, Newton only takes more corrections.
     With multipliers it is the order of the equations: first the mass matrix, then A M⁻¹ Aᵀ, since
     an entry of A that is large at one point is zero at another (`has_pivots`).
     """
-    m = len(system.w)
+    m = len(nodes.w)
     rows = list(range(m))
-    if m <= 3 or system.multipliers:
+    if m <= 3 or nodes.step.multipliers:
         return rows
-    left = _sample(system)
+    left = _sample(nodes)
     for p in range(m):
         best = p + int(np.argmax(abs(left[p:, p])))
         rows[p], rows[best] = rows[best], rows[p]
@@ -72,15 +86,15 @@ def pivot_rows(system: Step) -> list[int]:
     return rows
 
 
-def has_pivots(system: Step) -> bool:
+def has_pivots(nodes: StepNodes) -> bool:
     """Return False if equations with multipliers meet a pivot that is zero everywhere.
 
     If the mass matrix is definite, no pivot vanishes anywhere: its own have one sign, and so have
     those of A M⁻¹ Aᵀ. Otherwise some may vanish at single points, which `KernelsAtStep` handles.
     """
-    if not system.multipliers:
+    if not nodes.step.multipliers:
         return True
-    left = _sample(system)
+    left = _sample(nodes)
     for p in range(len(left)):
         if abs(left[p, p]) < 1e-9 * abs(left[p]).max():  # only round-off is left
             return False
@@ -88,57 +102,71 @@ def has_pivots(system: Step) -> bool:
     return True
 
 
-def _sample(system: Step) -> np.ndarray:
+def _sample(nodes: StepNodes) -> np.ndarray:
     """Return the slope at a random point, in double precision, (m, m)."""
-    m, small = len(system.w), (*system.w, system.q[0])
-    point = random_point([*system.x, *system.w, *system.q], small) | random_point(system.mu)
-    return np.array(_at(system, point, 17, list(system.slope)), dtype=float).reshape(m, m)
+    entries, m = [e for row in nodes.slope for e in row], len(nodes.w)
+    values = _at(nodes, _point(nodes), 17, entries)
+    return np.array(values, dtype=float).reshape(m, m)
 
 
-def carried(system: Step) -> list[tuple[Expression, Expression]]:
-    """Return costly functions of x in the rows that the gain needs at the end: [(at x, at y)]."""
-    to_end = dict(zip(system.x, system.y, strict=True))
-    constants = set(system.q[1:])  # the next step may be of another size
-    old = _costly([*system.rows, *system.slope], system.x, constants)
-    new = _costly(system.gain, system.y, constants)
-    return [(a, a.xreplace(to_end)) for a in old if a.xreplace(to_end) in new]
+def _point(nodes: StepNodes, seed: int = 0) -> dict[Letter, Exact]:
+    """Return a random point of x, w, q and μ, with a small step and small unknowns."""
+    step = nodes.step
+    small = (*step.w, step.q[0])
+    return {**random_point([*step.x, *step.w, *step.q], small=small, seed=seed),
+            **random_point(step.mu)}  # fmt: skip
 
 
 def _at(
-    system: Step, point: Replacement, digits: int, entries: Sequence[Expression]
+    nodes: StepNodes, point: Mapping[Letter, Exact], digits: int, entries: Sequence[Node]
 ) -> list[Number]:
-    """Return entries of the slope at a point, computed with the given digits."""
-    constants = {s: of(digits + 20) for s, of in system.constants.items()}
-    used = needed(system.definitions, entries)
-    return evaluate_at(entries, {**point, **constants}, digits, used)
+    """Return the values of nodes at a point, computed with the given digits."""
+    constants = {s: of(digits + 20) for s, of in nodes.step.constants.items()}
+    return node_values(entries, {**point, **constants}, digits)
 
 
-def _costly(
-    entries: Iterable[Expression], variables: Letters, constants: set[Letter]
-) -> list[Expression]:
-    """Return largest subexpressions that are functions or roots of `variables` and constants."""
-    wanted = set(variables)
-    terms: list[Expression] = []
-    visited: set[Expression] = set()
-    letters: dict[Expression, frozenset[Letter]] = {}  # sympy looks at shared parts again
+def carried(nodes: StepNodes) -> list[tuple[Node, Node]]:
+    """Return costly functions of x in the rows that the gain needs at the end: [(at x, at y)]."""
+    graph = nodes.graph
+    to_end = dict(zip((e.index for e in nodes.x), nodes.y, strict=True))
+    constants = set(nodes.q[1:])  # the next step may be of another size
+    slope = [e for row in nodes.slope for e in row]
+    old = _costly([*nodes.rows, *slope], set(nodes.x), constants)
+    new = set(_costly(nodes.gain, set(nodes.y), constants))
+    ends = graph.rebuilt(old, to_end)
+    return [(a, b) for a, b in zip(old, ends, strict=True) if b in new]
 
-    def held(e: Expression) -> frozenset[Letter]:
+
+def _costly(entries: Iterable[Node], variables: set[Node], constants: set[Node]) -> list[Node]:
+    """Return largest nodes that are functions or roots of `variables` and constants."""
+    terms: dict[Node, None] = {}
+    visited: set[Node] = set()
+    letters: dict[Node, frozenset[Node]] = {}
+
+    def held(e: Node) -> frozenset[Node]:
         if e not in letters:
-            letters[e] = frozenset({e}) if e.is_Symbol else frozenset().union(*map(held, e.args))
+            own = e.kind in (LETTER, HELD, RESULT)
+            below = [e] if own else [a for part in e.graph.below(e) for a in held(part)]
+            letters[e] = frozenset(below)
         return letters[e]
 
-    def visit(e: Expression) -> None:
-        if e in visited or not held(e) & wanted:
+    def visit(e: Node) -> None:
+        if e in visited or not held(e) & variables:
             return
         visited.add(e)
-        costly = e.is_Function or (e.is_Pow and not (e.exp.is_Integer and e.exp > 0))
-        if costly and held(e) <= wanted | constants:
-            if e not in terms:
-                terms.append(e)
-            return
-        for a in e.args:
-            visit(a)
+        graph = e.graph
+        parts = [(graph.nodes[i], n) for i, n in e.args] if e.kind == PRODUCT else []
+        whole = {a for a, n in parts if n > 0 and n.denominator == 1}
+        costly = [(a, graph.product([(a, n)])) for a, n in parts if a not in whole]
+        costly += [(e, e)] if e.kind == CALL else []
+        for a, term in costly:
+            if held(term) & variables and held(term) <= variables | constants:
+                terms[term] = None
+                visited.add(a)
+        if e not in terms and e.kind not in (HELD, RESULT):
+            for a in graph.below(e):
+                visit(a)
 
     for entry in entries:
         visit(entry)
-    return terms
+    return list(terms)

@@ -12,13 +12,25 @@ In lanes, for the start of the iteration: `moved(x, w, ξ, c) → L ξ` and `pul
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
-from ..numbers import Coefficients, function_text, symbols_of, sympy, with_tables
-from ..numbers.types import Assignment, Expression, Expressions, Letter
-from .elimination import Equations, solve
+from ..numbers import (
+    Coefficients,
+    Graph,
+    Node,
+    Operations,
+    coefficients_text,
+    define,
+    function_text,
+    sympy,
+    text_of,
+    with_arguments,
+    with_tables,
+)
+from ..numbers.types import Assignment, Column, Expression, Expressions, Letter, SymbolicMatrix
+from .elimination import solve
 from .lattice_text import UNSEEN, with_names
 from .layout import StageLayout
 from .module_text import texts_of
@@ -90,6 +102,32 @@ class StageText:
         text = function_text(name, given, results, before, self.coefficients)
         return with_names(f"@kernel\n{text}", self.own)
 
+    def _solving(
+        self,
+        name: str,
+        arguments: dict[str, Any],
+        equations: tuple[SymbolicMatrix, Column],
+        results: Callable[[list[Node]], list[list[Expression | Node]]],
+        before: Sequence[Assignment] = (),
+    ) -> str:
+        """Return the text of a function of the solution of linear equations.
+
+        Raises `NoShortForm` if a loop would solve them.
+        """
+        graph, given = Graph(), {**arguments, "c": self.coefficients}
+        define(graph, before)
+        matrix, right = graph.matrix(equations[0]), graph.column(equations[1])
+        order = list(range(len(right)))
+        solution, looped = solve(graph, matrix, right, self.coefficients, order)
+        if looped:
+            raise NoShortForm(f"the equations of {name} tie many unknowns together")
+        operations = Operations(graph, self.coefficients)
+        with_arguments(operations, given)
+        columns = [[graph.node(e) for e in column] for column in results(solution)]
+        values = iter(operations.values([e for column in columns for e in column]))
+        found = [[next(values) for _ in column] for column in columns]
+        return with_names(f"@kernel\n{text_of(name, given, operations, found)}", self.own)
+
     @cached_property
     def turning(self) -> list[int]:
         """Indices at which f is neither 0 nor equal to the entry of π̇."""
@@ -107,7 +145,7 @@ class StageText:
     @cached_property
     def text(self) -> str:
         """The text of all functions."""
-        functions = [*self.kernels.values(), self.coefficients.text("prepare")]
+        functions = [*self.kernels.values(), coefficients_text("prepare", self.coefficients)]
         return "\n\n".join([*functions, "def carry(x, c):\n    return ()\n"])
 
     @property
@@ -150,27 +188,23 @@ class StageText:
     def _velocity(self) -> str:
         """Return the text of ẇ, ξ and μ at (w, π)."""
         system = self.system
-        before = list(system.before)
-        order = list(range(len(system.w)))
-        xi, steps = solve(system.mass, system.right, self.coefficients, order)
-        for letters, values in steps:
-            if isinstance(values, Equations):
-                raise NoShortForm("the mass matrix ties many velocities together")
-            before.append((letters, values))
-        before.append((list(system.xi), list(xi)))
-        results = [system.rates[0], list(system.xi), list(system.m)]
         given = {"x": system.x, "w": system.w, "p": system.p, "own": self.own}
-        return self._function("velocity", given, results, _used(before, results))
+
+        def results(xi: list[Node]) -> list[list[Expression | Node]]:
+            xi[0].graph.define(system.xi, xi)
+            return [list(system.rates[0]), list(xi), list(system.m)]
+
+        equations = system.mass, system.right
+        return self._solving("velocity", given, equations, results, system.before)
 
     def _force(self) -> str:
         """Return the text of π̇, and of the entries `turning` of f, at (w, π) and ξ."""
         system = self.system
-        before = [*system.before, *system.after]
         turned = [system.turned[i] for i in self.turning]
-        results = [system.rates[1], turned]
         given = {"x": system.x, "w": system.w, "p": system.p, "xi": system.xi,
                  "pull": self.pull, "own": self.own}  # fmt: skip
-        return self._function("force", given, results, _used(before, results))
+        before = [*system.before, *system.after]
+        return self._function("force", given, [system.rates[1], turned], before)
 
     @property
     def _turns(self) -> dict[Letter, Expression]:
@@ -199,10 +233,7 @@ class StageText:
             turn - dp - d - e
             for turn, dp, d, e in zip(own, system.dp, lost, excess, strict=True)
         ])  # fmt: skip
-        change, steps = solve(slope, right, self.coefficients, list(range(len(lost))))
-        if any(isinstance(values, Equations) for _, values in steps):
-            raise NoShortForm("R ties many directions together")
-        return self._function("shift", {**self._ends, "lost": lost}, [change], steps)  # fmt: skip
+        return self._solving("shift", {**self._ends, "lost": lost}, (slope, right), lambda e: [e])
 
     def _update(self) -> str:
         """Return the text of increments of x and μ, less the rounding errors of earlier sums."""
@@ -213,14 +244,3 @@ class StageText:
         grown = [[a - e for a, e in zip(column, lost, strict=True)]
                  for column, lost in ((system.increment, ex), (gain, emu))]  # fmt: skip
         return self._function("update", {**self._ends, "ex": ex, "emu": emu}, grown, [])
-
-
-def _used(before: list[Assignment], results: Sequence[Expressions]) -> list[Assignment]:
-    """Return the definitions that the results use, directly or through others."""
-    wanted = symbols_of(e for column in results for e in column)
-    kept: list[Assignment] = []
-    for letters, values in reversed(before):
-        if wanted & set(letters):
-            kept.insert(0, (letters, values))
-            wanted |= symbols_of(values)
-    return kept

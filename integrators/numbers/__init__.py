@@ -15,18 +15,19 @@ from .arithmetic import (
     arithmetic,
     finite,
 )
-from .coefficients import Coefficients, Parameters
+from .coefficients import Coefficients
 from .definitions import (
     Definition,
     Function,
     inlined,
     needed,
     parts_of,
+    read_definitions,
     replaced,
     symbols_of,
     written_out,
 )
-from .evaluation import evaluate, evaluate_at, evaluate_matrix, number
+from .evaluation import evaluate, evaluate_at, evaluate_matrix, node_values, number
 from .exact import (
     exact,
     exact_matrices,
@@ -61,7 +62,7 @@ from .lazy import LazyModule, mpmath, sympy, working_digits
 from .multi_output import InArithmetic, as_one_number, collect, entry, opaque
 from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
-from .printing import code
+from .operations import Operations, Value
 from .registered import register, with_tables
 from .running_error import (
     Tracked,
@@ -76,23 +77,31 @@ from .running_error import (
 )
 from .running_error_text import with_running_errors
 from .series import NotKnown, Series, series_namespace
-from .statements import Call, Together, called_text, function_text
+from .statements import (
+    called_text,
+    code,
+    coefficients_text,
+    define,
+    function_text,
+    text_of,
+    with_arguments,
+)
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
-    "Arithmetic", "Atoms", "Call", "Coefficients", "Definition", "Double", "Frame", "Function",
-    "Graph", "InArithmetic", "LazyModule", "Letters", "MOST_DIGITS", "Matrix", "Multiple",
-    "Node", "NodeMatrix", "Nodes", "NotComputed", "NotKnown", "NotSmooth", "Number", "Numbers",
-    "Parameters", "Rational", "Scope", "Series", "Together", "TooLong", "Tracked", "Vector",
-    "arithmetic", "as_one_number", "called_text", "code", "collect", "entry", "errors_of",
-    "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices", "exact_nested",
-    "exact_rational", "exact_vector", "finite", "first_violation", "flatten", "floats_exact",
-    "function_text", "inlined", "inverse_sizes", "is_zero", "jacobian", "listed", "measure",
-    "mpmath", "needed", "newton", "null_direction", "number", "numeric", "numeric_function",
-    "numeric_text", "opaque", "parts_of", "random_columns", "random_point", "refuse_large",
-    "refuse_unwritten", "register", "registered_function", "replaced", "rounded", "run_text",
-    "series_namespace", "short_numbers", "shown", "sizes", "solve", "symbols_of", "sympy",
-    "to_sympy", "tracked", "tracked_later", "values_of", "vanishes", "vanishes_as",
-    "whole_number", "with_running_errors", "with_tables", "within_doubles", "working_digits",
-    "written_out",
+    "Arithmetic", "Atoms", "Coefficients", "Definition", "Double", "Frame", "Function", "Graph",
+    "InArithmetic", "LazyModule", "Letters", "MOST_DIGITS", "Matrix", "Multiple", "Node",
+    "NodeMatrix", "Nodes", "NotComputed", "NotKnown", "NotSmooth", "Number", "Numbers",
+    "Operations", "Rational", "Scope", "Series", "TooLong", "Tracked", "Value", "Vector",
+    "arithmetic", "as_one_number", "called_text", "code", "coefficients_text", "collect", "define",
+    "entry", "errors_of", "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices",
+    "exact_nested", "exact_rational", "exact_vector", "finite", "first_violation", "flatten",
+    "floats_exact", "function_text", "inlined", "inverse_sizes", "is_zero", "jacobian", "listed",
+    "measure", "mpmath", "needed", "newton", "node_values", "null_direction", "number", "numeric",
+    "numeric_function", "numeric_text", "opaque", "parts_of", "random_columns", "random_point",
+    "read_definitions", "refuse_large", "refuse_unwritten", "register", "registered_function",
+    "replaced", "rounded", "run_text", "series_namespace", "short_numbers", "shown", "sizes",
+    "solve", "symbols_of", "sympy", "text_of", "to_sympy", "tracked", "tracked_later", "values_of",
+    "vanishes", "vanishes_as", "whole_number", "with_arguments", "with_running_errors",
+    "with_tables", "within_doubles", "working_digits", "written_out",
 ]  # fmt: skip

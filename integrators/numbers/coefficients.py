@@ -2,120 +2,64 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
-from copy import copy
+from collections.abc import Iterator, Sequence
 
 from .arithmetic import refused
-from .expression_graph import AsWritten
+from .graph import CONSTANT, LETTER, NUMBER, RESULT, Graph, Node
 from .lazy import sympy
-from .statements import function_text
-from .types import Expression, Expressions, Letter, Letters, Replacement
+from .types import Letter, Letters
 
 
-class Coefficients(AsWritten):
-    """Subexpressions of the step and the parameters alone, each computed once per flow as c[i].
+class Coefficients:
+    """Values of the step and the parameters `q` alone, each computed once per flow as c[i].
 
     Sums are not multiplied out: c·(a − c′b) keeps its map volume-preserving in rounded numbers,
-    where c·a − (cc′)·b would let energy drift linearly (harmonic midpoint: 3e-19 a step).
+    where c·a − (cc′)·b would let energy drift linearly (harmonic midpoint: 3e-19 a step). graph:
+    that of the values; those of other graphs are copied. plain: the parameters themselves are the
+    coefficients, and kernels compute the rest anew.
     """
 
-    def __init__(self, q: Letters) -> None:
-        self.q, self.h = set(q), next(iter(q), None)
-        self.values: list[Expression] = []
-        self._parameters = list(q)
-        self._index: Replacement = {}
-        self._of_q: dict[Expression, bool] = {}
-        self._scaled: Replacement = {}
+    def __init__(self, q: Letters, graph: Graph | None = None, plain: bool = False) -> None:
+        self.q, self.graph, self.plain = list(q), graph or Graph(), plain
+        self.values: list[Node] = self.graph.letters(q) if plain else []
+        self._parameters = set(q)
+        self._places: dict[int, int] = {}
+        self._constant: dict[Node, bool] = {}
 
     def __iter__(self) -> Iterator[str]:
         """Iterate over the names of the coefficients that have been asked for so far."""
         return (f"c{i}" for i in range(len(self.values)))
 
-    def with_increments(self, scaled: Replacement) -> Coefficients:
-        """Return these coefficients with each u of `scaled` read as ξ/h, where ξ is its value."""
-        other = copy(self)
-        other._scaled = scaled
-        return other
+    def look_at(self, graph: Graph, nodes: Sequence[Node]) -> None:
+        """Find out which of these nodes, and of those below, are constant."""
+        known = self._constant
+        for e in graph.order(nodes, known.__contains__):
+            if e not in known:
+                free = e.kind == RESULT or (e.kind == LETTER and e.args not in self._parameters)
+                known[e] = not (free or self.plain) and all(known[a] for a in graph.below(e))
 
-    def symbol(self, expression: Expression) -> Letter:
-        """Return the symbol of a coefficient; −e is minus the symbol of e.
+    def constant(self, e: Node) -> bool:
+        """Return True if all letters in a node are of q."""
+        if e not in self._constant:
+            self.look_at(e.graph, [e])
+        return self._constant[e]
+
+    def place(self, e: Node) -> tuple[int, bool]:
+        """Return (i, True for a minus sign) of a constant node, which is c[i] or −c[i].
 
         Raises `BadInput` for a complex coefficient.
         """
-        if expression.could_extract_minus_sign():
-            return -self.symbol(-expression)
-        if expression not in self._index:
-            if expression.has(sympy.I):
+        if e.graph is not self.graph:
+            (e,) = self.graph.rebuilt([e], {})
+        minus = e.leads_negative or (e.kind == NUMBER and e.args < 0)
+        e = -e if minus else e
+        if e.index not in self._places:
+            if any(a.kind == CONSTANT and a.args.has(sympy.I) for a in self.graph.order([e])):
                 raise refused(sympy.I)
-            self._index[expression] = sympy.Symbol(f"c{len(self.values)}", real=True)
-            self.values.append(expression)
-        return self._index[expression]
+            self._places[e.index] = len(self.values)
+            self.values.append(e)
+        return self._places[e.index], minus
 
-    def constant(self, e: Expression) -> bool:
-        """Return True if all symbols of an expression are of q."""
-        if e not in self._of_q:
-            self._of_q[e] = all(map(self.constant, e.args)) and (not e.is_Symbol or e in self.q)
-        return self._of_q[e]
-
-    def letter(self, e: Expression) -> Expression | None:
-        """Return the symbol of a coefficient, or None for an integer or another expression."""
-        return self.symbol(e) if not e.is_Integer and self.constant(e) else None
-
-    def terms(self, e: Expression) -> Expressions:
-        """Return the terms of a sum, with its coefficients added up."""
-        constant = [a for a in e.args if self.constant(a)]
-        return e.args if len(constant) < 2 else [
-            sympy.Add(*constant), *(a for a in e.args if not self.constant(a))
-        ]  # fmt: skip
-
-    def factors(self, e: Expression) -> Expressions:
-        """Return the factors of a product, with its coefficients multiplied.
-
-        3a − 3b and b − a become the a − b that is computed anyway.
-        """
-        constant, rest = list[Expression](), list[Expression]()
-        for factor in e.args if e.is_Mul else [e]:
-            if self.constant(factor):
-                constant.append(factor)
-                continue
-            base, power = factor.as_base_exp()
-            if base in self._scaled and power.is_Integer:
-                constant.append(self.h**-power)
-                factor = self._scaled[base] ** power
-            elif base.is_Add and power.is_Integer and (content := _content(base)) != 1:
-                constant.append(content**power)
-                factor = (base / content) ** power
-            rest.append(factor)
-        if not e.is_Mul and not constant:
-            return ()
-        part = sympy.Mul(*constant)
-        return rest if part == 1 else [part, *rest]
-
-    def text(self, name: str) -> str:
-        """Return the text of the function of step and parameters that computes the coefficients."""
-        q = {s: sympy.Symbol(f"q{i}", real=True) for i, s in enumerate(self._parameters)}
-        return function_text(name, {"q": q.values()}, [[e.xreplace(q) for e in self.values]])
-
-
-def _content(terms: Expression) -> Expression:
-    """Return the largest integer that divides all terms of a sum."""
-    content = 0
-    for term in terms.args:
-        number = term.as_coeff_Mul()[0]
-        if not number.is_Integer or (content := math.gcd(content, int(number))) == 1:
-            return sympy.S.One
-    return sympy.Integer(content)
-
-
-class Parameters(Coefficients):
-    """The step and the parameters themselves as c[i], for kernels that compute the rest anew."""
-
-    def __init__(self, q: Letters) -> None:
-        super().__init__(q)
-        self.q, self.values = set(), list(q)
-        self._names = {p: sympy.Symbol(f"c{i}", real=True) for i, p in enumerate(q)}
-
-    def letter(self, e: Expression) -> Expression | None:
-        """Return the name of a parameter in the kernel, or None for another expression."""
-        return self._names.get(e)
+    def symbol(self, letter: Letter) -> int:
+        """Return the place of a parameter among the coefficients."""
+        return self.place(self.graph.letter(letter))[0]

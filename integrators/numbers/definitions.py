@@ -7,9 +7,10 @@ each uses the letters of earlier ones, and letters that the reader supplies.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+from .graph import HELD, Graph, Group, Node
 from .lazy import sympy
 from .types import Expression, Letter, Letters, Replacement
 
@@ -141,3 +142,39 @@ def written_out(definitions: Sequence[Definition], expression: Expression) -> Ex
     for d in reversed(inlined(definitions)):
         expression = expression.xreplace(dict(zip(d.letters, d.values, strict=True)))
     return expression
+
+
+@dataclass(eq=False)
+class _Called:
+    """A function in nodes, or a call of one: at its own letters, or at those of a caller."""
+
+    function: Any
+    arguments: list[Node]
+    name: str = ""
+    scope: Any = None
+    results: list[Node] = field(default_factory=list)
+
+    def at(self, arguments: list[Node]) -> _Called:
+        """Return the call at other arguments."""
+        return _Called(self.function, arguments)
+
+
+def read_definitions(
+    graph: Graph, definitions: Iterable[Definition], scope: Any = "step",
+    known: dict[Function, _Called] | None = None,
+) -> None:  # fmt: skip
+    """Let the letters of definitions stand for held values, and for results of calls."""
+    known = {} if known is None else known
+    for d in definitions:
+        if (f := d.function) is None:
+            for letter, value in zip(d.letters, d.values, strict=True):
+                group = Group(scope, [letter], [graph.read(value)], named=False)
+                graph.name([letter], [graph.make(HELD, (group, 0))])
+            continue
+        if f not in known:
+            read_definitions(graph, f.definitions, f, known)
+            results = [graph.read(e) for e in f.results]
+            known[f] = _Called(None, graph.letters(f.arguments), f.name, f, results)
+        call = _Called(known[f], [graph.read(e) for e in d.arguments])
+        results = [graph.result(call, i) for i in range(len(d.letters))]
+        graph.name(d.letters, results)

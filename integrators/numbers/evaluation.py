@@ -8,13 +8,14 @@ method `in_arithmetic(numbers, values)`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
 from operator import add, mul
 from typing import Any
 
 from .arithmetic import FUNCTIONS, arithmetic, refused
 from .definitions import Definition
+from .graph import CALL, HELD, LETTER, NUMBER, PRODUCT, RESULT, SUM, Node, slot
 from .lazy import sympy
 from .types import Exact, Expression, Letter, Number, SymbolicMatrix
 
@@ -41,6 +42,53 @@ def evaluate_at(
     with numbers.working():
         letters = {symbol: numbers.number(value) for symbol, value in point.items()}
         return _values(expressions, letters, definitions, numbers)
+
+
+def node_values(nodes: Sequence[Node], point: Mapping[Letter, Exact], digits: int) -> list[Number]:
+    """Return the values of nodes of one graph at a point: exact numbers by letters."""
+    numbers = arithmetic(digits)
+    with numbers.working():
+        letters = {letter: numbers.number(value) for letter, value in point.items()}
+        return _of_nodes(nodes, letters, {}, numbers)
+
+
+def _of_nodes(
+    nodes: Sequence[Node], letters: Mapping[Letter, Number], known: dict[int, Number], numbers: Any
+) -> list[Number]:
+    """Return the values of nodes; known: values by the indices of nodes, to which others come."""
+    if not nodes:
+        return []
+    graph = nodes[0].graph
+    for e in graph.order(nodes, lambda e: e.index in known):
+        if e.index in known:
+            continue
+        kind, args = e.kind, e.args
+        if kind == NUMBER:
+            value = numbers.number(args)
+        elif kind == LETTER:
+            value = letters[args]
+        elif kind == SUM:
+            terms = (known[i] if c == 1 else numbers.number(c) * known[i] for i, c in args[1])
+            value = reduce(add, terms, numbers.number(args[0]))
+        elif kind == PRODUCT:
+            powers = ((known[i], n) for i, n in args)
+            value = reduce(mul, (
+                a if n == 1 else a ** (int(n) if n.denominator == 1 else numbers.number(n))
+                for a, n in powers
+            ))  # fmt: skip
+        elif kind == HELD:
+            value = known[args[0].values[args[1]].index]
+        elif kind == RESULT:
+            call, number = args
+            own = (a.index for a in call.function.arguments)
+            given = dict(zip(own, (known[a.index] for a in call.arguments), strict=True))
+            (value,) = _of_nodes([call.function.results[number]], letters, given, numbers)
+        else:
+            slots = {slot(k): known[i] for k, i in enumerate(args[1])} if kind == CALL else {}
+            function = args[0] if kind == CALL else args
+            (value,) = _values([function], slots, (), numbers)
+        known[e.index] = value
+    return [known[e.index] for e in nodes]
 
 
 def _values(

@@ -9,7 +9,8 @@ Nodes may stand for others (`held`), through which derivatives go.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 from math import gcd
@@ -34,7 +35,7 @@ class Node:
     NUMBER: the number. LETTER, CONSTANT: the sympy expression. SUM: (constant, ((index,
     coefficient), …)). PRODUCT: ((index of a base, rational exponent), …). CALL: (a function of
     slots, indices of its arguments). HELD: (its `Group`, place in it). RESULT: (a call, which has
-    `partials(number)`, the number of the result).
+    `arguments`, its `function` and `partials(number)`, the number of the result).
     """
 
     __slots__ = ("args", "graph", "index", "kind")
@@ -120,6 +121,28 @@ class Node:
         return str(self.graph.shown(self))
 
 
+@dataclass(eq=False)
+class Group:
+    """Nodes that are held together: `letters` are their names, `values` their values.
+
+    partials: [(nodes that the values depend on, the matrix of derivatives by these)], where these
+    are not derived from the values; a matrix may be a function that makes it when it is asked for.
+    symmetry: where the values are ⟨g, A_i⟩, a gradient along directions: these, and the matrix C
+    with A_a⟨g, A_i⟩ = A_i⟨g, A_a⟩ + C_ia for a < i, so that half of the derivatives are known.
+    quotients: where the values are quotients, (N, D) of each. scope: None for values that are held
+    only so that they are computed by themselves.
+    """
+
+    scope: Any
+    letters: Sequence[Letter]
+    values: list[Node]
+    partials: list[tuple[Nodes, Any]] | None = None
+    symmetry: tuple[list[Node], NodeMatrix] | None = None
+    nodes: list[Node] = field(default_factory=list)
+    quotients: list[tuple[Node, Node]] = field(default_factory=list)
+    named: bool = True
+
+
 class Graph:
     """All nodes of expressions that are differentiated together; each exists once."""
 
@@ -131,6 +154,7 @@ class Graph:
         self._shown: dict[int, Expression] = {}
         self._slopes: dict[int, Row] = {}
         self._primitives: dict[int, tuple[Rational, Node]] = {}
+        self._holds: dict[int, Node] = {}
         #: indices of letters by which nothing is differentiated: the step, the parameters
         self.fixed: set[int] = set()
         self.one = self.number(1)
@@ -158,11 +182,14 @@ class Graph:
         """Return the nodes of letters."""
         return [self.read(s) for s in symbols]
 
-    def name(self, letters: Iterable[Letter], nodes: Iterable[Node]) -> None:
-        """Let letters of sympy stand for nodes: these are read and shown as the letters."""
-        for letter, node in zip(letters, nodes, strict=True):
-            self._read[letter] = node
-            self._shown[node.index] = letter
+    def define(self, letters: Iterable[Letter], nodes: Iterable[Node]) -> None:
+        """Let letters of sympy be read as nodes."""
+        self._read |= zip(letters, nodes, strict=True)
+
+    def name(self, letters: Sequence[Letter], nodes: Sequence[Node]) -> None:
+        """Let letters of sympy be read as nodes, which are shown as the letters."""
+        self.define(letters, nodes)
+        self._shown |= zip((e.index for e in nodes), letters, strict=True)
 
     def value_of(self, letter: Letter) -> Expression | None:
         """Return the value of a letter in sympy, or None if it stands for no held node."""
@@ -176,7 +203,9 @@ class Graph:
         """Return a node as it is, a rational number or an expression of sympy as a node."""
         if isinstance(value, Node):
             return value
-        return self.number(value) if isinstance(value, int | Fraction) else self.read(value)
+        if isinstance(value, int | Fraction):
+            return self.number(value)
+        return self.read(sympy.sympify(value))
 
     def sum(self, terms: Iterable[tuple[Rational, Node]]) -> Node:
         """Return Σ coefficient · node, with like terms collected."""
@@ -306,6 +335,87 @@ class Graph:
         """Return a result of a call; call.partials(number) is [(nodes, function of the slopes)]."""
         return self.make(RESULT, (call, number))
 
+    def hold(self, value: Node) -> Node:
+        """Return a node that is computed by itself: sums and products do not take it apart."""
+        if value.kind not in (SUM, PRODUCT, CALL):
+            return value
+        if value.index not in self._holds:
+            self._holds[value.index] = self.make(HELD, (Group(None, (), [value], named=False), 0))
+        return self._holds[value.index]
+
+    # -- all nodes below others ------------------------------------------------------------------
+
+    def below(self, node: Node) -> list[Node]:
+        """Return the nodes of which a node is computed."""
+        kind, args, nodes = node.kind, node.args, self.nodes
+        if kind == SUM:
+            return [nodes[i] for i, _ in args[1]]
+        if kind == PRODUCT:
+            return [nodes[i] for i, _ in args]
+        if kind == CALL:
+            return [nodes[i] for i in args[1]]
+        if kind == HELD:
+            return [args[0].values[args[1]]]
+        return list(args[0].arguments) if kind == RESULT else []
+
+    def order(
+        self, nodes: Iterable[Node], is_leaf: Callable[[Node], bool] = lambda e: False
+    ) -> list[Node]:
+        """Return the nodes and all below them, each after those of which it is computed.
+
+        is_leaf: nodes below which nothing is looked at.
+        """
+        found: list[Node] = []
+        seen = set[int]()
+        pending = [(e, False) for e in reversed(list(nodes))]
+        while pending:
+            e, done = pending.pop()
+            if done:
+                found.append(e)
+            elif e.index not in seen:
+                seen.add(e.index)
+                pending.append((e, True))
+                if not is_leaf(e):
+                    pending += [(a, False) for a in reversed(self.below(e)) if a.index not in seen]
+        return found
+
+    def rebuilt(self, nodes: Sequence[Node], swap: dict[int, Node]) -> list[Node]:
+        """Return nodes with others in place of those of `swap`; nodes may be of another graph.
+
+        Held values that change are not held any more if they become a number or a letter.
+        """
+        graph = nodes[0].graph if nodes else self
+        made = dict(swap)
+        calls: dict[Any, Any] = {}
+        for e in graph.order(nodes, lambda e: e.index in swap):
+            if e.index not in made:
+                made[e.index] = self._rebuilt(e, made, calls)
+        return [made[e.index] for e in nodes]
+
+    def _rebuilt(self, e: Node, made: dict[int, Node], calls: dict[Any, Any]) -> Node:
+        kind, args = e.kind, e.args
+        if e.graph is self and all(made[a.index] is a for a in self.below(e)):
+            return e
+        if kind == SUM:
+            terms = ((c, made[i]) for i, c in args[1])
+            return self.sum([(args[0], self.one), *terms])
+        if kind == PRODUCT:
+            return self.product((made[i], n) for i, n in args)
+        if kind == CALL:
+            given = [made[i] for i in args[1]]
+            if all(a.kind == NUMBER for a in given):
+                swap = {slot(k): _rational(a.args) for k, a in enumerate(given)}
+                return self.read(args[0].xreplace(swap))
+            return self.make(CALL, (args[0], tuple(a.index for a in given)))
+        if kind == HELD:
+            return self.hold(made[args[0].values[args[1]].index])
+        if kind == RESULT:
+            call, number = args
+            if call not in calls:
+                calls[call] = call.at([made[a.index] for a in call.arguments])
+            return self.result(calls[call], number)
+        return self.make(kind, args)
+
     # -- matrices --------------------------------------------------------------------------------
 
     def matrix(self, given: SymbolicMatrix) -> NodeMatrix:
@@ -427,7 +537,9 @@ class Graph:
                 base = self.shown(self.nodes[i])
                 parts.append(base if n == 1 else base ** _rational(n))
             return sympy.Mul(*parts)
-        assert kind == CALL, "held nodes and results have letters"
+        if kind == HELD:  # it has no letter
+            return self.shown(args[0].values[args[1]])
+        assert kind == CALL, "results have letters"
         function, arguments = args
         swap = {slot(k): self.shown(self.nodes[i]) for k, i in enumerate(arguments)}
         return function.xreplace(swap)

@@ -9,7 +9,7 @@ where more is known (a point that moves along ρ, a gradient whose derivative is
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from .definitions import Definition
@@ -22,6 +22,7 @@ from .graph import (
     RESULT,
     SUM,
     Graph,
+    Group,
     Node,
     NodeMatrix,
     Nodes,
@@ -29,31 +30,6 @@ from .graph import (
 )
 from .lazy import sympy
 from .types import Column, Expression, Letter, SymbolicMatrix
-
-
-@dataclass(eq=False)
-class Group:
-    """Nodes that are held together: `letters` are their names, `values` their values.
-
-    partials: [(nodes that the values depend on, the matrix of derivatives by these)], where these
-    are not derived from the values; a matrix may be a function that makes it when it is asked for.
-    symmetry: where the values are ⟨g, A_i⟩, a gradient along directions: these, and the matrix C
-    with A_a⟨g, A_i⟩ = A_i⟨g, A_a⟩ + C_ia for a < i, so that half of the derivatives are known.
-    quotients: where the values are quotients, (N, D) of each.
-    """
-
-    scope: Scope
-    letters: Sequence[Letter]
-    values: list[Node]
-    partials: list[tuple[Nodes, Any]] | None = None
-    symmetry: tuple[list[Node], NodeMatrix] | None = None
-    nodes: list[Node] = field(default_factory=list)
-    quotients: list[tuple[Node, Node]] = field(default_factory=list)
-    named: bool = True
-
-    def definition(self, graph: Graph) -> Definition:
-        """Return the letters with their values in sympy."""
-        return Definition(tuple(self.letters), tuple(map(graph.shown, self.values)))
 
 
 @dataclass(eq=False)
@@ -154,7 +130,13 @@ class Scope:
 
     def definitions(self) -> list[Definition]:
         """Return all letters with their values, in order."""
-        return [part.definition(self.graph) for part in self.parts]
+        return [self._definition(part) for part in self.parts]
+
+    def _definition(self, part: Any) -> Definition:
+        if isinstance(part, Group):
+            return Definition(tuple(part.letters), tuple(map(self.graph.shown, part.values)))
+        found: Definition = part.definition(self.graph)
+        return found
 
     # -- derivatives -----------------------------------------------------------------------------
 

@@ -6,7 +6,7 @@ generated text calls f once and reads its numbers by index.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
@@ -14,23 +14,21 @@ from .evaluation import number
 from .lazy import sympy
 from .types import Expression, Letter
 
-#: a function that combines functions in a list of expressions before subexpressions are shared
-Collector = Callable[[list[Expression]], list[Expression]]
+#: functions ↦ {function: the entry of a table that computes several of them at once}
+Collector = Callable[[Iterable[Expression]], dict[Expression, Expression]]
 
 _COLLECTORS: list[Collector] = []
 
 
 def collect(collector: Collector) -> Collector:
-    """Decorator: expressions pass through this before their common subexpressions are shared."""
+    """Decorator: the functions of every generated text are given to this together."""
     _COLLECTORS.append(collector)
     return collector
 
 
-def together(expressions: list[Expression]) -> list[Expression]:
-    """Return the expressions after all collectors: some functions become entries of one table."""
-    for collector in _COLLECTORS:
-        expressions = collector(expressions)
-    return expressions
+def tabulated(functions: Iterable[Expression]) -> dict[Expression, Expression]:
+    """Return the entries of tables that take the place of some of the functions."""
+    return {f: e for collector in _COLLECTORS for f, e in collector(functions).items()}
 
 
 def entry(table: Expression, index: int) -> Expression:

@@ -15,10 +15,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .arithmetic import Arithmetic
-from .expression_graph import Renamed
-from .lazy import sympy
+from .graph import Graph, Node
+from .operations import Operations
 from .registered import with_tables
-from .statements import body
+from .statements import body, define
 from .types import Assignment, Expression, Expressions, Letter, Letters, SymbolicMatrix
 
 #: a number, a vector, or an array of two or three dimensions as a result
@@ -52,23 +52,26 @@ def numeric_text(
     definitions: Sequence[Assignment] = (),
 ) -> str:
     """Return the text of the function that `numeric` makes, valid in every arithmetic."""
-    vectors = {name: list(given) for name, given in arguments.items() if hasattr(given, "__len__")}
-    names = {s: name for name, s in arguments.items() if name not in vectors}
-    names |= {s: f"{name}_{i}" for name, v in vectors.items() for i, s in enumerate(v)}
-    # a parameter's own name may be a word of Python or of this text
-    safe = {s: sympy.Symbol(name, real=True) for s, name in names.items() if str(s) != name}
     shaped = [np.array(result, dtype=object) for result in results]
-    lines, texts, _ = body(
-        {name: [safe.get(s, s) for s in v] for name, v in vectors.items()},
-        [sympy.sympify(e) for array in shaped for e in array.flat],
-        definitions,
-        Renamed(safe),
-    )
-    returned = []
+    entries = [e for array in shaped for e in array.flat]
+    nodes = [e for e in entries if isinstance(e, Node)]
+    graph = nodes[0].graph if nodes else Graph()
+    operations = Operations(graph)
+    define(graph, definitions)
+    vectors: dict[str, list[str]] = {}
+    for name, given in arguments.items():  # a letter's own name may be a word of Python
+        if hasattr(given, "__len__"):
+            vectors[name] = [f"{name}_{i}" for i in range(len(given))]
+        for letter, own in zip(*(given, vectors[name]) if name in vectors else ([given], [name]),
+                               strict=True):  # fmt: skip
+            operations.name(graph.node(letter), own)
+    found = operations.values([graph.node(e) for e in entries])
+    lines, written = body(operations, found, vectors)
+    texts, returned = iter(written), []
     for array in shaped:
-        entries = ", ".join(next(texts) for _ in array.flat)
+        inner = ", ".join(next(texts) for _ in array.flat)
         shape = ", ".join(map(str, array.shape))
-        returned.append(f"array([{entries}], {shape})" if shape else entries)
+        returned.append(f"array([{inner}], {shape})" if shape else inner)
     head, tail = f"def function({', '.join(arguments)}):", f"    return {', '.join(returned)}"
     return with_tables("\n".join([head, *lines, tail]))
 

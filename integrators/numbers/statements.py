@@ -1,170 +1,252 @@
-"""Functions as straight-line Python: shared parts are computed once, in an order of use."""
+"""From nodes to straight-line Python, run on any kind of number.
+
+One text serves machine code, numpy arrays, gmpy2 and mpmath: integers stay literal, other constants
+are coefficients computed once in the arithmetic at hand. What is used several times has a name.
+"""
 
 from __future__ import annotations
 
-import heapq
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-from .expression_graph import AS_WRITTEN, LEAF, AsWritten, ExpressionGraph, Value
-from .multi_output import together
-from .printing import Texts
-from .types import Assignment, Expression, Expressions, Letter, Letters
+from .arithmetic import FUNCTIONS
+from .coefficients import Coefficients
+from .graph import Graph, Node
+from .operations import (
+    ADD,
+    CALLED,
+    ENTRY,
+    INVERT,
+    LEAF,
+    LINES,
+    MULTIPLY,
+    POWER,
+    Operations,
+    Value,
+)
+from .types import Assignment, Expression, Expressions
+
+#: the binding strength of a text; one that is weaker than needed gets parentheses
+_TERMS, _FACTORS, _FACTOR, _RAISED, _ATOM = range(5)
+#: vectors of letters, or of the names of coefficients, by the name of the vector
+Arguments: TypeAlias = Mapping[str, Iterable[Any]]
 
 
-class Together(list[Expression], ABC):
-    """Expressions whose values one statement or several define at once."""
+def code(expression: Expression) -> str:
+    """Return the Python text of one expression: plain arithmetic, small powers as products.
 
-    @abstractmethod
-    def lines(self, names: list[str], texts: list[str]) -> list[str]:
-        """Return the statements that define `names` from the texts of the expressions."""
-
-
-#: (names of letters, texts of their values) ↦ statements
-Writer: TypeAlias = Callable[[list[str], list[str]], list[str]]
-#: (names, texts of their values, the names and letters in these, their writer)
-_Statement: TypeAlias = tuple[list[str], list[str], set[str], Writer]
-
-
-class Call(Together):
-    """The results of one call, from its arguments."""
-
-    def __init__(self, function: str, arguments: Expressions) -> None:
-        super().__init__(arguments)
-        self.function = function
-
-    def lines(self, names: list[str], texts: list[str]) -> list[str]:
-        """Return one statement."""
-        return [f"{', '.join(names)}, = {self.function}({', '.join(texts)})"]  # always a tuple
+    Rationals are R(p)/q, R being the number type of the arithmetic. Raises `BadInput` for functions
+    that no arithmetic has.
+    """
+    graph = Graph()
+    operations = Operations(graph)
+    (value,) = operations.values([graph.read(expression)])
+    return Texts(operations, {}).of(value)
 
 
 def function_text(
     name: str,
-    arguments: dict[str, Iterable[Letter]],
+    arguments: Arguments,
     results: Sequence[Expressions | Expression],
     before: Sequence[Assignment] = (),
-    reading: AsWritten = AS_WRITTEN,
+    coefficients: Coefficients | None = None,
 ) -> str:
     """Return the text of a function of vectors that returns tuples (for a column) and numbers.
 
-    `arguments`: vector name → its symbols, unpacked first. `before`: (symbols, values) computed
-    first, such as the points of a step, which the results may use; values `Together` define all
-    their symbols at once. reading: how expressions are read (`Coefficients`).
+    `arguments`: vector name → its letters, unpacked first. `results`: expressions of sympy.
+    `before`: (letters, values) that the results, and later values, may use.
     """
-    lines, texts, _ = body(arguments, _entries(results), before, reading)
-    return _with_head(name, arguments, lines, _returned(results, texts))
+    graph = Graph()
+    operations = Operations(graph, coefficients)
+    define(graph, before)
+    with_arguments(operations, arguments)
+    given = [list(r) if hasattr(r, "__len__") else [r] for r in results]
+    found = iter(operations.values([graph.node(e) for part in given for e in part]))
+    values = [[next(found) for _ in part] for part in given]
+    return text_of(name, arguments, operations,
+                   [v if hasattr(r, "__len__") else v[0]
+                    for v, r in zip(values, results, strict=True)])  # fmt: skip
+
+
+def coefficients_text(name: str, coefficients: Coefficients) -> str:
+    """Return the text of the function of step and parameters that computes the coefficients."""
+    graph = coefficients.graph
+    operations = Operations(graph)
+    names = [f"q{i}" for i in range(len(coefficients.q))]
+    for letter, given in zip(graph.letters(coefficients.q), names, strict=True):
+        operations.name(letter, given)
+    return text_of(name, {"q": names}, operations, [operations.values(coefficients.values)])
+
+
+def define(graph: Graph, assignments: Iterable[Assignment]) -> None:
+    """Let letters stand for the values of assignments, each computed by itself."""
+    for letters, values in assignments:
+        graph.define(letters, [graph.hold(graph.node(e)) for e in values])
+
+
+def with_arguments(operations: Operations, arguments: Arguments) -> None:
+    """Let the letters of arguments stand for themselves, whatever they are elsewhere."""
+    for letters in arguments.values():
+        named: Iterable[tuple[Any, str]] = ((e, str(e)) for e in letters if not isinstance(e, str))
+        if isinstance(letters, Coefficients):
+            named = zip(letters.q, letters, strict=True) if letters.plain else ()
+        for letter, name in named:
+            operations.name(operations.graph.node(letter), name)
+
+
+def text_of(
+    name: str,
+    arguments: Arguments,
+    operations: Operations,
+    results: Sequence[Sequence[Value] | Value],
+) -> str:
+    """Return the text of a function of vectors; results: values, and columns of values."""
+    roots = [v for r in results for v in (r if isinstance(r, Sequence) else [r])]
+    lines, texts = body(operations, roots, arguments)
+    rest, parts = iter(texts), []
+    for result in results:
+        if isinstance(result, Sequence):
+            inner = [next(rest) for _ in result]
+            parts.append(f"({', '.join(inner)}{',' if len(inner) == 1 else ''})")
+        else:
+            parts.append(next(rest))
+    head = f"def {name}({', '.join(arguments)}):"
+    return "\n".join([head, *lines, f"    return {', '.join(parts)}"]) + "\n"
 
 
 def called_text(
-    name: str,
-    arguments: Letters,
-    results: Expressions,
-    before: Sequence[Assignment],
-    reading: AsWritten,
-) -> tuple[str, list[Letter]]:
-    """Return the text of a function of numbers, and the letters that follow its arguments."""
-    lines, texts, letters = body({}, results, before, reading)
-    own = {*map(str, arguments), *(str(s) for defined, _ in before for s in defined)}
-    taken = sorted(letters.keys() - own)
-    text = _with_head(name, [*map(str, arguments), *taken], lines, _returned([results], texts))
-    return text, [letters[s] for s in taken]
+    name: str, arguments: Sequence[Node], operations: Operations, results: Sequence[Value]
+) -> tuple[str, dict[str, Node | None]]:
+    """Return the text of a function of numbers, and what it uses beside its arguments, by name."""
+    lines, texts = body(operations, results, {})
+    own = [str(operations.graph.shown(e)) for e in arguments]
+    more = {s: operations.letters[s] for s in sorted(_leaves(operations, results) - {*own})}
+    head = f"def {name}({', '.join([*own, *more])}):"
+    returned = f"    return {', '.join(texts)}{',' if len(texts) == 1 else ''}"
+    return "\n".join([head, *lines, returned]) + "\n", more
 
 
-def _entries(results: Sequence[Expressions | Expression]) -> list[Expression]:
-    return [e for r in results for e in (r if hasattr(r, "__len__") else [r])]
-
-
-def _returned(results: Sequence[Expressions | Expression], texts: Iterator[str]) -> str:
-    parts = []
-    for result in results:
-        if hasattr(result, "__len__"):
-            inner = [next(texts) for _ in result]
-            parts.append(f"({', '.join(inner)}{',' if len(inner) == 1 else ''})")
-        else:
-            parts.append(next(texts))
-    return ", ".join(parts)
-
-
-def _with_head(name: str, arguments: Iterable[str], lines: list[str], returned: str) -> str:
-    head = f"def {name}({', '.join(arguments)}):"
-    return "\n".join([head, *lines, f"    return {returned}"]) + "\n"
+def _leaves(operations: Operations, roots: Iterable[Value]) -> set[str]:
+    """Return the names of the letters that roots use."""
+    details, kinds = operations.details, operations.kinds
+    used = {details[i] for i in operations.uses(roots) if kinds[i] == LEAF}
+    return used & operations.letters.keys()
 
 
 def body(
-    arguments: dict[str, Iterable[Letter]],
-    results: Expressions,
-    before: Sequence[Assignment],
-    reading: AsWritten = AS_WRITTEN,
-) -> tuple[list[str], Iterator[str], dict[str, Letter]]:
-    """Return the statements of a function of vectors, the texts of its results, and its letters.
-
-    Each letter is defined before it is used; the order is that of `before`, then of the common
-    subexpressions, as far as possible.
-    """
-    graph = ExpressionGraph(reading)
-    roots = graph.values(together([*(v for _, values in before for v in values), *results]))
+    operations: Operations, roots: Sequence[Value], arguments: Arguments
+) -> tuple[list[str], list[str]]:
+    """Return the statements of a function of vectors, and the texts of the roots."""
+    operations.share(roots)
+    used = _leaves(operations, roots)
     lines = [f"{s} = {vector}[{i}]" for vector, letters in arguments.items()
-             for i, s in enumerate(letters) if str(s) in graph.letters]  # fmt: skip
-    graph.share()
-    names = _named(graph, roots, {str(s) for letters, _ in before for s in letters})
-    texts, rest = Texts(graph, names), iter(roots)
-    pending: list[_Statement] = []
-    for letters, values in before:
-        defined, made = list(map(str, letters)), [next(rest) for _ in values]
-        if isinstance(values, Together):
-            pending.append((defined, *texts.with_letters(made), values.lines))
+             for i, s in enumerate(letters) if str(s) in used]  # fmt: skip
+    texts = Texts(operations, {})
+    free = (name for i in count() if (name := f"t{i}") not in operations.letters)
+    for number in _used_often(operations, roots):
+        name = next(free)
+        lines += texts.statements(number, name)
+        texts.names[number] = name
+    return [f"    {line}" for line in lines], [texts.of(v) for v in roots]
+
+
+def _used_often(operations: Operations, roots: Iterable[Value]) -> list[int]:
+    """Return the operations that get names, each after its parts: those that are used more than
+    once, or have several results."""
+    uses, kinds = operations.uses(roots), operations.kinds
+    seen, found = set[int](), list[int]()
+    pending = [(r >> 1, False) for r in roots][::-1]
+    while pending:
+        number, done = pending.pop()
+        if done:
+            found.append(number)
+        elif number not in seen:
+            seen.add(number)
+            kind = kinds[number]
+            if (uses[number] > 1 and kind != LEAF) or kind in (CALLED, LINES):
+                pending.append((number, True))
+            pending += [(p >> 1, False) for p in reversed(operations.parts[number])]
+    return found
+
+
+class Texts:
+    """The texts of values; names: number of an operation → its name, if it has one."""
+
+    def __init__(self, operations: Operations, names: dict[int, str]) -> None:
+        self.operations, self.names = operations, names
+
+    def of(self, value: Value) -> str:
+        """Return the text of a value, with names for the parts that have one."""
+        return self._text(value, _TERMS)
+
+    def statements(self, number: int, name: str) -> list[str]:
+        """Return the statements that give an operation its name."""
+        operations = self.operations
+        if operations.kinds[number] != LINES:
+            return [f"{name} = {self._written(number, 0)[0]}"]
+        texts = [self.of(p) for p in operations.parts[number]]
+        found: list[str] = operations.details[number].lines(name, texts)
+        return found
+
+    def _text(self, value: Value, needed: int) -> str:
+        number, minus = divmod(value, 2)
+        if number in self.names:
+            name = self.names[number]
+            text, holds = (f"-{name}", _TERMS) if minus else (name, _ATOM)
         else:
-            pending += [([s], *texts.with_letters([value]), _assign)
-                        for s, value in zip(defined, made, strict=True)]  # fmt: skip
-    pending += [([name], *texts.inside(node), _assign) for node, name in names.items()]
-    for defined, given, _, write in _by_use(pending):
-        lines += write(defined, given)
-    return [f"    {line}" for line in lines], map(texts.of, rest), graph.letters
+            text, holds = self._written(number, minus)
+        return text if holds >= needed else f"({text})"
 
+    def _written(self, number: int, minus: int) -> tuple[str, int]:
+        """Return the text of an operation or of its opposite, and its binding strength."""
+        operations = self.operations
+        kind, parts = operations.kinds[number], operations.parts[number]
+        if kind == ADD and len(parts) > 1:
+            return self._sum([p ^ minus for p in parts]), _TERMS
+        if kind == ADD:
+            return self._text(parts[0] ^ minus, _TERMS), _TERMS
+        if kind == LEAF:
+            text, holds = operations.details[number], _ATOM
+        elif kind == MULTIPLY:
+            text, holds = self._product(parts), _FACTORS
+        elif kind == INVERT:
+            text, holds = f"1/{self._text(parts[0], _RAISED)}", _FACTOR
+        elif kind == POWER:
+            text, holds = "**".join([self._text(p, _ATOM) for p in parts]), _RAISED
+        else:
+            text, holds = self._call(kind, operations.details[number], parts), _ATOM
+        return (f"-{text}", _TERMS) if minus else (text, holds)
 
-def _named(graph: ExpressionGraph, roots: list[Value], taken: set[str]) -> dict[int, str]:
-    """Return names for the values that are used more than once, each after its parts."""
-    uses = graph.uses(roots)
-    taken |= graph.letters.keys()
-    free = (name for i in count() if (name := f"t{i}") not in taken)
-    seen, names = set[int](), dict[int, str]()
+    def _sum(self, terms: list[Value]) -> str:
+        terms.sort(key=lambda term: term % 2)  # a positive term first
+        text = self._text(terms[0], _FACTORS if terms[0] % 2 == 0 else _TERMS)
+        for term in terms[1:]:
+            text += f" {'-' if term % 2 else '+'} {self._text(term & ~1, _FACTORS)}"
+        return text
 
-    def visit(node: int) -> None:
-        seen.add(node)
-        for part in graph.parts[node]:
-            if part >> 1 not in seen:
-                visit(part >> 1)
-        if uses[node] > 1 and graph.kinds[node] != LEAF:
-            names[node] = next(free)
+    def _product(self, factors: list[Value]) -> str:
+        """Return factors over factors."""
+        operations, below, above = self.operations, [], []
+        for f in factors:
+            number = f >> 1
+            if number not in self.names and operations.kinds[number] == INVERT:
+                below.append(operations.parts[number][0])
+            else:
+                above.append(f)
+        text = "*".join(self._text(f, _FACTOR) for f in above) or "1"
+        if below:
+            texts = [self._text(f, _RAISED) for f in below]
+            text += f"/{texts[0]}" if len(texts) == 1 else f"/({'*'.join(texts)})"
+        return text
 
-    for root in roots:
-        if root >> 1 not in seen:
-            visit(root >> 1)
-    return names
-
-
-def _by_use(pending: Sequence[_Statement]) -> Iterator[_Statement]:
-    """Yield the statements so that each uses letters of earlier ones: always the first that can."""
-    owner = {name: i for i, (names, *_) in enumerate(pending) for name in names}
-    uses = [{owner[name] for name in used & owner.keys()} for _, _, used, _ in pending]
-    users: dict[int, list[int]] = {}
-    for i, used in enumerate(uses):
-        for j in used:
-            users.setdefault(j, []).append(i)
-    ready = [i for i, used in enumerate(uses) if not used]
-    done = 0
-    while ready:
-        i = heapq.heappop(ready)
-        done += 1
-        yield pending[i]
-        for j in users.get(i, ()):
-            uses[j].discard(i)
-            if not uses[j]:
-                heapq.heappush(ready, j)
-    assert done == len(pending), "a letter is defined by itself"
-
-
-def _assign(names: list[str], texts: list[str]) -> list[str]:
-    return [f"{name} = {text}" for name, text in zip(names, texts, strict=True)]
+    def _call(self, kind: int, e: Any, parts: list[Value]) -> str:
+        if kind == ENTRY:
+            several = self.operations.kinds[parts[0] >> 1] == CALLED
+            place = f"[{e}]" if several else self.operations.details[parts[0] >> 1].place(e)
+            return f"{self._text(parts[0], _ATOM)}{place}"
+        if hasattr(e, "written"):
+            texts = dict(zip(e.args, map(self.of, parts), strict=True))
+            return str(e.written(texts.__getitem__))
+        name = e if isinstance(e, str) else type(e).__name__
+        return f"{FUNCTIONS.get(name, name)}({', '.join(map(self.of, parts))})"

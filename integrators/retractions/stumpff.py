@@ -7,6 +7,7 @@ Fundamentals of Celestial Mechanics, 6.9). Written with them nothing is 0/0 at t
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
@@ -15,7 +16,6 @@ from ..numbers import (
     InArithmetic,
     collect,
     entry,
-    parts_of,
     register,
     registered_function,
     sympy,
@@ -64,14 +64,13 @@ def _registered(most: int) -> str:
 
 
 @collect
-def together(expressions: list[Expression]) -> list[Expression]:
-    """The expressions with each c_k(z) as an entry of one call (c_0, …, c_K)(z), K = 3, 7, 11 …"""
-    values = {e for e in parts_of(expressions) if isinstance(e, _class())}
+def together(functions: Iterable[Expression]) -> dict[Expression, Expression]:
+    """Return each c_k(z) as an entry of one call (c_0, …, c_K)(z), K = 3, 7, 11 …"""
+    values = [e for e in functions if isinstance(e, _class())]
     if not values:
-        return expressions
+        return {}
     table = sympy.Function(_registered(max(int(c.args[0]) for c in values) | 3), real=True)
-    swap = {c: entry(table(c.args[1]), c.args[0]) for c in values}
-    return [e.xreplace(swap) for e in expressions]
+    return {c: entry(table(c.args[1]), c.args[0]) for c in values}
 
 
 def library(most: int) -> str:

@@ -167,7 +167,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any] | None:
     constrained = scheme.scene.all_constraints
     if scheme.equations.discrete is None:
         return None
-    from discmech.integrators.compiler import is_affine
+    from discmech.integrators.compiler import StepNodes, is_affine
 
     s: SceneSymbols = scheme.s
     out = written(scheme)
@@ -189,7 +189,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any] | None:
         ],
         f"{under}residual_mathml": [typeset.equation(here, there) for here, there in out.residual],
         "self_adjoint": scheme.self_adjoint,
-        "affine": is_affine(scheme.equations.step),
+        "affine": is_affine(StepNodes(scheme.equations.step)),
         "source": scheme.rule.source,
     }
 

@@ -27,7 +27,7 @@ from discmech.integrators import (
     so,
 )
 from discmech.integrators.groupoids import check_axioms
-from discmech.integrators.numbers.printing import code
+from discmech.integrators.numbers import code
 from discmech.integrators.rules import get as rule_called
 from tests.objects import SCENES, flow, scheme
 

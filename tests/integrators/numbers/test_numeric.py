@@ -10,21 +10,16 @@ from sympy import Abs, I, Matrix, Rational, Symbol, pi, sqrt
 
 from discmech.integrators import BadInput, exponential, se, so, su
 from discmech.integrators.numbers import (
-    Call,
     arithmetic,
     as_one_number,
-    called_text,
     evaluate,
     evaluate_matrix,
-    function_text,
     newton,
     numeric,
     numeric_function,
     numeric_text,
     random_point,
-    run_text,
 )
-from discmech.integrators.numbers.expression_graph import AS_WRITTEN
 from discmech.integrators.retractions.stumpff import stumpff
 
 X = sympy.symbols("x_0:3", real=True)
@@ -90,16 +85,6 @@ def test_shapes_are_those_of_the_results():
     shapes = [np.shape(part) for part in numeric({"x": X}, results, numbers)([1.0, 2.0, 3.0])]
     assert shapes == [(), (3,), (1, 3), (3, 1), (4, 2, 1), (0,), (0, 2), (2, 2)]
     assert np.array_equal(numeric({"x": x}, [Matrix(1, 3, x)], numbers)([1, 2, 3]), [[1, 2, 3]])
-
-
-def test_definitions_come_in_an_order_that_can_be_computed():
-    a, b, c = sympy.symbols("a b c", real=True)
-    later_first = [([a], [b + c]), ([b, c], [X[0] ** 2, X[1] * sympy.sin(X[0])])]
-    f = numeric({"x": X[:2]}, [a * b, a**2 * sympy.sin(X[0])], arithmetic(16), later_first)
-    product, other = f([0.5, 2.0])
-    total = 0.25 + 2 * np.sin(0.5)
-    assert product == pytest.approx(0.25 * total, rel=1e-15)
-    assert other == pytest.approx(total**2 * np.sin(0.5), rel=1e-15)
 
 
 def test_one_text_serves_every_arithmetic():
@@ -189,13 +174,3 @@ def test_newton_ends_where_an_entry_is_a_product_of_round_offs(digits):
         root = newton(change, numbers.identity(2)[0], numbers.zeros(2), numbers.eps)
         assert abs(root[0] ** 2 - 2) < 16 * numbers.eps
         assert abs(root[1]) < 16 * numbers.eps**2
-
-
-def test_a_function_with_one_result_gives_a_number():
-    """A call returns a tuple, of one number too."""
-    a, b = sympy.symbols("a b")
-    c = sympy.Symbol("c")
-    node, more = called_text("node0", [b], [a], [([a], [c * b**2])], AS_WRITTEN)
-    assert more == [c]
-    text = function_text("use", {"w": [b, c]}, [a + 1], [([a], Call("node0", [b, *more]))])
-    assert run_text(node + text, {})["use"]([3, 2]) == 19

@@ -10,6 +10,7 @@ from sympy import Add, Mul, Pow, Rational
 from discmech.integrators.numbers import (
     Coefficients,
     arithmetic,
+    coefficients_text,
     function_text,
     numeric,
     run_text,
@@ -81,7 +82,7 @@ def by_numeric(results, numbers):
 def by_coefficients(results, numbers):
     known = Coefficients(CONSTANTS)
     text = function_text("f", {"x": VARIABLES, "c": known}, [results], (), known)
-    names = run_text(f"{text}\n{known.text('prepare')}", numbers.namespace())
+    names = run_text(f"{text}\n{coefficients_text('prepare', known)}", numbers.namespace())
     x, q = ([numbers.number(POINT[s]) for s in letters] for letters in (VARIABLES, CONSTANTS))
     return names["f"](x, names["prepare"](q))
 
