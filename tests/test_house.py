@@ -54,10 +54,11 @@ SHOWING = (*VIEWS, *under("studies/command"), STUDIES / "__init__.py", STUDIES /
 
 @pytest.mark.parametrize("path", VIEWS, ids=label)
 def test_views_measure_nothing(path):
-    """They see results as data: neither the integrators, nor the references, nor the measuring."""
+    """They see records: neither the integrators, nor the references, nor the measuring."""
     folder = ".".join(("discmech", *path.parent.relative_to(ROOT).parts))
     plots = tuple(f"{folder}.{p.stem}" for p in path.parent.glob("plot*.py"))
-    shown = ("discmech.studies.report", "discmech.studies.core.study", *plots)
+    shown = ("discmech.studies.report", "discmech.studies.core.study", *plots,
+             "discmech.studies.core.records", f"{folder}.records")  # fmt: skip
     ours = [n for n in imports_of(path, typing=False) if within(n, *PACKAGES)]
     assert not [n for n in ours if not within(n, *shown)] or path.stem == "readme_picture"
 

@@ -2,42 +2,49 @@
 
 from __future__ import annotations
 
-from typing import Any
+from ..core.records import decoded
+from ..report.case import NONE
+from ..report.case import Case as Shown
+from ..report.view import Column, View
+from ..report.wording import scientific
+from .records import Expected, Laws, Measured
 
-from ..report.view import View
-from ..report.wording import NONE, Case, mapping, scientific
-
-MODES = ("stepped", "located")
-
-
-def _worst(measured: dict[str, Any], name: str) -> Any:
-    """Return the larger number of both modes, or of a control."""
-    found = [mapping(measured, mode).get(name) for mode in MODES] + [measured.get(name)]
-    return max((e for e in found if isinstance(e, (int, float))), default=None)
+Case = Shown[Measured, Expected, object]
 
 
-def _column(name: str, head: str) -> Any:
-    return head, lambda case: scientific(_worst(mapping(case, "measured"), name))
+def _laws(case: Case) -> list[Laws]:
+    """Return the laws of both modes; of a control those of its one run."""
+    modes = [case.measured.stepped, case.measured.located]
+    return [mode for mode in modes if mode is not None] or [decoded(Laws, case.figures, True)]
 
 
-def _got(measured: dict[str, Any]) -> str:
+def _worst(case: Case, name: str) -> str:
+    """Return the larger defect of both modes, or that of a control."""
+    return scientific(max((e for laws in _laws(case) if (e := getattr(laws, name)) is not None),
+                          default=None))  # fmt: skip
+
+
+def _column(name: str, head: str) -> Column:
+    return head, lambda case: _worst(case, name)
+
+
+def _got(case: Case) -> str:
     names = ("penetration", "pull", "slip", "impact_energy", "jump")
-    said = [f"{k.replace('_', ' ')} {scientific(_worst(measured, k))}" for k in names]
-    if measured.get("order") is not None:
-        said.append(f"impacts of order {measured['order']:.2f}")
-    return ", ".join(said)
+    said = [f"{name.replace('_', ' ')} {_worst(case, name)}" for name in names]
+    order = case.measured.order
+    return ", ".join(said if order is None else [*said, f"impacts of order {order:.2f}"])
 
 
 def _impacts(case: Case) -> str:
-    counts = [mapping(mapping(case, "measured"), mode).get("impacts") for mode in MODES]
-    return ", ".join(str(e) for e in counts if e is not None) or NONE
+    return ", ".join(str(e.impacts) for e in _laws(case) if e.impacts is not None) or NONE
 
 
 VIEW = View(
+    measured=Measured, expected=Expected,
     columns=[
         ("Impacts, stepped and located", _impacts), _column("penetration", "Penetration"),
         _column("cone", "Cone"), _column("impact_energy", "Energy of impacts"),
         _column("jump", "Momentum of impacts"),
     ],
-    got=_got, wanted=lambda expected: f"≤ {scientific(expected.get('limit'))}",
+    got=_got, wanted=lambda case: f"≤ {scientific(case.expected.limit)}",
 )  # fmt: skip

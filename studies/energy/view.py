@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from ..report import plot_drift
 from ..report.canvas import Panel
+from ..report.case import NONE
+from ..report.case import Case as Shown
 from ..report.grouping import figures_by_precision
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
-from ..report.wording import (
-    NONE,
-    RESOLVED,
-    Case,
-    mapping,
-    number,
-    pairs,
-    plus_minus,
-    scientific,
-)
+from ..report.wording import RESOLVED, pairs, plus_minus, scientific
+from .records import Expected, Measured, Row
+
+Case = Shown[Measured, Expected, Row]
 
 ENERGY = (
     "Energy error, relative to the energy that moves (the largest kinetic energy of the motion), "
@@ -32,57 +27,61 @@ ENERGY = (
 )
 
 
-def _wanted(expected: dict[str, Any]) -> str:
-    if "not_demanded" in expected:
+def _wanted(case: Case) -> str:
+    expected = case.expected
+    if expected.not_demanded is not None:
         return "only measured"
-    if "balance_order" in expected:
-        return f"energy less work: order ≥ {expected['balance_order']}"
-    limit = number(expected.get("slope_limit"))
-    if limit is None:
-        return pairs(expected)
-    return f"no drift: at most {scientific(limit)} per unit of time"
+    if expected.balance_order is not None:
+        return f"energy less work: order ≥ {expected.balance_order}"
+    if expected.slope_limit is None:
+        return pairs(case.wanted)
+    return f"no drift: at most {scientific(expected.slope_limit)} per unit of time"
 
 
-def _edges(measured: dict[str, Any]) -> str:
-    return ", ".join(map(scientific, measured.get("edge_slopes") or ())) or NONE
+def _edges(case: Case) -> str:
+    return ", ".join(map(scientific, case.measured.edge_slopes or ())) or NONE
 
 
-def _band(measured: dict[str, Any]) -> str:
+def _of_balance(case: Case) -> bool:
+    """True if energy less work was measured, also where it does not sink."""
+    return "balance_order" in case.figures
+
+
+def _band(case: Case) -> str:
     """Return the band; the verdict is on drift alone, so a band that resolves nothing is marked."""
-    band = number(measured.get("band"))
-    wide = band is not None and band > RESOLVED and "balance_order" not in measured
+    band = case.measured.band
+    wide = band is not None and band > RESOLVED and not _of_balance(case)
     return scientific(band) + (" (too wide to be resolved)" if wide else "")
 
 
-def _slope(measured: dict[str, Any]) -> str:
-    return plus_minus(measured.get("slope"), measured.get("slope_interval"))
+def _slope(case: Case) -> str:
+    return plus_minus(case.measured.slope, case.measured.slope_interval)
 
 
-def _drift(measured: dict[str, Any]) -> str:
+def _drift(case: Case) -> str:
     """Return the drift of the energy to one side; a force's balance has none."""
-    return scientific(measured.get("drift")) if "drift" in measured else NONE
+    return scientific(case.measured.drift)
 
 
-def _got(measured: dict[str, Any]) -> str:
-    if "balance_order" in measured:
-        band, order = scientific(measured.get("band")), number(measured["balance_order"])
+def _got(case: Case) -> str:
+    if _of_balance(case):
+        order = case.measured.balance_order
         said = "which does not sink with the step" if order is None else f"of order {order:.2f}"
-        return f"energy less work is off by {band}, {said}"
-    return f"a drift of {_drift(measured)} and an oscillation of {_band(measured)}"
+        return f"energy less work is off by {scientific(case.measured.band)}, {said}"
+    return f"a drift of {_drift(case)} and an oscillation of {_band(case)}"
 
 
-def _short(measured: dict[str, Any]) -> str:
+def _short(case: Case) -> str:
     """Return the oscillation; if the energy drifts by more than a tenth of it, the drift."""
-    drift, band = number(measured.get("drift")), number(measured.get("band"))
+    drift, band = case.measured.drift, case.measured.band
     if drift is not None and band is not None and not abs(drift) <= RESOLVED * band:
         return f"drifts by {scientific(drift)}"
-    return f"oscillates by {_band(measured)}"
+    return f"oscillates by {_band(case)}"
 
 
 def _line(case: Case) -> str:
     """Return the result with the duration of the run: one that seems to drift is made longer."""
-    time = number(case.get("duration"))
-    return _got(mapping(case, "measured")) + (f", to t = {time:g}" if time is not None else "")
+    return _got(case) + (f", to t = {case.duration:g}" if case.duration is not None else "")
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
@@ -94,13 +93,11 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 VIEW = View(
+    measured=Measured, expected=Expected, row=Row,
     columns=[
-        ("Drift over the run", lambda case: _drift(mapping(case, "measured"))),
-        ("Oscillation (band)", lambda case: _band(mapping(case, "measured"))),
-        ("Slope", lambda case: _slope(mapping(case, "measured"))),
-        ("Slopes of the edges", lambda case: _edges(mapping(case, "measured"))),
+        ("Drift over the run", _drift), ("Oscillation (band)", _band), ("Slope", _slope),
+        ("Slopes of the edges", _edges),
     ],
-    got=_got, wanted=_wanted,
-    short=_short, line=_line,
-    sketches=_sketches, compared=lambda case: {"band": case["measured"].get("band")},
+    got=_got, wanted=_wanted, short=_short, line=_line,
+    sketches=_sketches, compared=lambda case: {"band": case.figures.get("band")},
 )  # fmt: skip

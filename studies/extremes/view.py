@@ -2,48 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
+from ..report.case import NONE
+from ..report.case import Case as Shown
 from ..report.view import View
-from ..report.wording import NONE, mapping, number, scientific
+from ..report.wording import scientific
+from .records import Found, Measured
+
+Case = Shown[Measured, object, object]
 
 #: the words for an outcome of the data
 WORDS = {"wrong, noticed": "wrong, and it shows", "wrong, silent": "wrong, and nothing shows it"}
 SHOWS = {"smaller steps": "smaller steps end elsewhere", "energy": "the energy is off"}
 
 
-def outcome(found: Mapping[str, Any]) -> str:
+def outcome(found: Found | None) -> str:
     """Return the outcome of a run at an extreme, and the sign of its failure."""
+    if found is None:
+        return NONE
     said = _said(found)
-    if number(found.get("error")) is not None:
-        said += f", error {scientific(found['error'])}"
-    if found.get("noticed") not in (None, "", "nothing") and not found.get("message"):
-        said += f" ({SHOWS.get(str(found['noticed']), found['noticed'])})"
-    return f"{said}: {found['message']}" if found.get("message") else said
+    if found.error is not None:
+        said += f", error {scientific(found.error)}"
+    if found.noticed not in (None, "", "nothing") and not found.message:
+        said += f" ({SHOWS.get(str(found.noticed), found.noticed)})"
+    return f"{said}: {found.message}" if found.message else said
 
 
-def _said(found: Mapping[str, Any]) -> str:
-    word = str(found.get("outcome") or NONE)
+def _said(found: Found) -> str:
+    word = found.outcome or NONE
     return WORDS.get(word, word)
 
 
-def _outcomes(measured: dict[str, Any]) -> str:
-    return "; ".join(f"{part}: {outcome(measured[part])}" for part in measured)
+def _runs(case: Case) -> list[tuple[str, str, Found]]:
+    parts = (("fine", "short steps"), ("coarse", "long steps"))
+    found = [(name, words, getattr(case.measured, name)) for name, words in parts]
+    return [run for run in found if run[2] is not None]
 
 
-def _short(measured: dict[str, Any]) -> str:
+def _outcomes(case: Case) -> str:
+    return "; ".join(f"{name}: {outcome(found)}" for name, _, found in _runs(case))
+
+
+def _short(case: Case) -> str:
     """Return a short outcome such as "short steps: right; long steps: wrong, and it shows"."""
-    steps = {"fine": "short steps", "coarse": "long steps"}
-    return "; ".join(f"{steps.get(k, k)}: {_said(found)}" for k, found in measured.items())
+    return "; ".join(f"{words}: {_said(found)}" for _, words, found in _runs(case))
 
 
 VIEW = View(
+    measured=Measured,
     columns=[
-        ("Extreme", lambda case: str(case.get("extreme") or NONE)),
-        ("hω = 1/10", lambda case: outcome(mapping(mapping(case, "measured"), "fine"))),
-        ("hω = 5", lambda case: outcome(mapping(mapping(case, "measured"), "coarse"))),
+        ("Extreme", lambda case: case.extreme or NONE),
+        ("hω = 1/10", lambda case: outcome(case.measured.fine)),
+        ("hω = 5", lambda case: outcome(case.measured.coarse)),
     ],
-    got=_outcomes, wanted=lambda expected: "no wrong result without a sign", short=_short,
-    line=lambda case: f"{case['extreme']}: {_short(mapping(case, 'measured'))}",
+    got=_outcomes, wanted=lambda case: "no wrong result without a sign", short=_short,
+    line=lambda case: f"{case.extreme}: {_short(case)}",
 )  # fmt: skip

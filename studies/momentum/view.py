@@ -7,10 +7,15 @@ from typing import Any
 
 from ..report import plot_drift
 from ..report.canvas import Panel
+from ..report.case import NONE
+from ..report.case import Case as Shown
 from ..report.grouping import figures_by_precision
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
-from ..report.wording import NONE, Case, largest, limit, mapping, pairs, scientific
+from ..report.wording import largest, limit, pairs, scientific
+from .records import Expected, Measured, Row
+
+Case = Shown[Measured, Expected, Row]
 
 DRIFT = (
     "The largest drift so far of each momentum map, relative to the sum of the absolute values of "
@@ -23,16 +28,15 @@ DRIFT = (
 
 def _drifts(case: Case) -> str:
     """Return each drift, with its number of steps if that is less than for the others."""
-    drift = mapping(case, "measured").get("drift") or {}
-    over = mapping(case, "expected").get("over") or {}
+    over = case.expected.over
     most = max(over.values(), default=0)
     fewer = {name: f" ({steps} steps)" for name, steps in over.items() if steps < most}
-    words = (f"{name} {scientific(value)}{fewer.get(name, '')}" for name, value in drift.items())
-    return ", ".join(words) or NONE
+    drift = case.measured.drift.items()
+    return ", ".join(f"{k} {scientific(v)}{fewer.get(k, '')}" for k, v in drift) or NONE
 
 
 def _compared(case: Case) -> dict[str, Any]:
-    return {"drift": max((case["measured"].get("drift") or {}).values(), default=None)}
+    return {"drift": max((case.figures.get("drift") or {}).values(), default=None)}
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
@@ -46,11 +50,12 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 VIEW = View(
+    measured=Measured, expected=Expected, row=Row,
     columns=[
         ("Largest drift", _drifts),
-        ("Random walk", lambda case: scientific(mapping(case, "expected").get("random_walk"))),
+        ("Random walk", lambda case: scientific(case.expected.random_walk)),
     ],
-    got=lambda measured: pairs(measured.get("drift") or {}), wanted=limit,
-    short=lambda measured: largest(mapping(measured, "drift")),
+    got=lambda case: pairs(case.measured.drift), wanted=limit,
+    short=lambda case: largest(case.measured.drift),
     sketches=_sketches, compared=_compared,
 )  # fmt: skip

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from ..report import plot_convergence
+from ..report.case import NONE
+from ..report.case import Case as Shown
 from ..report.grouping import by_scene
 from ..report.palette import Mark
+from ..report.plot_convergence import Line, Point
 from ..report.view import Sketch, Titles, View
-from ..report.wording import NONE, Case, mapping, number, plus_minus
+from ..report.wording import plus_minus
+from .records import Expected, Measured, Row
+
+Case = Shown[Measured, Expected, Row]
 
 REFINEMENT = (
     "How much the optimal motion changes when the steps are halved, against the step: the largest "
@@ -18,26 +23,29 @@ REFINEMENT = (
 )
 
 
+WHAT = "change of the solution"
+
+
 def _orders(case: Case) -> str:
     """Return the order of each kind of unknown."""
-    measured = mapping(case, "measured")
-    exact, orders = measured.get("exact") or [], mapping(measured, "orders")
-    found = []
-    for kind, order in orders.items():
-        p = number(order)
-        shown = "exact" if kind in exact else NONE if p is None else f"{p:.3f}"
-        found.append(f"{kind} {shown}")
-    return ", ".join(found)
+    return ", ".join(
+        f"{kind} {'exact' if kind in case.measured.exact else NONE if p is None else f'{p:.3f}'}"
+        for kind, p in case.measured.orders.items()
+    )
 
 
-def _short(measured: dict[str, Any]) -> str:
-    found = number(measured.get("order"))
-    return NONE if found is None else f"{found:.3f}"
+def _short(case: Case) -> str:
+    return NONE if case.measured.order is None else f"{case.measured.order:.3f}"
+
+
+def _line(case: Case) -> Line:
+    points = [Point(row.step, row.error, row.used, row.why_not) for row in case.rows]
+    return Line(case, points, case.measured.order, case.expected.order)
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     panels = [
-        plot_convergence.panel(titles.get(scene, scene), own, known, "change of the solution")
+        plot_convergence.panel(titles.get(scene, scene), list(map(_line, own)), known, WHAT)
         for scene, own in by_scene(cases).items()
     ]
     return [
@@ -46,12 +54,12 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 VIEW = View(
+    measured=Measured, expected=Expected, row=Row,
     columns=[
         ("Orders", _orders),
-        ("Corrections", lambda case: ", ".join(
-            map(str, mapping(case, "measured").get("corrections") or []))),
+        ("Corrections", lambda case: ", ".join(map(str, case.measured.corrections))),
     ],
-    got=lambda measured: plus_minus(measured.get("order"), measured.get("interval")),
-    wanted=lambda expected: f"{expected['order']:g} ± {expected['tolerance']:g}",
+    got=lambda case: plus_minus(case.measured.order, case.measured.interval),
+    wanted=lambda case: f"{case.expected.order:g} ± {case.expected.tolerance:g}",
     short=_short, sketches=_sketches,
 )  # fmt: skip

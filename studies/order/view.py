@@ -9,18 +9,16 @@ from typing import Any
 
 from ..report import plot_convergence
 from ..report.canvas import Panel, Sheet
+from ..report.case import NONE
+from ..report.case import Case as Shown
 from ..report.grouping import by_scene, figures_by_precision
 from ..report.palette import Mark
+from ..report.plot_convergence import Line, Point
 from ..report.view import Sketch, Titles, View
-from ..report.wording import (
-    NONE,
-    Case,
-    in_unusual_chart,
-    mapping,
-    number,
-    plus_minus,
-    rows,
-)  # fmt: skip
+from ..report.wording import plus_minus
+from .records import Expected, Measured, Row
+
+Case = Shown[Measured, Expected, Row]
 
 CONVERGENCE = (
     "Error in (x, μ) at the end of the run against step size; the number beside a rule is the "
@@ -37,67 +35,69 @@ FAMILY_CAPTION = (
 )
 
 
-def _got(measured: dict[str, Any]) -> str:
-    processed = number(measured.get("effective"))
-    found = plus_minus(measured.get("order"), measured.get("interval"))
-    found += " (against its own runs)" if measured.get("why_not") else ""
-    return found + ("" if processed is None else f", processed {processed:g}")
+def _got(case: Case) -> str:
+    measured = case.measured
+    found = plus_minus(measured.order, measured.interval)
+    found += " (against its own runs)" if measured.why_not else ""
+    return found if measured.effective is None else f"{found}, processed {measured.effective:g}"
 
 
-def _wanted(expected: dict[str, Any]) -> str:
-    if number(expected.get("order")) is None:
+def _wanted(case: Case) -> str:
+    expected = case.expected
+    if expected.order is None:
         return "only measured"
-    tolerance = number(expected.get("tolerance"))
-    said = f"{expected['order']:g}" + (f" ± {tolerance:g}" if tolerance is not None else "")
-    declared = number(expected.get("declared"))
-    lopsided = "" if declared is None else f" (declared {declared:g}; in this chart ι(u) ≠ −u)"
-    processed = number(expected.get("effective"))
-    return said + lopsided + ("" if processed is None else f", processed {processed:g}")
+    said = f"{expected.order:g}"
+    said += "" if expected.tolerance is None else f" ± {expected.tolerance:g}"
+    if expected.declared is not None:
+        said += f" (declared {expected.declared:g}; in this chart ι(u) ≠ −u)"
+    return said if expected.effective is None else f"{said}, processed {expected.effective:g}"
 
 
-def _short(measured: dict[str, Any]) -> str:
-    found = number(measured.get("order"))
-    return NONE if found is None else f"{found:.4f}"
+def _short(case: Case) -> str:
+    return NONE if case.measured.order is None else f"{case.measured.order:.4f}"
 
 
 def _multipliers(case: Case) -> str:
-    found = number(mapping(case, "measured").get("multipliers"))
-    return NONE if found is None else f"{found:.3f}"
+    return NONE if case.measured.multipliers is None else f"{case.measured.multipliers:.3f}"
 
 
 def _points(case: Case) -> str:
     """Return the points of the fit, and why others were left out."""
-    every, used = rows(case), mapping(case, "measured").get("points")
-    why = Counter(str(row.get("why_not") or "left out") for row in every if not row.get("used"))
-    if used is None:
-        used = len(every) - why.total()
+    why = Counter(row.why_not or "left out" for row in case.rows if not row.used)
+    used = case.measured.points
+    used = len(case.rows) - why.total() if used is None else used
     said = ", ".join(f"{count} {reason}" for reason, count in why.items())
-    return f"{used} of {len(every)}" + (f" ({said})" if said else "")
+    return f"{used} of {len(case.rows)}" + (f" ({said})" if said else "")
 
 
 def _compared(case: Case) -> dict[str, Any]:
     # below a thousand roundings an error is no longer the method's
-    least = 1e3 * (2.0**-53 if case["digits"] == 16 else 10.0 ** -case["digits"])
-    errors = {r["step"]: r["error"] for r in case["rows"] if r["error"] and r["error"] > least}
-    return {"order": case["measured"].get("order"), "errors": errors, "time": case.get("duration")}
+    least = 1e3 * (2.0**-53 if case.digits == 16 else 10.0**-case.digits)
+    errors = {row.step: row.error for row in case.rows if row.error and row.error > least}
+    return {"order": case.figures.get("order"), "errors": errors, "time": case.duration}
+
+
+def _line(case: Case) -> Line:
+    points = [Point(row.step, row.error, row.used, row.why_not) for row in case.rows]
+    return Line(case, points, case.measured.order, case.expected.order)
 
 
 def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:
     """Return a sheet with a wider margin if names of rules carry their retraction."""
-    more = 0.24 if any(map(in_unusual_chart, cases)) else 0.0
+    more = 0.24 if any(case.in_unusual_chart for case in cases) else 0.0
     return replace(sheet, width=sheet.width + more, right=sheet.right + more)
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     def panels(scene: str, own: Sequence[Case], digits: int) -> list[Panel]:
-        return [plot_convergence.panel(titles.get(scene, scene), own, known)]
+        return [plot_convergence.panel(titles.get(scene, scene), list(map(_line, own)), known)]
 
     sheet = _room(plot_convergence.SHEET, cases)
     joined = [case for case in cases if _of_family(case)]
     if len(by_scene(joined)) < 2 or len(joined) == len(cases):
         return figures_by_precision("order", "Convergence", CONVERGENCE, cases, sheet, panels)
     there = by_scene(joined).keys()
-    family = [c for c in cases if c.get("scene") in there and int(c.get("digits") or 16) == DIGITS]
+    family = [case for case in cases if case.scene in there and case.digits == DIGITS]
     drawn = [panel for scene, own in by_scene(family).items() for panel in panels(scene, own, 50)]
     others = [case for case in cases if not _of_family(case)]
     first = figures_by_precision("order", "Convergence", CONVERGENCE, others, sheet, panels)
@@ -107,12 +107,13 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 def _of_family(case: Case) -> bool:
     """True for one of the short runs that are added if nothing is chosen (`family_cases`)."""
-    return int(case.get("digits") or 16) == DIGITS and " --steps " in str(case.get("command"))
+    return case.digits == DIGITS and " --steps " in case.command
 
 
 VIEW = View(
+    measured=Measured, expected=Expected, row=Row,
     columns=[
-        ("Order", lambda case: _got(mapping(case, "measured"))),
+        ("Order", _got),
         ("Order of multipliers", _multipliers),
         ("Points", _points),
     ],

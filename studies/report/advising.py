@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .wording import USUAL_RETRACTION, Result, duration, number, scientific
+from ..core.records import number
+from .case import USUAL_RETRACTION
+from .wording import duration, scientific
 
 Line = Mapping[str, Any]
 FAR = 1e6  # larger ratios are not given exactly
@@ -13,7 +15,7 @@ GOALS = {"1e6 periods": "a million periods", "large steps": "large steps",
          "stable steps": "large steps of the oscillator"}  # fmt: skip
 
 
-def recommended(result: Result) -> list[str]:
+def recommended(result: Mapping[str, Any]) -> list[str]:
     """Return a line per scene with the recommendation, and a sentence of evidence per goal."""
     scenes: dict[str, list[Line]] = {}
     for line in result["advice"]:
@@ -45,7 +47,7 @@ def overall(lines: Sequence[Line]) -> list[str]:
     return [f"{best}, or cannot be told from the best, {where}{near}."]
 
 
-def recommendation(result: Result) -> dict[str, Any]:
+def recommendation(result: Mapping[str, Any]) -> dict[str, Any]:
     """Return the recommendations as plain cells for the page."""
     about = (
         "By the time to an error, the energy error at equal time, the share of the stability map; "

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from base64 import b64decode, b64encode
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 from ..core.study import view_of
 from .canvas import Drawing, render
+from .case import AnyCase, Result, result_of
 from .palette import Mark, marks
 from .view import Sketch, Titles
-from .wording import Case, Result, rule_name
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,13 @@ class Look:
     style: tuple[tuple[str, Any], ...] = ()
 
     def of_cases(
-        self, cases: Sequence[Case], known: dict[str, Mark]
-    ) -> tuple[list[Case], dict[str, Mark]]:
+        self, cases: Sequence[AnyCase], known: dict[str, Mark]
+    ) -> tuple[list[AnyCase], dict[str, Mark]]:
         """Return the cases with labels in place of rules' names, and the marks by label."""
         labels = dict(self.labels)
-        shown = [{**c, "rule": labels.get(str(c.get("rule")), c.get("rule"))} for c in cases]
+        shown = [replace(case, rule=labels.get(str(case.rule), case.rule)) for case in cases]
         pairs = zip(shown, cases, strict=True)
-        return shown, known | {rule_name(new): known[rule_name(old)] for new, old in pairs}
+        return shown, known | {new.method: known[old.method] for new, old in pairs}
 
 
 #: [(data on which a drawing depends, function that makes it)] → the drawings, new or stored
@@ -54,7 +54,7 @@ def anew(drawings: Sequence[tuple[Any, Callable[[], Any]]]) -> list[Any]:
 
 
 def plates(
-    results: Sequence[Result],
+    results: Sequence[Mapping[str, Any] | Result],
     titles: Titles,
     definitions: dict[str, str],
     remembered: Remembered = anew,
@@ -66,41 +66,38 @@ def plates(
     contain them once. remembered: returns stored drawings of the same numbers. look: labels and
     style that the user wants.
     """
-    look = look or Look()
-    rules = dict.fromkeys(rule_name(case) for result in results for case in result["cases"])
-    known = marks(rules)
+    look, made = look or Look(), list(map(result_of, results))
+    known = marks(dict.fromkeys(case.method for result in made for case in result.cases))
     styles = [str(item) for item in known.items()]
-    own = [(str(result["study"]), result["cases"]) for result in results]
     drawings = [
-        (
-            [study, cases, styles, dict(titles), str(look)],
-            partial(_drawn, study, cases, known, titles, look),
-        )
-        for study, cases in own
-    ]
+        ([result.study, [case.given for case in result.cases], styles, dict(titles), str(look)],
+         partial(_drawn, result.study, result.cases, known, titles, look))
+        for result in made
+    ]  # fmt: skip
     found = []
-    for result, (study, cases), drawn in zip(results, own, remembered(drawings), strict=True):
+    for result, drawn in zip(made, remembered(drawings), strict=True):
         definitions |= drawn["definitions"]
         for figure in drawn["figures"]:
             drawing = Drawing(
                 figure["svg"].encode(), b64decode(figure["pdf"]), b64decode(figure["png"]),
                 figure["panels"], figure["width"], figure["columns"],
             )  # fmt: skip
-            again = command(result, cases, figure["digits"])
+            again = command(result, figure["digits"])
             words = (figure["title"], figure["caption"], again)
-            found.append(Plate(figure["name"], study, *words, drawing))
+            found.append(Plate(figure["name"], result.study, *words, drawing))
     return found
 
 
-def sketches(result: Result, titles: Titles, look: Look | None = None) -> list[Sketch]:
+def sketches(given: Mapping[str, Any], titles: Titles, look: Look | None = None) -> list[Sketch]:
     """Return the figures of a study's result that have something to show, before they are drawn."""
-    known = marks(dict.fromkeys(rule_name(case) for case in result["cases"]))
-    cases, known = (look or Look()).of_cases(result["cases"], known)
-    return [s for s in view_of(result["study"]).sketches(cases, known, titles) if s.panels]
+    result = result_of(given)
+    known = marks(dict.fromkeys(case.method for case in result.cases))
+    cases, known = (look or Look()).of_cases(result.cases, known)
+    return [s for s in view_of(result.study).sketches(cases, known, titles) if s.panels]
 
 
 def _drawn(
-    study: str, cases: Sequence[Case], known: dict[str, Mark], titles: Titles, look: Look
+    study: str, cases: Sequence[AnyCase], known: dict[str, Mark], titles: Titles, look: Look
 ) -> dict[str, Any]:
     """Return the figures of a study and their definitions for the page, as JSON data."""
     definitions: dict[str, str] = {}
@@ -118,9 +115,9 @@ def _drawn(
     return {"definitions": definitions, "figures": figures}
 
 
-def command(result: Result, cases: Sequence[Case], digits: int | None) -> str:
+def command(result: Result, digits: int | None) -> str:
     """Return the command that makes these numbers again."""
-    same = [case for case in cases if digits is None or int(case.get("digits") or 16) == digits]
-    own = next((case["study_command"] for case in same if case.get("study_command")), None)
-    base = str(own or result.get("command") or f"discmech {result['study']}")
+    same = [case for case in result.cases if digits in (None, case.digits)]
+    own = next((case.study_command for case in same if case.study_command), "")
+    base = own or result.command or f"discmech {result.study}"
     return base if digits is None or "--digits" in base else f"{base} --digits {digits}"

@@ -5,29 +5,29 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 from .canvas import Panel, Sheet
+from .case import AnyCase
 from .view import Sketch
-from .wording import Case
 
 
-def precisions(cases: Sequence[Case]) -> dict[int, list[Case]]:
+def precisions(cases: Sequence[AnyCase]) -> dict[int, list[AnyCase]]:
     """Return the cases for each number of digits, fewest digits first."""
-    found: dict[int, list[Case]] = {}
+    found: dict[int, list[AnyCase]] = {}
     for case in cases:
-        found.setdefault(int(case.get("digits") or 16), []).append(case)
+        found.setdefault(case.digits, []).append(case)
     return dict(sorted(found.items()))
 
 
-def by_scene(cases: Sequence[Case]) -> dict[str, list[Case]]:
+def by_scene(cases: Sequence[AnyCase]) -> dict[str, list[AnyCase]]:
     """Return the cases of each scene, in their order."""
-    found: dict[str, list[Case]] = {}
+    found: dict[str, list[AnyCase]] = {}
     for case in cases:
-        found.setdefault(str(case.get("scene")), []).append(case)
+        found.setdefault(str(case.scene), []).append(case)
     return found
 
 
 def figures_by_precision(
-    name: str, title: str, caption: str, cases: Sequence[Case], sheet: Sheet,
-    panels: Callable[[str, Sequence[Case], int], Iterable[Panel]],
+    name: str, title: str, caption: str, cases: Sequence[AnyCase], sheet: Sheet,
+    panels: Callable[[str, Sequence[AnyCase], int], Iterable[Panel]],
 ) -> list[Sketch]:  # fmt: skip
     """Return one figure per precision, with panels for each scene: its name, cases and digits.
 

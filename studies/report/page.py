@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import filterfalse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.study import counts, every_study, known_study
+from ..core.study import every_study, known_study
+from .case import VERDICTS, AnyCase, Result, result_of
 from .formulas import display, spaced, together
 from .glossary import met
 from .publish import published
@@ -16,7 +16,7 @@ from .sparkline import Past, Sparklines, unknown_past
 from .summary import headline, machine, merged, runs, tally, trouble, when
 from .svg import short_names
 from .tables import columns, file_name, filled, write_tables
-from .wording import CONSTRAINED, VERDICTS, Case, Result, is_control, verdict, why
+from .wording import CONSTRAINED, why
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -39,7 +39,7 @@ class About:
 
 
 def write_report(
-    results: Sequence[Result],
+    results: Sequence[Mapping[str, Any]],
     equations: Sequence[Mapping[str, Any]],
     scenes: Sequence[Mapping[str, Any]],
     folder: Path,
@@ -58,7 +58,8 @@ def write_report(
     from .figures import anew, plates
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
-    studies = merged(results)
+    made = list(map(result_of, results))
+    studies = merged(made)
     definitions: dict[str, str] = {}
     with published(Path(folder), last="index.html") as new:
         for name in ("figures", "tables", "equations"):
@@ -69,18 +70,16 @@ def write_report(
             (new / "figures" / f"{plate.name}.pdf").write_bytes(plate.drawing.pdf)
             (new / "figures" / f"{plate.name}.png").write_bytes(plate.drawing.png)
         labels = dict(look.labels) if look else {}
-        files = {
-            str(study["study"]): write_tables(study, new / "tables", labels) for study in studies
-        }
+        files = {study.study: write_tables(study, new / "tables", labels) for study in studies}
         formulae = _schemes(equations, titles, new / "equations")
-        words = (results, studies, drawn, definitions, scenes, command, files, formulae)
+        words = (made, studies, drawn, definitions, scenes, command, files, formulae)
         text = _page(*words, past=past, about=about)
         (new / "index.html").write_text(text, encoding="utf-8")
     return Path(folder) / "index.html"
 
 
 def lone_page(
-    results: Sequence[Result],
+    results: Sequence[Mapping[str, Any]],
     scenes: Sequence[Mapping[str, Any]],
     command: str,
     tables: Sequence[Mapping[str, Any]] = (),
@@ -94,10 +93,11 @@ def lone_page(
     from .figures import plates
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
-    studies = merged(results)
+    made = list(map(result_of, results))
+    studies = merged(made)
     definitions: dict[str, str] = {}
     drawn = plates(studies, titles, definitions)
-    words = (results, studies, drawn, definitions, scenes, command)
+    words = (made, studies, drawn, definitions, scenes, command)
     return _page(*words, tables=tables, about=about)
 
 
@@ -120,14 +120,14 @@ def _page(
         "methods": about.methods,
         "command": command,
         "headline": headline(studies),
-        "studies": [_view(s, drawn, beside.get(str(s["study"]), ()), lines) for s in studies],
+        "studies": [_view(s, drawn, beside.get(s.study, ()), lines) for s in studies],
         "absent": [
-            n
-            for n, study in every_study().items()
-            if n not in {s["study"] for s in studies} and (study.usual or about.whole)
+            name
+            for name, study in every_study().items()
+            if name not in {s.study for s in studies} and (study.usual or about.whole)
         ],
         "trouble": trouble(studies),
-        "controlled": any(is_control(case) for study in studies for case in study["cases"]),
+        "controlled": any(case.control for study in studies for case in study.cases),
         "past": lines,
         "definitions": "".join(definitions[key] for key in sorted(definitions)),
         "tables": tables,
@@ -165,22 +165,15 @@ def environment() -> Environment:
     )
 
 
-def _lines(study: str, cases: Sequence[Case], past: Sparklines) -> dict[str, Any]:
+def _lines(study: str, cases: Sequence[AnyCase], past: Sparklines) -> dict[str, Any]:
     """Return a table for the templates: headings, and a line per case."""
     shown = filled(columns(study), cases)
     lines = [
-        {
-            "cells": [text(case) for _, text in shown[:-1]],
-            "verdict": verdict(case),
-            "word": shown[-1][1](case),
-            "past": past.of(case),
-            "reason": why(case),
-            "told": counts(case) and verdict(case) != "pass",
-            "command": str(case.get("command") or ""),
-            "when": when(case),
-        }
+        {"cells": [text(case) for _, text in shown[:-1]], "verdict": case.verdict,
+         "word": shown[-1][1](case), "past": past.of(case), "reason": why(case),
+         "told": case.counts and not case.passed, "command": case.command, "when": when(case)}
         for case in cases
-    ]
+    ]  # fmt: skip
     return {"heads": [head for head, _ in shown], "lines": lines}
 
 
@@ -188,11 +181,10 @@ def _view(
     study: Result, drawn: Sequence[Plate], files: Sequence[str], past: Sparklines
 ) -> dict[str, Any]:
     """Return the data of one study for the page."""
-    name, cases = str(study["study"]), study["cases"]
-    known = known_study(name)
-    sound = [case for case in cases if not is_control(case)]
-    ours = list(filter(counts, sound))
-    parts = {kind: [case for case in ours if verdict(case) == kind] for kind in VERDICTS}
+    name, known = study.study, known_study(study.study)
+    sound = [case for case in study.cases if not case.control]
+    ours = [case for case in sound if case.counts]
+    parts = {kind: [case for case in ours if case.verdict == kind] for kind in VERDICTS}
     return {
         "name": name,
         "title": known.title if known else name.capitalize(),
@@ -203,17 +195,17 @@ def _view(
             "lines": known.told_limits() if known else [],
         },
         "anchor": file_name(name),
-        "notes": [str(note) for note in study.get("notes") or []],
-        "tables": study.get("tables") or [],
-        "verdict": verdict(study),
-        "count": tally(cases),
+        "notes": study.notes,
+        "tables": study.tables,
+        "verdict": study.verdict,
+        "count": tally(study.cases),
         "bad": _lines(name, parts["fail"] + parts["inconclusive"], past),
         "good": _lines(name, parts["pass"], past),
-        "others": _lines(name, list(filterfalse(counts, sound)), past),
-        "controls": _lines(name, [case for case in cases if is_control(case)], past),
+        "others": _lines(name, [case for case in sound if not case.counts], past),
+        "controls": _lines(name, [case for case in study.cases if case.control], past),
         "plates": [plate for plate in drawn if plate.study == name],
         "files": files,
-        "command": str(study.get("command") or f"discmech {name}"),
+        "command": study.command or f"discmech {name}",
     }
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from .alike import Share, shares
 from .canvas import Panel, Sheet, log_axis, log_limits, note
+from .case import AnyCase
 from .labels import end_labels
 from .palette import MUTED, PAPER, Mark
-from .wording import Case, mapping, number, rows, rule_name, verdict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,9 +21,46 @@ SHEET = Sheet(width=3.2)
 Curve = list[tuple[float, float]]
 
 
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A run of a ladder: its step, its error if it has one, and why it is not in the fit."""
+
+    step: float | None = None
+    error: float | None = None
+    used: bool = False
+    why_not: str | None = None
+
+    @property
+    def drawn(self) -> bool:
+        """True if the point has a place on logarithmic axes."""
+        return bool(self.step and self.error and self.error > 0)
+
+
+@dataclass(frozen=True)
+class Line:
+    """The errors of a method on a ladder of steps, its order and the expected one."""
+
+    case: AnyCase
+    points: Sequence[Point]
+    order: float | None = None
+    expected: float | None = None
+
+    @property
+    def curve(self) -> Curve:
+        """The points that are drawn, (step, error)."""
+        found = [(abs(p.step), p.error) for p in self.points if p.drawn and p.step and p.error]
+        return sorted(found)
+
+    @property
+    def label(self) -> str:
+        """The words at the end of the line."""
+        words = self.case.method + (f"  {self.order:.3f}" if self.order is not None else "")
+        return words if self.case.passed else f"{words}\n({self.case.verdict})"
+
+
 def panel(
     title: str,
-    cases: Sequence[Case],
+    lines: Sequence[Line],
     marks: dict[str, Mark],
     what: str = "error in (x, μ)",
     along: str = "step h",
@@ -30,61 +68,40 @@ def panel(
     """Return the panel of one scene at one precision; what: the drawn quantity; along: x axis."""
 
     def draw(axes: Axes) -> None:
-        curves = {rule_name(case): _points(case) for case in cases}
-        everything = [point for curve in curves.values() for point in curve]
+        curves = [line.curve for line in lines]
+        everything = [point for curve in curves for point in curve]
         if not everything:
-            reasons = " ".join(str(case.get("reason") or "") for case in cases[:1])
-            note(axes, f"No points. {reasons}")
+            note(axes, f"No points. {lines[0].case.reason if lines else ''}")
             return
-        steps = [step for case in cases for row in rows(case) if (step := _step(row))]
+        steps = [abs(point.step) for line in lines for point in line.points if point.step]
         log_axis(axes, "x", log_limits(steps, 0.06, 0.5), 4)
         log_axis(axes, "y", log_limits(error for _, error in everything))
-        labels = []
-        for case, share in zip(cases, shares(axes, list(curves.values())), strict=True):
-            curve, mark = curves[rule_name(case)], marks[rule_name(case)]
-            _curve(axes, case, mark, share)
+        labels, fellows = [], dict[float, list[Curve]]()
+        for line, curve, share in zip(lines, curves, shares(axes, curves), strict=True):
+            mark = marks[line.case.method]
+            _curve(axes, line, curve, mark, share)
             end = max(curve, default=(axes.get_xlim()[1], axes.get_ylim()[0]))
-            labels.append((*end, _label(case), mark.colour))
-        fellows: dict[float, list[Curve]] = {}
-        for case in cases:
-            if order := number(mapping(case, "expected").get("order")):
-                fellows.setdefault(order, []).append(curves[rule_name(case)])
-        slope_marks(axes, fellows, list(curves.values()))
+            labels.append((*end, line.label, mark.colour))
+            if line.expected:
+                fellows.setdefault(line.expected, []).append(curve)
+        slope_marks(axes, fellows, curves)
         end_labels(axes, labels)
 
     spoken = f"{title}: {what} against step size on logarithmic axes. "
-    spoken += "; ".join(_label(case) for case in cases)
+    spoken += "; ".join(line.label for line in lines)
     return Panel(title, what, along, spoken, draw)
 
 
-def _label(case: Case) -> str:
-    order = number(mapping(case, "measured").get("order"))
-    words = rule_name(case) + (f"  {order:.3f}" if order is not None else "")
-    return words if verdict(case) == "pass" else f"{words}\n({verdict(case)})"
-
-
-def _step(row: dict[str, Any]) -> float | None:
-    step = number(row.get("step"))
-    return abs(step) if step else None
-
-
-def _points(case: Case) -> Curve:
-    found = [(_step(row), number(row.get("error"))) for row in rows(case)]
-    return sorted((step, error) for step, error in found if step and error and error > 0)
-
-
-def _curve(axes: Axes, case: Case, mark: Mark, share: Share) -> None:
+def _curve(axes: Axes, line: Line, points: Curve, mark: Mark, share: Share) -> None:
     """Draw the line, and each point with a mark that shows whether the fit used it."""
-    points = _points(case)
     if points:
         axes.plot(*zip(*points, strict=True), color=mark.colour, **share.line(mark, 0.9))
     kinds: dict[str, Curve] = {}
-    for row in rows(case):
-        step, error = _step(row), number(row.get("error"))
-        why = "" if row.get("used") else str(row.get("why_not") or "left out")
-        if step is not None:
-            failed = error is None or error <= 0
-            kinds.setdefault("failed" if failed else why, []).append((step, error or 0.0))
+    for point in line.points:
+        if point.step:
+            why = "" if point.used else point.why_not or "left out"
+            kind = why if point.drawn else "failed"
+            kinds.setdefault(kind, []).append((abs(point.step), point.error or 0.0))
     for why, curve in kinds.items():
         style: dict[str, Any] = {"ls": "", "color": mark.colour, "zorder": 3}
         style |= {"marker": mark.marker, **share.marks(3.6)}

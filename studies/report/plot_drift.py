@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from .alike import shares
 from .canvas import Panel, Sheet, log_axis, log_limits, note, round_off
+from .case import AnyCase
 from .labels import end_labels
 from .palette import GRID, INK, MUTED, Mark
-from .wording import Case, in_tens, mapping, number, rows, rule_name, scientific, verdict
+from .wording import in_tens, scientific
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,18 +23,18 @@ BINS = 100
 HALF = 0.36  # half the height of a strip; strips are 1 apart
 
 
-def momenta(cases: Sequence[Case]) -> list[str]:
+def momenta(cases: Sequence[AnyCase]) -> list[str]:
     """Return the names of the momentum maps of a scene, in the order of the report."""
     found: dict[str, None] = {}
     for case in cases:
-        found |= dict.fromkeys(mapping(case, "measured").get("drift") or {})
-        for row in rows(case)[:1]:
-            found |= dict.fromkeys(row.get("drift") or {})
+        found |= dict.fromkeys(case.measured.drift)
+        for row in case.rows[:1]:
+            found |= dict.fromkeys(row.drift)
     return list(found)
 
 
 def drift(
-    title: str, name: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int
+    title: str, name: str, cases: Sequence[AnyCase], marks: dict[str, Mark], digits: int
 ) -> Panel:
     """Return the panel of the largest drift so far of one momentum map, with the walk of round-off.
 
@@ -46,15 +47,13 @@ def drift(
         curves = [_drifts(case, name) for case in cases]
         points = [point for curve in curves for point in curve]
         if not points:
-            note(axes, f"No points. {cases[0].get('reason') or ''}")
+            note(axes, f"No points. {cases[0].reason}")
             return
         last = max(step for step, _ in points)
-        expected = [mapping(case, "expected") for case in cases]
-        walks = [number(e.get("random_walk")) for e in expected]
+        walks = [case.expected.random_walk for case in cases]
         factor = max((walk for walk in walks if walk), default=unit * math.sqrt(last))
-        limits = [x for e in expected if (x := number(e.get("limit")))]
         # limits that look like one line count as one
-        limits = sorted({float(f"{x:.2g}") for x in limits})
+        limits = sorted({float(f"{x:.2g}") for case in cases if (x := case.expected.limit)})
         floor = min([unit / 4, *(value for _, value in points if value > 0)])
         log_axis(axes, "x", log_limits((step for step, _ in points), 0.03))
         values = [max(value, floor) for _, value in points]
@@ -76,7 +75,7 @@ def drift(
             )
         ]
         for case, curve, share in zip(cases, drawn, shares(axes, drawn), strict=True):
-            mark = marks[rule_name(case)]
+            mark = marks[case.method]
             style = {"color": mark.colour, "clip_on": False, **share.line(mark, 0.8)}
             if curve:
                 axes.plot(*zip(*curve, strict=True), zorder=2.5, **style)
@@ -85,30 +84,28 @@ def drift(
         end_labels(axes, labels)
 
     spoken = f"{title}, {name}: relative drift against steps, {digits} digits. " + "; ".join(
-        f"{rule_name(case)} {scientific((mapping(case, 'measured').get('drift') or {}).get(name))}"
-        for case in cases
+        f"{case.method} {scientific(case.measured.drift.get(name))}" for case in cases
     )
     return Panel(title, f"largest drift of {name} so far", "steps N", spoken, draw)
 
 
-def drifted(case: Case, name: str) -> str:
+def drifted(case: AnyCase, name: str) -> str:
     """Return the rule, the worst drift of this quantity, and "fail" if this quantity fails."""
-    worst = number((mapping(case, "measured").get("drift") or {}).get(name))
-    limit = number(mapping(case, "expected").get("limit"))
+    worst, limit = case.measured.drift.get(name), case.expected.limit
     if worst is None:
-        return f"{rule_name(case)}\n({verdict(case)})"
-    words = f"{rule_name(case)}  {scientific(worst, 0)}"
+        return f"{case.method}\n({case.verdict})"
+    words = f"{case.method}  {scientific(worst, 0)}"
     return words if limit is None or worst <= limit else f"{words}\n(fail)"
 
 
-def _drifts(case: Case, name: str) -> list[tuple[float, float]]:
+def _drifts(case: AnyCase, name: str) -> list[tuple[float, float]]:
     """Return steps and drift; for many rows the worst in each of equal logarithmic bins."""
     worst: dict[int, tuple[float, float]] = {}
     found = []
-    for row in rows(case):
-        step, value = number(row.get("step")), number((row.get("drift") or {}).get(name))
-        if step and step > 0 and value is not None:
-            found.append((step, abs(value)))
+    for row in case.rows:
+        value = row.drift.get(name)
+        if row.step > 0 and value is not None:
+            found.append((float(row.step), abs(value)))
     if len(found) <= BINS:
         return sorted(found)
     low, high = (math.log(edge) for edge in (min(found)[0], max(found)[0]))
@@ -119,7 +116,7 @@ def _drifts(case: Case, name: str) -> list[tuple[float, float]]:
     return sorted(worst.values())
 
 
-def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int) -> Panel:
+def energy(title: str, cases: Sequence[AnyCase], marks: dict[str, Mark], digits: int) -> Panel:
     """Return the panel of one scene's energy error: a strip per rule, on one scale.
 
     So bands can be compared: the widest fills its strip, and a narrower one is magnified by the
@@ -129,7 +126,7 @@ def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: in
     def draw(axes: Axes) -> None:
         curves = [_envelope(case) for case in cases]
         if not any(curves):
-            note(axes, f"No points. {cases[0].get('reason') or ''}")
+            note(axes, f"No points. {cases[0].reason}")
             return
         end = max(time for curve in curves for time, _, _ in curve)
         start = min(time for curve in curves for time, _, _ in curve)
@@ -146,7 +143,7 @@ def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: in
         ]
         widest = max(high - low for low, high in ends)
         for index, (case, curve) in enumerate(zip(cases, curves, strict=True)):
-            mark = marks[rule_name(case)]
+            mark = marks[case.method]
             low, high = ends[index]
             larger = math.floor(math.log10(widest / (high - low)) + 1e-9) if high > low else 0
             scale = 10.0**larger * 2 * HALF / widest if high > low else 0.0
@@ -170,18 +167,17 @@ def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: in
         end_labels(axes, labels, indent=6)
 
     spoken = f"{title}: relative energy error against time, {digits} digits. " + "; ".join(
-        f"{rule_name(case)} band {scientific(mapping(case, 'measured').get('band'))}"
-        for case in cases
+        f"{case.method} band {scientific(case.measured.band)}" for case in cases
     )
     return Panel(title, "relative energy error", "time", spoken, draw)
 
 
-def _band(case: Case, larger: int) -> str:
+def _band(case: AnyCase, larger: int) -> str:
     """Return the rule, its band, its magnification, and the verdict unless it is a pass."""
-    band = number(mapping(case, "measured").get("band"))
-    words = rule_name(case) + (f"\nband {_two(band)}" if band is not None else "")
+    band = case.measured.band
+    words = case.method + (f"\nband {_two(band)}" if band is not None else "")
     words += f", drawn ×{10 if larger == 1 else in_tens(10.0**larger)}" if larger else ""
-    return words if verdict(case) == "pass" else f"{words}\n({verdict(case)})"
+    return words if case.passed else f"{words}\n({case.verdict})"
 
 
 def _signed(value: float) -> str:
@@ -193,14 +189,10 @@ def _two(value: float) -> str:
     return f"{value:.2g}" if 0.01 <= value < 99 else scientific(value)
 
 
-def _envelope(case: Case) -> list[tuple[float, float, float]]:
+def _envelope(case: AnyCase) -> list[tuple[float, float, float]]:
     """Return time, smallest and largest error of each stretch; with few rows each is a stretch."""
-    found: list[tuple[float, float]] = []
-    for row in rows(case):
-        time, error = number(row.get("time")), number(row.get("error"))
-        if time is not None and error is not None:
-            found.append((time, error))
-    found.sort()
+    found = sorted((row.time, row.error) for row in case.rows
+                   if row.time is not None and row.error is not None)  # fmt: skip
     if len(found) <= 2 * BINS:
         return [(time, error, error) for time, error in found]
     kept = []

@@ -12,21 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.study import view_of
+from .case import NONE, VERDICTS, AnyCase, Result, case_of, result_of
 from .view import Column
-from .wording import (
-    NONE,
-    VERDICTS,
-    Case,
-    Result,
-    case_name,
-    caught,
-    is_control,
-    mapping,
-    rows,
-    rule_name,
-    verdict,
-    whys,
-)
+from .wording import whys
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -49,48 +37,38 @@ _SEAM = re.compile(r"(?<!\\)\$\$")  # one formula ends where the next begins
 def columns(study: str) -> list[Column]:
     """Return heading and text function of each column of a study's table."""
     view = view_of(study)
-    own = view.columns or [("Got", lambda case: got(study, case))]
-    last: Column = (
-        "Verdict", lambda case: caught(case) if is_control(case) else verdict(case)
-    )  # fmt: skip
+    own = view.columns or [("Got", got)]
+    last: Column = ("Verdict", lambda case: case.word)
     if view.whole:
         return [*own, last]
     return [
-        ("Scene", lambda case: str(case.get("scene") or NONE)),
-        ("Rule", lambda case: str(case.get("rule") or NONE)),
-        ("Retraction", lambda case: str(case.get("retraction") or NONE)),
-        ("Digits", lambda case: str(case.get("digits") or NONE)),
-        *own,
-        ("Wanted", lambda case: wanted(study, case)),
-        last,
-    ]
+        ("Scene", lambda case: case.scene or NONE), ("Rule", lambda case: case.rule or NONE),
+        ("Retraction", lambda case: case.retraction or NONE),
+        ("Digits", lambda case: str(case.digits)), *own, ("Wanted", wanted), last,
+    ]  # fmt: skip
 
 
-def filled(shown: list[Column], cases: Sequence[Case]) -> list[Column]:
+def filled(shown: list[Column], cases: Sequence[AnyCase]) -> list[Column]:
     """Return the columns that have an entry for some case, and the verdict."""
     return [column for column in shown[:-1] if any(column[1](case) != NONE for case in cases)] + [
         shown[-1]
     ]
 
 
-def wanted(study: str, case: Case) -> str:
+def wanted(case: AnyCase) -> str:
     """Return the expectation of the case."""
-    expected = mapping(case, "expected")
-    return view_of(study).wanted(expected) if expected else NONE
+    return view_of(case.study).wanted(case) if case.wanted else NONE
 
 
-def got(study: str, case: Case) -> str:
+def got(case: AnyCase) -> str:
     """Return the measurement in one line."""
-    measured = mapping(case, "measured")
-    return view_of(study).got(measured) if measured else NONE
+    return view_of(case.study).got(case) if case.figures else NONE
 
 
-def short(study: str, case: Case) -> str:
-    """Return the deciding figure of a verdict, from the demanded ones if the case names these."""
-    view, measured = view_of(study), mapping(case, "measured")
-    demanded = mapping(case, "expected").get("demanded", measured)
-    measured = {name: value for name, value in measured.items() if name in demanded}
-    return (view.short or view.got)(measured) if measured else NONE
+def short(study: str, given: Mapping[str, Any] | AnyCase) -> str:
+    """Return the deciding figure of a verdict."""
+    view, case = view_of(study), case_of(study, given)
+    return (view.short or view.got)(case) if case.figures else NONE
 
 
 def plain(value: Any) -> Any:
@@ -133,8 +111,8 @@ _AFTER = (
 def cases_csv(result: Result) -> str:
     """Return a line per case, with all digits."""
     lines = [
-        flat({key: case[key] for key in (*_KEYS, *_AFTER) if key in case})
-        for case in result.get("cases") or []
+        flat({key: case.given[key] for key in (*_KEYS, *_AFTER) if key in case.given})
+        for case in result.cases
     ]
     return _csv(lines, _KEYS)
 
@@ -142,9 +120,9 @@ def cases_csv(result: Result) -> str:
 def rows_csv(result: Result) -> str:
     """Return a line per row of each case: the data of the figures."""
     lines = [
-        {**{key: case.get(key) for key in _KEYS}, **flat(row)}
-        for case in result.get("cases") or []
-        for row in rows(case)
+        {**{key: case.given.get(key) for key in _KEYS}, **flat(row)}
+        for case in result.cases
+        for row in case.given.get("rows") or ()
     ]
     return _csv(lines, _KEYS)
 
@@ -171,9 +149,8 @@ def tex(text: str) -> str:
 
 def cases_tex(result: Result) -> str:
     """A booktabs tabular; put `\\usepackage{booktabs}` into the preamble."""
-    cases = result.get("cases") or []
-    shown = filled(columns(str(result.get("study"))), cases)
-    lines = [" & ".join(tex(text(case)) for _, text in shown) + r" \\" for case in cases]
+    shown = filled(columns(result.study), result.cases)
+    lines = [" & ".join(tex(text(case)) for _, text in shown) + r" \\" for case in result.cases]
     heads = " & ".join(tex(head) for head, _ in shown) + r" \\"
     body = [rf"\begin{{tabular}}{{{'l' * len(shown)}}}", r"\toprule", heads, r"\midrule"]
     return "\n".join([*body, *lines, r"\bottomrule", r"\end{tabular}", ""])
@@ -185,13 +162,12 @@ def paper_tex(result: Result, labels: Mapping[str, str] | None = None) -> str:
     A cell is the one number of the case with its uncertainty, where it has one; what did not pass
     has an asterisk. Controls are left out. labels: {rule: text}.
     """
-    shown = labels or {}
-    study, found = str(result.get("study")), []
-    cases = [case for case in result.get("cases") or [] if not is_control(case)]
-    for digits in sorted({int(case.get("digits") or 16) for case in cases}):
-        same = [case for case in cases if int(case.get("digits") or 16) == digits]
-        scenes = list(dict.fromkeys(str(case.get("scene")) for case in same))
-        cells = {(rule_name(case), str(case.get("scene"))): _cell(study, case) for case in same}
+    shown, found = labels or {}, []
+    cases = [case for case in result.cases if not case.control]
+    for digits in sorted({case.digits for case in cases}):
+        same = [case for case in cases if case.digits == digits]
+        scenes = list(dict.fromkeys(str(case.scene) for case in same))
+        cells = {(case.method, str(case.scene)): _cell(case) for case in same}
         body = [rf"\begin{{tabular}}{{l{'c' * len(scenes)}}}", r"\toprule",
                 " & ".join(["Rule", *map(tex, scenes)]) + r" \\", r"\midrule"]  # fmt: skip
         for rule in dict.fromkeys(rule for rule, _ in cells):
@@ -200,25 +176,26 @@ def paper_tex(result: Result, labels: Mapping[str, str] | None = None) -> str:
                 *(cells.get((rule, scene), tex(NONE)) for scene in scenes),
             ]
             body.append(" & ".join(line) + r" \\")
-        found += [f"% {study}, {digits} digits", *body, r"\bottomrule", r"\end{tabular}", ""]
+        found += [f"% {result.study}, {digits} digits", *body]
+        found += [r"\bottomrule", r"\end{tabular}", ""]
     return "\n".join(found)
 
 
-def _cell(study: str, case: Case) -> str:
-    measured = mapping(case, "measured")
-    said = (view_of(study).got(measured) if measured else "") or NONE
-    return tex(said) + ("" if verdict(case) == "pass" else r"\rlap{$^{*}$}")
+def _cell(case: AnyCase) -> str:
+    return tex(got(case) or NONE) + ("" if case.passed else r"\rlap{$^{*}$}")
 
 
 def write_tables(
-    result: Result, folder: Path, labels: Mapping[str, str] | None = None
+    given: Mapping[str, Any] | Result, folder: Path, labels: Mapping[str, str] | None = None
 ) -> list[str]:
     """Write STUDY.csv, STUDY-rows.csv, STUDY.json, STUDY.tex, STUDY-paper.tex; return names."""
-    study = file_name(str(result.get("study")))
+    result = result_of(given)
+    study = file_name(result.study)
+    whole = json.dumps(plain(result.given), ensure_ascii=False, allow_nan=False)
     written = {
         f"{study}.csv": cases_csv(result),
         f"{study}-rows.csv": rows_csv(result),
-        f"{study}.json": json.dumps(plain(result), ensure_ascii=False, allow_nan=False) + "\n",
+        f"{study}.json": f"{whole}\n",
         f"{study}.tex": cases_tex(result),
         f"{study}-paper.tex": paper_tex(result, labels),
     }
@@ -253,44 +230,44 @@ def rich_table(
     return found
 
 
-def terminal_table(result: Result) -> Table:
+def terminal_table(given: Mapping[str, Any] | Result) -> Table:
     """Return the verdicts of a study for a terminal, failures last, where the reader looks
     first."""
     from rich.markup import escape
 
-    study = str(result.get("study"))
-    cases = sorted(result.get("cases") or [], key=lambda c: -VERDICTS.index(verdict(c)))
-    shown = filled(columns(study), cases)
+    result = result_of(given)
+    cases = sorted(result.cases, key=lambda case: -VERDICTS.index(case.verdict))
+    shown = filled(columns(result.study), cases)
     lines = []
     for case in cases:
         texts = [escape(text(case)).replace(" | ", "\n") for _, text in shown]
-        colour = COLOURS[verdict(case)]
-        texts[1] += " [dim](control)[/dim]" * is_control(case)
+        colour = COLOURS[case.verdict]
+        texts[1] += " [dim](control)[/dim]" * case.control
         lines.append([*texts[:-1], f"[{colour}]{texts[-1]}[/{colour}]"])
-    said = verdict(result)
-    return rich_table(f"{study}: {said}", [head for head, _ in shown], lines, COLOURS[said])
+    title = f"{result.study}: {result.verdict}"
+    return rich_table(title, [head for head, _ in shown], lines, COLOURS[result.verdict])
 
 
-def print_result(screen: Console, result: Result) -> None:
+def print_result(screen: Console, given: Mapping[str, Any]) -> None:
     """Print the table, then a paragraph per case that did not pass, too long for a column.
 
     A view may have its own way (`View.printed`).
     """
-    if (printed := view_of(str(result.get("study"))).printed) is not None:
+    result = result_of(given)
+    if (printed := view_of(result.study).printed) is not None:
         printed(screen, result)
         return
     screen.print(terminal_table(result))
-    print_trouble(screen, result)
+    print_trouble(screen, result.cases)
 
 
-def print_trouble(screen: Console, result: Result, commands: bool = False) -> None:
+def print_trouble(screen: Console, cases: Sequence[AnyCase], commands: bool = False) -> None:
     """Print a paragraph per case that did not pass, failures last, with its command if asked."""
-    cases = [case for case in result.get("cases") or [] if verdict(case) != "pass"]
-    cases.sort(key=lambda case: -VERDICTS.index(verdict(case)))
-    for case, reason in zip(cases, whys(cases), strict=True):
-        said = caught(case) if is_control(case) else verdict(case)
-        words = ": ".join(filter(None, [said, case_name(case), reason]))
-        if commands and case.get("command"):
-            words += f"\n  {case['command']}"
-        if commands or case.get("reason"):
+    bad = sorted((case for case in cases if not case.passed),
+                 key=lambda case: -VERDICTS.index(case.verdict))  # fmt: skip
+    for case, reason in zip(bad, whys(bad), strict=True):
+        words = ": ".join(filter(None, [case.word, case.name, reason]))
+        if commands and case.command:
+            words += f"\n  {case.command}"
+        if commands or case.reason:
             screen.print(words, highlight=False, markup=False, soft_wrap=True)

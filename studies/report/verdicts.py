@@ -5,22 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..core.records import number
 from ..core.study import view_of
 from .advising import times
+from .case import NONE, VERDICTS, AnyCase, case_of, result_of
 from .tables import COLOURS, got, rich_table, short, wanted
-from .wording import (
-    NONE,
-    VERDICTS,
-    Case,
-    Result,
-    case_name,
-    duration,
-    number,
-    rule_name,
-    scientific,
-    verdict,
-    whys,
-)
+from .wording import duration, scientific, whys
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -40,25 +30,25 @@ COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
 }
 
 
-def line(study: str, case: Case, told: Collection[str] = ()) -> str:
+def line(study: str, given: Mapping[str, Any], told: Collection[str] = ()) -> str:
     """Return a line such as: ✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ±
     0.05).
 
     For a case that did not pass it has the reason, unless that was printed before. The cause and
     the command come once, at the end (`troubles`).
     """
-    written = view_of(study).line
-    figure = written(case) if written and case.get("measured") else got(study, case)
-    reason = str(case.get("reason"))
-    why_not = "" if verdict(case) == "pass" or reason in told else reason.partition(" Cause: ")[0]
+    case, written = case_of(study, given), view_of(study).line
+    figure = written(case) if written and case.figures else got(case)
+    known = case.passed or case.reason in told
+    why_not = "" if known else case.reason.partition(" Cause: ")[0]
     figure = why_not if figure == NONE and why_not else figure
-    expected = wanted(study, case)
+    expected = wanted(case)
     said = "" if expected == NONE else f" (wanted {expected})"
     said += f": {why_not}" if why_not not in ("", figure) else ""
-    return f"{MARKS[verdict(case)]} {study}: {case_name(case)}: {figure}{said}"
+    return f"{MARKS[case.verdict]} {study}: {case.name}: {figure}{said}"
 
 
-def table(result: Result) -> Table:
+def table(given: Mapping[str, Any]) -> Table:
     """Return a table: a row per scene and rule, a column per study, a line in it per precision."""
     from rich.markup import escape
 
@@ -68,60 +58,60 @@ def table(result: Result) -> Table:
             for said, words, digits in cell
         )
 
-    heads, rows = _grid(result)
-    said = verdict(result)
+    result = result_of(given)
+    heads, rows = _grid(result.cases)
     lines = [[*names, *(shown(cell) or f"[dim]{NONE}[/dim]" for cell in cells)]
              for names, cells in rows]  # fmt: skip
-    return rich_table(f"{result['study']}: {said}", heads, lines, COLOURS[said])
+    title = f"{result.study}: {result.verdict}"
+    return rich_table(title, heads, lines, COLOURS[result.verdict])
 
 
-def overview(result: Result) -> dict[str, Any]:
+def overview(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the table as plain cells for the page."""
-    heads, rows = _grid(result)
+    heads, rows = _grid(result_of(given).cases)
     lines = [
         [*names, *(", ".join(f"{MARKS[v]} {words} ({digits})" for v, words, digits in cell) or NONE
                    for cell in cells)]
         for names, cells in rows
     ]  # fmt: skip
     about = "What each study says, with the number of digits in brackets. "
-    about += " ".join(adjoints(result))
+    about += " ".join(adjoints(given))
     return {"title": "Overview", "about": about, "heads": heads, "lines": lines}
 
 
-def _grid(result: Result) -> tuple[list[str], list[tuple[list[str], list[Cell]]]]:
+def _grid(cases: Sequence[AnyCase]) -> tuple[list[str], list[tuple[list[str], list[Cell]]]]:
     """Return headings, and for each scene and rule their names and a cell per study."""
-    cases = result["cases"]
-    names = list(dict.fromkeys(str(case["study"]) for case in cases))
-    lines: dict[tuple[str, str], list[Case]] = {}
+    names = list(dict.fromkeys(case.study for case in cases))
+    lines: dict[tuple[str, str], list[AnyCase]] = {}
     for case in cases:
-        lines.setdefault((str(case.get("scene")), rule_name(case)), []).append(case)
+        lines.setdefault((str(case.scene), case.method), []).append(case)
     rows = [
-        ([*key], [_cell([case for case in own if case["study"] == name]) for name in names])
+        ([*key], [_cell([case for case in own if case.study == name]) for name in names])
         for key, own in lines.items()
     ]
     return ["Scene", "Rule", *names], rows
 
 
-def _cell(cases: Sequence[Case]) -> Cell:
+def _cell(cases: Sequence[AnyCase]) -> Cell:
     """Return verdict, figure and digits for each precision; several cases are counted."""
     shown = []
-    for digits in sorted({int(case.get("digits") or 16) for case in cases}):
-        same = [case for case in cases if int(case.get("digits") or 16) == digits]
-        worst = min((verdict(case) for case in same), key=VERDICTS.index)
+    for digits in sorted({case.digits for case in cases}):
+        same = [case for case in cases if case.digits == digits]
+        worst = min((case.verdict for case in same), key=VERDICTS.index)
         if len(same) == 1:
-            words = short(str(same[0]["study"]), same[0])
+            words = short(same[0].study, same[0])
         else:
-            words = f"{sum(verdict(case) == 'pass' for case in same)} of {len(same)}"
+            words = f"{sum(case.passed for case in same)} of {len(same)}"
         shown.append((worst, words, digits))
     return shown
 
 
-def adjoints(result: Result) -> list[str]:
+def adjoints(result: Mapping[str, Any]) -> list[str]:
     """Return for each rule where it is self-adjoint and where it is not."""
     found: dict[str, dict[bool, list[str]]] = {}
     known = [s for s in result.get("schemes") or [] if s["self_adjoint"] is not None]
     for scheme in known:
-        places = found.setdefault(rule_name(scheme), {True: [], False: []})
+        places = found.setdefault(_method(scheme), {True: [], False: []})
         places[bool(scheme["self_adjoint"])].append(str(scheme["scene"]))
     lines = []
     for name, places in found.items():
@@ -132,7 +122,7 @@ def adjoints(result: Result) -> list[str]:
     return lines
 
 
-def comparison(result: Result) -> dict[str, Any]:
+def comparison(result: Mapping[str, Any]) -> dict[str, Any]:
     """Return a line per scene, precision and method; ratios to the best in brackets."""
 
     def shown(line: Mapping[str, Any], name: str) -> str:
@@ -164,14 +154,14 @@ def comparison(result: Result) -> dict[str, Any]:
         "precision.",
         "heads": ["Scene", "Digits", "Rule", *(COMPARED[n][0] for n in names)],
         "lines": [
-            [str(line["scene"]), str(line["digits"]), rule_name(line),
+            [str(line["scene"]), str(line["digits"]), _method(line),
              *(shown(line, n) for n in names)]
             for line in lines
         ],
     }  # fmt: skip
 
 
-def side_by_side(result: Result) -> Table:
+def side_by_side(result: Mapping[str, Any]) -> Table:
     """Return the comparison for a terminal."""
     from rich.markup import escape
 
@@ -180,43 +170,48 @@ def side_by_side(result: Result) -> Table:
     return rich_table(found["title"], found["heads"], lines)
 
 
-def by_study(result: Result, command: Callable[[str], str]) -> list[Result]:
+def _method(line: Mapping[str, Any]) -> str:
+    """Return the rule of a line, with the retraction if it is not the usual one."""
+    return case_of("compare", {key: line[key] for key in ("rule", "retraction")}).method
+
+
+def by_study(result: Mapping[str, Any], command: Callable[[str], str]) -> list[Mapping[str, Any]]:
     """Return the cases of each study as its result with its command, for the page and figures."""
-    found: dict[str, list[Case]] = {}
+    found: dict[str, list[Mapping[str, Any]]] = {}
     for case in result["cases"]:
         found.setdefault(str(case["study"]), []).append(case)
     return [
         {**result, "study": study, "cases": cases, "notes": [], "command": command(study),
-         "verdict": min(map(verdict, cases), key=VERDICTS.index)}
+         "verdict": min((case["verdict"] for case in cases), key=VERDICTS.index)}
         for study, cases in found.items()
     ]  # fmt: skip
 
 
-def troubles(result: Result) -> list[str]:
+def troubles(given: Mapping[str, Any]) -> list[str]:
     """Return a paragraph per case that did not pass, failures first: case, reason, command.
 
     Cases of one scene and rule with the same reason, for example a rule that cannot be used, share
     one paragraph.
     """
-    cases = [case for case in result["cases"] if verdict(case) != "pass"]
-    alike: dict[tuple[Any, ...], list[Case]] = {}
-    for case in sorted(cases, key=lambda case: VERDICTS.index(verdict(case))):
-        place = (case.get(part) for part in ("scene", "rule", "retraction", "reason"))
-        alike.setdefault((verdict(case), *place), []).append(case)
+    bad = [case for case in result_of(given).cases if not case.passed]
+    alike: dict[tuple[Any, ...], list[AnyCase]] = {}
+    for case in sorted(bad, key=lambda case: VERDICTS.index(case.verdict)):
+        place = (case.verdict, case.scene, case.rule, case.retraction, case.reason)
+        alike.setdefault(place, []).append(case)
     found = []
     reasons = whys([first for first, *_ in alike.values()])
     for ((said, *_), (first, *more)), reason in zip(alike.items(), reasons, strict=True):
-        others = ", ".join(dict.fromkeys(str(case["study"]) for case in more))
+        others = ", ".join(dict.fromkeys(case.study for case in more))
         found.append(
-            f"{MARKS[said]} {first['study']}: {case_name(first)}: {reason}"
+            f"{MARKS[said]} {first.study}: {first.name}: {reason}"
             + (f"\n  and so {len(more)} more of {others}" if more else "")
-            + f"\n  again: {first.get('command')}"
+            + f"\n  again: {first.command}"
         )
     return found
 
 
-def summary(result: Result) -> str:
+def summary(given: Mapping[str, Any]) -> str:
     """Return a sentence such as: All 34 cases pass."""
     from .summary import headline
 
-    return headline([result])["text"]
+    return headline([result_of(given)])["text"]

@@ -6,15 +6,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .wording import Case, Result, mapping, pairs, scientific
+from .case import case_of
+from .wording import pairs, scientific
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from .canvas import Panel, Sheet
+    from .case import AnyCase, Result
     from .palette import Mark
 
-Column = tuple[str, Callable[[Case], str]]
+Words = Callable[[Any], str]
+Column = tuple[str, Words]
 Titles = Mapping[str, str]
 
 
@@ -32,31 +35,39 @@ class Sketch:
 
 def measured_column(key: str, head: str = "") -> Column:
     """Return a column for a number of `measured`, with the key as its heading."""
-    return head or key.capitalize(), lambda case: scientific(mapping(case, "measured").get(key))
+    return head or key.capitalize(), lambda case: scientific(case.figures.get(key))
 
 
-def no_figures(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+def no_figures(cases: Sequence[AnyCase], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     """Return [], for a study that draws nothing."""
     return []
 
 
 @dataclass(frozen=True)
 class View:
-    """A study's own way to show its numbers; omitted parts have a plain default.
+    """A study's own way to show its cases (`case.Case`); omitted parts have a plain default.
 
-    columns: those between a case's name and its expectation; if `whole`, all columns except the
-    verdict. got, wanted: the measurement and the expectation in one line. short: the deciding
-    figure (default: got). line: the text of a case in `verify` (default: got). sketches: its
-    figures. compared: the quantities that `compare` shows side by side. printed: prints the result
-    on a terminal in place of its table.
+    measured, expected, row: the records that its functions read; without them a case has mappings
+    by the names of JSON. columns: those between a case's name and its expectation; if `whole`, all
+    columns except the verdict. got, wanted: the measurement and the expectation in one line. short:
+    the deciding figure (default: got). line: the text of a case in `verify` (default: got).
+    sketches: its figures. compared: the quantities that `compare` shows side by side. printed:
+    prints the result on a terminal in place of its table.
     """
 
+    measured: type[Any] = dict
+    expected: type[Any] = dict
+    row: type[Any] = dict
     columns: Sequence[Column] | None = None
     whole: bool = False
-    got: Callable[[dict[str, Any]], str] = pairs
-    wanted: Callable[[dict[str, Any]], str] = pairs
-    short: Callable[[dict[str, Any]], str] | None = None
-    line: Callable[[Case], str] | None = None
-    sketches: Callable[[Sequence[Case], dict[str, Mark], Titles], list[Sketch]] = no_figures
-    compared: Callable[[Case], dict[str, Any]] | None = None
+    got: Words = lambda case: pairs(case.figures)
+    wanted: Words = lambda case: pairs(case.wanted)
+    short: Words | None = None
+    line: Words | None = None
+    sketches: Callable[[Sequence[Any], dict[str, Mark], Titles], list[Sketch]] = no_figures
+    compared: Callable[[Any], Mapping[str, Any]] | None = None
     printed: Callable[[Console, Result], None] | None = None
+
+    def side_by_side(self, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the quantities that `compare` shows of a case as JSON, which names its study."""
+        return {} if self.compared is None else self.compared(case_of(given["study"], given))

@@ -7,15 +7,11 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-Case = dict[str, Any]
-Result = dict[str, Any]
+from ..core.records import number
+from .case import NONE, AnyCase
 
-VERDICTS = ("fail", "inconclusive", "pass")  # in the order in which they are shown
-NONE = "—"
 # with a larger energy error, relative to the energy's terms, a run shows another motion
 RESOLVED = 0.1
-#: the default retraction, which names omit
-USUAL_RETRACTION = "cayley"
 #: the momentum before and after a step with constraints
 CONSTRAINED = (
     "μ + h/2 A(x)ᵀλ = F⁻(x, u)/h",
@@ -27,17 +23,6 @@ _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _FLAT = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _TENS = re.compile("(×|\\b)10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)")
 _NUMBER = re.compile(r"(?<![\w.])-?[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?")
-
-
-def number(value: Any) -> float | None:
-    """Return a finite float, or None for anything else (None, NaN, infinities, words)."""
-    if value is None or isinstance(value, bool):
-        return None
-    try:
-        result = float(value)
-    except (TypeError, ValueError, OverflowError):
-        return None
-    return result if math.isfinite(result) else None
 
 
 def in_tens(value: float, places: int = 0) -> str:
@@ -120,38 +105,17 @@ def _ends(interval: Any) -> tuple[float | None, float | None]:
     return None, None
 
 
-def verdict(thing: Mapping[str, Any]) -> str:
-    """Return the verdict of a case or a study; an unknown word counts as inconclusive."""
-    said = thing.get("verdict")
-    return said if said in VERDICTS else "inconclusive"
-
-
-def is_control(case: Mapping[str, Any]) -> bool:
-    """Return True for a control: a deliberate fault that has to be caught."""
-    return bool(case.get("control"))
-
-
-def caught(case: Mapping[str, Any]) -> str:
-    """Return a control's verdict: its test passes if the fault was caught.
-
-    A control that is proven to be no fault is "equivalent".
-    """
-    if mapping(case, "measured").get("equivalent"):
-        return "equivalent"
-    return {"pass": "caught", "fail": "missed"}.get(verdict(case), "inconclusive")
-
-
-def why(case: Mapping[str, Any]) -> str:
+def why(case: AnyCase) -> str:
     """Return the reason of a case that does not pass, and the smallest case that fails as well."""
-    small = case.get("smallest")
-    if not small:
-        return str(case.get("reason") or "")
-    whatever = f", whatever {' and '.join(small['whatever'])}" if small["whatever"] else ""
-    again = "the same" if small["command"] == case.get("command") else small["command"]
-    return f"{case['reason']} The smallest that fails: {again}{whatever}."
+    small = case.smallest
+    if small is None:
+        return case.reason
+    whatever = f", whatever {' and '.join(small.whatever)}" if small.whatever else ""
+    again = "the same" if small.command == case.command else small.command
+    return f"{case.reason} The smallest that fails: {again}{whatever}."
 
 
-def whys(cases: Sequence[Case]) -> list[str]:
+def whys(cases: Sequence[AnyCase]) -> list[str]:
     """Return `why` for each case; a cause or reason given before is only referred to.
 
     Causes that differ only in their figures count as one.
@@ -164,48 +128,17 @@ def whys(cases: Sequence[Case]) -> list[str]:
         if words and key in told:
             words = f"{figure} Cause: as of {told[key]}." if mark else f"As {told[key]}."
         elif words:
-            told[key] = case_name(case)
+            told[key] = case.name
         found.append(words)
     return found
 
 
-def mapping(case: Mapping[str, Any], key: str) -> dict[str, Any]:
-    """Return a dict inside a case (`measured`, `expected`), empty if it is missing."""
-    value = case.get(key)
-    return dict(value) if isinstance(value, Mapping) else {}
-
-
-def rows(case: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the rows of a case, [] if the run failed."""
-    return [dict(row) for row in case.get("rows") or [] if isinstance(row, Mapping)]
-
-
-def rule_name(case: Mapping[str, Any]) -> str:
-    """Return the rule, with the retraction if it is not the usual one."""
-    rule = str(case.get("rule") or NONE)
-    return f"{rule}, {case['retraction'][:3]}" if in_unusual_chart(case) else rule
-
-
-def in_unusual_chart(case: Mapping[str, Any]) -> bool:
-    """Return True if the case runs in another chart than the default one of groupoids."""
-    return case.get("retraction") not in (None, USUAL_RETRACTION)
-
-
-def case_name(case: Mapping[str, Any]) -> str:
-    """Return a name such as: heavy-top, midpoint, cayley, 16 digits."""
-    parts = [case.get("scene"), case.get("rule"), case.get("retraction")]
-    named = ", ".join(str(part) for part in parts if part)
-    digits = case.get("digits")
-    return f"{named}, {digits} digits" if digits else named
-
-
-def limit(expected: dict[str, Any]) -> str:
-    """Return a bound, from above or from below."""
-    if number(expected.get("at_least")) is not None:
-        return f"≥ {scientific(expected['at_least'])}"
-    if number(expected.get("limit")) is not None:
-        return f"≤ {scientific(expected['limit'])}"
-    return pairs(expected)
+def limit(case: AnyCase) -> str:
+    """Return the bound that a case has to meet, from above or from below."""
+    for key, sign in (("at_least", "≥"), ("limit", "≤")):
+        if number(case.wanted.get(key)) is not None:
+            return f"{sign} {scientific(case.wanted[key])}"
+    return pairs(case.wanted)
 
 
 def largest(values: Mapping[str, Any]) -> str:

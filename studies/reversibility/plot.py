@@ -6,13 +6,16 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note, round_off
+from ..report.case import Case as Shown
 from ..report.labels import end_labels
 from ..report.palette import INK, MUTED, Mark
-from ..report.wording import Case, mapping, number, rows, rule_name, scientific, verdict
+from ..report.wording import scientific
+from .records import Expected, Measured, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+Case = Shown[Measured, Expected, Row]
 SHEET = Sheet(width=3.3, right=1.16)
 
 
@@ -23,10 +26,10 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int
         curves = [_points(case) for case in cases]
         points = [point for curve in curves for point in curve]
         if not points:
-            note(axes, f"No points. {cases[0].get('reason') or ''}")
+            note(axes, f"No points. {cases[0].reason}")
             return
         unit, last = round_off(digits), max(time for time, _ in points)
-        limits = sorted({x for c in cases if (x := number(mapping(c, "expected").get("limit")))})
+        limits = sorted({x for case in cases if (x := case.expected.limit)})
         floor = min([unit, *(value for _, value in points if value > 0)])
         values = [max(value, floor) for _, value in points]
         log_axis(axes, "y", log_limits([floor, unit, *limits, *values], 0.05))
@@ -36,12 +39,11 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int
             axes.axhline(limit, color=INK, lw=0.7, ls=(0, (3, 2)))
             labels.append((last, limit, "limit", MUTED))
         for case, curve in zip(cases, curves, strict=True):
-            mark = marks[rule_name(case)]
+            mark = marks[case.method]
             times, defects = zip(*((t, max(v, floor)) for t, v in curve), strict=True)
             axes.plot(times, defects, "o-", color=mark.colour, lw=0.9, ms=3.2, clip_on=False)
-            worst = number(mapping(case, "measured").get("defect"))
-            words = f"{rule_name(case)}  {scientific(worst, 0)}"
-            words += "" if verdict(case) == "pass" else f"\n({verdict(case)})"
+            words = f"{case.method}  {scientific(case.measured.defect, 0)}"
+            words += "" if case.passed else f"\n({case.verdict})"
             labels.append((last, defects[-1], words, mark.colour))
         end_labels(axes, labels)
 
@@ -50,9 +52,5 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int
 
 
 def _points(case: Case) -> list[tuple[float, float]]:
-    found = []
-    for row in rows(case):
-        time, value = number(row.get("time")), number(row.get("defect"))
-        if time is not None and value is not None:
-            found.append((time, value))
-    return found
+    return [(row.time, row.defect) for row in case.rows
+            if row.time is not None and row.defect is not None]  # fmt: skip

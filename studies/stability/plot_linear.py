@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..report.alike import shares
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
 from ..report.labels import end_labels
 from ..report.palette import GRID, INK, MUTED, VERMILLION, Mark
-from ..report.wording import Case, mapping, number, rows, rule_name
+from .plot_maps import Case
+from .records import Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,14 +25,14 @@ FAR = 4.0  # the largest hω in the linear plots
 def radius(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
     """Return the panel of every rule's spectral radius."""
 
-    def value(row: dict[str, Any]) -> float | None:
-        return number(row.get("radius"))
+    def value(row: Row) -> float | None:
+        return row.radius
 
     def words(case: Case) -> str:
-        end = number(mapping(case, "measured").get("stable_to"))
-        if case.get("control"):
-            return f"{rule_name(case)}\n(control)"
-        return f"{rule_name(case)}\n" + (f"to {end:.6f}" if end is not None else "no end")
+        end = case.measured.stable_to
+        if case.control:
+            return f"{case.method}\n(control)"
+        return f"{case.method}\n" + (f"to {end:.6f}" if end is not None else "no end")
 
     def draw(axes: Axes) -> None:
         axes.set_ylim(0.6, 3.0)
@@ -43,9 +44,8 @@ def radius(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
 def phase(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
     """Return the panel of a step's phase beside the exact one, hω."""
 
-    def value(row: dict[str, Any]) -> float | None:
-        angle = number(row.get("phase"))
-        return None if angle is None or not row.get("krein") else angle / math.pi
+    def value(row: Row) -> float | None:
+        return None if row.phase is None or not row.krein else row.phase / math.pi
 
     def draw(axes: Axes) -> None:
         axes.set_ylim(0, 1.02)
@@ -53,15 +53,15 @@ def phase(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         for name, height in (("1:3", 2 / 3), ("1:4", 1 / 2)):
             axes.axhline(height, color=GRID, lw=0.7)
             axes.text(0.06, height + 0.012, name, fontsize=6.4, color=MUTED)
-        sound = [case for case in cases if not case.get("control")]
-        _linear(axes, sound, marks, value, rule_name)
+        sound = [case for case in cases if not case.control]
+        _linear(axes, sound, marks, value, _method)
 
     title = "Phase of a step"
     return Panel(title, "φ/π; dotted: exact", "hω", _spoken(title, cases), draw)
 
 
 def _spoken(what: str, cases: Sequence[Case]) -> str:
-    return f"{what} against step times frequency. " + "; ".join(map(rule_name, cases))
+    return f"{what} against step times frequency. " + "; ".join(map(_method, cases))
 
 
 def _linear(axes: Axes, cases: Sequence[Case], marks: Any, value: Any, words: Any) -> None:
@@ -70,14 +70,14 @@ def _linear(axes: Axes, cases: Sequence[Case], marks: Any, value: Any, words: An
     low, high = axes.get_ylim()
     curves = []
     for case in cases:
-        points = [(number(row.get("z")), value(row)) for row in rows(case)]
+        points = [(row.z, value(row)) for row in case.rows]
         curves.append([(z, y) for z, y in points if z and z <= FAR and y is not None])
     axes.grid(visible=True, color=GRID, linewidth=0.4)
     labels = []
     for case, curve, share in zip(cases, curves, shares(axes, curves), strict=True):
         if not curve:
             continue
-        mark = marks[rule_name(case)]
+        mark = marks[case.method]
         axes.plot(*zip(*curve, strict=True), color=mark.colour, **share.line(mark, 1.0))
         inside = [(z, y) for z, y in curve if low <= y <= high]
         labels.append((*(inside or curve)[-1], words(case), mark.colour))
@@ -106,7 +106,7 @@ def springs(key: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
     title, subtitle, across, spoken, heights = SPRINGS[key]
 
     def draw(axes: Axes) -> None:
-        curves = {rule_name(case): _pairs(case, key) for case in cases}
+        curves = {case.method: _pairs(case, key) for case in cases}
         everything = [point for curve in curves.values() for point in curve]
         if not everything:
             note(axes, "No run came to its end.")
@@ -125,19 +125,22 @@ def springs(key: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
                           fontsize=6.6, color=MUTED, textcoords="offset points",
                           **place)  # fmt: skip
 
-    return Panel(title, subtitle, across, f"{spoken} {'; '.join(map(rule_name, cases))}", draw)
+    return Panel(title, subtitle, across, f"{spoken} {'; '.join(map(_method, cases))}", draw)
 
 
 def _failed(cases: Sequence[Case]) -> list[float]:
     """Return every ω at which a long run did not reach its end."""
-    found = (mapping(mapping(case, "measured"), "adiabatic") for case in cases)
+    found = (case.measured.adiabatic or {} for case in cases)
     return [float(omega) for each in found for omega, value in each.items() if value is None]
 
 
 def _pairs(case: Case, key: str) -> list[tuple[float, float]]:
-    found = mapping(mapping(case, "measured"), key)
-    points = [(float(x), number(y)) for x, y in found.items()]
-    return sorted((x, y) for x, y in points if y is not None and y > 0)
+    found: Mapping[str, float | None] = getattr(case.measured, key) or {}
+    return sorted((float(x), y) for x, y in found.items() if y is not None and y > 0)
+
+
+def _method(case: Case) -> str:
+    return case.method
 
 
 def _marked(axes: Axes, curves: dict[str, list[tuple[float, float]]], marks: Any) -> None:

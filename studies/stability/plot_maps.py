@@ -9,12 +9,15 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from ..report.canvas import Panel, Sheet, log_axis, note
+from ..report.case import Case as Shown
 from ..report.palette import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
-from ..report.wording import Case, in_tens, mapping, number, rows, rule_name
+from ..report.wording import in_tens
+from .records import Expected, Measured, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+Case = Shown[Measured, Expected, Row]
 SHEET = Sheet(width=2.3, height=1.8, left=0.52, right=0.16)
 MOST_COLUMNS = 4  # most columns of maps; with more rules the maps follow each other
 #: class → (colour, opacity, marker and its size): distinct without colours as well
@@ -31,14 +34,14 @@ EMPTY = Panel("", "", "", "", lambda axes: axes.set_axis_off())
 
 def map_table(cases: Sequence[Case], titles: Mapping[str, str]) -> tuple[list[Panel], Sheet]:
     """Return maps of every case: one line per scene, one column per rule, controls last."""
-    ours = [case for case in cases if not case.get("control")]
-    rules = list(dict.fromkeys(map(rule_name, ours)))
+    ours = [case for case in cases if not case.control]
+    rules = list(dict.fromkeys(case.method for case in ours))
     places: Sequence[Case | None] = cases
     if len(rules) <= MOST_COLUMNS:
-        at = {(case["scene"], rule_name(case)): case for case in ours}
+        at = {(case.scene, case.method): case for case in ours}
         lines = dict.fromkeys(scene for scene, _ in at)
         places = [at.get((scene, rule)) for scene in lines for rule in rules]
-        places = [*places, *(case for case in cases if case.get("control"))]
+        places = [*places, *(case for case in cases if case.control)]
     panels = [stability_map(_title(case, titles), case) if case else EMPTY for case in places]
     columns = min(len(rules) or 1, MOST_COLUMNS)
     if len(panels) < MOST_COLUMNS and len(panels) == columns:  # the legend is beside them
@@ -48,28 +51,28 @@ def map_table(cases: Sequence[Case], titles: Mapping[str, str]) -> tuple[list[Pa
 
 def _title(case: Case, titles: Mapping[str, str]) -> str:
     """Return the family's title; the scene's own title has the number that varies here."""
-    scene = str(case["scene"])
-    return str(case.get("title") or titles.get(scene, scene))
+    scene = str(case.scene)
+    return case.title or titles.get(scene, scene)
 
 
 def stability_map(title: str, case: Case) -> Panel:
     """Return the map of one rule: the class of the run in each cell."""
 
     def draw(axes: Axes) -> None:
-        cells = [row for row in rows(case) if number(row.get("z")) and not row.get("between")]
+        cells = [row for row in case.rows if row.z and not row.between]
         if not cells:
-            note(axes, f"No cells. {case.get('reason') or ''}")
+            note(axes, f"No cells. {case.reason}")
             return
-        places = sorted({float(row["z"]) for row in cells})
+        places = sorted({row.z for row in cells})
         half = math.sqrt(places[1] / places[0]) if len(places) > 1 else 1.1
-        stiff = sorted({float(row["stiffness"]) for row in cells})
+        stiff = sorted({row.stiffness for row in cells})
         log_axis(axes, "x", (places[0] / half, places[-1] * half), 4)
         axes.grid(visible=False)
         axes.set_ylim(-0.5, len(stiff) - 0.5)
         for line, value in enumerate(stiff):
-            row = sorted((r for r in cells if r["stiffness"] == value), key=lambda r: r["z"])
-            for kind, run in groupby(row, key=lambda r: str(r["class"])):
-                zs = [float(r["z"]) for r in run]
+            row = sorted((r for r in cells if r.stiffness == value), key=lambda r: r.z)
+            for kind, run in groupby(row, key=lambda r: r.outcome):
+                zs = [r.z for r in run]
                 left, right = zs[0] / half, zs[-1] * half
                 strokes = max(1, round(math.log10(right / left) * 10))
                 shares = [(k + 0.5) / strokes for k in range(strokes)]
@@ -82,9 +85,9 @@ def stability_map(title: str, case: Case) -> Panel:
         axes.set_yticks(shown, [texts[k] for k in shown])
         axes.tick_params(axis="y", length=0)
 
-    found = mapping(mapping(case, "measured"), "classes")
-    spoken = f"{title}, {rule_name(case)}: " + ", ".join(f"{n} cells {k}" for k, n in found.items())
-    subtitle = f"{rule_name(case)}; upwards: {case.get('label') or 'stiffness'}"
+    found = case.measured.classes or {}
+    spoken = f"{title}, {case.method}: " + ", ".join(f"{n} cells {k}" for k, n in found.items())
+    subtitle = f"{case.method}; upwards: {case.label or 'stiffness'}"
     return Panel(title, subtitle, "hω", spoken, draw)
 
 
@@ -104,7 +107,7 @@ def _cell(
 
 def legend(cases: Sequence[Case]) -> Panel:
     """Return the legend of the maps' colours."""
-    met = {str(row.get("class")) for case in cases for row in rows(case)}
+    met = {row.outcome for case in cases for row in case.rows}
     kinds = [kind for kind in LOOKS if kind in met] or list(LOOKS)
 
     def draw(axes: Axes) -> None:

@@ -6,10 +6,12 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
+from ..report.case import NONE
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
-from ..report.wording import NONE, Case, mapping, number
 from . import plot_linear, plot_maps
+from .plot_maps import Case
+from .records import Expected, Measured, Row
 
 FARTHEST = 1000.0  # largest hω of the linear part
 TOLD = 3  # how many gaps are printed
@@ -38,69 +40,75 @@ SPRINGS = (
 )
 
 
-def _wanted(expected: dict[str, Any]) -> str:
-    if "bounded_up_to" in expected:
-        loose, count = expected.get("escapes_not_judged"), expected.get("of")
+def _wanted(case: Case) -> str:
+    expected = case.expected
+    if expected.bounded_up_to is not None:
+        loose, count = expected.escapes_not_judged, expected.of
         but = f"; escapes and resonances not judged in {loose} of {count} cells" if loose else ""
-        return f"bounded at every hω tried up to {expected['bounded_up_to']:.3g}{but}"
-    if "bounded" in expected:
+        return f"bounded at every hω tried up to {expected.bounded_up_to:.3g}{but}"
+    if expected.bounded is not None:
         return "no bounded run"
-    return "off the unit circle" if expected.get("off_circle") else "as runs say, and symplectic"
+    return "off the unit circle" if expected.off_circle else "as runs say, and symplectic"
 
 
-def _got(measured: dict[str, Any]) -> str:
-    if "classes" not in measured:
-        off, end = number(measured.get("off_circle")), number(measured.get("stable_to"))
-        if off is not None:
-            return f"leaves the unit circle at hω = {off:g}"
-        to = f"at every hω up to {FARTHEST:g}" if end is None else f"to hω = {end:.6f}"
-        gaps = [f"{a:.5g} to {b:.5g}" for a, b in measured.get("gaps") or ()]
-        but = "; but with a slow force of a thousandth not at " + ", ".join(gaps[:TOLD])
-        on_grid = "" if measured.get("proved", True) else ", on a grid"
-        return f"stable {to}{on_grid}{but if gaps else ''}"
-    said = [", ".join(f"{count} {name}" for name, count in measured["classes"].items())]
-    if "equilibrium" in measured:
-        largest = max(1.0, *map(abs, measured["equilibrium"]))  # a smaller entry is round-off
-        at = ", ".join(
-            f"{e if abs(e) > 1e-12 * largest else 0:.4g}" for e in measured["equilibrium"]
-        )
-        end = number(measured.get("stable_to"))
+def _got(case: Case) -> str:
+    if not case.figures:
+        return NONE
+    return _got_linear(case.measured) if case.measured.classes is None else _got_map(case.measured)
+
+
+def _got_linear(measured: Measured) -> str:
+    if measured.off_circle is not None:
+        return f"leaves the unit circle at hω = {measured.off_circle:g}"
+    end = measured.stable_to
+    to = f"at every hω up to {FARTHEST:g}" if end is None else f"to hω = {end:.6f}"
+    gaps = [f"{a:.5g} to {b:.5g}" for a, b in measured.gaps]
+    but = "; but with a slow force of a thousandth not at " + ", ".join(gaps[:TOLD])
+    on_grid = "" if measured.proved else ", on a grid"
+    return f"stable {to}{on_grid}{but if gaps else ''}"
+
+
+def _got_map(measured: Measured) -> str:
+    said = [", ".join(f"{count} {name}" for name, count in (measured.classes or {}).items())]
+    if measured.equilibrium is not None:
+        largest = max(1.0, *map(abs, measured.equilibrium))  # a smaller entry is round-off
+        at = ", ".join(f"{e if abs(e) > 1e-12 * largest else 0:.4g}" for e in measured.equilibrium)
+        end = measured.stable_to
         to = "up to hω = 6" if end is None else f"to hω = {end:.4f}"
-        said.insert(0, f"at the equilibrium (x, μ) = ({at}), ω = {measured['frequency']:.4g}, "
+        said.insert(0, f"at the equilibrium (x, μ) = ({at}), ω = {measured.frequency:.4g}, "
                        f"linearly stable {to}")  # fmt: skip
-    ends = [e for e in map(number, (measured.get("limits") or {}).values()) if e is not None]
+    ends = [end for end in (measured.limits or {}).values() if end is not None]
     if ends:
         low, high = min(ends), max(ends)
         span = f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
         said.append(f"bounded at every hω tried up to {span}")
-    said += [f"{name} at hω = {z}" for z, name in (measured.get("between") or {}).items()]
-    for name, words in (("exchange", "exchange wrong by"), ("stiffer", "at hω = 5 wrong by"),
-                        ("adiabatic", "invariant moves by")):  # fmt: skip
-        pairs = (measured.get(name) or {}).items()
+    said += [f"{name} at hω = {z}" for z, name in (measured.between or {}).items()]
+    for pairs, at, words in ((measured.exchange, "hω", "exchange wrong by"),
+                             (measured.stiffer, "ω", "at hω = 5 wrong by"),
+                             (measured.adiabatic, "ω", "invariant moves by")):  # fmt: skip
         if pairs:
-            at = "hω" if name == "exchange" else "ω"
-            said.append(f"{words} " + ", ".join(f"{_share(v)} ({at} = {k})" for k, v in pairs))
+            told = (f"{_share(v)} ({at} = {k})" for k, v in pairs.items())
+            said.append(f"{words} {', '.join(told)}")
     return "; ".join(said)
 
 
-def _share(value: Any) -> str:
+def _share(found: float | None) -> str:
     """Return a share as `exchange.percent` does, or "failed"."""
-    found = number(value)
     if found is None:
         return "failed"
     return f"{100 * found:.2g} %" if found < 0.1 else f"{100 * found:.0f} %"
 
 
-def _short(measured: dict[str, Any]) -> str:
-    if measured.get("off_circle") is not None:
+def _short(case: Case) -> str:
+    measured = case.measured
+    if measured.off_circle is not None:
         return "not on the unit circle"
-    if "stable_to" in measured and measured["stable_to"] is None:
+    if "stable_to" in case.figures and measured.stable_to is None:
         return "at every hω"
-    if classes := mapping(measured, "classes"):  # no single cell decides
+    if classes := measured.classes:  # no single cell decides
         share = classes.get("bounded", 0) / (sum(classes.values()) or 1)
         return f"the motion stays bounded in {share:.0%} of the cells"
-    end = number(measured.get("stable_to"))
-    return "at no hω" if end is None else f"to hω = {end:.3g}"
+    return "at no hω" if measured.stable_to is None else f"to hω = {measured.stable_to:.3g}"
 
 
 def _compared(case: Case) -> dict[str, Any]:
@@ -109,16 +117,15 @@ def _compared(case: Case) -> dict[str, Any]:
     An edge of that share lies anywhere between two cells in step: half a cell each is uncertain. A
     method that leaves the unit circle has no interval.
     """
-    if case["measured"].get("off_circle") is not None:
+    measured = case.measured
+    if measured.off_circle is not None:
         return {}
-    if case.get("kind") == "linear" and case["measured"]:
-        end = case["measured"]["stable_to"]
-        return {"stable": FARTHEST if end is None else end}
-    limits = [v for v in (case["measured"].get("limits") or {}).values() if v is not None]
+    if case.kind == "linear" and case.figures:
+        return {"stable": FARTHEST if measured.stable_to is None else measured.stable_to}
+    limits = [end for end in (measured.limits or {}).values() if end is not None]
     if not limits:
         return {}
-    rows = [row for row in case["rows"] if not row.get("between")]
-    bounded = [(row["stiffness"], row["class"] == "bounded") for row in rows]
+    bounded = [(row.stiffness, row.outcome == "bounded") for row in case.rows if not row.between]
     edges = sum(a[0] == b[0] and a[1] != b[1] for a, b in itertools.pairwise(bounded))
     return {
         "stable": min(limits),
@@ -128,9 +135,9 @@ def _compared(case: Case) -> dict[str, Any]:
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
-    linear = [case for case in cases if case.get("kind") == "linear"]
-    maps = [case for case in cases if case.get("kind") == "map"]
-    stiff = [case for case in maps if mapping(case, "measured").get("exchange")]
+    linear = [case for case in cases if case.kind == "linear"]
+    maps = [case for case in cases if case.kind == "map"]
+    stiff = [case for case in maps if case.measured.exchange]
     panels, sheet = plot_maps.map_table(maps, titles)
     return [
         Sketch(
@@ -149,9 +156,9 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 VIEW = View(
+    measured=Measured, expected=Expected, row=Row,
     columns=[
-        ("Part", lambda case: str(case.get("kind") or NONE)),
-        ("Got", lambda case: _got(mapping(case, "measured")) if case.get("measured") else NONE),
+        ("Part", lambda case: case.kind or NONE), ("Got", _got),
     ],
     got=_got, wanted=_wanted, short=_short, sketches=_sketches, compared=_compared,
 )  # fmt: skip

@@ -2,40 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from ..report.case import NONE
+from ..report.case import Case as Shown
 from ..report.view import View, measured_column
-from ..report.wording import NONE, mapping, number, scientific
+from ..report.wording import scientific
+from .records import Expected, Measured
+
+Case = Shown[Measured, Expected, object]
 
 
-def _order(case: dict[str, Any]) -> str:
-    found = number(mapping(case, "measured").get("order"))
-    return NONE if found is None else f"{found:.3f}"
+def _order(case: Case) -> str:
+    return NONE if case.measured.order is None else f"{case.measured.order:.3f}"
 
 
-def _wanted(expected: dict[str, Any]) -> str:
-    parts = [f"order {expected.get('order')}"]
-    for key, what in (("back", "back"), ("form", "form")):
-        limit = expected.get(key)
+def _wanted(case: Case) -> str:
+    parts, expected = [f"order {case.expected.order}"], case.expected
+    for what, limit in (("back", expected.back), ("form", expected.form)):
         if limit is not None:
             parts.append(limit if isinstance(limit, str) else f"{what} ≤ {scientific(limit)}")
-    return "; ".join([*parts, "no drift"] if "slope_limit" in expected else parts)
+    return "; ".join([*parts, "no drift"] if expected.slope_limit is not None else parts)
 
 
-def _got(measured: dict[str, Any]) -> str:
-    order = number(measured.get("order"))
-    parts = [] if order is None else [f"order {order:.3f}"]
-    for key in ("back", "form", "band"):
-        value = number(measured.get(key))
-        parts += [] if value is None else [f"{key} {scientific(value)}"]
+def _got(case: Case) -> str:
+    found = case.measured
+    parts = [] if found.order is None else [f"order {found.order:.3f}"]
+    for name, value in (("back", found.back), ("form", found.form), ("band", found.band)):
+        parts += [] if value is None else [f"{name} {scientific(value)}"]
     return ", ".join(parts) or NONE
 
 
 VIEW = View(
+    measured=Measured, expected=Expected,
     columns=[
         ("Order", _order), measured_column("back", "There and back"),
         measured_column("form", "Extended form"), measured_column("band", "Energy band"),
         measured_column("slope", "Energy slope"),
     ],
-    wanted=_wanted, got=_got, short=_got,
+    wanted=_wanted, got=_got,
 )  # fmt: skip

@@ -7,13 +7,16 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note, round_off
+from ..report.case import Case as Shown
 from ..report.labels import end_labels
 from ..report.palette import BLUE, GRID, INK, MUTED, PAPER, VERMILLION, WORDS, Mark
-from ..report.wording import Case, mapping, number, rows, rule_name, scientific, verdict
+from ..report.wording import scientific
+from .records import Expected, Measured, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+Case = Shown[Measured, Expected, Row]
 KINDS = (("pullback", BLUE, "o", 0.14, BLUE), ("poisson", VERMILLION, "D", -0.14, PAPER))
 LEFT = 0.98
 RIGHTMOST = 0.8  # share of an axis beyond which words on the right of a line have no room
@@ -31,7 +34,7 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
     """Return a panel of both defects, median to worst, for each scene and rule, with the limit."""
 
     def draw(axes: Axes) -> None:
-        limits = [x for case in cases if (x := number(mapping(case, "expected").get("limit")))]
+        limits = [x for case in cases if (x := case.expected.limit)]
         unit = round_off(digits)
         spots = _places(cases)
         ends = [_ends(case, kind[0]) for case in cases for kind in KINDS]
@@ -73,7 +76,7 @@ def _places(cases: Sequence[Case]) -> list[float]:
     """Return the line of each case, with one above it for the name of a new scene."""
     found: list[float] = []
     for index, case in enumerate(cases):
-        new = index == 0 or case.get("scene") != cases[index - 1].get("scene")
+        new = index == 0 or case.scene != cases[index - 1].scene
         found.append((found[-1] if found else -1.25) + (2.25 if new else 1.0))
     return found
 
@@ -87,13 +90,12 @@ def _names(
     axes.hlines([-spot for spot in spots], 0, 1, **lines)
     before = None
     for case, spot in zip(cases, spots, strict=True):
-        state = verdict(case)
-        colour = INK if state == "pass" else WORDS[VERMILLION]
-        name = rule_name(case) + ("" if state == "pass" else f" ({state})")
+        colour = INK if case.passed else WORDS[VERMILLION]
+        name = case.method + ("" if case.passed else f" ({case.verdict})")
         style: dict[str, Any] = {"fontsize": 7.6, "va": "center_baseline", "transform": across}
         axes.text(-0.02, -spot, name, ha="right", color=colour, **style)
-        if case.get("scene") != before:
-            before = case.get("scene")
+        if case.scene != before:
+            before = case.scene
             scene = titles.get(str(before), str(before))
             left: dict[str, Any] = {"xycoords": across, "xytext": (-0.75 * 72 * LEFT, 0)}
             bold: dict[str, Any] = {"fontsize": 7.6, "va": "center_baseline", "fontweight": "bold"}
@@ -115,8 +117,8 @@ def _above(axes: Axes, x: float, words: str, side: str) -> None:
 
 def _values(case: Case, kind: str) -> list[float]:
     """Return all defects of a kind, including the measured worst."""
-    found = [number(row.get(kind)) for row in rows(case)]
-    found.append(number(mapping(case, "measured").get(kind)))
+    found: list[float | None] = [getattr(row, kind) for row in case.rows]
+    found.append(getattr(case.measured, kind))
     return [abs(value) for value in found if value is not None]
 
 
@@ -129,12 +131,10 @@ def _ends(case: Case, kind: str) -> tuple[float, float]:
 def against_step(case: Case) -> list[tuple[float, float]]:
     """Return the worst defect of either kind at each step size."""
     worst: dict[float, float] = {}
-    for row in rows(case):
-        step = number(row.get("step"))
-        values = [number(row.get(kind[0])) for kind in KINDS]
-        found = [abs(value) for value in values if value is not None]
-        if step and found:
-            worst[abs(step)] = max([worst.get(abs(step), 0.0), *found])
+    for row in case.rows:
+        found = [abs(value) for value in (row.pullback, row.poisson) if value is not None]
+        if row.step and found:
+            worst[abs(row.step)] = max([worst.get(abs(row.step), 0.0), *found])
     return sorted(worst.items())
 
 
@@ -146,11 +146,11 @@ def controls(
     def draw(axes: Axes) -> None:
         curves = [against_step(case) for case in cases]
         if not any(curves):
-            note(axes, f"No points. {cases[0].get('reason') or ''}")
+            note(axes, f"No points. {cases[0].reason}")
             return
         grey = [point for case in sound for point in against_step(case)]
-        limits = [number(mapping(case, "expected").get("limit")) for case in sound]
-        wanted = [number(mapping(case, "expected").get("at_least")) for case in cases]
+        limits = [case.expected.limit for case in sound]
+        wanted = [case.expected.at_least for case in cases]
         unit = round_off(digits)
         points = [point for curve in curves for point in curve] + grey
         known = [x for x in (*limits, *wanted) if x]
@@ -172,7 +172,7 @@ def controls(
             step, defect = max(grey)
             labels.append((step, max(defect, floor), "sound schemes", MUTED))
         for case, curve in zip(cases, curves, strict=True):
-            mark = marks[rule_name(case)]
+            mark = marks[case.method]
             drawn = [(step, max(defect, floor)) for step, defect in curve]
             if drawn:
                 style: dict[str, Any] = {"color": mark.colour, "lw": 0.9, "ms": 3.6}
@@ -186,8 +186,8 @@ def controls(
 
 
 def _short(case: Case) -> str:
-    name = str(case.get("rule")).replace("classical Runge-Kutta", "Runge–Kutta 4")
-    return name if verdict(case) == "pass" else f"{name} (missed)"
+    name = str(case.rule).replace("classical Runge-Kutta", "Runge–Kutta 4")
+    return name if case.passed else f"{name} (missed)"
 
 
 def _worst(case: Case) -> float | None:

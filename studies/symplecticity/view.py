@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from ..core.records import number
+from ..report.case import NONE
 from ..report.grouping import by_scene, precisions
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View, measured_column
-from ..report.wording import NONE, Case, is_control, largest, limit, mapping, number, scientific
+from ..report.wording import largest, limit, scientific
 from . import plot
+from .plot import Case
+from .records import Expected, Measured, Row
 
 DEFECTS = (
     "Defect of the symplectic form under the pullback by the step (filled), and of the Poisson "
@@ -33,32 +37,35 @@ NAMES = {"pullback": "pullback", "poisson": "Poisson", "change": "change less dÎ
          "hidden": "hidden constraint",         "contraction": "contraction rate"}  # fmt: skip
 
 
-def _got(measured: dict[str, Any]) -> str:
-    said = [f"{NAMES[k]} {scientific(measured[k])}" for k in NAMES if measured.get(k) is not None]
-    return ", ".join(said) or NONE
+def _got(case: Case) -> str:
+    found = ((name, getattr(case.measured, key)) for key, name in NAMES.items())
+    return ", ".join(f"{k} {scientific(v)}" for k, v in found if v is not None) or NONE
 
 
-def _short(measured: dict[str, Any]) -> str:
+def _demanded(case: Case) -> dict[str, Any]:
+    """Return the figures that are demanded, by their names of JSON; all without a demand."""
+    asked = case.expected.demanded or case.figures
+    return {k: v for k, v in case.figures.items() if k in asked and v is not None}
+
+
+def _short(case: Case) -> str:
     """Return the largest defect; one that is no defect of a form is named."""
-    found = {k: v for k, v in measured.items() if number(v) is not None}
+    found = {k: v for k, v in _demanded(case).items() if number(v) is not None}
     worst = max(found, key=lambda k: found[k], default="")
-    name = f"{NAMES[worst]} " if worst in ("residual", "constraint") else ""
-    return name + largest(measured)
+    return f"{NAMES[worst]} " * (worst in ("residual", "constraint")) + largest(found)
 
 
-def _wanted(expected: dict[str, Any]) -> str:
-    asked = ", ".join(NAMES[k] for k in expected.get("demanded") or ())
-    return limit(expected) + (f" of {asked} alone" if asked else "")
+def _wanted(case: Case) -> str:
+    asked = ", ".join(NAMES[k] for k in case.expected.demanded)
+    return limit(case) + (f" of {asked} alone" if asked else "")
 
 
 def _compared(case: Case) -> dict[str, Any]:
-    demanded = mapping(case, "expected").get("demanded") or case["measured"]
-    values = [v for k, v in case["measured"].items() if k in demanded and v is not None]
-    return {"defect": max(values, default=None)}
+    return {"defect": max(_demanded(case).values(), default=None)}
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
-    sound = precisions([case for case in cases if not is_control(case)])
+    sound = precisions([case for case in cases if not case.control])
     panels = [
         plot.defects(f"{digits} digits", same, dict(titles), digits)
         for digits, same in sound.items()
@@ -67,7 +74,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
     found = [Sketch("symplecticity", "Defects of every scheme", DEFECTS, panels, sheet)]
     panels = [
         plot.controls(titles.get(scene, scene), own, beside.get(scene, []), known, digits)
-        for digits, same in precisions([case for case in cases if is_control(case)]).items()
+        for digits, same in precisions([case for case in cases if case.control]).items()
         for beside in [by_scene(sound.get(digits, []))]
         for scene, own in by_scene(same).items()
     ]
@@ -75,6 +82,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 VIEW = View(
+    measured=Measured, expected=Expected, row=Row,
     columns=[
         measured_column(key)
         for key in ("pullback", "poisson", "change", "residual", "constraint", "contraction")

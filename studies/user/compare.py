@@ -66,10 +66,9 @@ def comparison(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         line = lines.setdefault(
             key, dict(zip(("scene", "rule", "retraction", "digits"), key, strict=True))
         )
-        read = view_of(case["study"]).compared
-        if read is not None and not case["control"]:
+        if not case["control"]:
             failed = case.get("verdict") == "fail" and not case["measured"]
-            for name, value in read(case).items():
+            for name, value in view_of(case["study"]).side_by_side(case).items():
                 if _is_finite(value) or (value is None and not failed):
                     line[name] = value
                 else:

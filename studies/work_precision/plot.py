@@ -7,13 +7,15 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
+from ..report.case import Case as Shown
 from ..report.labels import end_labels
 from ..report.palette import INK, MUTED, PAPER, Mark
-from ..report.wording import Case, mapping, number, rows, rule_name, verdict
+from .records import Expected, Measured, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+Case = Shown[Measured, Expected, Row]
 FLOOR = "rounding of the start"  # name of the floor's line
 SHEET = Sheet(width=3.5, height=2.75, right=1.0)
 WORK = {
@@ -34,21 +36,21 @@ ERRORS = {
     "momentum": "drift of the momenta at the end",
     "momentum-max": "largest drift of the momenta",
 }
-Point = tuple[float, float, dict[str, Any]]
+Point = tuple[float, float, Row]
 
 
 def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
     """Return the panel of one race; the axes are those of the race."""
-    measured = mapping(cases[0], "measured")
-    x, y = str(measured.get("x") or "seconds"), str(measured.get("y") or "error")
+    measured = cases[0].measured
+    x, y = measured.x or "seconds", measured.y or "error"
 
     def draw(axes: Axes) -> None:
-        curves = {rule_name(case): _points(case, x, y) for case in cases}
+        curves = {case.method: _points(case, x, y) for case in cases}
         everything = [point for curve in curves.values() for point in curve]
         if not everything:
-            note(axes, f"No points. {cases[0].get('reason') or ''}")
+            note(axes, f"No points. {cases[0].reason}")
             return
-        floor = number(mapping(cases[0], "floor").get(y))
+        floor = (cases[0].floor or {}).get(y)
         log_axis(axes, "x", log_limits((work for work, _, _ in everything), 0.05), 5)
         log_axis(axes, "y", log_limits([e for _, e, _ in everything] + [floor or 1.0], 0.05), 6)
         labels = []
@@ -59,21 +61,21 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
                 xycoords=axes.get_yaxis_transform(), textcoords="offset points",
                 ha="left", va="bottom", color=MUTED,
             )  # fmt: skip
-        for crossing in cases[0].get("crossovers") or [] if x == "seconds" else []:
-            place = (crossing["work"], crossing["error"])
-            axes.plot(*place, ls="", marker="o", ms=8, mfc="none", mec=INK, mew=0.8, zorder=4)
+        for crossing in cases[0].crossovers if x == "seconds" else ():
+            ring: dict[str, Any] = {"ms": 8, "mfc": "none", "mec": INK, "mew": 0.8, "zorder": 4}
+            axes.plot(crossing.work, crossing.error, ls="", marker="o", **ring)
         for case in cases:
-            curve, mark = curves[rule_name(case)], marks[rule_name(case)]
+            curve, mark = curves[case.method], marks[case.method]
             if not curve:
                 continue
             _curve(axes, curve, mark, x)
-            words = rule_name(case).replace(":", ":\n")
-            words += "" if verdict(case) == "pass" else f"\n({verdict(case)})"
+            words = case.method.replace(":", ":\n")
+            words += "" if case.passed else f"\n({case.verdict})"
             labels.append((*curve[-1][:2], words, mark.colour))
         end_labels(axes, labels)
 
     spoken = f"{title}: {ERRORS.get(y, y)} against {WORK.get(x, x)} on logarithmic axes. "
-    spoken += "; ".join(rule_name(case) for case in cases)
+    spoken += "; ".join(case.method for case in cases)
     return Panel(title, ERRORS.get(y, y), WORK.get(x, x), spoken, draw)
 
 
@@ -97,7 +99,7 @@ def _clear(axes: Axes, curves: Iterable[list[Point]], floor: float) -> float:
 
 def _points(case: Case, x: str, y: str) -> list[Point]:
     """Return (work, error, row) in the order of the ladder; an error of zero cannot be drawn."""
-    found = [(number(row.get(x)), number(row.get(y)), row) for row in rows(case)]
+    found = [(row.along(x), row.along(y), row) for row in case.rows]
     return [(work, error, row) for work, error, row in found if work and error and error > 0]
 
 
@@ -107,11 +109,10 @@ def _curve(axes: Axes, curve: list[Point], mark: Mark, x: str) -> None:
     axes.plot(*zip(*(point[:2] for point in curve), strict=True), lw=0.9, ls=mark.dash, **style)
     if x == "seconds":
         for _, error, row in curve:
-            low, high = number(row.get("seconds_low")), number(row.get("seconds_high"))
-            if low and high:
+            if (low := row.seconds_low) and (high := row.seconds_high):
                 axes.plot([low, high], [error, error], lw=2.2, alpha=0.4, **style)
     for odd in (False, True):
-        chosen = [p[:2] for p in curve if bool(x == "seconds" and p[2].get("outliers")) is odd]
+        chosen = [p[:2] for p in curve if bool(x == "seconds" and p[2].outliers) is odd]
         if chosen:
             face: dict[str, Any] = {"mfc": PAPER} if odd else {}
             axes.plot(*zip(*chosen, strict=True), ls="", marker=mark.marker, ms=3.2, mew=0.7,

@@ -12,6 +12,7 @@ from discmech.studies import get
 from discmech.studies.core.case import Choice
 from discmech.studies.core.running import run_study
 from discmech.studies.report import advising
+from discmech.studies.report.case import case_of
 from discmech.studies.stability.view import VIEW as STABILITY
 from discmech.studies.user.advice import Standing, advice, ranked
 
@@ -113,7 +114,8 @@ def test_large_steps_are_no_matter_of_one_cell():
     def shown(rule, classes):
         cells = [{"stiffness": 1.0, "z": k, "class": c} for k, c in enumerate(classes)]
         case = {"kind": "map", "measured": {"limits": {"1": 1.0}}, "rows": cells}
-        return {"scene": "kepler", "rule": rule, "retraction": None, **STABILITY.compared(case)}
+        line = {"scene": "kepler", "rule": rule, "retraction": None}
+        return line | STABILITY.side_by_side({"study": "stability", **case})
 
     good, bad = ["bounded"] * 8 + ["escaped"] * 2, ["bounded"] * 3 + ["escaped"] * 7
     one_off = ["bounded", "resonant", *["bounded"] * 6, *["escaped"] * 2]
@@ -130,10 +132,15 @@ def test_large_steps_are_no_matter_of_one_cell():
 def test_stable_steps_of_the_oscillator_are_those_of_bisection():
     def shown(rule, end):
         case = {"kind": "linear", "measured": {"stable_to": end}}
-        return {"scene": "harmonic", "rule": rule, "retraction": None, **STABILITY.compared(case)}
+        line = {"scene": "harmonic", "rule": rule, "retraction": None}
+        return line | STABILITY.side_by_side({"study": "stability", **case})
 
     line = only([], [shown("a", 2.0), shown("b", 2.0 + 1e-12), shown("c", None), shown("d", 1.9)])
-    assert line["take"] == ["c"] and STABILITY.short({"stable_to": None}) == "at every hω"
+    assert (
+        line["take"] == ["c"]
+        and STABILITY.short(case_of("stability", {"measured": {"stable_to": None}}))
+        == "at every hω"
+    )
     assert only([], [shown("a", 2.0), shown("b", 2.0 + 1e-12), shown("d", 1.9)])["take"] == [
         "b",
         "a",

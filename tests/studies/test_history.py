@@ -13,6 +13,7 @@ from discmech.studies.core import history
 from discmech.studies.core.case import Choice
 from discmech.studies.core.history import Found, History
 from discmech.studies.core.store import Store
+from discmech.studies.report.case import case_of
 from discmech.studies.report.page import write_report
 from discmech.studies.report.sparkline import ROOM, Sparklines, sparkline
 from discmech.studies.report.tables import short
@@ -173,9 +174,9 @@ def test_it_is_small_and_all_have_a_limit():
     many = past(*(scientific(10.0**-k * (1 + k % 7)) for k in range(29)))
     assert len(sparkline(many[:2]).encode()) < 300 and len(sparkline(many).encode()) < 600
     lines = Sparklines(lambda case: many)
-    drawn = "".join(lines.of({"verdict": "pass"}) for _ in range(1000))
+    drawn = "".join(lines.of(case_of("order", {"verdict": "pass"})) for _ in range(1000))
     assert len(drawn.encode()) <= ROOM[True] and lines.left_out == 1000 - lines.drawn > 0
-    assert lines.of({"verdict": "fail"})  # however many others changed
+    assert lines.of(case_of("order", {"verdict": "fail"}))  # however many others changed
 
 
 def test_the_page_has_one_in_the_row_that_changed_and_in_no_other(tmp_path):

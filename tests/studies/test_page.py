@@ -152,7 +152,7 @@ def test_several_results_of_one_study_are_one() -> None:
     both = [*results((16,))[:1], *results((50,))[:1]]
     both[1]["verdict"] = "fail"
     (whole,) = merged(both)
-    assert len(whole["cases"]) == 36 and whole["verdict"] == "fail"
+    assert len(whole.cases) == 36 and whole.verdict == "fail"
     assert headline([whole])["verdict"] == "fail"
 
 

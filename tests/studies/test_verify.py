@@ -13,6 +13,7 @@ from discmech.studies import get
 from discmech.studies.core import lookup
 from discmech.studies.core.plan import Plan
 from discmech.studies.report import verdicts
+from discmech.studies.report.case import case_of
 from discmech.studies.stability.view import VIEW as STABILITY
 from discmech.studies.user import verify as verifying
 from discmech.studies.user.verify import (
@@ -303,9 +304,10 @@ def test_the_whole_command_in_processes_of_its_own(folder):
 
 def test_a_method_that_leaves_the_unit_circle_has_no_stable_step():
     measured = {"stable_to": None, "off_circle": 0.02}
-    case = {"kind": "linear", "measured": measured, "rows": []}
-    assert STABILITY.compared(case) == {} and STABILITY.short(measured) == "not on the unit circle"
-    case["measured"] = {"stable_to": 2.0, "off_circle": None}
+    case = case_of("stability", {"kind": "linear", "measured": measured})
+    assert STABILITY.compared(case) == {} and STABILITY.short(case) == "not on the unit circle"
+    measured = {"stable_to": 2.0, "off_circle": None}
+    case = case_of("stability", {"kind": "linear", "measured": measured})
     assert STABILITY.compared(case) == {"stable": 2.0}
 
 

@@ -16,6 +16,7 @@ from discmech.studies.report import (
     tables,
     wording,
 )
+from discmech.studies.report.case import AnyCase, case_of
 from discmech.studies.report.summary import headline, merged
 from discmech.studies.report.wording import whys
 from tests.studies.fake_results import spoiled
@@ -40,10 +41,10 @@ def test_terminal_summary_has_a_line_a_study_and_the_cases_that_did_not_pass() -
     with console.capture() as capture:
         print_summary(console, spoiled())
     shown = capture.get()
-    cases = [case for study in merged(spoiled()) for case in study["cases"]]
-    bad = [case for case in cases if case["verdict"] != "pass"]
+    cases = [case for study in merged(spoiled()) for case in study.cases]
+    bad = [case for case in cases if not case.passed]
     assert bad and shown.count("\n  discmech ") == len(bad)
-    assert all(case["command"] in shown and case["reason"] in shown for case in bad)
+    assert all(case.command in shown and case.reason in shown for case in bad)
     assert len(shown.splitlines()) < 8 + len(spoiled()) + 2 * len(bad)
 
 
@@ -105,11 +106,11 @@ def test_headline_is_english(verdicts: list[str], controls: list[str], text: str
 
 
 def test_only_the_quantity_that_drifts_is_said_to_fail() -> None:
-    case = {"rule": "midpoint", "verdict": "fail", "expected": {"limit": 1e-12}}
-    case["measured"] = {"drift": {"μ₃": 0.0, "|Γ|²": 2e-12}}
+    given = {"rule": "midpoint", "verdict": "fail", "expected": {"limit": 1e-12}}
+    case = case_of("momentum", given | {"measured": {"drift": {"μ₃": 0.0, "|Γ|²": 2e-12}}})
     assert plot_drift.drifted(case, "|Γ|²") == "midpoint  2×10⁻¹²\n(fail)"
     assert plot_drift.drifted(case, "μ₃") == "midpoint  0"
-    assert plot_drift.drifted(case | {"measured": {}}, "μ₃") == "midpoint\n(fail)"
+    assert plot_drift.drifted(case_of("momentum", given), "μ₃") == "midpoint\n(fail)"
 
 
 def words(formula: str) -> str:
@@ -163,8 +164,8 @@ def test_equations_of_a_scheme_are_typeset() -> None:
 
 
 def test_a_cause_is_told_once_whatever_its_figures_are() -> None:
-    def case(scene: str, reason: str) -> dict[str, Any]:
-        return {"scene": scene, "rule": "r", "digits": 16, "reason": reason}
+    def case(scene: str, reason: str) -> AnyCase:
+        return case_of("order", {"scene": scene, "rule": "r", "digits": 16, "reason": reason})
 
     said = whys([case("a", "order 1.1. Cause: gauge, of 2e-4."), case("b", "1/0"),
                  case("c", "order 1.2. Cause: gauge, of 3e-5."), case("d", "1/0"),

@@ -12,8 +12,8 @@ from matplotlib.text import Text
 from discmech import check
 from discmech.studies.core.study import every_study
 from discmech.studies.report import canvas
+from discmech.studies.report.case import case_of
 from discmech.studies.report.palette import marks
-from discmech.studies.report.wording import rule_name
 from tests.studies.cached_results import SMALL, charts_slowly
 from tests.studies.fake_results import results
 
@@ -65,9 +65,10 @@ def with_long_names(cases):
 
 
 def sketches(study, cases):
-    known = marks(dict.fromkeys(map(rule_name, cases)))
-    titles = {case["scene"]: TITLE for case in cases}
-    return every_study()[study].view.sketches(cases, known, titles)
+    shown = [case_of(study, case) for case in cases]
+    known = marks(dict.fromkeys(case.method for case in shown))
+    titles = {case.scene: TITLE for case in shown}
+    return every_study()[study].view.sketches(shown, known, titles)
 
 
 def all_misplaced(study, cases):

@@ -6,12 +6,15 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from discmech.studies.report.canvas import Panel, Sheet, log_axis
+from discmech.studies.report.case import Case as Shown
 from discmech.studies.report.palette import BLUE, GREEN, GRID, INK, MUTED, ORANGE, SKY, VERMILLION
-from discmech.studies.report.wording import Case, mapping, number, rows
+
+from .records import Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+Case = Shown[dict[str, Any], dict[str, Any], Row]
 SHEET = Sheet(width=3.3, height=2.75, left=0.62, right=0.28, columns=2)
 TINTS = (BLUE, ORANGE, GREEN, SKY)
 DEFECTS = {"residual": (VERMILLION, "o"), "pullback": (BLUE, "s"), "poisson": (GREEN, "^"),
@@ -26,8 +29,8 @@ def panels(title: str, case: Case) -> list[Panel]:
 
 
 def _points(case: Case, name: str) -> list[tuple[float, float]]:
-    found = ((number(row.get("turn")), number(row.get(name))) for row in rows(case))
-    return [(a, b) for a, b in found if a is not None and b is not None]
+    found: list[tuple[float, float | None]] = [(r.turn, getattr(r, name)) for r in case.rows]
+    return [(turn, value) for turn, value in found if value is not None]
 
 
 def _columns(points: list[tuple[float, float]]) -> tuple[list[float], list[float]]:
@@ -62,7 +65,7 @@ def _rotations(title: str, case: Case) -> Panel:
 
 
 def _ball(case: Case) -> Panel:
-    found = mapping(case, "slice")
+    found = case.given.get("slice")
 
     def draw(axes: Axes) -> None:
         import numpy as np
@@ -78,7 +81,7 @@ def _ball(case: Case) -> Panel:
         circle = [2 * math.pi * k / 200 for k in range(201)]
         axes.plot([math.cos(a) / 2 for a in circle], [math.sin(a) / 2 for a in circle],
                   color=MUTED, lw=0.8, ls=(0, (1, 1.6)))  # fmt: skip
-        starts = [_place(case, row) for row in rows(case) if row.get("axis") is not None]
+        starts = [_place(case, row) for row in case.rows if row.axis is not None]
         if starts:
             axes.scatter(*_columns(starts), s=4, color=INK, lw=0)
         for k in range(len(TINTS)):
@@ -103,12 +106,11 @@ def _named(axes: Axes, k: int, cells: Any, at: Any) -> None:
         axes.text(*place, name, fontsize=7, color=INK, ha="center", va="center", bbox=disc)
 
 
-def _place(case: Case, row: dict[str, Any]) -> tuple[float, float]:
+def _place(case: Case, row: Row) -> tuple[float, float]:
     """Return the place of a start in the disc: beyond half a turn on the other side."""
-    axes = 1 + max(int(r.get("axis") or 0) for r in rows(case))
-    angle = math.pi * int(row.get("axis") or 0) / axes
-    turn = float(row["turn"])
-    size = turn if turn <= 0.5 else turn - 1
+    axes = 1 + max(r.axis or 0 for r in case.rows)
+    angle = math.pi * (row.axis or 0) / axes
+    size = row.turn if row.turn <= 0.5 else row.turn - 1
     return size * math.cos(angle), size * math.sin(angle)
 
 

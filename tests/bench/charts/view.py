@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
+from discmech.studies.report.case import NONE, AnyCase
 from discmech.studies.report.palette import Mark
 from discmech.studies.report.view import Sketch, Titles, View, measured_column
-from discmech.studies.report.wording import NONE, Case, mapping, scientific
+from discmech.studies.report.wording import scientific
 
 from . import plot
+from .records import Row
 
 CHARTS = (
     "Runs from first steps of 0.01 to 0.99 of a turn about six axes. On the group the step makes "
@@ -20,7 +21,10 @@ CHARTS = (
 )
 
 
-def _got(measured: dict[str, Any]) -> str:
+def _got(case: AnyCase) -> str:
+    measured = case.figures
+    if not measured:
+        return NONE
     said = [f"{measured['steps']} steps", f"{measured['changes']} changes of chart"]
     said += [f"{measured['stopped']} stopped"] if measured["stopped"] else []
     names = ("residual", "pullback", "poisson", "momentum", "factorisation", "distance", "operator")
@@ -28,26 +32,27 @@ def _got(measured: dict[str, Any]) -> str:
     return ", ".join(said)
 
 
-def _translates(case: Case) -> str:
+def _translates(case: AnyCase) -> str:
     """Return the numbers of steps in the chart of each translate, e first."""
-    counts = mapping(mapping(case, "measured"), "translates")
+    counts = case.figures.get("translates") or {}
     return ", ".join(str(count) for count in counts.values()) or NONE
 
 
-def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+def _sketches(cases: Sequence[AnyCase], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     panels = [
         panel
         for case in cases
-        for panel in plot.panels(titles.get(str(case["scene"]), str(case["scene"])), case)
+        for panel in plot.panels(titles.get(str(case.scene), str(case.scene)), case)
     ]
     return [Sketch("charts", "Steps of every size", CHARTS, panels, plot.SHEET)]
 
 
 VIEW = View(
+    row=Row,
     columns=[
         ("Steps by translate", _translates),
         measured_column("margin", "Least margin"),
-        ("Got", lambda case: _got(mapping(case, "measured")) if case.get("measured") else NONE),
+        ("Got", _got),
     ],
-    got=_got, wanted=lambda expected: "right, or a clear error", sketches=_sketches,
+    got=_got, wanted=lambda case: "right, or a clear error", sketches=_sketches,
 )  # fmt: skip

@@ -2,38 +2,42 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from discmech.studies.report.case import NONE, AnyCase, Result
 from discmech.studies.report.tables import rich_table
 from discmech.studies.report.view import View
-from discmech.studies.report.wording import NONE, Result, mapping
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
-def _got(measured: dict[str, Any]) -> str:
-    return ", ".join(measured["caught"]) or NONE
+def _got(case: AnyCase) -> str:
+    return ", ".join(case.figures.get("caught") or ()) or NONE
+
+
+def _of(case: AnyCase, key: str) -> str:
+    return str(case.figures.get(key) or NONE)
 
 
 def _printed(screen: Console, result: Result) -> None:
     """The tables of all, then a line for each fault that nothing caught, and each false alarm."""
-    for table in result["tables"]:
+    for table in result.tables:
         heads = table["heads"]
         screen.print(rich_table(table["title"], heads, table["lines"], numbers=heads[1:]))
     lines = []
-    for case in result["cases"]:
-        measured = case["measured"]
-        name = f"{case['scene']} {case['rule']}: {measured.get('site')}, {measured.get('what')}"
-        if measured.get("equivalent"):
-            lines.append(f"equivalent: {name}: {case['reason']}.")
-        elif case["verdict"] != "pass":
-            kind = "SURVIVES" if case["control"] else "FALSE ALARM"
-            lines.append(f"{kind}: {name}: {case['reason']}")
+    for case in result.cases:
+        name = f"{case.scene} {case.rule}: {_of(case, 'site')}, {_of(case, 'what')}"
+        if case.figures.get("equivalent"):
+            lines.append(f"equivalent: {name}: {case.reason}.")
+        elif not case.passed:
+            kind = "SURVIVES" if case.control else "FALSE ALARM"
+            lines.append(f"{kind}: {name}: {case.reason}")
+    found = result.given
     lines.append(
-        f"{result['faults']} faults: {result['caught']} caught, {result['equivalent']} proved to "
-        f"be none, {len(result['survivors'])} survive; {result['rules']} valid rules: "
-        f"{len(result['false_alarms'])} false alarms; {result['seconds']:.0f} s of measuring."
+        f"{found['faults']} faults: {found['caught']} caught, {found['equivalent']} proved to "
+        f"be none, {len(found['survivors'])} survive; {found['rules']} valid rules: "
+        f"{len(found['false_alarms'])} false alarms; {found['seconds']:.0f} s of measuring."
     )
     for line in lines:
         screen.print(line, highlight=False, markup=False, soft_wrap=True)
@@ -43,12 +47,12 @@ VIEW = View(
     printed=_printed,
     whole=True,
     columns=[
-        ("Scene", lambda case: str(case.get("scene") or NONE)),
-        ("Rule", lambda case: str(case.get("rule") or NONE)),
-        ("In", lambda case: str(mapping(case, "measured").get("site") or NONE)),
-        ("What", lambda case: str(mapping(case, "measured").get("what") or NONE)),
-        ("Caught by", lambda case: _got(mapping(case, "measured"))),
+        ("Scene", lambda case: case.scene or NONE),
+        ("Rule", lambda case: case.rule or NONE),
+        ("In", lambda case: _of(case, "site")),
+        ("What", lambda case: _of(case, "what")),
+        ("Caught by", _got),
     ],
     got=_got,
-    wanted=lambda expected: str(expected["wanted"]),
+    wanted=lambda case: str(case.wanted["wanted"]),
 )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from discmech.studies.report.canvas import Panel, Sheet, log_axis, log_limits
 from discmech.studies.report.labels import end_labels
@@ -12,26 +12,31 @@ from discmech.studies.report.palette import BLUE, MUTED
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from discmech.studies.report.wording import Case
+    from discmech.studies.report.case import AnyCase
 
 SHEET = Sheet(width=3.4, right=1.1, columns=2)
 
 
-def panels(cases: Sequence[Case]) -> list[Panel]:
+def panels(cases: Sequence[AnyCase]) -> list[Panel]:
     """Seconds against digits at one time, and against time at one number of digits."""
     made = []
     for kind, title, xlabel in (("digits", "Against digits", "certain digits"),
                                 ("time", "Against time", "t")):  # fmt: skip
-        rows = [case["measured"] for case in cases if case["kind"] == kind]
+        rows = [case.figures for case in cases if case.kind == kind]
         if rows:
             same = f"t = {rows[0]['time']:g}" if kind == "digits" else f"{rows[0]['digits']} digits"
-            subtitle = f"{cases[0]['scene']}, {same}"
+            subtitle = f"{cases[0].scene}, {same}"
             made.append(_panel(title, subtitle, xlabel, rows, kind, rows[0]["growth"]))
     return made
 
 
 def _panel(
-    title: str, subtitle: str, xlabel: str, rows: Sequence[Case], by: str, found: float | None
+    title: str,
+    subtitle: str,
+    xlabel: str,
+    rows: Sequence[Mapping[str, Any]],
+    by: str,
+    found: float | None,
 ) -> Panel:
     points = [(row[by], row["seconds"]) for row in rows]
 

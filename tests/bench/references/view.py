@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from discmech.studies.report.case import AnyCase
 from discmech.studies.report.palette import Mark
 from discmech.studies.report.view import Sketch, Titles, View, measured_column
-from discmech.studies.report.wording import Case
 
 from . import plot
 
@@ -16,20 +16,20 @@ COSTS = (
 )
 
 
-def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+def _sketches(cases: Sequence[AnyCase], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     title = "The cost of certain digits"
     return [Sketch("reference-costs", title, COSTS, plot.panels(cases), plot.SHEET)]
 
 
 VIEW = View(
     columns=[
-        ("t", lambda case: f"{case['measured']['time']:g}"),
+        ("t", lambda case: f"{case.figures['time']:g}"),
         measured_column("seconds", "Processor seconds"),
-        ("Steps", lambda case: str(case["measured"]["steps"])),
-        ("Order", lambda case: str(case["measured"]["order"])),
-        ("Certain by", lambda case: str(case["measured"]["certainty"])),
+        ("Steps", lambda case: str(case.figures["steps"])),
+        ("Order", lambda case: str(case.figures["order"])),
+        ("Certain by", lambda case: str(case.figures["certainty"])),
     ],
-    short=lambda measured: f"{measured['proven']} digits",
-    wanted=lambda expected: f"{expected['digits']} certain digits",
+    short=lambda case: f"{case.figures['proven']} digits",
+    wanted=lambda case: f"{case.wanted['digits']} certain digits",
     sketches=_sketches,
 )

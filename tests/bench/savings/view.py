@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from discmech.studies.report.case import NONE, AnyCase
 from discmech.studies.report.view import View
-from discmech.studies.report.wording import NONE, Case, duration, rows, scientific
+from discmech.studies.report.wording import duration, scientific
 
 
-def _variants(case: Case, key: str, written: Callable[[Any], str]) -> str:
+def _variants(case: AnyCase, key: str, written: Callable[[Any], str]) -> str:
     """A column's entries: the kernel as it is, then without each saving; a line each if it can."""
-    return " | ".join(written(row[key]) for row in rows(case)) or NONE
+    return " | ".join(written(row[key]) for row in case.rows) or NONE
 
 
-def _got(measured: dict[str, Any]) -> str:
-    return "; ".join(f"{name} {ratio:.3g}×" for name, ratio in measured["times"].items()) or NONE
+def _got(case: AnyCase) -> str:
+    times = case.figures["times"].items()
+    return "; ".join(f"{name} {ratio:.3g}×" for name, ratio in times) or NONE
 
 
 VIEW = View(
@@ -28,5 +30,5 @@ VIEW = View(
         ("Times as long", lambda case: _variants(case, "times", "{:.2f}×".format)),
     ],
     got=_got,
-    wanted=lambda expected: f"the same results to {scientific(expected.get('limit'))}",
+    wanted=lambda case: f"the same results to {scientific(case.wanted.get('limit'))}",
 )

@@ -14,6 +14,7 @@ from discmech.studies.core.one_case import run_case
 from discmech.studies.momentum import measuring as momentum
 from discmech.studies.momentum import work
 from discmech.studies.momentum.view import VIEW
+from discmech.studies.report.case import case_of
 from discmech.tests.bench.power.catalogue import everything
 from discmech.tests.bench.power.faults import scene_of
 from discmech.tests.bench.power.sites import FaultyCase
@@ -94,7 +95,7 @@ def test_a_quantity_in_stretches_says_over_how_many_steps_it_was_followed(monkey
     followed = [r["step"] for r in found["rows"] if r["drift"]["spatial momentum"] is not None]
     assert max(followed) == 60 and max(row["step"] for row in found["rows"]) == 100
     found["expected"]["over"]["spatial momentum"] = 60
-    shown = dict(VIEW.columns)["Largest drift"](found)
+    shown = dict(VIEW.columns)["Largest drift"](case_of("momentum", found))
     assert "(60 steps)" in shown and "(100 steps)" not in shown
 
 

@@ -1,0 +1,69 @@
+"""Frozen records of measurements, and the dictionaries of JSON from which they are read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+Record = TypeVar("Record")
+Reader = Callable[[Any], Any]
+
+
+def decoded(kind: type[Record], given: Any, finite: bool = False) -> Record:
+    """Return the record with the entries of a dictionary; a missing entry has its default.
+
+    kind: a dataclass whose fields have defaults; any other type returns what is given. Entries that
+    are records, or lists and dictionaries of them, are read alike. A field whose key is no Python
+    name has it in its metadata, {"key": ...}. finite: True if a float that is not finite counts as
+    None.
+    """
+    if not is_dataclass(kind):
+        return kind() if given is None else given
+    found = given if isinstance(given, Mapping) else {}
+    readers = _readers(kind, finite)
+    return kind(**{name: read(found[key]) for name, key, read in readers if key in found})
+
+
+@cache
+def _readers(kind: Any, finite: bool) -> list[tuple[str, str, Reader]]:
+    """Return (name, key, function that reads the entry) of each field."""
+    hints = get_type_hints(kind)
+    return [(one.name, one.metadata.get("key", one.name), _reader(hints[one.name], finite))
+            for one in fields(kind)]  # fmt: skip
+
+
+def _reader(hint: Any, finite: bool) -> Reader:
+    """Return the function that reads an entry of that type."""
+    parts = get_args(hint)
+    if get_origin(hint) in (Union, UnionType):
+        others = [part for part in parts if part is not NoneType]
+        inner = _reader(others[0], finite) if len(others) == 1 else _as_given
+        return lambda value: None if value is None else inner(value)
+    if is_dataclass(hint):
+        return lambda value: decoded(hint, value, finite)  # type: ignore[arg-type]
+    if get_origin(hint) in (list, Sequence):
+        inner = _reader(parts[0], finite)
+        return lambda values: [inner(value) for value in values or ()]
+    if get_origin(hint) in (dict, Mapping):
+        inner = _reader(parts[1], finite)
+        return lambda values: {key: inner(value) for key, value in (values or {}).items()}
+    return number if hint is float and finite else _as_given
+
+
+def _as_given(value: Any) -> Any:
+    return value
+
+
+def number(value: Any) -> float | None:
+    """Return a finite float, or None for anything else (None, NaN, infinities, words)."""
+    if value is None or isinstance(value, bool):
+        return None
+    try:
+        result = float(value)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    return result if math.isfinite(result) else None

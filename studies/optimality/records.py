@@ -1,0 +1,35 @@
+"""The records of problems of control whose steps are halved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """The change of a solution when its steps are halved, and why it is not in the fit."""
+
+    step: float | None = None
+    error: float | None = None
+    used: bool = False
+    why_not: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """The lowest order, that of each kind of unknown, the kinds that change by round-off alone."""
+
+    order: float | None = None
+    interval: Sequence[float] | None = None
+    orders: Mapping[str, float | None] = field(default_factory=dict)
+    exact: Sequence[str] = ()
+    corrections: Sequence[int] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """The order of the rule, and its tolerance."""
+
+    order: float | None = None
+    tolerance: float | None = None

@@ -1,0 +1,56 @@
+"""The records of linear intervals and of maps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A step of the oscillator (z = hω, radius, phase, krein), or a cell of a map.
+
+    outcome: the class of the run in a cell. between: the name of a cell between two of the grid.
+    """
+
+    z: float = 0.0
+    radius: float | None = None
+    phase: float | None = None
+    krein: float | None = None
+    stiffness: float = 0.0
+    outcome: str = field(default="", metadata={"key": "class"})
+    between: str | bool | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """The interval of a linear step, and the classes of a map's cells.
+
+    off_circle: the hω at which an eigenvalue leaves the circle. stable_to: the end of the interval.
+    limits: by stiffness the largest hω up to which all is bounded. exchange, stiffer, adiabatic:
+    errors of the energies of stiff springs by hω or ω.
+    """
+
+    off_circle: float | None = None
+    stable_to: float | None = None
+    gaps: Sequence[Sequence[float]] = ()
+    proved: bool = True
+    classes: Mapping[str, int] | None = None
+    equilibrium: Sequence[float] | None = None
+    frequency: float | None = None
+    limits: Mapping[str, float | None] | None = None
+    between: Mapping[str, str] | None = None
+    exchange: Mapping[str, float | None] | None = None
+    stiffer: Mapping[str, float | None] | None = None
+    adiabatic: Mapping[str, float | None] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """The hω up to which cells have to be bounded, and how many are not judged."""
+
+    bounded_up_to: float | None = None
+    of: int | None = None
+    escapes_not_judged: int | None = None
+    bounded: int | None = None
+    off_circle: bool | None = None
