@@ -310,7 +310,9 @@ def principles() -> Iterator[Fault]:
         for words, operator in FORCES.items():
             yield Fault(scene, rule, "force", operator, words=words)
     for scene, rule in (("cartesian-pendulum", "trapezoidal"), ("suslov", "midpoint"),
-                        ("knife-edge", "midpoint"), ("knife-edge", "trapezoidal")):  # fmt: skip
+                        ("knife-edge", "midpoint"), ("knife-edge", "trapezoidal"),
+                        ("bead-on-hoop", "midpoint"),
+                        ("ball-in-cylinder", "trapezoidal")):  # fmt: skip
         for name, operators in CONSTRAINTS.items():
             for words, operator in operators.items():
                 yield Fault(scene, rule, f"constraint.{name}", operator, words=words)
