@@ -7,7 +7,7 @@ from typing import Any
 from ..errors import BadInput, CannotMeasure, brief_name, misplaced
 from ..groupoids import check_axioms
 from ..numbers.types import Column
-from ..rules import Discretisation, OneStepMap, check_rule, own
+from ..rules import Discretisation, check_rule, own
 from ..scene import Scene
 from .arrows import Arrows
 from .checks import check_start
@@ -47,6 +47,8 @@ class DiscretisedScene:
     flow: Any
     runs: Any
     has_arrows: Any
+    #: what any other object is
+    no_scene = "no scene"
 
     def __init__(
         self,
@@ -57,9 +59,11 @@ class DiscretisedScene:
         if isinstance(scene, Discretisation):
             raise misplaced(scene.name, "rule", "scene")
         if not isinstance(scene, Scene):
-            raise BadInput(f"{brief_name(scene)} is no scene: give a Scene, or scenes.get(name).")
+            raise BadInput(
+                f"{brief_name(scene)} is {self.no_scene}: give a Scene, or scenes.get(name)."
+            )
         check_rule(rule)
-        derived = _derived(scene, rule) if equations is None else equations
+        derived = self.derive(scene, rule) if equations is None else equations
         if len(scene.parameter_values) != len(derived.s.parameter_list):
             raise BadInput(f"{scene.name}: a parameter has another shape than before.")
         scene = on_constraints(derived.s, scene)
@@ -69,6 +73,22 @@ class DiscretisedScene:
         # L_d that a scene gives has a rule of its own; one with momenta keeps the given rule
         same = rule.method is not None or derived.rule.name == rule.name
         self.hold(scene, rule if same else derived.rule, derived)
+
+    def derive(self, scene: Scene, rule: Discretisation) -> StepEquations:
+        """Return the equations of a step; raises `CannotMeasure` where the rule has no meaning."""
+        check_axioms(scene.groupoid)
+        of_step = rule.of_step
+        if refusal := of_step.refusal(scene):
+            raise CannotMeasure(refusal)
+        if not of_step.asks_lagrangian:
+            return OneStepEquations(_symbols(scene), of_step)
+        if scene.all_constraints:
+            return ConstrainedEquations(_symbols(scene, of_step.stages), of_step)
+        if scene.discrete_lagrangian is not None:
+            of_step = own  # no rule applies if L_d is given
+        if scene.hamiltonian is not None and not scene.has_lagrangian:
+            of_step = with_momenta(SceneSymbols(scene), of_step)
+        return DiscreteEquations(_symbols(scene, of_step.stages), of_step)
 
     def hold(self, scene: Scene, rule: Any, equations: StepEquations) -> None:
         """Set the attributes; the letters are those of the equations."""
@@ -95,22 +115,6 @@ class DiscretisedScene:
     FL, W, omega = map(_on_arrows, ("FL", "W", "omega"))
     legendre_minus, legendre_plus = map(_on_arrows, ("legendre_minus", "legendre_plus"))
     residual, discrete_lagrangian = map(_on_arrows, ("residual", "discrete_lagrangian"))
-
-
-def _derived(scene: Scene, rule: Discretisation) -> StepEquations:
-    check_axioms(scene.groupoid)
-    of_step = rule.of_step
-    if refusal := of_step.refusal(scene):
-        raise CannotMeasure(refusal)
-    if isinstance(of_step, OneStepMap):
-        return OneStepEquations(_symbols(scene), of_step)
-    if scene.all_constraints:
-        return ConstrainedEquations(_symbols(scene, of_step.stages), of_step)
-    if scene.discrete_lagrangian is not None:
-        of_step = own  # no rule applies if L_d is given
-    if scene.hamiltonian is not None and not scene.has_lagrangian:
-        of_step = with_momenta(SceneSymbols(scene), of_step)
-    return DiscreteEquations(_symbols(scene, of_step.stages), of_step)
 
 
 def _symbols(scene: Scene, stages: int = 0) -> SceneSymbols:

@@ -14,7 +14,7 @@ from ..compiler import Kind, Step
 from ..errors import BadInput, CannotMeasure, line_of
 from ..numbers import shown, symbols_of, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
-from ..rules import Discretisation, OneStepMap
+from ..rules import Discretisation
 from .checks import singular
 from .dual_system import DualSystem
 from .explicit_rows import explicit_rows
@@ -30,7 +30,7 @@ class OneStepEquations(StepEquations):
     groupoid.
     """
 
-    def __init__(self, s: SceneSymbols, rule: OneStepMap) -> None:
+    def __init__(self, s: SceneSymbols, rule: Any) -> None:
         super().__init__(s, rule)
         size = len(self.state)
         main = [vector(f"zd{k}", size) for k in range(max(1, rule.stages))]

@@ -72,7 +72,6 @@ class StepEquations:
 
     def check_regular(self, scene: Any, rule: Any) -> None:
         """Raise `BadInput` if a step does not determine its unknowns anywhere."""
-        raise NotImplementedError
 
     @property
     def adjoint(self) -> StepEquations:

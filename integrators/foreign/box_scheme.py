@@ -4,18 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..equations import (
-    DiscretisedScene,
-    SceneSymbols,
-    StepEquations,
-    check_finite,
-    check_start,
-    on_constraints,
-)
-from ..errors import BadInput, CannotMeasure, arguments_checked, brief_name, misplaced
+from ..equations import DiscretisedScene, SceneSymbols, StepEquations, check_finite
+from ..errors import BadInput, CannotMeasure, arguments_checked
 from ..groupoids import check_axioms
 from ..numbers import Arithmetic
-from ..rules import Discretisation
 from ..scene import Scene
 from .box_flow import BoxFlow
 from .numeric_scene import check_gradient, system_of
@@ -42,28 +34,19 @@ class BoxScheme(DiscretisedScene):
     #: a step is a map (x, μ) ↦ (x′, μ′), not an arrow
     has_arrows = False
     substeps: tuple[Any, ...] = ()
+    no_scene = "no scene that a black box can be run on"
 
-    def __init__(self, scene: Any, rule: Any, equations: Any = None) -> None:
-        if isinstance(scene, Discretisation):
-            raise misplaced(scene.name, "rule", "scene")
-        if not isinstance(scene, Scene):
-            raise BadInput(
-                f"{brief_name(scene)} is no scene that a black box can be run on: give a Scene, or "
-                "scenes.get(name)."
-            )
+    def derive(self, scene: Scene, rule: Any) -> BoxEquations:
+        """Return the scene's letters; raises `CannotMeasure` if the box cannot run on the scene."""
         if refusal := rule.refusal(scene):
             raise CannotMeasure(refusal)
-        if equations is None:
-            check_axioms(scene.groupoid)
-            s = SceneSymbols(scene)
-            if scene.in_numbers:
-                check_gradient(scene)
-            else:
-                check_finite(scene, s)
-            equations = BoxEquations(s, rule)
-        scene = on_constraints(equations.s, scene)
-        check_start(equations.s, scene)
-        self.hold(scene, rule, equations)
+        check_axioms(scene.groupoid)
+        s = SceneSymbols(scene)
+        if scene.in_numbers:
+            check_gradient(scene)
+        else:
+            check_finite(scene, s)
+        return BoxEquations(s, rule)
 
     def in_numbers(self, numbers: Arithmetic, kind: Any = None) -> SceneInNumbers:
         """Return the scene as the last argument of a black box, in the given arithmetic."""
