@@ -27,7 +27,7 @@ from ..numbers import (
     with_running_errors,
 )
 from ..numbers.types import Matrix, Number, Numbers, Vector
-from .map_texts import TEXTS
+from .map_texts import text_in
 
 #: the results of `local` in order; F± are of L_d itself, not divided by h
 _PARTS = (
@@ -269,7 +269,7 @@ def _function(equations: StepEquations, numbers: Arithmetic, what: str) -> Calla
 def map_text(equations: StepEquations, what: str) -> str:
     """Return a text of `TEXTS` for equations, from the cache on disk where it is there."""
     key = text_key(what, equations.step, *equations.fields, equations.mark)
-    return cached_text(f"{what.replace(' ', '_')}_{key}.txt", lambda: TEXTS[what](equations))
+    return cached_text(f"{what.replace(' ', '_')}_{key}.txt", lambda: text_in(equations, what))
 
 
 @lru_cache(maxsize=512)

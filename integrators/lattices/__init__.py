@@ -9,10 +9,10 @@ from ..numbers.lazy import on_demand
 if TYPE_CHECKING:
     from .as_scene import scene_of
     from .blocks import at_ends, of_all
-    from .contact_lattice import ContactLatticeTrajectory, SiteImpacts
+    from .contact_lattice import SiteImpacts
     from .dual_step import DualStep, poisson_defect
     from .lattice import Lattice
-    from .lattice_flow import LatticeFlow, LatticeTrajectory
+    from .lattice_flow import LatticeFlow
     from .lattice_run import LatticeRun
     from .lattice_scheme import LatticeScheme
     from .restricted_step import Linearised, RestrictedStep, step_derivative
@@ -22,10 +22,10 @@ else:
         __name__,
         as_scene="scene_of",
         blocks="at_ends of_all",
-        contact_lattice="ContactLatticeTrajectory SiteImpacts",
+        contact_lattice="SiteImpacts",
         dual_step="DualStep poisson_defect",
         lattice="Lattice",
-        lattice_flow="LatticeFlow LatticeTrajectory",
+        lattice_flow="LatticeFlow",
         lattice_run="LatticeRun",
         lattice_scheme="LatticeScheme",
         restricted_step="Linearised RestrictedStep step_derivative",
@@ -33,7 +33,7 @@ else:
     )  # fmt: skip
 
 __all__ = [
-    "ContactLatticeTrajectory", "DualStep", "Lattice", "LatticeFlow", "LatticeRun", "LatticeScheme",
-    "LatticeTrajectory", "Linearised", "RestrictedStep", "SiteImpacts", "at_ends", "of_all",
+    "DualStep", "Lattice", "LatticeFlow", "LatticeRun", "LatticeScheme",
+    "Linearised", "RestrictedStep", "SiteImpacts", "at_ends", "of_all",
     "poisson_defect", "scene_of", "step_derivative", "velocities",
 ]  # fmt: skip

@@ -21,8 +21,8 @@ from ..contact import (
 from ..errors import BadInput, CannotMeasure, StepFailure
 from ..numbers import Matrix, Number
 from ..numbers.types import Given, Rows
-from ..runs import Progress, run
-from .lattice_flow import File, LatticeFlow, LatticeTrajectory
+from ..runs import File, Progress, Trajectory, run
+from .lattice_flow import LatticeFlow
 from .lattice_run import LatticeRun
 from .site_gaps import SiteGaps
 
@@ -52,19 +52,6 @@ class SiteImpacts:
     impulse: np.ndarray
     approach: np.ndarray
     rebound: np.ndarray
-
-
-@dataclass(frozen=True)
-class ContactLatticeTrajectory(LatticeTrajectory):
-    """Rows of a run with contact: those of any lattice, gaps and impulses.
-
-    gaps (r, N, K): φ. impulses (r, N, K): the impulse of each gap, along φ′ρ̂, in the step that
-    leaves a row. impacts: all impacts, whether their step has a row or not.
-    """
-
-    gaps: np.ndarray
-    impulses: np.ndarray
-    impacts: SiteImpacts
 
 
 class ContactLatticeFlow(LatticeFlow):
@@ -181,10 +168,11 @@ class _Run(ContactRun):
         numbers = np.arange(count, dtype=np.int64)
         P = np.zeros((count, gaps.N, gaps.K))
         P[:, gaps.sites] = self.rows["impulses"][:count].reshape(count, len(gaps.sites), gaps.K)
-        return ContactLatticeTrajectory(
-            flow.numbers.multiples(flow.step, numbers * self.every), x, u, mu,
-            np.zeros((count, len(flow.lattice.pairs), 0)), self.made / max(1, self.index), 0,
-            self.index, flow.step, None, gaps=gaps.phi(x), impulses=P, impacts=self._impacts(),
+        return Trajectory.of_rows(
+            flow.numbers.multiples(flow.step, numbers * self.every), x, u, mu, steps=self.index,
+            step=flow.step, scheme=flow.scheme, newton_mean=self.made / max(1, self.index),
+            multipliers=np.zeros((count, len(flow.lattice.pairs), 0)), gaps=gaps.phi(x),
+            impulses=P, impacts=self._impacts(), solver="Newton, contacts in cones",
         )  # fmt: skip
 
     def _impacts(self) -> SiteImpacts:

@@ -79,7 +79,8 @@ class LatticeRun:
         #: the digest of the data of a run in its arrays
         self.digest = hashlib.sha256()
         for array in (self.x, self.mu, own, of_bond, c, ranges, segments):
-            self.digest.update(array.tobytes())
+            exact = array if array.dtype != object else np.array([*map(str, array.flat)])
+            self.digest.update(exact.tobytes())
         more = widths["w"] - self.u.shape[1] if scheme.constraints else 0
         self.multipliers = zeros(len(order), more)
         self._of_impulse = 2 / q[0][0]  # factor that turns an impulse hλ/2 into λ

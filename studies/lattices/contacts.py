@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.lattices import ContactLatticeTrajectory
+from discmech.integrators.runs import Trajectory
 
 from ..contact import measuring as contact
 from ..core.case import Case, Progress
@@ -55,7 +55,7 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
     return {"rows": rows, "measured": measured}
 
 
-def defects(flow: Any, run: ContactLatticeTrajectory) -> dict[str, float]:
+def defects(flow: Any, run: Trajectory) -> dict[str, float]:
     """Return the defect of a run with every row in each law, over the largest number of its kind.
 
     penetration: −φ, over the size that determines its round-off: the terms of φ, its changes with

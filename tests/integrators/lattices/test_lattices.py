@@ -217,8 +217,6 @@ def test_bad_input_is_told_in_a_sentence(changes, said):
 def test_what_a_lattice_cannot_do_is_told():
     with pytest.raises(BadInput, match="one-step map"):
         Scheme(fput(), MAPS["implicit-midpoint"])
-    with pytest.raises(BadInput, match="a checkpoint keeps numbers of double precision"):
-        Scheme(fput(), midpoint).flow("1/20", digits=50).trajectory(1, checkpoint="run.npz")
     with pytest.raises(BadInput, match="step is 0"):
         Scheme(fput(), midpoint).flow(0)
     with pytest.raises(BadInput, match="x0 is no array of numbers"):
