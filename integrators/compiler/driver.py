@@ -120,10 +120,22 @@ def forget(memo):
 def solve(system, x, mu, k, memo, c):
     """Return (w, memory, corrections, size of the last one, status) of one substep.
 
-    If the equations are affine in w, one correction from w = 0 is the solution.
+    If the equations are affine in w, one correction from w = 0 is the solution. The order of
+    extrapolation is chosen until all five past solutions are there (age 6), then together with κ.
     """
     if system.affine:
         w = system.solver(x, mu, k, c)
         size = norm(w)
         return w, memo, 1, size, OK if size < HUGE else SINGULAR
-    return newton(system, x, mu, k, memo, c)
+    u1, u2, u3, u4, u5, order, age, kappa, scale = memo
+    site = Record(
+        correct=correct_site, again=start_again, still=moves_always, system=system, x=x, mu=mu,
+        k=k, c=c, own=(), last=u1,
+    )  # fmt: skip
+    start = predict(order, u1, u2, u3, u4, u5)
+    w, here, kappa, count, size, status, trusted = newton(site, start, kappa, scale, age)
+    if status == OK:
+        if not trusted and (age < 6 or age % 16 == 0):
+            order = best_order(w, u1, u2, u3, u4, u5, age)
+        memo = (w, u1, u2, u3, u4, order, age + 1, kappa, faded(scale, here))
+    return w, memo, count, size, status

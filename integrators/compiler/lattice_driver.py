@@ -174,27 +174,20 @@ def move(system, a, c, i, w, gain):
     here, given = row(a.x, i, n), row(a.nu, i, m)
     zero_x, zero = (0.0,) * n, (0.0,) * m
     dx, own, none = system.update(here, w, given, (), zero_x, zero, c, row(a.p, i, SITES))
-    put(a.x, i, plus(here, dx))
-    put(a.nu, i, plus(given, plus(own, gain) if gain else own))
+    put(a.x, i, grown(here, dx))
+    put(a.nu, i, grown(given, grown(own, gain) if gain else own))
 
 
 def alone(system, a, c, i):
     """Return (w, corrections, status) of one site by itself, from a start nearby."""
-    here, given, w, own = row(a.x, i, n), row(a.nu, i, m), row(a.w, i, S), row(a.p, i, SITES)
+    here, given, start, own = row(a.x, i, n), row(a.nu, i, m), row(a.w, i, S), row(a.p, i, SITES)
     if system.affine:
         return system.solver(here, given, (), c, own), 0, OK
-    return by_newton(system, here, given, w, c, own)
-
-
-def by_newton(system, x, mu, w, c, own):
-    """Return (w, corrections, status) of one site by Newton's method (`newton_iteration`)."""
-    before, count, scale, kappa, status = HUGE, 0, norm(w), 0.0, NOT_CONVERGED
-    while status == NOT_CONVERGED and count < 40:
-        dw, size = system.solver(x, w, mu, (), c, own)
-        w = plus(w, dw)
-        count = count + 1
-        status, kappa = judge(size, before, norm(w), scale, kappa, count)
-        before = size
+    site = Record(
+        correct=correct_site, again=start_again, still=moves_always, system=system, x=here,
+        mu=given, k=(), c=c, own=(own,), last=row(a.w1, i, S),
+    )  # fmt: skip
+    w, size, kappa, count, change, status, trusted = newton(site, start, 0.0, norm(start), 0)
     return w, count, status
 
 
@@ -223,6 +216,13 @@ def kick(way, one, other, a, out, c, d):
     on_bonds(way, one, other, a, out, c, d)
 
 
+@kernel
+def grown(a, b):
+    """Return a + b; the compiler may choose the order of several such sums."""
+    return tuple([p + q for p, q in zip(a, b)])
+
+
+@kernel
 def forces(way, one, other, x, own, c, d):
     """Return F⁻ of a substep (way 1), −F⁻ (−1), or F⁺ of one substep minus F⁻ of another (0)."""
     if way == 0 and not COMPOSED:
@@ -249,7 +249,7 @@ def on_bonds(way, one, other, a, out, c, d):
             ahead = (0.0,) * m
             for k in range(length):
                 f = of_bond(way, one, other, a, c, d, i + k, j + k, first + k)
-                add(out, i + k, plus(f[:m], ahead))
+                add(out, i + k, grown(f[:m], ahead))
                 ahead = f[m:]
             add(out, i + length, ahead)
         elif SPLIT:

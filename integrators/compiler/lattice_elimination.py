@@ -26,16 +26,19 @@ def zero_block():
     return ((0.0,) * S,) * S
 
 
+@kernel
 def summed(A, B):
     """Return A + B."""
     return tuple([tuple([added(a, b) for a, b in zip(r, s)]) for r, s in zip(A, B)])
 
 
+@kernel
 def less(A, B):
     """Return A − B."""
     return tuple([tuple([subtracted(a, b) for a, b in zip(r, s)]) for r, s in zip(A, B)])
 
 
+@kernel
 def times(A, B):
     """Return A B."""
     return tuple([tuple([added_up([multiplied(e, b[j]) for e, b in zip(r, B)])
@@ -77,6 +80,7 @@ def solved(D, B):
     return reduced(tuple([D[i] for i in ORDER]), tuple([B[i] for i in ORDER]))
 
 
+@kernel
 def reduced(D, B):
     """Return D⁻¹ B: eliminate the first unknown, then solve recursively for the others."""
     over = inverse(D[0][0])
@@ -165,7 +169,7 @@ def chain_correction(system, a, c, last):
 
 def corrected(a, i, dw, size, here):
     """Add a correction to w; return the largest sizes so far, where NaN counts as infinite."""
-    new = plus(row(a.w, i, S), dw)
+    new = grown(row(a.w, i, S), dw)
     put(a.w, i, new)
     step, moved = norm(dw), norm(dw[:MOVING])
     if moved > a.totals[MOVED]:
@@ -212,6 +216,6 @@ def ring_correction(system, a, c, last):
     for i in range(last - 1, -1, -1):
         kept = row(a.work, i, 2 * S * S + S)
         C, G, g = block(kept, 0, 0, S), block(kept, 1, 0, S), kept[2 * S * S :]
-        dw = minus(g, plus(applied(C, dw), applied(G, far)))
+        dw = minus(g, grown(applied(C, dw), applied(G, far)))
         size, here = corrected(a, i, dw, size, here)
     return size, here

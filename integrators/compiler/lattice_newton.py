@@ -34,35 +34,40 @@ def tied_steps(steps, a):
 
 
 def tied_solution(j, a):
-    """Solve substep j for w, which holds a guess; return the status (`newton_iteration.newton`)."""
-    c, totals = coefficients_of(a, j), a.totals
-    kappa, scale, age = totals[KAPPA], totals[SCALE], int(totals[AGE])
-    before, count, total, tries, status = HUGE, 0, 0, 1, NOT_CONVERGED
-    size, here = HUGE, 0.0
-    while status != OK:
-        size, here = by_kind(correction, a, j, c)
-        count, total = count + 1, total + 1
-        if total == 1 and age % 16 != 0 and MARGIN * kappa * size * size <= EPS * scale:
-            status = OK
-        else:
-            status, kappa = judge(size, before, here, scale, kappa, count)
-            stagnant = status == NOT_CONVERGED and count > 2 and size > before / 2
-            if stagnant and totals[MOVED] <= unseen(a, c[0]):
-                status = OK
-        before = size
-        if status == SINGULAR or count >= 40:
-            if tries == 2 or status == OK:
-                break
-            before, count, tries, status = HUGE, 0, 2, NOT_CONVERGED
-            copy(a.w, a.w1, S, a.ranges, a.parts)
-    totals[SCALE] = here if here > scale * DECAY else scale * DECAY
+    """Solve substep j for w, which holds a guess; return the status."""
+    totals = a.totals
+    scale, age = totals[SCALE], int(totals[AGE])
+    sites = Record(
+        correct=correct_sites, again=last_solution, still=sites_still, a=a, j=j,
+        c=coefficients_of(a, j),
+    )  # fmt: skip
+    w, here, kappa, count, size, status, trusted = newton(sites, (), totals[KAPPA], scale, age)
+    totals[SCALE] = faded(scale, here)
     if not COMPOSED and (age < 6 or age % 16 == 0):
         choose_order(a, age)
     totals[KAPPA], totals[AGE], totals[LAST_SIZE] = kappa, age + 1, size
-    totals[CORRECTIONS] += total
-    if total > totals[MOST]:
-        totals[MOST] = total
+    totals[CORRECTIONS] += count
+    if count > totals[MOST]:
+        totals[MOST] = count
     return status
+
+
+def correct_sites(sites, w):
+    """Do one correction of all sites; their w are in memory."""
+    size, here = by_kind(correction, sites.a, sites.j, sites.c)
+    return w, size, here, True
+
+
+def last_solution(sites):
+    """Begin again from the last solution."""
+    a = sites.a
+    copy(a.w, a.w1, S, a.ranges, a.parts)
+    return ()
+
+
+def sites_still(sites):
+    """Return True if corrections no longer move x."""
+    return sites.a.totals[MOVED] <= unseen(sites.a, sites.c[0])
 
 
 def unseen(a, h):
@@ -136,9 +141,8 @@ def relaxed_solution(j, a):
             large = False
             if count > 1 and rate > FADED and size >= ROOT_EPS * here:
                 large = size > unseen(a, c[0])
-            ended = count > 1 and rate < 0.5 and size * rate <= EPS * here
-            stagnant = count > 2 and rate > 0.5 and not large  # only round-off is left
-            if size <= EPS * here or ended or stagnant:
+            following = size * rate if count > 1 and rate < 0.5 else size
+            if over(size, before, EPS * here, following, count > 2 and not large):
                 status = OK
             elif large:
                 status = GAVE_WAY
@@ -219,7 +223,7 @@ def update_in_order(system, a, c):
             gain = closing[:m] + (0.0,) * m
             if i < last:
                 gain = gain_of(system, a, c, i, i + 1, i + LATER)
-            move(system, a, c, i, row(a.w, i, S), plus(before, gain[:m]))
+            move(system, a, c, i, row(a.w, i, S), grown(before, gain[:m]))
             before = gain[m:]
 
 

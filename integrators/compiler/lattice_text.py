@@ -81,7 +81,7 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         f"FADED, MOST_SWEEPS = {FADED}, {MOST_SWEEPS}",
         f"MOVING = {s - system.site.multipliers}",
         f"UNSEEN = {UNSEEN}",
-        "FAINT = 64 * EPS",
+        "ALONE = False",
         *_places([k for k in kinds if k.bond is not None], s),
         f"WIDTH = {max(k.width for k in made)}",
         f"WIDTHS = dict(w=S, w1=S, w2=S, w3=S, work={s * s * (2 if shape == 'ring' else 1) + s}, "
@@ -94,8 +94,6 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
     ]
     parts = "lattice_driver", "lattice_newton", "lattice_elimination"
     driver = texts_of(*parts, "newton_iteration", "tuple_operations")
-    for name in ("forces", "plus", "times", "less", "summed", "reduced"):
-        driver = driver.replace(f"def {name}(", f"@kernel\ndef {name}(")
     texts = (k.text for k in made)
     return with_tables("\n\n".join([f"# {system.name}", *texts, "\n".join(facts), driver]))
 

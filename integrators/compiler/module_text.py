@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
+from inspect import getsource
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,8 @@ from ..numbers import (
     Value,
     called_text,
     coefficients_text,
+    over,
+    steepness,
     text_of,
     with_arguments,
     with_tables,
@@ -32,8 +35,6 @@ from .step import Step
 from .step_nodes import StepNodes
 
 SHORTEST = 40  # least number of operations of a function for which a call costs less than it saves
-#: long functions of the driver that are called instead of written in, with their decorators
-CALLED = {"best_order": "aside", "eliminate": "node"}
 
 
 def module_text(step: Step, omit: frozenset[str] = frozenset()) -> str:
@@ -52,7 +53,7 @@ def module_text(step: Step, omit: frozenset[str] = frozenset()) -> str:
     facts = [
         f"LAYOUT = {layout}",
         f"FAINT = 64 * EPS{' * EPS' if {'slope', 'impulse'} & {*step.kinds} else ''}",
-        f"SINGLE, MIXED, APART = {not step.composed}, {mixed}, {apart}",
+        f"ALONE, SINGLE, MIXED, APART = True, {not step.composed}, {mixed}, {apart}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), kernels)),  # noqa: B905
         f"SYSTEMS = RULE,{' ADJOINT' if mixed else ''}",
     ]
@@ -62,16 +63,14 @@ def module_text(step: Step, omit: frozenset[str] = frozenset()) -> str:
 
 def driver_text() -> str:
     """Return the driver's text, which is part of every module."""
-    text = texts_of("driver", "edge_watch", "newton_iteration", "tuple_operations")
-    for name, kind in CALLED.items():
-        text = text.replace(f"def {name}(", f"@{kind}\ndef {name}(")
-    return text
+    return texts_of("driver", "edge_watch", "newton_iteration", "tuple_operations")
 
 
 def texts_of(*names: str) -> str:
-    """Return the text of the named files of this room."""
+    """Return the text of the named files of this room, and of the rule by which loops end."""
     files = (Path(__file__).with_name(f"{name}.py") for name in names)
-    return "\n\n".join(file.read_text(encoding="utf-8") for file in files)
+    texts = [getsource(over), getsource(steepness), *(f.read_text(encoding="utf-8") for f in files)]
+    return "\n\n".join(texts)
 
 
 class KernelText:

@@ -79,6 +79,7 @@ def copy(a, b, width, ranges, parts):
             put(a, i, row(b, i, width))
 
 
+@node
 def eliminate(a, m):
     """Solve by Gaussian elimination with row exchanges; `a` has m rows (entries, right side).
 

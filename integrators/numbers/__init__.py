@@ -86,22 +86,24 @@ from .statements import (
     text_of,
     with_arguments,
 )
+from .stop import over, steepness
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
-    "Arithmetic", "Atoms", "Coefficients", "Definition", "Double", "Frame", "Function", "Graph",
-    "InArithmetic", "LazyModule", "Letters", "MOST_DIGITS", "Matrix", "Multiple", "Node",
-    "NodeMatrix", "Nodes", "NotComputed", "NotKnown", "NotSmooth", "Number", "Numbers",
+    "Arithmetic", "Atoms", "Coefficients", "Definition", "Double", "Frame", "Function",
+    "Graph", "InArithmetic", "LazyModule", "Letters", "MOST_DIGITS", "Matrix", "Multiple",
+    "Node", "NodeMatrix", "Nodes", "NotComputed", "NotKnown", "NotSmooth", "Number", "Numbers",
     "Operations", "Rational", "Scope", "Series", "TooLong", "Tracked", "Value", "Vector",
-    "arithmetic", "as_one_number", "called_text", "code", "coefficients_text", "collect", "define",
-    "entry", "errors_of", "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices",
-    "exact_nested", "exact_rational", "exact_vector", "finite", "first_violation", "flatten",
-    "floats_exact", "function_text", "inlined", "inverse_sizes", "is_zero", "jacobian", "listed",
-    "measure", "mpmath", "needed", "newton", "node_values", "null_direction", "number", "numeric",
-    "numeric_function", "numeric_text", "opaque", "parts_of", "random_columns", "random_point",
-    "read_definitions", "refuse_large", "refuse_unwritten", "register", "registered_function",
-    "replaced", "rounded", "run_text", "series_namespace", "short_numbers", "shown", "sizes",
-    "solve", "symbols_of", "sympy", "text_of", "to_sympy", "tracked", "tracked_later", "values_of",
-    "vanishes", "vanishes_as", "whole_number", "with_arguments", "with_running_errors",
-    "with_tables", "within_doubles", "working_digits", "written_out",
+    "arithmetic", "as_one_number", "called_text", "code", "coefficients_text", "collect",
+    "define", "entry", "errors_of", "evaluate", "evaluate_at", "evaluate_matrix", "exact",
+    "exact_matrices", "exact_nested", "exact_rational", "exact_vector", "finite",
+    "first_violation", "flatten", "floats_exact", "function_text", "inlined", "inverse_sizes",
+    "is_zero", "jacobian", "listed", "measure", "mpmath", "needed", "newton", "node_values",
+    "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque",
+    "over", "parts_of", "random_columns", "random_point", "read_definitions", "refuse_large",
+    "refuse_unwritten", "register", "registered_function", "replaced", "rounded", "run_text",
+    "series_namespace", "short_numbers", "shown", "sizes", "solve", "steepness", "symbols_of",
+    "sympy", "text_of", "to_sympy", "tracked", "tracked_later", "values_of", "vanishes",
+    "vanishes_as", "whole_number", "with_arguments", "with_running_errors", "with_tables",
+    "within_doubles", "working_digits", "written_out",
 ]  # fmt: skip

@@ -86,12 +86,12 @@ def _text(old: str, new: str) -> Any:
 
 SOLVER = {
     "Newton stops at the root of round-off": ("EPS * (", "ROOT_EPS * ("),
-    "Newton stops after two corrections": ("ended = size <= noise or", "ended = count > 1 or"),
+    "Newton stops after two corrections": ("ended = over(", "ended = count > 1 or over("),
     "one correction is always enough": (
         "MARGIN * kappa * size * size <= EPS * scale",
         "size < HUGE",
     ),
-    "the last u instead of this one": ("return w, (w, u1", "return u1, (w, u1"),
+    "the last u instead of this one": ("return w, memo, count", "return u1, memo, count"),
     "damped residual": (
         "mu, emu = accumulate(mu, dmu)",
         "mu, emu = accumulate(mu, tuple(d - d / R(1000000) for d in dmu))",
