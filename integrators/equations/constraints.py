@@ -5,53 +5,52 @@ The rows of φ come first, of all constraints of the scene, then those given for
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 from ..errors import BadInput
 from ..numbers import jacobian, sympy
-from ..numbers.types import Column, SymbolicMatrix
+from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..scene import Constraint, ConstraintParts
 from .discrete_lagrangian import DiscreteLagrangian
 from .rule_view import written
 from .symbols import SceneSymbols, column, times
 
 
+class _Given(NamedTuple):
+    """φ, A and a as they are given at a point; reactions: (row of B, its entries) where B ≠ A."""
+
+    phi: Column
+    rows: SymbolicMatrix
+    shift: Column
+    reactions: list[tuple[int, Column]]
+
+
 def constraint(s: SceneSymbols, x: Column) -> Column:
     """Return φ, the positions' part, at a column x, with its time if it contains one."""
-    return column(e for each, parts in _given(s, x) for e in _column(s, x, each, parts.positions))
+    return _given(s, tuple(x)).phi.copy()
 
 
 def constraint_matrix(s: SceneSymbols, x: Column) -> SymbolicMatrix:
     """Return A, k×m, of A ξ = a: φ′ρ̂ of the positions, then the given rows, at letters x."""
-    return _of_positions(s, x).col_join(_of_velocities(s, x)[0])
+    phi, rows, *_ = _given(s, tuple(x))
+    if not len(phi):
+        return rows.copy()
+    return times(jacobian(phi, x), s.groupoid.rho(x, s.h) / s.h).col_join(rows)
 
 
 def constraint_shift(s: SceneSymbols, x: Column) -> Column:
     """Return a, k×1, of A ξ = a: −∂φ/∂t of the positions, then the given right sides."""
-    phi = constraint(s, x)
-    moving = -phi.diff(x[s.n]) if s.clocked else 0 * phi
-    return moving.col_join(_of_velocities(s, x)[1])
+    phi, _, shift, _ = _given(s, tuple(x))
+    return (-phi.diff(x[s.n]) if s.clocked else 0 * phi).col_join(shift)
 
 
 def reaction_matrix(s: SceneSymbols, x: Column) -> SymbolicMatrix:
     """Return B, k×m, of the constraints' force Bᵀλ: A, unless a kind of constraint gives others."""
-    own, given = constraint_matrix(s, x), list(_given(s, x))
-    places = [0, sum(len(parts.positions) for _, parts in given)]
-    for each, parts in given:
-        sizes = len(parts.positions), len(parts.rows)
-        if parts.reactions is not None:
-            rows = [_column(s, x, each, row) for row in parts.reactions]
-            if len(rows) != sum(sizes) or any(len(row) != len(s.u) for row in rows):
-                raise BadInput(
-                    f"{s.name}: its {each.kind.name} constraint needs {sum(sizes)} reactions, rows "
-                    f"of {len(s.u)} entries."
-                )
-            at = [place + i for place, size in zip(places, sizes, strict=True) for i in range(size)]
-            for i, row in zip(at, rows, strict=True):
-                own[i, :] = row.T
-        places = [place + size for place, size in zip(places, sizes, strict=True)]
-    return own
+    found = constraint_matrix(s, x)
+    for i, row in _given(s, tuple(x)).reactions:
+        found[i, :] = row.T
+    return found
 
 
 def vanishing_at_states(s: SceneSymbols) -> Column:
@@ -75,42 +74,51 @@ def vanishing_in_a_step(of: DiscreteLagrangian) -> Column:
 
 def met_by_velocity(s: SceneSymbols, points: list[tuple[Any, Column]]) -> Column:
     """Return Σ ω/h (A(x) u − a(x)) over points (ω, x), of the rows given for the velocity."""
-    found = [(weight / s.h, *_of_velocities(s, x)) for weight, x in points]
-    terms = [weight * (rows * s.u - shift) for weight, rows, shift in found]
+    found = [(weight / s.h, _given(s, tuple(x))) for weight, x in points]
+    terms = [weight * (given.rows * s.u - given.shift) for weight, given in found]
     return sum(terms[1:], terms[0])
 
 
-def _of_positions(s: SceneSymbols, x: Column) -> SymbolicMatrix:
-    """Return φ′ρ̂ at letters x."""
-    phi = constraint(s, x)
-    if not len(phi):
-        return sympy.zeros(0, len(s.u))
-    return times(jacobian(phi, x), s.groupoid.rho(x, s.h) / s.h)
+@lru_cache(maxsize=256)
+def _given(s: SceneSymbols, point: tuple[Expression, ...]) -> _Given:
+    """Return what the constraints' functions give at a point, the positions of all first."""
+    x, m = column(point), len(s.u)
+    parts = [(each, _parts(s, x, each)) for each in s.constraints]
+    phi = [e for _, part in parts for e in part.positions]
+    rows = [row for _, part in parts for row in part.rows]
+    shift = [e for _, part in parts for e in part.shift]
+    places, reactions = [0, len(phi)], list[tuple[int, Column]]()
+    for each, part in parts:
+        sizes = len(part.positions), len(part.rows)
+        at = [first + i for first, size in zip(places, sizes, strict=True) for i in range(size)]
+        places = [first + size for first, size in zip(places, sizes, strict=True)]
+        if part.reactions is None:
+            continue
+        if len(part.reactions) != len(at) or any(len(row) != m for row in part.reactions):
+            raise BadInput(
+                f"{s.name}: its {each.kind.name} constraint needs {len(at)} reactions, rows of "
+                f"{m} entries."
+            )
+        reactions += zip(at, map(column, part.reactions), strict=True)
+    flat = [e for row in rows for e in row]
+    return _Given(column(phi), sympy.Matrix(len(rows), m, flat), column(shift), reactions)
 
 
-def _of_velocities(s: SceneSymbols, x: Column) -> tuple[SymbolicMatrix, Column]:
-    """Return A and a as they are given for the velocity."""
-    rows, shift = sympy.zeros(0, len(s.u)), sympy.zeros(0, 1)
-    for each, parts in _given(s, x):
-        entries = _column(s, x, each, [e for row in parts.rows for e in row])
-        rows = rows.col_join(entries.reshape(len(parts.rows), len(s.u)))
-        shift = shift.col_join(_column(s, x, each, parts.shift))
-    return rows, shift
-
-
-def _given(s: SceneSymbols, x: Column) -> Iterator[tuple[Constraint, ConstraintParts]]:
-    """Yield each constraint, and its parts at a column x."""
-    for each in s.constraints:
-        time = (x[s.n],) if each.timed else ()
-        given = s.evaluated(each.function, "its constraint", x[: s.n, :], s.parameters, *time)
-        try:
-            yield each, each.kind.parts(given, len(s.u))
-        except BadInput as error:
-            raise BadInput(f"{s.name}: {error}") from None
-
-
-def _column(s: SceneSymbols, x: Column, each: Constraint, entries: Any) -> Column:
-    found = s.scalars(entries, "its constraint", each.function)
+def _parts(s: SceneSymbols, x: Column, each: Constraint) -> ConstraintParts:
+    """Return the parts of a constraint at a column x, as checked expressions."""
+    time = (x[s.n],) if each.timed else ()
+    given = s.evaluated(each.function, "its constraint", x[: s.n, :], s.parameters, *time)
     words = "x, p and t" if each.timed else "x and p"
-    s.refuse_unknown(found, x.free_symbols, "its constraint", each.function, words)
-    return found
+
+    def checked(entries: Any) -> list[Expression]:
+        found = s.scalars(entries, "its constraint", each.function)
+        s.refuse_unknown(found, x.free_symbols, "its constraint", each.function, words)
+        return list(found)
+
+    try:
+        parts = each.kind.parts(given, len(s.u))
+    except BadInput as error:
+        raise BadInput(f"{s.name}: {error}") from None
+    pushing = None if parts.reactions is None else list(map(checked, parts.reactions))
+    rows = list(map(checked, parts.rows))
+    return ConstraintParts(checked(parts.positions), rows, checked(parts.shift), pushing)
