@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from dataclasses import replace
@@ -19,17 +18,19 @@ from ..core.case import Choice, Progress, silent
 from ..core.cluster import Cluster
 from ..core.fingerprint import of_views
 from ..core.history import History
-from ..core.running import run_studies
+from ..core.plan import Plan
+from ..core.running import run_plan
 from ..core.store import Store
 from ..core.study import every_study, known_study
 from ..core.workers import worker_pool
 
 if TYPE_CHECKING:
-    from ..report.figures import Look, Remembered
+    from ..report.figures import Look, Remembered, Task
 
 OF_THE_BENCH = ("references", "power")  # studies without scenes
-# cases from which drawing in parallel pays: another process takes three seconds to begin
-WORTH_DRAWING_TOGETHER = 100
+#: panels from which drawing in parallel pays: another process takes two seconds to begin, a panel
+#: less than a tenth of one
+WORTH_DRAWING_TOGETHER = 60
 
 
 def make_report(
@@ -58,22 +59,20 @@ def make_report(
     history = None if store is None else History(store)
     whole = replace(choice, own=()) == Choice()
     names = (*NAMES, *(OF_THE_BENCH if whole else ()))
-    studies = [s for name in names if list((s := every_study()[name]).cases(choice))]
-    results, equations = run_studies(
-        studies, choice, progress, store=store, jobs=jobs, also=equations_of
-    )
+    plan = Plan.of_those_that_apply([every_study()[name] for name in names], choice)
+    results, equations = run_plan(plan, progress, store=store, jobs=jobs, also=equations_of)
     for result in results:
         if result.get("command") == f"discmech {result['study']}":  # with the choice
             result["command"] = asked(result["study"])
     progress("figures", 1.0)
-    scenes = {scene.name: scene for scene, _ in choice.pairs()}
-    ours = (study for study in studies if study.name not in OF_THE_BENCH)
-    for case in (case for study in ours for case in study.cases(choice)):
-        scenes.setdefault(case.scene.name, case.scene)  # scenes of contact, and of optimal control
+    scenes = {scene.name: scene for scene, _ in plan.pairs}
+    for (i, _), case in plan.places():
+        if plan.studies[i].name not in OF_THE_BENCH:
+            scenes.setdefault(case.scene.name, case.scene)  # of contact, and of optimal control
     described = [about(scene) for scene in scenes.values()]
     drawn = _drawn_once(store, jobs if isinstance(jobs, int) else cores())
     words = (results, equations, described, folder, command, drawn)
-    about_page = About("Report", methods=about_methods(choice.pairs()), whole=whole)
+    about_page = About("Report", methods=about_methods(plan.pairs), whole=whole)
     if history is None:
         return results, write_report(*words, look=look, about=about_page)
     history.add(results, short)
@@ -85,27 +84,26 @@ def make_report(
 def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
     """Return a function that takes figures from the store, or draws them and stores them.
 
-    Figures of many cases are drawn by `jobs` processes, the study with the most figures first.
+    Large ones are drawn by other processes, while this one begins with the smallest.
     """
     if store is None:
         return None
 
-    def remembered(drawings: Sequence[tuple[Any, Callable[[], Any]]]) -> list[Any]:
-        texts = [json.dumps(words) for words, _ in drawings]
-        keys = [of_views(text) for text in texts]
+    def remembered(tasks: Sequence[Task]) -> list[Any]:
+        keys = [of_views(json.dumps(task.depends_on)) for task in tasks]
         found = [store.find("figure", key) for key in keys]
         left = [k for k, earlier in enumerate(found) if earlier is None]
-        left.sort(key=lambda k: -len(texts[k]))
-        cases = sum(len(drawings[k][0][1]) for k in left)
-        if min(jobs, len(left)) > 1 and cases >= WORTH_DRAWING_TOGETHER:
-            with suppress(BrokenProcessPool), worker_pool(min(jobs, len(left))) as pool:
-                waiting = {pool.submit(drawings[k][1]): k for k in left}
-                for future in as_completed(waiting):
-                    k = waiting[future]
-                    found[k] = store.keep("figure", keys[k], future.result())
+        left.sort(key=lambda k: -tasks[k].panels)
+        others = min(jobs, len(left)) - 1
+        if others > 0 and sum(tasks[k].panels for k in left) >= WORTH_DRAWING_TOGETHER:
+            with suppress(BrokenProcessPool), worker_pool(others) as pool:
+                waiting = [(k, pool.submit(tasks[k].make)) for k in left]
+                for k, future in reversed(waiting):
+                    drawn = tasks[k].make() if future.cancel() else future.result()
+                    found[k] = store.keep("figure", keys[k], drawn)
         for k in left:  # all, or those of a killed process
             if found[k] is None:
-                found[k] = store.keep("figure", keys[k], drawings[k][1]())
+                found[k] = store.keep("figure", keys[k], tasks[k].make())
         return found
 
     return remembered

@@ -20,6 +20,7 @@ from typing import Any
 
 from discmech.integrators import Lattice, Scheme, scenes
 from discmech.integrators.compiler import text_key
+from discmech.integrators.control import problems
 from discmech.integrators.lattices import LatticeScheme
 from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Opaque, Scene, reads
@@ -87,9 +88,18 @@ def of_scene(scene: Scene) -> Iterator[str]:
     For a scene of the bench's own also the text that defines it. Raises `Opaque` if some part hides
     its contents.
     """
-    yield reads(scene)
-    if is_ours(scene) and "sites" not in parts_of(scene):
+    if not is_ours(scene):
+        yield reads(scene)
+        return
+    yield _fields(scene)
+    if "sites" not in parts_of(scene):
         yield _text_of_scene(scene.name)
+
+
+@lru_cache(maxsize=256)
+def _fields(scene: Scene) -> str:
+    """Return the digest of a scene of the bench, whose functions read nothing that may change."""
+    return reads(scene)
 
 
 def of_rule(scene: Scene, rule: Discretisation) -> Iterator[str]:
@@ -130,8 +140,9 @@ def is_ours(thing: Scene | Discretisation) -> bool:
     if isinstance(thing, Lattice):
         return is_built_in(thing)
     if isinstance(thing, Scene):
-        own = scenes.get(thing.name) if thing.name in scenes.every_name() else None
-        return own is not None and own.laws == thing.laws
+        own = [scenes.get(thing.name)] if thing.name in scenes.every_name() else []
+        own += [problems.get(thing.name).scene] if thing.name in problems.NAMES else []
+        return any(scene.laws == thing.laws for scene in own)
     base = thing.of_step
     formula = base.formula
     return base.is_formula and str(formula.__module__).startswith("discmech.integrators.")

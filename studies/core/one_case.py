@@ -88,7 +88,7 @@ def measured_case(study: Study, case: Case, progress: Progress = silent) -> Foun
     begun = time.perf_counter()
     found = _with(Found(), _or_why(case, measure))
     seconds = time.perf_counter() - begun
-    return replace(_with_order(found, case), seconds=seconds, measured_at=provenance())
+    return replace(with_order(found, case), seconds=seconds, measured_at=provenance())
 
 
 def judged(study: Study, case: Case, found: Found) -> Verdict:
@@ -124,7 +124,7 @@ def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found
     # a judge that says something else later may ask for what this verdict did not need
     more, declined = (True, "") if told else (False, _words(verdict))
     seconds = found.seconds + time.perf_counter() - begun
-    return replace(_with_order(found, case), more=more, declined=declined, seconds=seconds)
+    return replace(with_order(found, case), more=more, declined=declined, seconds=seconds)
 
 
 def _words(verdict: Verdict) -> str:
@@ -156,7 +156,8 @@ def _with(found: Found, told: Measurement | Verdict) -> Found:
     return replace(found, measurement=told)
 
 
-def _with_order(found: Found, case: Case) -> Found:
+def with_order(found: Found, case: Case) -> Found:
+    """Return `found` with the rule's order on the scene, if it was asked for."""
     return replace(found, order=case.order, knows_order=True) if case.knows_order else found
 
 

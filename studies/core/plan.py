@@ -36,6 +36,14 @@ class Plan:
         self.cases = [list(study.cases(choice)) for study in studies]
         self.pairs = list(choice.pairs())
 
+    @classmethod
+    def of_those_that_apply(cls, studies: Sequence[Study], choice: Choice) -> Plan:
+        """Return the plan without the studies that have no case."""
+        plan = cls(studies, choice)
+        held = [(s, c) for s, c in zip(plan.studies, plan.cases, strict=True) if c]
+        plan.studies, plan.cases = [s for s, _ in held], [c for _, c in held]
+        return plan
+
     def case(self, place: Place) -> Case:
         """Return the case at a place."""
         return self.cases[place[0]][place[1]]

@@ -54,7 +54,48 @@ def run_studies(
     also: Callable[[Scheme], Any] | None = None,
     told: Told = unheard,
 ) -> tuple[list[dict[str, Any]], list[Any]]:
-    """Return (results of the studies, the answers of `also` for each scheme in the choice's order).
+    """Return (results of the studies, the answers of `also` for each scheme in the choice's order):
+    see `run_plan`.
+
+    Raises `BadInput` if a study applies to nothing that was chosen, or can use nothing of it.
+    """
+    plan = Plan(studies, choice)
+    for study, cases in zip(plan.studies, plan.cases, strict=True):
+        if not cases:
+            raise BadInput(_why_none(plan, study))
+    return run_plan(plan, progress, store=store, jobs=jobs, also=also, told=told)
+
+
+def _why_none(plan: Plan, study: Study) -> str:
+    """Return the reason why a study has no case."""
+    choice = plan.choice
+    names = ", ".join(s.name for s in choice.scenes)
+    if said := apart(choice, study):
+        return " ".join(said)
+    if names and choice.rules and not plan.pairs:
+        if said := choice.unheeded():
+            return " ".join(said)
+        return (
+            f"{', '.join(r.name for r in choice.rules)} can be used on none of the chosen "
+            f"scenes ({names}): a rule needs a Lagrangian, imex one with a fast part."
+        )
+    unmeasured = [rule.unmeasured(study.name) for rule in choice.rules]
+    if unmeasured and all(unmeasured):
+        return unmeasured[0]
+    among = f" ({names})" if names else ""
+    return f"the study {study.name} applies to none of the chosen scenes{among}: {study.needs}"
+
+
+def run_plan(
+    plan: Plan,
+    progress: Progress = silent,
+    *,
+    store: Store | None = None,
+    jobs: int | Cluster | None = 1,
+    also: Callable[[Scheme], Any] | None = None,
+    told: Told = unheard,
+) -> tuple[list[dict[str, Any]], list[Any]]:
+    """Return the results of a plan's studies, and the answers of `also` for its schemes in order.
 
     A study's verdict is the worst of its cases'. With a `store`, each finished case is kept at once
     and none is measured twice, so an interrupted run continues where it stopped. `jobs` processes
@@ -62,29 +103,9 @@ def run_studies(
     by name; studies of times, except races, run alone afterwards, here. `told` is called with each
     case as it is finished.
 
-    Raises `BadInput` if a study applies to nothing that was chosen, or can use nothing of it.
+    Raises `BadInput` if no case can use what was chosen.
     """
-    plan = Plan(studies, choice)
-    for study, cases in zip(plan.studies, plan.cases, strict=True):
-        if not cases:
-            names = ", ".join(s.name for s in choice.scenes)
-            if said := apart(choice, study):
-                raise BadInput(" ".join(said))
-            if names and choice.rules and not plan.pairs:
-                if said := choice.unheeded():
-                    raise BadInput(" ".join(said))
-                raise BadInput(
-                    f"{', '.join(r.name for r in choice.rules)} can be used on none of the chosen "
-                    f"scenes ({names}): a rule needs a Lagrangian, imex one with a fast part."
-                )
-            unmeasured = [rule.unmeasured(study.name) for rule in choice.rules]
-            if unmeasured and all(unmeasured):
-                raise BadInput(unmeasured[0])
-            raise BadInput(
-                f"the study {study.name} applies to none of the chosen scenes"
-                + (f" ({names})" if names else "")
-                + f": {study.needs}"
-            )
+    studies, choice = plan.studies, plan.choice
     found: dict[Place, dict[str, Any]] = {}
     extras: dict[int, Any] = {}
     total = sum(map(len, plan.cases)) or 1

@@ -28,6 +28,7 @@ from .one_case import (
     measured_case,
     run_case,
     with_more,
+    with_order,
 )
 from .outcome import Found
 from .plan import Place, Plan, Task
@@ -70,6 +71,8 @@ def _completed(
 ) -> dict[str, Any] | None:
     """Return the result of a measurement; see `found_by`."""
     verdict, cause = judged(study, case, found), None
+    if case.knows_order and not found.knows_order:  # by the judge: it derives nothing next time
+        found = _kept(store, key, with_order(found, case))
     if asks_more(study, found, verdict):
         if only:
             return None

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from base64 import b64decode, b64encode
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from discmech.integrators.compiler import digest
+
 from ..core.study import view_of
 from .canvas import Drawing, render
-from .case import AnyCase, Result, result_of
+from .case import AnyCase, Result, case_of, result_of
 from .palette import Mark, marks
 from .view import Sketch, Titles
 
@@ -44,13 +47,27 @@ class Look:
         return shown, known | {new.method: known[old.method] for new, old in pairs}
 
 
-#: [(data on which a drawing depends, function that makes it)] → the drawings, new or stored
-Remembered = Callable[[Sequence[tuple[Any, Callable[[], Any]]]], Sequence[Any]]
+#: entries of a case and of its expectation that no figure shows: a change there draws nothing anew
+_NOT_DRAWN = {"command", "diagnosis", "measured_at", "seconds", "smallest"}
+_LIMITS = {"local_order", "modified_limit", "multipliers", "residual", "slope_limit", "tolerance"}
 
 
-def anew(drawings: Sequence[tuple[Any, Callable[[], Any]]]) -> list[Any]:
+@dataclass(frozen=True)
+class Task:
+    """A figure to draw: the data that it depends on, its size, and a function that makes it."""
+
+    depends_on: Any
+    panels: int
+    make: Callable[[], Any]
+
+
+#: figures to draw → the drawings as JSON data, new or stored
+Remembered = Callable[[Sequence[Task]], Sequence[Any]]
+
+
+def anew(tasks: Sequence[Task]) -> list[Any]:
     """Make the drawings without a store."""
-    return [make() for _, make in drawings]
+    return [task.make() for task in tasks]
 
 
 def plates(
@@ -66,53 +83,71 @@ def plates(
     contain them once. remembered: returns stored drawings of the same numbers. look: labels and
     style that the user wants.
     """
-    look, made = look or Look(), list(map(result_of, results))
-    known = marks(dict.fromkeys(case.method for result in made for case in result.cases))
-    styles = [str(item) for item in known.items()]
-    drawings = [
-        ([result.study, [case.given for case in result.cases], styles, dict(titles), str(look)],
-         partial(_drawn, result.study, result.cases, known, titles, look))
-        for result in made
-    ]  # fmt: skip
-    found = []
-    for result, drawn in zip(made, remembered(drawings), strict=True):
+    look, every = look or Look(), list(map(result_of, results))
+    known = marks(dict.fromkeys(case.method for result in every for case in result.cases))
+    found, tasks = list[tuple[Result, Sketch]](), list[Task]()
+    for result in every:
+        study, given = result.study, [_drawn(case.given) for case in result.cases]
+        cases = [case_of(study, case) for case in given]
+        own = {case.method: known[case.method] for case in cases}
+        data = ""
+        for sketch in _sketches(study, cases, own, titles, look):
+            data = data or digest(json.dumps([study, given, str(own), str(look)]))
+            shown = [panel.title for panel in sketch.panels]  # scenes by their titles
+            make = partial(_render, study, sketch.name, given, own, titles, look)
+            tasks.append(Task([data, sketch.name, shown], len(shown), make))
+            found.append((result, sketch))
+    made = []
+    for (result, sketch), drawn in zip(found, remembered(tasks), strict=True):
         definitions |= drawn["definitions"]
-        for figure in drawn["figures"]:
-            drawing = Drawing(
-                figure["svg"].encode(), b64decode(figure["pdf"]), b64decode(figure["png"]),
-                figure["panels"], figure["width"], figure["columns"],
-            )  # fmt: skip
-            again = command(result, figure["digits"])
-            words = (figure["title"], figure["caption"], again)
-            found.append(Plate(figure["name"], result.study, *words, drawing))
-    return found
+        drawing = Drawing(
+            drawn["svg"].encode(), b64decode(drawn["pdf"]), b64decode(drawn["png"]),
+            drawn["panels"], drawn["width"], drawn["columns"],
+        )  # fmt: skip
+        words = sketch.title, sketch.caption, command(result, sketch.digits)
+        made.append(Plate(sketch.name, result.study, *words, drawing))
+    return made
 
 
 def sketches(given: Mapping[str, Any], titles: Titles, look: Look | None = None) -> list[Sketch]:
     """Return the figures of a study's result that have something to show, before they are drawn."""
     result = result_of(given)
     known = marks(dict.fromkeys(case.method for case in result.cases))
-    cases, known = (look or Look()).of_cases(result.cases, known)
-    return [s for s in view_of(result.study).sketches(cases, known, titles) if s.panels]
+    return _sketches(result.study, result.cases, known, titles, look or Look())
 
 
-def _drawn(
+def _sketches(
     study: str, cases: Sequence[AnyCase], known: dict[str, Mark], titles: Titles, look: Look
-) -> dict[str, Any]:
-    """Return the figures of a study and their definitions for the page, as JSON data."""
-    definitions: dict[str, str] = {}
-    figures = []
+) -> list[Sketch]:
     cases, known = look.of_cases(cases, known)
-    for sketch in view_of(study).sketches(cases, known, titles):
-        if sketch.panels:
-            drawing = render(sketch.panels, sketch.sheet, definitions, look.style)
-            figures.append(
-                {"name": sketch.name, "title": sketch.title, "caption": sketch.caption,
-                 "digits": sketch.digits, "svg": drawing.svg.decode(),
-                 "pdf": b64encode(drawing.pdf).decode(), "png": b64encode(drawing.png).decode(),
-                 "panels": drawing.panels, "width": drawing.width, "columns": drawing.columns}
-            )  # fmt: skip
-    return {"definitions": definitions, "figures": figures}
+    return [s for s in view_of(study).sketches(cases, known, titles) if s.panels]
+
+
+def _drawn(given: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the part of a case that figures may show."""
+    held = {key: value for key, value in given.items() if key not in _NOT_DRAWN}
+    expected = (held.get("expected") or {}).items()
+    return {**held, "expected": {key: value for key, value in expected if key not in _LIMITS}}
+
+
+def _render(
+    study: str,
+    name: str,
+    given: Sequence[Mapping[str, Any]],
+    known: dict[str, Mark],
+    titles: Titles,
+    look: Look,
+) -> dict[str, Any]:
+    """Return a figure and its definitions for the page, as JSON data."""
+    definitions: dict[str, str] = {}
+    cases = [case_of(study, case) for case in given]
+    (sketch,) = (s for s in _sketches(study, cases, known, titles, look) if s.name == name)
+    drawing = render(sketch.panels, sketch.sheet, definitions, look.style)
+    return {
+        "definitions": definitions, "svg": drawing.svg.decode(),
+        "pdf": b64encode(drawing.pdf).decode(), "png": b64encode(drawing.png).decode(),
+        "panels": drawing.panels, "width": drawing.width, "columns": drawing.columns,
+    }  # fmt: skip
 
 
 def command(result: Result, digits: int | None) -> str:

@@ -88,20 +88,30 @@ def plain(value: Any) -> Any:
     return found if math.isfinite(found) else None
 
 
+def strict(result: Mapping[str, Any]) -> tuple[Mapping[str, Any], str]:
+    """Return a result without numbers that are not finite, which most have not, and its JSON."""
+    try:
+        return result, json.dumps(result, ensure_ascii=False, allow_nan=False)
+    except (TypeError, ValueError):
+        return (held := plain(result)), json.dumps(held, ensure_ascii=False, allow_nan=False)
+
+
 def flat(value: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return nested dicts as one: measured.order, measured.interval.low, measured.drift.NAME."""
     found: dict[str, Any] = {}
     for key, entry in value.items():
-        name = f"{prefix}{key}"
-        if isinstance(entry, Mapping):
-            found |= flat(entry, f"{name}.")
-        elif isinstance(entry, list | tuple) and len(entry) == 2:
-            found |= {f"{name}.low": entry[0], f"{name}.high": entry[1]}
+        if not isinstance(entry, _NESTED):
+            found[prefix + key] = entry
+        elif isinstance(entry, dict):
+            found |= flat(entry, f"{prefix}{key}.")
+        elif len(entry) == 2:
+            found |= {f"{prefix}{key}.low": entry[0], f"{prefix}{key}.high": entry[1]}
         else:
-            found[name] = entry
+            found[prefix + key] = entry
     return found
 
 
+_NESTED = (dict, list, tuple)
 _KEYS = ("scene", "rule", "retraction", "digits")
 _AFTER = (
     "control", "verdict", "expected", "measured", "seconds", "measured_at", "reason", "command",
@@ -119,21 +129,23 @@ def cases_csv(result: Result) -> str:
 
 def rows_csv(result: Result) -> str:
     """Return a line per row of each case: the data of the figures."""
-    lines = [
-        {**{key: case.given.get(key) for key in _KEYS}, **flat(row)}
-        for case in result.cases
-        for row in case.given.get("rows") or ()
-    ]
+    lines = []
+    for case in result.cases:
+        own = {key: case.given.get(key) for key in _KEYS}
+        lines += [own | flat(row) for row in case.given.get("rows") or ()]
     return _csv(lines, _KEYS)
 
 
 def _csv(lines: Sequence[Mapping[str, Any]], first: Sequence[str]) -> str:
-    names = dict.fromkeys([*first, *(name for line in lines for name in line)])
-    stream = io.StringIO()
-    writer = csv.DictWriter(stream, list(names), restval="", lineterminator="\n")
-    writer.writeheader()
+    names, shapes = dict.fromkeys(first), set[tuple[str, ...]]()
     for line in lines:
-        writer.writerow({key: "" if plain(value) is None else value for key, value in line.items()})
+        if (shape := (*line,)) not in shapes:
+            shapes.add(shape)
+            names |= dict.fromkeys(shape)
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(names)
+    writer.writerows(map(line.get, names) for line in lines)  # what is missing is an empty cell
     return stream.getvalue()
 
 
@@ -190,12 +202,14 @@ def write_tables(
 ) -> list[str]:
     """Write STUDY.csv, STUDY-rows.csv, STUDY.json, STUDY.tex, STUDY-paper.tex; return names."""
     result = result_of(given)
+    held, text = strict(result.given)
+    if held is not result.given:
+        result = result_of(held)
     study = file_name(result.study)
-    whole = json.dumps(plain(result.given), ensure_ascii=False, allow_nan=False)
     written = {
         f"{study}.csv": cases_csv(result),
         f"{study}-rows.csv": rows_csv(result),
-        f"{study}.json": f"{whole}\n",
+        f"{study}.json": f"{text}\n",
         f"{study}.tex": cases_tex(result),
         f"{study}-paper.tex": paper_tex(result, labels),
     }
