@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import sys
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +25,9 @@ def place_of(thing: Any, function: Any) -> str | None:
     code = getattr(function, "__code__", None)
     if code is None:
         return None
-    file = Path(code.co_filename)
-    if file.suffix == ".py" and file.is_file():
+    if (file := _file(code.co_filename)) is not None:
         main = getattr(sys.modules.get("__main__"), "__file__", None)
-        return str(file) if main and Path(main).resolve() == file.resolve() else None
+        return code.co_filename if main and _file(main) == file else None
     space = _names_of_notebook()
     names = [name for name, value in space.items() if value is thing and name[:1] != "_"]
     text = text_of(names[0], space.get("In") or ()) if names else ""
@@ -41,6 +41,13 @@ def place_of(thing: Any, function: Any) -> str | None:
     except OSError:  # a full disk: there is no file to name
         return None
     return str(path)
+
+
+@lru_cache(maxsize=256)
+def _file(name: str) -> Path | None:
+    """Return the Python file of that name, without links; None if it is none."""
+    file = Path(name)
+    return file.resolve() if file.suffix == ".py" and file.is_file() else None
 
 
 def _names_of_notebook() -> dict[str, Any]:

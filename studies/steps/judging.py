@@ -10,12 +10,12 @@ from ..core.case import Case, Measurement, Verdict, worst
 from ..energy.judging_errors import judge_errors
 from ..evidence.judging import judge as judge_evidence
 from .limits import LIMITS
-from .measuring import BACK, rule_of, scheme_of
+from .measuring import BACK, rule_of
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the worst verdict on order, way back, form and energy; the control must be caught."""
-    expected: dict[str, Any] = {"order": scheme_of(case).order, "tolerance": LIMITS["order"]}
+    expected: dict[str, Any] = {"order": case.order, "tolerance": LIMITS["order"]}
     judges = (_of_order, _of_back, _of_form, _of_energy)
     parts = [judged(case, measurement, expected) for judged in judges]
     verdict = worst(part.verdict for part in parts)
@@ -36,7 +36,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
 
 def _of_order(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
-    order, wanted = measurement.measured["order"], scheme_of(case).order
+    order, wanted = measurement.measured["order"], case.order
     allowed = LIMITS["order"]
     verdict = Verdict("pass", "", expected)
     if not math.isfinite(order):
@@ -67,7 +67,7 @@ def _of_back(case: Case, measurement: Measurement, expected: dict[str, Any]) -> 
     """Judge the way back where the rule is self-adjoint, or claims to be; the naive way fails."""
     claims = getattr(rule_of(case).base, "claims", None)
     claimed = claims is not None and claims.reversible is True
-    if not claimed and not scheme_of(case).inner.self_adjoint:
+    if not claimed and not measurement["self_adjoint"]:
         expected["back"] = f"{rule_of(case).base.name} is not self-adjoint: measured only"
         return Verdict("pass")
     expected["back"] = LIMITS["back"]

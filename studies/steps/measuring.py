@@ -115,7 +115,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     found = _energy(case, step)
     measured |= found.get("measured", {"band": None, "slope": None})
     return {"rows": rows, "measured": measured, "orders": orders, "energy": found,
-            "local": _local(case)}  # fmt: skip
+            "local": _local(case), "self_adjoint": scheme_of(case).inner.self_adjoint}  # fmt: skip
 
 
 def _ladder(case: Case, step: Fraction) -> tuple[list[dict[str, Any]], list[float]]:

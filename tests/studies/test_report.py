@@ -164,12 +164,12 @@ def test_the_mutation_study_is_in_the_whole_report_and_a_survivor_fails_it(
     made = {"study": "power", "verdict": "fail", "command": "discmech power", "record": {},
             "notes": [], "cases": [survivor]}  # fmt: skip
 
-    def run_studies(studies, *_, **__):
-        asked = [study.name for study in studies]
+    def run_plan(plan, *_, **__):
+        asked = [study.name for study in plan.studies]
         assert ("references" in asked) is ("power" in asked)
-        return ([study.completed(made) for study in studies if study.name == "power"], [])
+        return ([study.completed(made) for study in plan.studies if study.name == "power"], [])
 
-    monkeypatch.setattr(report, "run_studies", run_studies)
+    monkeypatch.setattr(report, "run_plan", run_plan)
     code = main(["report", *words, "--folder", str(tmp_path / "build")])
     page = html.unescape((tmp_path / "build" / "index.html").read_text("utf-8"))
     whole = words != ["--digits", "16"]

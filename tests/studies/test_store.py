@@ -383,7 +383,7 @@ def test_figures_drawn_side_by_side_are_those_of_one_process(monkeypatch):
         figures.plates(few, {}, definitions, report._drawn_once(Store(fresh=True), jobs))
         for definitions, jobs in zip(collected, (1, 2), strict=True)
     ]
-    assert pages[0] == pages[1] and collected[0] == collected[1] and pools == [2]
+    assert pages[0] == pages[1] and collected[0] == collected[1] and pools == [1]
 
 
 def _counted(pools, make, workers):
