@@ -13,6 +13,8 @@ from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
 from discmech.studies.core.running import run_study
 from discmech.studies.core.store import Store
+from discmech.studies.report import tables
+from discmech.studies.report.case import case_of
 from discmech.studies.work_precision import contest, measuring, racing
 from discmech.studies.work_precision.contestants import Problem
 from discmech.studies.work_precision.peers.equations import equations_of
@@ -40,6 +42,11 @@ def race(name: str, store: Store | None = None, **more: Any) -> dict[str, dict[s
     ):
         found = run_study(get("work-precision"), choice(name, **more), store=store)
     return {case["rule"]: case for case in found["cases"]}
+
+
+def shown(column: str, given: dict[str, Any]) -> str:
+    """The words of a case in a column of the table."""
+    return dict(tables.columns("work-precision"))[column](case_of("work-precision", given))
 
 
 def race_on(scene: Scene, times: int = 1, **more: Any) -> tuple[Problem, Any]:

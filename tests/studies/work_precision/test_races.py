@@ -17,7 +17,6 @@ from discmech.studies import get
 from discmech.studies.core import fingerprint
 from discmech.studies.core.case import scheme_of
 from discmech.studies.core.store import Store
-from discmech.studies.report import tables
 from discmech.studies.work_precision import contest, peers, racing, standings
 from discmech.studies.work_precision.accuracy import UNIT, Yardstick
 from discmech.studies.work_precision.axes import ERRORS, WORK
@@ -30,7 +29,7 @@ from discmech.studies.work_precision.contestants import (
 from discmech.studies.work_precision.enough import FEWEST, PATIENT
 from discmech.studies.work_precision.measuring import HIGH_ORDER
 from discmech.studies.work_precision.peers.equations import Equations, equations_of
-from tests.studies.work_precision.races import SCIPY, choice, race, race_on
+from tests.studies.work_precision.races import SCIPY, choice, race, race_on, shown
 
 
 @pytest.fixture(scope="module")
@@ -111,10 +110,8 @@ def test_a_changed_rule_is_raced_with_the_fastest_peers_alone(monkeypatch):
     own = again["midpoint"]["measured"]
     best = standings.cost_of_runs(run["peers"].values())
     assert own["ratio"]["1e-04"] == pytest.approx(own["cost"]["1e-04"] / best["1e-04"])
-    shown = dict(tables.columns("work-precision"))["Timed"]
-    assert ("beside trapezoidal, " in shown(again["midpoint"])) and shown(again["LSODA"]) == shown(
-        before["LSODA"]
-    )
+    assert "beside trapezoidal, " in shown("Timed", again["midpoint"])
+    assert shown("Timed", again["LSODA"]) == shown("Timed", before["LSODA"])
 
 
 def test_of_some_methods_of_a_race_the_measurements_are_there():
@@ -163,7 +160,7 @@ def test_a_rule_with_stages_runs_by_tolerance_too():
     for row in done:
         assert row["steps"] * row["step"] == pytest.approx(10) and row["pilot"] > row["seconds"]
         assert row["promised"] <= row["tolerance"] and row["error-max"] < 3 * row["tolerance"]
-    assert "of the tolerance" in dict(tables.columns("work-precision"))["Best"](case)
+    assert "of the tolerance" in shown("Best", case)
 
 
 def test_over_many_periods_the_step_is_that_for_the_scene_s_duration():

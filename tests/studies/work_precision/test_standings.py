@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from discmech.studies.report import tables
 from discmech.studies.work_precision import axes, standings
 from discmech.studies.work_precision import plot as plot_work
+from tests.studies.work_precision.races import shown
 
 
 def test_costs_lie_on_the_line_between_runs():
@@ -48,7 +48,7 @@ def test_the_table_says_what_failed_and_what_was_cut():
         "measured": {"best": None, "cut": "rtol 1e-04, about 3 s"},
         "rows": [*rows, {"cause": ""}],
     }
-    assert dict(tables.columns("work-precision"))["Best"](case) == (
+    assert shown("Best", case) == (
         "— (2 of 3 settings failed: LSODA came to no end within the budget; "
         "cut: rtol 1e-04, about 3 s)"
     )
