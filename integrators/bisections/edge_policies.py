@@ -171,7 +171,7 @@ class Shrink(EdgePolicy):
         if status != Status.OK or here == run.steps:
             return status
         rest = machine.buffers(run.resume_point, count, 2 * count)
-        rest.totals = run.totals
+        rest.count_in(run.totals)
         status = machine.advance(rest, count - 1)  # not `count`: its last row is not reached
         if status != Status.OK:
             run.index = here

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate
 from threading import RLock
 from typing import Any, TypeAlias
 
@@ -15,44 +13,41 @@ from ..errors import BadInput
 from ..numbers import Arithmetic, Matrix, Number, Numbers, Vector
 from .kernels import Kernels
 from .layout import PAST, Entry, Status
+from .machine_code import address
 
 #: the point from which a run continues: the state and the coefficients in use
 ResumePoint: TypeAlias = tuple[Vector, Matrix]
 
 
-@dataclass
 class Run:
     """The arrays that the driver works on, and its position; rows as in `runs.Trajectory`.
 
-    state: x, μ and the rest of `Layout`; c: the coefficients in use, one row for each substep.
-    translates: for each row, the number of the translate in which its u is written; changes: how
-    often an edge was met; by_newton: number of steps solved by Newton's method.
+    state: x, μ and the rest of `Layout`; c: the coefficients in use, one row for each substep;
+    translates: for each row, the number of the translate in which its u is written; states: all of
+    xs, us and mus as one array, and places: the addresses of what the driver writes, if one block
+    of memory has them; changes: how often an edge was met; by_newton: number of steps solved by
+    Newton's method.
     """
 
-    state: Vector
-    c: Matrix
-    steps: int
-    every: int
-    xs: Matrix
-    us: Matrix
-    mus: Matrix
-    counts: Vector
-    totals: Vector
-    translates: Vector
-    index: int = 0
-    translate: int = 0
-    changes: int = 0
-    by_newton: int = 0
+    index = translate = changes = by_newton = 0
+
+    def __init__(
+        self, point: ResumePoint, steps: int, every: int, written: Sequence[Any],
+        translates: Vector, states: Vector | None = None, places: Sequence[int] | None = None,
+    ) -> None:  # fmt: skip
+        self.state, self.c = point
+        self.steps, self.every, self.translates = steps, every, translates
+        self.xs, self.us, self.mus, self.counts, self.totals = written
+        self.states, self.places = states, places
+
+    def count_in(self, totals: Vector) -> None:
+        """Count in the counters of another run."""
+        self.totals, self.places = totals, None
 
     @property
     def resume_point(self) -> ResumePoint:
         """(state, coefficients) from which the next call continues."""
         return self.state, self.c
-
-    @property
-    def rows(self) -> tuple[Vector, ...]:
-        """The arrays that the driver writes."""
-        return self.xs, self.us, self.mus, self.counts, self.totals
 
 
 class KernelsAtStep:
@@ -75,12 +70,20 @@ class KernelsAtStep:
         self.layout = kernels.layout
         self._known: dict[tuple[int, int], Matrix] = {}
         self._translates: dict[int, tuple[Matrix, Matrix] | None] = {}
+        #: the arguments of the last start, and its state: most runs begin at the scene's own start
+        self._begun: tuple[Any, ...] = (None, None, None, None, None)
+        self._at_places: Any = getattr(kernels.advance, "at_places", None)
+        self._kinds_at = address(self.kinds)
         self._lock = RLock()  # the members of an ensemble share the caches
 
     @cached_property
     def c(self) -> Matrix:
         """The coefficients of a whole step in the chart of e."""
         return self.coefficients()
+
+    @cached_property
+    def _c_at(self) -> int:
+        return address(self.c)
 
     def coefficients(
         self, key: int = 0, translate: tuple[Matrix, Matrix] | None = None, halvings: int = 0
@@ -122,37 +125,51 @@ class KernelsAtStep:
 
         allocate: makes `count` rows of columns, given by (shape of a row, type) (`runs.Allocate`).
         """
-        state, c = point
-        rows, n, m, w = steps // every + 1, self.layout.n, self.layout.m, self.layout.row_width
-        kind, totals = self.numbers.dtype, self.numbers.zeros(len(Entry))
-        totals[Entry.REACH] = totals[Entry.BRANCH] = totals[Entry.SLACK] = self.kernels.huge
+        at, rows, kind = self.layout, steps // every + 1, self.numbers.dtype
         if allocate is not None:
-            widths = {"x": n, "u": w, "mu": m}
+            widths = {"x": at.n, "u": at.row_width, "mu": at.m}
             columns = {name: ((width,), kind) for name, width in widths.items()}
             found = allocate({**columns, "iterations": ((), int), "translates": ((), int)}, rows)
-            xs, us, mus, counts, translates = found.values()
-            return Run(state, c, steps, every, xs, us, mus, counts, totals, translates)
-        ends = [*accumulate((rows * n, rows * w, rows * m), initial=0)]
+            *written, translates = found.values()
+            return Run(point, steps, every, [*written, self._totals.copy()], translates)
+        first = rows * at.n
+        second = first + rows * at.row_width
+        last = second + rows * at.m
         try:  # two allocations in all, so that a short run begins quickly
-            block = np.zeros(ends[-1], dtype=kind)
+            block = np.zeros(last + len(self._totals), dtype=kind)
             whole = np.zeros(2 * rows, dtype=np.int64)
         except (MemoryError, ValueError):  # ValueError: more entries than an array can have
             raise BadInput(
                 f"{rows} rows do not fit into memory: keep fewer (every=, --every)."
             ) from None
-        xs, us, mus = (
-            block[start : start + rows * k].reshape(rows, k)
-            for start, k in zip(ends, (n, w, m), strict=False)
-        )
-        return Run(state, c, steps, every, xs, us, mus, whole[:rows], totals, whole[rows:])
+        totals, places = block[last:], None
+        totals[:] = self._totals
+        if self._at_places is not None:
+            begin = address(block)
+            places = begin, begin + 8 * first, begin + 8 * second, address(whole), begin + 8 * last
+        written = (
+            block[:first].reshape(rows, at.n), block[first:second].reshape(rows, at.row_width),
+            block[second:last].reshape(rows, at.m), whole[:rows], totals,
+        )  # fmt: skip
+        return Run(point, steps, every, written, whole[rows:], block[:last], places)
+
+    @cached_property
+    def _totals(self) -> Vector:
+        """The counters at the beginning of a run."""
+        totals: Vector = self.numbers.zeros(len(Entry))
+        totals[Entry.REACH] = totals[Entry.BRANCH] = totals[Entry.SLACK] = self.kernels.huge
+        return totals
 
     def start_at(self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers) -> ResumePoint:
         """Return (state, c) at (x, μ), with no rounding errors, `guess` each substep's u."""
-        at = self.layout
-        state = self.numbers.zeros(at.memory + len(self.qs) * at.row)
-        self.place(state, x, mu, c)
-        self.seed(state, guess)
-        return state, c
+        a, b, of, near, state = self._begun
+        if not (x is a and mu is b and c is of and guess is near):
+            at = self.layout
+            state = self.numbers.zeros(at.memory + len(self.qs) * at.row)
+            self.place(state, x, mu, c)
+            self.seed(state, guess)
+            self._begun = x, mu, c, guess, state
+        return state.copy(), c
 
     def place(self, state: Vector, x: Numbers, mu: Numbers, c: Matrix) -> None:
         """Write (x, μ) into a state."""
@@ -204,6 +221,11 @@ class KernelsAtStep:
 
         At the end of the run the last row gets its u, but no further step is taken.
         """
+        if len(self.kinds) == 1 and stop == run.steps and stop % run.every == 0:
+            # the last row has the state of the end, which nobody asks for again
+            status = self._loop(run, stop + 1, 1)
+            run.index = min(run.index, stop)
+            return status
         status = self._loop(run, stop, len(self.kinds)) if run.index < stop else Status.OK
         if status != Status.OK or stop < run.steps:
             return status
@@ -237,11 +259,17 @@ class KernelsAtStep:
         return KernelsAtStep(kernels, self.numbers, self.qs, list(self.kinds), self.name)
 
     def _driven(self, run: Run, stop: int, substeps: int) -> int:
-        first = -(-run.index // run.every)
-        run.index, status = self.kernels.advance(
-            *(run.state, run.c, self.kinds, substeps, run.index, stop, run.every), *run.rows
-        )
+        before = run.index
+        how = substeps, before, stop, run.every
+        if run.places is not None:
+            c = self._c_at if run.c is self.c else address(run.c)
+            arrays = address(run.state), c, self._kinds_at
+            run.index, status = self._at_places(*arrays, *how, *run.places)
+        else:
+            written = run.xs, run.us, run.mus, run.counts, run.totals
+            run.index, status = self.kernels.advance(run.state, run.c, self.kinds, *how, *written)
         if run.translate:
+            first = -(-before // run.every)
             run.translates[first : -(-run.index // run.every)] = run.translate
         return int(status)
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
+from math import isfinite
+from typing import Any
 
 import numpy as np
 
@@ -78,7 +81,7 @@ class FreeMotion:
     def whole(self) -> int:
         """The number of complete rows."""
         run = self.arrays
-        return len(run.counts) if self.ended else -(-run.index // run.every)
+        return run.steps // run.every + 1 if self.ended else -(-run.index // run.every)
 
     def advance(self) -> int:
         edge, run, by_stages = self.edge, self.arrays, self.by_stages
@@ -146,7 +149,12 @@ class FreeMotion:
         """Return the rows; raises `StepFailure` where they are not finite, or dϑ is singular."""
         context, run = self.edge.context, self.arrays
         good = self._finite_rows(self.whole)
-        if good is None and not all(finite(e).all() for e in self.machine.point(run.state)):
+        between = run.steps % run.every  # then the end is no row
+        if (
+            between
+            and good is None
+            and not all(finite(e).all() for e in self.machine.point(run.state))
+        ):
             good = self.whole
         if good is not None:
             raise self._no_longer_finite(good)
@@ -173,10 +181,12 @@ class FreeMotion:
 
     def _finite_rows(self, count: int) -> int | None:
         """Return the number of finite rows at the beginning, or None if all rows are finite."""
-        columns = self.arrays.xs[:count], self.arrays.mus[:count]
-        if all(finite(e).all() for e in columns):
+        states = self.arrays.states
+        # quick; a sum of squares is too large only beyond 1e154
+        if states is not None and states.dtype == np.float64 and isfinite(states.dot(states)):
             return None
-        return int(np.flatnonzero(~np.hstack([finite(e) for e in columns]).all(axis=1))[0])
+        rows = np.hstack([finite(e[:count]) for e in (self.arrays.xs, self.arrays.mus)])
+        return None if rows.all() else int(np.flatnonzero(~rows.all(axis=1))[0])
 
     def _no_longer_finite(self, good: int) -> StepFailure:
         """Return the failure of the first non-finite step, found again from the last finite row.
@@ -205,35 +215,54 @@ class FreeMotion:
 
     def rows_of(self, count: int) -> Trajectory:
         """Return the first `count` rows."""
-        run, context = self.arrays, self.edge.context
-        public, s, m = self.numbers.public, context.equations.s, len(context.equations.u)
-        us, base = run.us[:count], public(run.xs[:count])
-        us, multipliers = us[:, :m], us[:, m:]
-        if context.equations.arrows is None and not multipliers.shape[1] and count:
+        if self.numbers.dtype is np.float64:  # its fields are computed when they are read
+            return Trajectory.begun(partial(self._fields, count))
+        return Trajectory(**self._states(count), **self._more(count))
+
+    def _fields(self, count: int, name: str) -> dict[str, Any]:
+        """Return some fields of the first `count` rows, that of this name among them."""
+        if name not in ("x", "u", "mu", "base"):
+            return self._more(count)
+        return self._states(count)
+
+    def _states(self, count: int) -> dict[str, Any]:
+        """Return the states of the first `count` rows."""
+        run, context, public = self.arrays, self.edge.context, self.numbers.public
+        n, m = context.equations.s.n, len(context.equations.u)
+        xs, us, mus = run.xs[:count], run.us[:count], run.mus[:count]
+        if context.equations.arrows is None and us.shape[1] == m and count:
             near = np.repeat(context.vector(context.scene.v0, m)[None], count, axis=0)
-            us = context.geometry.velocities(run.xs[:count], run.mus[:count], near)
-        totals, index = run.totals, np.arange(count, dtype=np.int64) * run.every
-        t = self.numbers.multiples(context.step, index)
-        return Trajectory(
-            t=public(t + self.numbers.number(self.start.t0) if self.start.t0 else t),
-            x=base[:, : s.n],
-            u=public(us),
-            mu=public(run.mus[:count]),
-            iterations=run.counts[:count],
-            newton_mean=float(totals[Entry.CORRECTIONS]) / (run.index + 1),
-            newton_max=int(totals[Entry.MOST]),
-            newton_residual=float(totals[Entry.LAST_SIZE]),
-            steps=run.index,
-            step=context.step,
-            margin=margin_of(totals[Entry.FARTHEST]),
-            edges=run.changes,
-            translates=run.translates[:count],
-            base=base,
-            multipliers=public(multipliers * (2 / context.parts[0].h)),
-            solver=self._solver,
-            contraction=float(totals[Entry.CONTRACTION] ** (1 / max(1, totals[Entry.SWEEPS]))),
-            scheme=context.scheme,
+            with self.numbers.working():
+                us = context.geometry.velocities(xs, mus, near)
+        base = public(xs)
+        return {"x": base[:, :n], "u": public(us[:, :m]), "mu": public(mus), "base": base}
+
+    def _more(self, count: int) -> dict[str, Any]:
+        """Return the fields beside the states of the first `count` rows."""
+        run, context, public, t0 = (
+            self.arrays,
+            self.edge.context,
+            self.numbers.public,
+            self.start.t0,
         )
+        totals, m = run.totals, len(context.equations.u)
+        t = self.numbers.multiples(context.step, np.arange(count, dtype=np.int64) * run.every)
+        return {
+            "t": public(t + self.numbers.number(t0) if t0 else t),
+            "iterations": run.counts[:count],
+            "newton_mean": float(totals[Entry.CORRECTIONS]) / (run.index + 1),
+            "newton_max": int(totals[Entry.MOST]),
+            "newton_residual": float(totals[Entry.LAST_SIZE]),
+            "steps": run.index,
+            "step": context.step,
+            "margin": margin_of(totals[Entry.FARTHEST]),
+            "edges": run.changes,
+            "translates": run.translates[:count],
+            "multipliers": public(run.us[:count, m:] * (2 / context.parts[0].h)),
+            "solver": self._solver,
+            "contraction": float(totals[Entry.CONTRACTION] ** (1 / max(1, totals[Entry.SWEEPS]))),
+            "scheme": context.scheme,
+        }
 
     @property
     def _solver(self) -> str:

@@ -155,6 +155,8 @@ def measure(value: Any, what: str) -> Fraction:
 
 def whole_number(name: str, value: object, least: int) -> int:
     """Return a count that a user gave; raises `BadInput` for any other value."""
+    if type(value) is int and least <= value <= LARGEST_COUNT:
+        return value  # the check of all kinds of whole numbers takes longer than a step
     whole = isinstance(value, Integral) and not isinstance(value, bool)
     if not whole or not least <= value <= LARGEST_COUNT:  # type: ignore[operator]
         raise BadInput(

@@ -86,22 +86,22 @@ class Trajectory:
         return cls(t=t, x=x, u=u, mu=mu, **{**given, **more})
 
     @classmethod
-    def begun(cls, later: Callable[[], dict[str, Any]], **known: Any) -> Trajectory:
-        """Return a trajectory with the known fields; `later` returns the others, when one is read.
+    def begun(cls, later: Callable[[str], dict[str, Any]]) -> Trajectory:
+        """Return a trajectory whose fields are computed when they are read.
 
-        Most short runs are asked for their states alone, which costs less than all the counters.
+        later: returns the field of a name, and perhaps others. Most short runs are asked for their
+        states alone, which costs less than all the counters.
         """
         made = object.__new__(cls)
-        vars(made).update(known, _later=later)
+        vars(made)["_later"] = later
         return made
 
     def __getattr__(self, name: str) -> Any:
         own = vars(self)
-        if "_later" not in own:
+        if "_later" not in own or name not in self.__dataclass_fields__:
             raise AttributeError(f"a Trajectory has no {name}")
-        own.update({**own["_later"](), **own})
-        own.pop("_later", None)
-        return getattr(self, name)
+        own.update({**own["_later"](name), **own})
+        return own[name]
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the fields without the scheme, whose functions may not be picklable."""
