@@ -42,7 +42,7 @@ def _arrow_from(context: StepContext, *given: tuple[Number, ...]) -> tuple[Numbe
     x, mu, guess = (np.array(part, context.numbers.dtype) for part in given)
     geometry, operator = context.geometry, EvolutionOperator(context)
     with context.numbers.working():
-        inverse = inverse_sizes(context.numbers, context.maps_at(x, guess)["minus_u"])
+        inverse = inverse_sizes(context.maps_at(x, guess)["minus_u"])
         scale = geometry.round_off_of_u(x, guess, inverse, 0 * abs(x), abs(mu))
         u = operator.following(x, context.h * mu, guess, scale)
     if u is None:

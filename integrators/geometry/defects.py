@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..numbers import inverse_sizes, sizes, tracked
+from ..numbers import inverse_sizes, tracked
 from ..numbers.types import Number, Vector
 from .local_geometry import LocalGeometry, Maps
 
@@ -27,7 +27,7 @@ def entrywise_defect(map_: Any, form: Any, wanted: Any, resolution: Number) -> N
     """
     map_, form, wanted = map(tracked, (map_, form, wanted))
     gap = map_ @ form @ map_.T - wanted
-    of_map, of_form, of_wanted = (sizes(abs(e.value)) for e in (map_, form, wanted))
+    of_map, of_form, of_wanted = (abs(e.value) for e in (map_, form, wanted))
     terms = of_map @ of_form @ of_map.T + of_wanted
     return over_terms(gap, terms, resolution)
 
@@ -80,9 +80,9 @@ def step_round_off(
     is solved to the round-off of its two sides, and so are the stages. here: the maps at (x, u).
     errors: those of (x, μ) at the start, which are propagated.
     """
-    numbers, h, n = geometry.numbers, geometry.q[0], geometry.n
+    h, n = geometry.q[0], geometry.n
     of_x, of_mu = errors[:n], abs(mu) + errors[n:]
-    inverse = inverse_sizes(numbers, here["minus_u"])
+    inverse = inverse_sizes(here["minus_u"])
     of_u = geometry.round_off_of_u(x, u, inverse, of_x, of_mu)
     b, minus, plus = geometry.with_round_off(x, u, of_x, of_u)
     after = of_mu + abs(here["plus"] / h) + (minus.error + plus.error) / abs(h)

@@ -16,7 +16,6 @@ from ..equations import StepEquations
 from ..numbers import (
     Arithmetic,
     Tracked,
-    errors_of,
     inverse_sizes,
     newton,
     numeric_function,
@@ -88,11 +87,11 @@ class LocalGeometry:
         maps = self.at(x, u)
 
         def with_errors() -> Iterable[Tracked]:
-            inverse = inverse_sizes(self.numbers, maps["minus_u"])
+            inverse = inverse_sizes(maps["minus_u"])
             of_u = self.round_off_of_u(x, u, inverse, 0 * abs(x), self.numbers.zeros(self.m))
             at, arrow = rounded(x, 0 * abs(x)), rounded(u, of_u)
             found = self._errors("local")(at, arrow, self._rounded_stages(x, u, at, arrow), self._q)
-            return self._completed([tracked(value) for value in found]).values()
+            return self._completed(found).values()
 
         return dict(zip(maps, tracked_later(maps.values(), with_errors), strict=True))
 
@@ -123,7 +122,7 @@ class LocalGeometry:
         """
         arrow, at = rounded(u), rounded(x, 0 * abs(x))
         stages = self._rounded_stages(x, u, at, arrow)
-        force, *by = (tracked(e) for e in self._errors("force")(at, arrow, stages, self._q))
+        force, *by = self._errors("force")(at, arrow, stages, self._q)
         return force, np.hstack(by)  # type: ignore[arg-type, return-value]
 
     def stages(self, x: Numbers, u: Numbers) -> Vector:
@@ -145,7 +144,7 @@ class LocalGeometry:
         """Return (b, F⁻, F⁺) at (x, u) as `Tracked` vectors, for errors of_x, of_u of x and u."""
         at, arrow = rounded(x, of_x), rounded(u, of_u)
         stages = self._rounded_stages(x, u, at, arrow)
-        return [tracked(value) for value in self._errors("values")(at, arrow, stages, self._q)]
+        return list(self._errors("values")(at, arrow, stages, self._q))
 
     def round_off_of_u(
         self, x: Vector, u: Vector, inverse: Matrix, of_x: Vector, of_mu: Vector
@@ -158,17 +157,17 @@ class LocalGeometry:
         minus = self.with_round_off(x, u, of_x, abs(u))[1]
         return abs(u) + inverse @ (minus.error + abs(minus.value) + abs(self.q[0]) * of_mu)
 
-    def _rounded_stages(self, x: Vector, u: Vector, at: Vector, arrow: Vector) -> Vector:
+    def _rounded_stages(self, x: Vector, u: Vector, at: Tracked, arrow: Tracked) -> Any:
         stages = self.stages(x, u)
         if not self.k:
             return stages
         given = self._errors("stage values")(at, arrow, rounded(stages, 0), self._q)
         slope = self._value("stages", x, u, stages, self.q)[1]
-        inverse = inverse_sizes(self.numbers, slope)
-        return rounded(stages, abs(stages) + inverse @ errors_of(given))
+        inverse = inverse_sizes(slope)
+        return rounded(stages, abs(stages) + inverse @ given.error)
 
     @property
-    def _q(self) -> Vector:
+    def _q(self) -> Tracked:
         """The step and the parameters, each rounded once."""
         return rounded(np.array(self.q, dtype=self.numbers.dtype))
 
@@ -205,16 +204,7 @@ class LocalGeometry:
 
     def _contracted(self, c: Tracked, mu: Vector) -> Tracked:
         none = Tracked(self.numbers.zeros(self.m, self.m))
-
-        def part(t: int) -> Tracked:
-            return Tracked(mu[t] * c.value[t], lambda: abs(mu[t]) * c.error[t])
-
-        def bound() -> np.ndarray:
-            some = (t for t in range(self.m) if c.value[t].any() or c.error[t].any())
-            return sum(map(part, some), none).error
-
-        seen = (t for t in range(self.m) if c.value[t].any())
-        return Tracked(sum(map(part, seen), none).value, bound)
+        return sum((c[t] * mu[t] for t in range(self.m)), none)
 
     def _natural(self, x: Vector) -> tuple[Tracked, Tracked]:
         """Return ρ̂ at x, n×m, and Ĉ there as [θ, γ, ν]."""

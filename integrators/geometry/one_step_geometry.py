@@ -16,7 +16,6 @@ from ..numbers import (
     numeric,
     rounded,
     solve,
-    tracked,
     tracked_later,
 )
 from ..numbers.types import Matrix, Numbers, Vector
@@ -116,8 +115,8 @@ class OneStepGeometry(LocalGeometry):
             return -self.numbers.solve(slope, rows)
 
         def round_off(w: Vector) -> Vector:
-            rows = tracked(self._errors("one_step")(at, momentum, rounded(w), self._q)[0])
-            return abs(w) + inverse_sizes(self.numbers, parts(w)[1]) @ rows.error
+            rows = self._errors("one_step")(at, momentum, rounded(w), self._q)[0]
+            return abs(w) + inverse_sizes(parts(w)[1]) @ rows.error
 
         w = newton(change, start, round_off(start), self.numbers.eps)
         if w is None:

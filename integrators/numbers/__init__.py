@@ -66,16 +66,13 @@ from .operations import Operations, Value
 from .registered import register, with_tables
 from .running_error import (
     Tracked,
-    errors_of,
     inverse_sizes,
     rounded,
-    sizes,
     solve,
     tracked,
     tracked_later,
-    values_of,
+    with_running_errors,
 )
-from .running_error_text import with_running_errors
 from .series import NotKnown, Series, series_namespace
 from .statements import (
     called_text,
@@ -95,15 +92,15 @@ __all__ = [
     "Node", "NodeMatrix", "Nodes", "NotComputed", "NotKnown", "NotSmooth", "Number", "Numbers",
     "Operations", "Rational", "Scope", "Series", "TooLong", "Tracked", "Value", "Vector",
     "arithmetic", "as_one_number", "called_text", "code", "coefficients_text", "collect",
-    "define", "entry", "errors_of", "evaluate", "evaluate_at", "evaluate_matrix", "exact",
+    "define", "entry", "evaluate", "evaluate_at", "evaluate_matrix", "exact",
     "exact_matrices", "exact_nested", "exact_rational", "exact_vector", "finite",
     "first_violation", "flatten", "floats_exact", "function_text", "inlined", "inverse_sizes",
     "is_zero", "jacobian", "listed", "measure", "mpmath", "needed", "newton", "node_values",
     "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque",
     "over", "parts_of", "random_columns", "random_point", "read_definitions", "refuse_large",
     "refuse_unwritten", "register", "registered_function", "replaced", "rounded", "run_text",
-    "series_namespace", "short_numbers", "shown", "sizes", "solve", "steepness", "symbols_of",
-    "sympy", "text_of", "to_sympy", "tracked", "tracked_later", "values_of", "vanishes",
+    "series_namespace", "short_numbers", "shown", "solve", "steepness", "symbols_of",
+    "sympy", "text_of", "to_sympy", "tracked", "tracked_later", "vanishes",
     "vanishes_as", "whole_number", "with_arguments", "with_running_errors", "with_tables",
     "within_doubles", "working_digits", "written_out",
 ]  # fmt: skip

@@ -72,7 +72,7 @@ def _functions(library: Any, **others: str) -> dict[str, Any]:
 class Double:
     """IEEE double precision; exact numbers are rounded once."""
 
-    digits = 16
+    digits, bits = 16, 53
     eps: Number = 2.0**-53
     dtype: Any = np.float64
 
@@ -164,7 +164,7 @@ class Double:
 class Single(Double):
     """IEEE single precision, for runs of flows: numpy's float32 rounds each operation."""
 
-    digits = 7
+    digits, bits = 7, 24
     eps: Number = 2.0**-24
     dtype: Any = np.float32
 

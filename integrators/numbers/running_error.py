@@ -1,171 +1,119 @@
-"""Running error analysis: numbers that carry a bound of their round-off.
+"""Running error analysis by ball arithmetic: numbers that carry a bound of their round-off.
 
-Each operation adds one rounding of its result to the errors of its operands (Higham, Accuracy and
-Stability of Numerical Algorithms, 3.3). So an evaluation in another precision ε is off by at most
-`error`·ε, to first order, for any cancellation: sums of absolute terms, operations and the
-conditioning of every function are included, and units of length, time and mass with them.
+Beside the values of an arithmetic stand balls of python-flint with as many bits, on which the same
+operations run: the radius of a ball, in units ε of round-off, bounds how far an evaluation in that
+arithmetic is off (Johansson, Arb: efficient arbitrary-precision midpoint-radius interval
+arithmetic, 2017). Cancellation, the conditioning of every function, and units of length, time and
+mass are included. Values are those of the arithmetic itself; balls are computed when a bound is
+first used.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
 
-from .arithmetic import Arithmetic
-from .types import Number, Vector
+from .arithmetic import FUNCTIONS, Arithmetic
+from .lazy import LazyModule
+from .numeric import run_text
+from .registered import registered_names
+from .types import Number
 
-SAFE = (1e-75, 1e75)
-CERTAIN = 2.0**30  # largest condition of a matrix that is inverted in doubles for a bound
-
-
-class RunningError:
-    """A number and a bound of its error in units of round-off: value ± error·ε."""
-
-    __slots__ = ("error", "value")
-
-    def __init__(self, value: Number, error: Number = 0) -> None:
-        self.value, self.error = value, error
-
-    def __add__(self, other: Any) -> RunningError:
-        if type(other) is not RunningError:  # a number without an error
-            total = self.value + other
-            return RunningError(total, self.error + abs(total))
-        total = self.value + other.value
-        return RunningError(total, self.error + other.error + abs(total))
-
-    def __mul__(self, other: Any) -> RunningError:
-        if type(other) is not RunningError:
-            product = self.value * other
-            return RunningError(product, abs(other) * self.error + abs(product))
-        product = self.value * other.value
-        error = abs(self.value) * other.error + abs(other.value) * self.error
-        return RunningError(product, error + abs(product))
-
-    def __truediv__(self, other: Any) -> RunningError:
-        other = running(other)
-        ratio = self.value / other.value
-        error = (self.error + abs(ratio) * other.error) / abs(other.value)
-        return RunningError(ratio, error + abs(ratio))
-
-    def __pow__(self, power: Any) -> RunningError:
-        power = running(power)
-        value = self.value**power.value
-        slope = power.value * self.value ** (power.value - 1) if power.value else 0
-        error = abs(slope) * self.error if self.error else 0
-        if power.error:
-            error += abs(value) * power.error * abs(np.log(float(abs(self.value))))
-        return RunningError(value, error + abs(value))
-
-    __radd__, __rmul__ = __add__, __mul__
-
-    def __sub__(self, other: Any) -> RunningError:
-        if type(other) is not RunningError:
-            return self + -other
-        total = self.value - other.value
-        return RunningError(total, self.error + other.error + abs(total))
-
-    def __rsub__(self, other: Any) -> RunningError:
-        return -self + other
-
-    def __rtruediv__(self, other: Any) -> RunningError:
-        return running(other) / self
-
-    def __rpow__(self, other: Any) -> RunningError:
-        return running(other) ** self
-
-    def __neg__(self) -> RunningError:
-        return RunningError(-self.value, self.error)
-
-    def __pos__(self) -> RunningError:
-        return self
-
-    def __abs__(self) -> RunningError:
-        return RunningError(abs(self.value), self.error)
-
-
-def running(value: Any) -> RunningError:
-    """Return the value itself, or the value with no error so far."""
-    return value if isinstance(value, RunningError) else RunningError(value)
+flint: Any = LazyModule("flint")
 
 
 class Tracked:
-    """An array of numbers with a bound of each one's error: the same by whole matrices.
+    """An array of numbers with the balls that the same operations give.
 
     It goes through numpy's functions that only move entries (stack, block, transpose) and through
-    @, +, − and `solve`. Bounds are `sizes`: a bound needs few digits. They cost more than the
-    values and are computed when they are first used, by `bound()`; without a `bound` they are 0.
+    @, +, −, *, / and `solve`. balls: the object array of balls; without it the numbers are exact.
     """
 
     __array_ufunc__ = None  # a plain array leaves its operators to this class
 
-    def __init__(self, value: np.ndarray, bound: Callable[[], np.ndarray] | None = None) -> None:
-        self.value, self._bound = value, bound
+    def __init__(self, value: np.ndarray, balls: Callable[[], np.ndarray] | None = None) -> None:
+        self.value, self._balls = value, balls
+
+    @cached_property
+    def balls(self) -> np.ndarray:
+        """The balls, of the value's shape."""
+        found = exact_balls(self.value) if self._balls is None else self._balls()
+        return np.asarray(found, dtype=object)
 
     @cached_property
     def error(self) -> np.ndarray:
-        """The bounds, of the value's shape, in units of round-off."""
-        return np.zeros(np.shape(self.value)) if self._bound is None else sizes(self._bound())
+        """The bounds, of the value's shape, in units of round-off; nan where there is none."""
+        unit = 2 ** bits_of(self.value)
+        return self._numbers([ball.rad() * unit for ball in self.balls.flat])
+
+    def _numbers(self, balls: list[Any]) -> np.ndarray:
+        """Return the middles of balls as numbers of the value's kind; nan where one is not finite.
+
+        An infinite bound would excuse any gap.
+        """
+        kind = self.value.dtype if self.value.dtype.kind in "fO" else np.dtype(float)
+        return np.array(plain(balls, kind), kind).reshape(np.shape(self.value))
 
     def __array_function__(self, function: Any, types: Any, arguments: Any, more: Any) -> Tracked:
         values = _each(arguments, lambda e: tracked(e).value)
-
-        def bound() -> np.ndarray:
-            return np.asarray(function(*_each(arguments, lambda e: tracked(e).error), **more))
-
-        return Tracked(function(*values, **more), bound)
+        return Tracked(
+            function(*values, **more),
+            lambda: function(*_each(arguments, lambda e: tracked(e).balls), **more),
+        )
 
     def __matmul__(self, other: Any) -> Tracked:
-        other = tracked(other)
-
-        def bound() -> np.ndarray:
-            a, b = sizes(abs(self.value)), sizes(abs(other.value))
-            return np.asarray(self.error @ b + a @ (other.error + len(b) * b))
-
-        return Tracked(product(self.value, other.value), bound)
+        return _both(product, self, other)
 
     def __rmatmul__(self, other: Any) -> Tracked:
         return tracked(other) @ self
 
     def __add__(self, other: Any) -> Tracked:
-        other = tracked(other)
-        total = self.value + other.value
-        return Tracked(total, lambda: self.error + other.error + sizes(abs(total)))
-
-    def __neg__(self) -> Tracked:
-        return Tracked(-self.value, lambda: self.error)
+        return _both(np.add, self, other)
 
     def __sub__(self, other: Any) -> Tracked:
-        return self + -tracked(other)
+        return _both(np.subtract, self, other)
+
+    def __mul__(self, number: Any) -> Tracked:
+        return _both(np.multiply, self, number)
+
+    def __truediv__(self, number: Any) -> Tracked:
+        return _both(np.divide, self, number)
+
+    def __neg__(self) -> Tracked:
+        return _both(np.negative, self)
 
     def __rsub__(self, other: Any) -> Tracked:
         return -self + other
 
-    def __truediv__(self, number: Number) -> Tracked:
-        value = self.value / number
-        return Tracked(value, lambda: self.error / abs(number) + 2 * abs(value))
-
     def __getitem__(self, place: Any) -> Tracked:
-        return Tracked(self.value[place], lambda: self.error[place])
+        return Tracked(self.value[place], lambda: self.balls[place])
 
     @property
     def T(self) -> Tracked:
         """The transpose."""
-        return Tracked(self.value.T, lambda: self.error.T)
+        return Tracked(self.value.T, lambda: self.balls.T)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """The array's shape."""
         return self.value.shape
 
-    def __mul__(self, number: Number) -> Tracked:
-        value = self.value * number
-        return Tracked(value, lambda: self.error * abs(number) + 2 * abs(value))
-
     __radd__, __rmul__ = __add__, __mul__
+
+
+def _both(operation: Callable[..., Any], *parts: Any) -> Tracked:
+    """Return the result of an operation on values, and on balls once they are used."""
+    given = [tracked(part) for part in parts]
+    value = np.asarray(operation(*(part.value for part in given)))
+
+    def balls() -> Any:
+        with flint.ctx.workprec(bits_of(value)):
+            return operation(*(part.balls for part in given))
+
+    return Tracked(value, balls)
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -178,13 +126,44 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return found
 
 
-def sizes(found: Vector) -> Vector:
-    """Return numbers ≥ 0 as doubles, unless a product of four may leave the doubles' range."""
-    if found.dtype != object:
-        return found
-    doubles = found.astype(float)
-    least, most = SAFE
-    return doubles if (((least < doubles) & (doubles < most)) | (found == 0)).all() else found
+def bits_of(array: np.ndarray) -> int:
+    """Return the bits of the numbers of an array, of any arithmetic."""
+    if array.dtype != object:
+        return 1 + int(np.finfo(array.dtype).nmant) if array.dtype.kind == "f" else 53
+    return max((e.precision for e in array.flat if hasattr(e, "precision")), default=53)
+
+
+def exact_balls(array: np.ndarray) -> np.ndarray:
+    """Return the numbers of an array as balls of radius 0."""
+    found = np.empty(np.shape(array), dtype=object)
+    found[...] = np.reshape([_ball(e) for e in array.flat], found.shape)
+    return found
+
+
+def _ball(number: Number) -> Any:
+    """Return a number of numpy, gmpy2 or Python as a ball of radius 0."""
+    if not hasattr(number, "as_mantissa_exp"):
+        return flint.arb(number.item() if isinstance(number, np.generic) else number)
+    if not number or number - number != 0:
+        return flint.arb(float(number))
+    mantissa, exponent = number.as_mantissa_exp()
+    return flint.arb((int(mantissa), int(exponent)))
+
+
+def plain(balls: Iterable[Any], dtype: Any) -> list[Number]:
+    """Return the middles of balls as doubles, or as gmpy2's numbers for objects."""
+    if np.dtype(dtype) != np.dtype(object):
+        return [float(ball) if ball.is_finite() else np.nan for ball in balls]
+    import gmpy2
+
+    return [_of_gmpy2(gmpy2, ball) for ball in balls]
+
+
+def _of_gmpy2(gmpy2: Any, ball: Any) -> Number:
+    if not ball.is_finite():
+        return gmpy2.nan()
+    mantissa, exponent = ball.mid().man_exp()
+    return gmpy2.mpfr(int(mantissa)) * gmpy2.mpfr(2) ** int(exponent)
 
 
 def _each(nested: Any, change: Callable[[Any], Any]) -> Any:
@@ -194,19 +173,29 @@ def _each(nested: Any, change: Callable[[Any], Any]) -> Any:
 
 
 def tracked(array: Any) -> Tracked:
-    """Return an array as `Tracked`: `RunningError`s with their errors, plain numbers without."""
-    if isinstance(array, Tracked):
-        return array
-    array = np.asarray(array)
-    if array.dtype == object:
-        return Tracked(values_of(array), lambda: errors_of(array))
-    return Tracked(array)
+    """Return an array, or a number, as `Tracked`; plain numbers are exact."""
+    return array if isinstance(array, Tracked) else Tracked(np.asarray(array))
 
 
-def tracked_later(values: Iterable[Any], again: Callable[[], Iterable[Any]]) -> list[Tracked]:
-    """Return arrays as `Tracked`, with the errors of `again()`: the same ones, `tracked`."""
-    once = cache(lambda: [tracked(e) for e in again()])
-    return [Tracked(e, partial(lambda k: once()[k].error, k)) for k, e in enumerate(values)]
+def tracked_later(values: Iterable[Any], again: Callable[[], Iterable[Tracked]]) -> list[Tracked]:
+    """Return arrays as `Tracked`, with the balls of `again()`: the same ones, `Tracked`."""
+    once = cache(lambda: list(again()))
+    return [Tracked(e, partial(lambda k: once()[k].balls, k)) for k, e in enumerate(values)]
+
+
+def rounded(values: Any, errors: Any = None) -> Tracked:
+    """Return numbers with errors in units of round-off, by default one rounding each."""
+    values = np.asarray(values)
+    errors = abs(values) if errors is None else np.broadcast_to(errors, values.shape)
+
+    def balls() -> np.ndarray:
+        unit = flint.arb(2) ** -bits_of(values)
+        found = np.empty(values.shape, dtype=object)
+        pairs = zip(exact_balls(values).flat, exact_balls(np.asarray(errors)).flat, strict=True)
+        found[...] = np.reshape([flint.arb(v, unit * e) for v, e in pairs], found.shape)
+        return found
+
+    return Tracked(values, balls)
 
 
 def solve(numbers: Arithmetic, a: Any, b: Any) -> Any:
@@ -214,76 +203,102 @@ def solve(numbers: Arithmetic, a: Any, b: Any) -> Any:
     if not isinstance(a, Tracked) and not isinstance(b, Tracked):
         return numbers.solve(a, b)
     a, b = tracked(a), tracked(b)
-    x = numbers.solve(a.value, b.value)
 
-    def bound() -> np.ndarray:
-        solved = a.error + 3 * len(a.value) * sizes(elimination_sizes(a.value))
-        return np.asarray(inverse_sizes(numbers, a.value) @ (solved @ sizes(abs(x)) + b.error))
+    def balls() -> np.ndarray:
+        with flint.ctx.workprec(bits_of(a.value)):
+            return _solved(a.balls, b.balls)
 
-    return Tracked(x, bound)
+    return Tracked(numbers.solve(a.value, b.value), balls)
 
 
-def elimination_sizes(a: np.ndarray) -> np.ndarray:
-    """Return |L||U| of elimination with row exchanges, k×k, its rows in the order of a's.
+def _solved(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return a⁻¹ b of balls; nan if a may be singular within its balls."""
+    right = flint.arb_mat(np.reshape(b, (len(b), -1)).tolist())
+    try:
+        entries = flint.arb_mat(a.tolist()).solve(right).entries() if b.size else []
+    except ZeroDivisionError:
+        entries = [flint.arb.nan()] * b.size
+    found = np.empty(b.shape, dtype=object)
+    found[...] = np.array(entries, dtype=object).reshape(b.shape)
+    return found
 
-    The computed x solves (a + Δ) x = b with |Δ| ≤ 3kε|L||U| (Higham, Accuracy and Stability of
-    Numerical Algorithms, 9.4). |a| in its place is too small where a has a zero that elimination
-    fills and empties again: the remainder there is round-off of the fill.
+
+def inverse_sizes(a: np.ndarray) -> np.ndarray:
+    """Return |a⁻¹| of a k×k matrix; raises `ZeroDivisionError` if it is singular.
+
+    It is computed with twice the digits, so that a matrix of any condition has one.
     """
-    k = len(a)
-    rows, order, total = [list(row) for row in a], list(range(k)), np.zeros_like(abs(a))
-    for p in range(k):
-        best = max(range(p, k), key=lambda row: abs(rows[row][p]))
-        rows[p], rows[best] = rows[best], rows[p]
-        order[p], order[best] = order[best], order[p]
-        lead = rows[p]
-        total[order[p], p:] += [abs(e) for e in lead[p:]]
-        for row, own in zip(rows[p + 1 :], order[p + 1 :], strict=True):
-            if row[p] and lead[p]:
-                factor = row[p] / lead[p]
-                for i in range(p, k):
-                    total[own, i] += abs(factor * lead[i])
-                    row[i] = row[i] - factor * lead[i]
-                row[p] = 0
-    return total
+    if not len(a):
+        return a
+    with flint.ctx.workprec(2 * bits_of(a) + 64):
+        inverse = flint.arb_mat(exact_balls(a).tolist()).inv().entries()
+    return abs(np.array(plain(inverse, a.dtype), a.dtype).reshape(a.shape))
 
 
-def inverse_sizes(numbers: Arithmetic, a: np.ndarray) -> np.ndarray:
-    """Return |a⁻¹| of a k×k matrix, for bounds: like `sizes` with no more digits than a double.
+def with_running_errors(text: str, numbers: Arithmetic) -> Callable[..., Any]:
+    """Return the function of a text that `numeric_text` wrote, of numbers with errors.
 
-    It is inverted in doubles with rows and columns of size 1, in any units, and is off by k·ε·cond,
-    k·2.4e-7 of a bound where cond is at most `CERTAIN`. For a larger cond, or numbers beyond the
-    doubles' range, all digits are used.
+    It takes plain and `Tracked` arrays and numbers, and returns `Tracked` arrays. Functions before
+    it (series, functions of matrices) count as one operation each, whose derivatives are difference
+    quotients: only the size of an error is needed.
     """
-    small = sizes(abs(a))
-    if small.size and a.dtype == object and small.dtype != object and small.any(axis=0).all():
-        columns = 1 / small.max(axis=0)
-        rows = 1 / (small * columns).max(axis=1, initial=1e-300)
-        scaled = a.astype(float) * columns * rows[:, None]
-        with suppress(np.linalg.LinAlgError):
-            inverse = abs(np.linalg.inv(scaled))
-            if inverse.sum(axis=1).max(initial=0) * len(a) < CERTAIN:
-                return np.asarray(columns[:, None] * inverse * rows)
-    return sizes(abs(numbers.solve(a, numbers.identity(len(a)))))
+    bits = numbers.bits
+    with numbers.working(), flint.ctx.workprec(bits):
+        names = dict(run_text(text, numbers.namespace()))  # those functions keep plain numbers
+        names |= {name: _function(name) for name in {*FUNCTIONS.values(), "sqrt"} - {"abs"}}
+        names |= {"abs": abs, "R": flint.arb, "PI": flint.arb.pi()}
+        names["constant"] = lambda name: _rounded(numbers.constant(name))
+        names |= {name: _as_one(names[name], numbers)
+                  for name in registered_names() if name in names}  # fmt: skip
+        names["array"] = partial(_of_entries, numbers)
+        # only the function: the text before it was run on plain numbers
+        function = run_text(text[text.rindex("def function(") :], names)["function"]
+
+    def on_balls(*arguments: Any) -> Any:
+        with numbers.working(), flint.ctx.workprec(bits):
+            return function(*(tracked(e).balls[()] for e in arguments))
+
+    return on_balls
 
 
-def rounded(values: Vector, errors: Any = None) -> Vector:
-    """Return numbers with errors (by default one rounding each) as `RunningError`, same shape."""
-    values = np.asarray(values)
-    errors = abs(values) if errors is None else np.broadcast_to(errors, values.shape)
-    pairs = zip(values.ravel(), errors.ravel(), strict=True)
-    found = np.empty(values.size, dtype=object)
-    found[:] = [RunningError(value, error) for value, error in pairs]
-    return found.reshape(values.shape)
+def _function(name: str) -> Callable[..., Any]:
+    """Return a function of generated text on balls."""
+
+    def function(*arguments: Any) -> Any:
+        first, *others = map(flint.arb, arguments)
+        return getattr(first, name)(*others)
+
+    return function
 
 
-def errors_of(found: Vector) -> Vector:
-    """Return the errors of an array of `RunningError`s or plain numbers, which have none."""
-    errors = [e.error if type(e) is RunningError else 0 for e in found.ravel()]
-    return np.array(errors).reshape(found.shape)
+def _rounded(number: Number) -> Any:
+    return rounded(number).balls[()]
 
 
-def values_of(found: Vector) -> Vector:
-    """Return the values of an array of `RunningError`s or plain numbers."""
-    values = [e.value if type(e) is RunningError else e for e in found.ravel()]
-    return np.array(values).reshape(found.shape)
+def _of_entries(numbers: Arithmetic, entries: list[Any], *shape: int) -> Tracked:
+    """Return balls, or whole numbers, as an array of that shape, row by row."""
+    balls = np.empty(shape, dtype=object)
+    balls[...] = np.array([flint.arb(e) for e in entries], dtype=object).reshape(shape)
+    middles = np.array(plain(balls.flat, numbers.dtype), dtype=numbers.dtype)
+    return Tracked(middles.reshape(shape), lambda: balls)
+
+
+def _as_one(function: Callable[..., Any], numbers: Arithmetic) -> Callable[..., Any]:
+    """Return a function of numbers as one operation on balls."""
+    nearby = numbers.eps**0.5
+
+    def whole(*arguments: Any) -> Any:
+        flat = [flint.arb(e) for e in arguments]
+        values = plain(flat, numbers.dtype)
+        found = np.array(function(*values), dtype=numbers.dtype)
+        errors = abs(found)
+        for k, width in enumerate(plain([e.rad() for e in flat], numbers.dtype)):
+            if width:
+                moved = list(values)
+                moved[k] = moved[k] + nearby
+                change = np.array(function(*moved), dtype=numbers.dtype) - found
+                errors = errors + abs(change) / nearby * (width / numbers.eps)
+        result = rounded(found, errors).balls
+        return result if found.shape else result[()]
+
+    return whole

@@ -10,7 +10,6 @@ import numpy as np
 from discmech.integrators import Scheme
 from discmech.integrators.numbers import (
     arithmetic,
-    errors_of,
     exact_rational,
     first_violation,
     numeric_text,
@@ -113,8 +112,8 @@ def round_offs(
         for row in np.unique(np.linspace(0, len(run.mu) - 1, SAMPLES).astype(int)):
             x, mu = (np.array([numbers.number(e) for e in part[row]], numbers.dtype)
                      for part in (run.base, run.mu))  # fmt: skip
-            own = max(errors_of(f(rounded(x, 0 * abs(x)), rounded(mu, 0 * abs(mu)), p)))
-            whole = max(errors_of(f(rounded(x), rounded(mu), p)))
+            own = max(f(x, mu, p).error)
+            whole = max(f(rounded(x), rounded(mu), p).error)
             scale = max(terms[row].max(), terms[0].max())
             for place, value in enumerate((whole - own, own)):
                 worst[place] = max(worst[place], float(value / scale) if scale else 0.0)

@@ -18,12 +18,10 @@ from discmech.integrators.flows import Flow, round_off_from
 from discmech.integrators.geometry import in_round_offs
 from discmech.integrators.numbers import (
     Number,
-    Vector,
+    Tracked,
     arithmetic,
-    errors_of,
     numeric_text,
     rounded,
-    values_of,
     with_running_errors,
 )
 
@@ -48,17 +46,17 @@ def constraint_defect(flow: Flow, run: Any, k: int) -> float:
         y, after = rounded(y, errors[: len(y)]), rounded(after, errors[len(y) :])
         q = at.geometry.q
         in_step, velocity, at_end = _functions(flow.scheme, numbers.digits)
-        v = np.array(velocity(y, after, q), dtype=object).ravel() if velocity else rounded(0 * u)
-        size = abs(u).sum() + abs(values_of(v)).sum()
+        v = velocity(y, after, q) if velocity else rounded(0 * u)
+        size = abs(u).sum() + abs(v.value).sum()
         found = [in_step(rounded(x), _as_solved(rounded(u), size), q)]
         found.append(at_end(y, _as_solved(v, size), q))
-        each = np.concatenate([np.array(part, dtype=object).ravel() for part in found])
-        return float(in_round_offs(values_of(each), errors_of(each)))
+        values, errors = ([getattr(e, name).ravel() for e in found] for name in ("value", "error"))
+        return float(in_round_offs(np.concatenate(values), np.concatenate(errors)))
 
 
-def _as_solved(velocity: Vector, size: Number) -> Vector:
+def _as_solved(velocity: Tracked, size: Number) -> Tracked:
     """Return the velocity with the errors of a solution whose corrections end at ε of that size."""
-    return rounded(values_of(velocity), errors_of(velocity) + size)
+    return rounded(velocity.value.ravel(), velocity.error.ravel() + size)
 
 
 @lru_cache(maxsize=64)

@@ -10,10 +10,8 @@ import numpy as np
 from discmech.integrators.equations import SceneSymbols, constraint, constraint_matrix, vector
 from discmech.integrators.numbers import (
     Double,
-    errors_of,
     numeric_text,
     rounded,
-    values_of,
     with_running_errors,
 )
 
@@ -34,11 +32,11 @@ class Joints:
         """Return Σ Aᵀλ at each site, (N, m); size: the round-offs of x and λ (B, k)."""
         found: Any = None
         for bond, at, q in self._bonds(x):
-            force = self.functions[0](at, rounded(multipliers[bond], size), q, 1.0).ravel()
-            value, error = (e(force).astype(float) for e in (values_of, errors_of))
+            force = self.functions[0](at, rounded(multipliers[bond], size), q, 1.0)
             if found is None:
-                found = np.zeros((2, len(x[0]), len(force) // 2))
-            for total, part in zip(found, (value, error + abs(value)), strict=True):
+                found = np.zeros((2, len(x[0]), len(force.value) // 2))
+            sizes = force.error + abs(force.value)
+            for total, part in zip(found, (force.value, sizes), strict=True):
                 total[self.pairs[bond]] += part.reshape(2, -1)
         return found[0], found[1]
 
@@ -49,7 +47,7 @@ class Joints:
             velocity = rounded(v[self.pairs[bond]].ravel(), size)
             held = self.functions[1](at, q, 1.0), self.functions[2](at, velocity, q, 1.0)
             for k, rows in enumerate(held):
-                value, error = (abs(e(rows.ravel()).astype(float)) for e in (values_of, errors_of))
+                value, error = abs(rows.value.ravel()), rows.error.ravel()
                 over = np.where(value == 0, 0, value / np.where(error == 0, value, error))
                 worst[k] = float(np.maximum(worst[k], over.max()))  # np.maximum keeps nan
         return worst[0], worst[1]

@@ -21,13 +21,11 @@ from discmech.integrators.errors import BadInput
 from discmech.integrators.lattices import of_all, velocities
 from discmech.integrators.numbers import (
     Double,
-    errors_of,
     jacobian,
     numeric,
     numeric_text,
     rounded,
     sympy,
-    values_of,
     with_running_errors,
 )
 
@@ -98,8 +96,8 @@ def value_round_off(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> f
     for k in np.unique(np.linspace(0, len(x) - 1, SAMPLE).astype(int)):
         given = rounded(np.array([e[k] if np.ndim(e) else e for e in p]))
         value, terms = f(rounded(x[k], 0), rounded(mu[k], 0), given)
-        error += float(errors_of(value.ravel()).astype(float).max())
-        size += float(values_of(terms.ravel()).astype(float).max())
+        error += float(value.error.max())
+        size += float(terms.value.max())
     return error / (size or 1.0)
 
 
@@ -164,8 +162,8 @@ def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = No
         for k in some:
             at = [rounded(np.asarray(row[k]), 0) for row in (*rows, shared.T)]
             digits = rounded(np.array([e[k] if np.ndim(e) else e for e in p]), 0)
-            errors = errors_of(with_errors(*at[:-1], 1.0, digits, at[-1]).ravel())
-            of_errors += float((errors.astype(float) ** 2).sum())
+            errors = with_errors(*at[:-1], 1.0, digits, at[-1]).error
+            of_errors += float((errors**2).sum())
         size = float((found[:, some] ** 2).sum())
         share = 4 * of_errors / size if size else 0.0
         np.add.at(squares, pairs, (share * found.T**2).reshape(len(pairs), 2, -1))

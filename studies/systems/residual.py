@@ -17,11 +17,9 @@ from discmech.integrators.lattices import LatticeRun
 from discmech.integrators.lattices.lattice_run import segments_of
 from discmech.integrators.numbers import (
     Double,
-    errors_of,
     inlined,
     numeric_text,
     rounded,
-    values_of,
     with_running_errors,
 )
 
@@ -127,8 +125,7 @@ def _summed(
             for name, part in zip(NAMES, found, strict=True):
                 if name == "target" and sites is pairs:
                     continue  # x of both ends moves by itself
-                value, error = (e(part).astype(float) for e in (values_of, errors_of))
-                block = np.array([value, error + abs(value)])
+                block = np.array([part.value, part.error + abs(part.value)])
                 if name == "stages":
                     block = block.reshape(2, -1, len(at_ends), m).swapaxes(1, 2)
                 for total, rows in zip(sums[name], block, strict=True):

@@ -9,8 +9,6 @@ import pytest
 
 from discmech import Scheme, scenes
 from discmech.integrators import BadInput, rules
-from discmech.integrators.numbers import arithmetic
-from discmech.integrators.numbers.running_error import elimination_sizes
 from discmech.studies.stability.measuring import gaps_of
 from discmech.studies.user.assertions import Missed, assert_reversible
 
@@ -25,15 +23,6 @@ def _loaded(path):
 
 
 attacks, of_order = _loaded(HERE), _loaded(HERE.with_name("order.py"))
-
-
-def test_the_bound_of_an_elimination_has_what_it_fills():
-    a = arithmetic(50).identity(3) * 0 + np.array([[1, 0, 1], [1, 1, 1], [0, 1, 3]])
-    sizes = elimination_sizes(a).astype(int).tolist()
-
-    assert sizes == [[1, 0, 1], [1, 1, 2 - 1], [0, 1, 3]]
-    cancelling = arithmetic(50).identity(2) * 0 + np.array([[3, 1], [1, 1]])
-    assert elimination_sizes(cancelling).astype(float)[1] == pytest.approx([1, 1])
 
 
 @pytest.mark.parametrize("scene", ["pendulum", "heavy-top", "wong"])
