@@ -123,7 +123,7 @@ class LocalGeometry:
         arrow, at = rounded(u), rounded(x, 0 * abs(x))
         stages = self._rounded_stages(x, u, at, arrow)
         force, *by = self._errors("force")(at, arrow, stages, self._q)
-        return force, np.hstack(by)  # type: ignore[arg-type, return-value]
+        return force, np.hstack(by)  # type: ignore[return-value]
 
     def stages(self, x: Numbers, u: Numbers) -> Vector:
         """Return s with ∂L_d/∂s (x, u, s) = 0, by Newton from 0; empty without stages."""

@@ -203,12 +203,13 @@ def solve(numbers: Arithmetic, a: Any, b: Any) -> Any:
     if not isinstance(a, Tracked) and not isinstance(b, Tracked):
         return numbers.solve(a, b)
     a, b = tracked(a), tracked(b)
+    x = numbers.solve(a.value, b.value)
 
     def balls() -> np.ndarray:
-        with flint.ctx.workprec(bits_of(a.value)):
+        with flint.ctx.workprec(bits_of(x)):
             return _solved(a.balls, b.balls)
 
-    return Tracked(numbers.solve(a.value, b.value), balls)
+    return Tracked(x, balls)
 
 
 def _solved(a: np.ndarray, b: np.ndarray) -> np.ndarray:

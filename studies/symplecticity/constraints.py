@@ -43,13 +43,13 @@ def constraint_defect(flow: Flow, run: Any, k: int) -> float:
         u = at.vector(run.u[k], len(mu))
         y, after = at.vectors(run.base[k + 1], run.mu[k + 1])
         *_, errors = round_off_from(at, x, mu, u)
-        y, after = rounded(y, errors[: len(y)]), rounded(after, errors[len(y) :])
+        end, momentum = rounded(y, errors[: len(y)]), rounded(after, errors[len(y) :])
         q = at.geometry.q
         in_step, velocity, at_end = _functions(flow.scheme, numbers.digits)
-        v = velocity(y, after, q) if velocity else rounded(0 * u)
+        v = velocity(end, momentum, q) if velocity else rounded(0 * u)
         size = abs(u).sum() + abs(v.value).sum()
         found = [in_step(rounded(x), _as_solved(rounded(u), size), q)]
-        found.append(at_end(y, _as_solved(v, size), q))
+        found.append(at_end(end, _as_solved(v, size), q))
         values, errors = ([getattr(e, name).ravel() for e in found] for name in ("value", "error"))
         return float(in_round_offs(np.concatenate(values), np.concatenate(errors)))
 
