@@ -44,7 +44,7 @@ class FaultyScheme(Scheme):
 
             def changed(*arguments: Any) -> Tracked:
                 form = tracked(given(*arguments))
-                return Tracked(change(form.value), lambda: abs(change(form.error)))
+                return Tracked(change(form.value), lambda: change(form.balls))
 
             setattr(geometry, name, changed)
         return made
