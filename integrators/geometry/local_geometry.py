@@ -89,8 +89,8 @@ class LocalGeometry:
         def with_errors() -> Iterable[Tracked]:
             inverse = inverse_sizes(maps["minus_u"])
             of_u = self.round_off_of_u(x, u, inverse, 0 * abs(x), self.numbers.zeros(self.m))
-            at, arrow = rounded(x, 0 * abs(x)), rounded(u, of_u)
-            found = self._errors("local")(at, arrow, self._rounded_stages(x, u, at, arrow), self._q)
+            arrow = rounded(u, of_u)
+            found = self._errors("local")(x, arrow, self._rounded_stages(x, u, x, arrow), self._q)
             return self._completed(found).values()
 
         return dict(zip(maps, tracked_later(maps.values(), with_errors), strict=True))
@@ -120,9 +120,9 @@ class LocalGeometry:
 
         There are 2m+k entries; the derivative is by x, u and s separately.
         """
-        arrow, at = rounded(u), rounded(x, 0 * abs(x))
-        stages = self._rounded_stages(x, u, at, arrow)
-        force, *by = self._errors("force")(at, arrow, stages, self._q)
+        arrow = rounded(u)
+        stages = self._rounded_stages(x, u, x, arrow)
+        force, *by = self._errors("force")(x, arrow, stages, self._q)
         return force, np.hstack(by)  # type: ignore[return-value]
 
     def stages(self, x: Numbers, u: Numbers) -> Vector:
@@ -157,7 +157,7 @@ class LocalGeometry:
         minus = self.with_round_off(x, u, of_x, abs(u))[1]
         return abs(u) + inverse @ (minus.error + abs(minus.value) + abs(self.q[0]) * of_mu)
 
-    def _rounded_stages(self, x: Vector, u: Vector, at: Tracked, arrow: Tracked) -> Any:
+    def _rounded_stages(self, x: Vector, u: Vector, at: Vector | Tracked, arrow: Tracked) -> Any:
         stages = self.stages(x, u)
         if not self.k:
             return stages
@@ -188,9 +188,7 @@ class LocalGeometry:
         """
         if self.equations.s.degenerate:
             values = [self._value("bracket", x, self.q)]
-            (found,) = tracked_later(
-                values, lambda: [self._errors("bracket")(rounded(x, 0 * abs(x)), self._q)]
-            )
+            (found,) = tracked_later(values, lambda: [self._errors("bracket")(x, self._q)])
             return found
         rho, c = self._natural(x)
         bracket = self._contracted(c, mu)
@@ -209,9 +207,7 @@ class LocalGeometry:
     def _natural(self, x: Vector) -> tuple[Tracked, Tracked]:
         """Return ρ̂ at x, n×m, and Ĉ there as [θ, γ, ν]."""
         values = self._value("natural", x, self.q)
-        rho, c = tracked_later(
-            values, lambda: self._errors("natural")(rounded(x, 0 * abs(x)), self._q)
-        )
+        rho, c = tracked_later(values, lambda: self._errors("natural")(x, self._q))
         return rho, c
 
     def tangent(self, here: Maps, there: Maps) -> Matrix:

@@ -95,7 +95,7 @@ def value_round_off(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> f
     error, size = 0.0, 0.0
     for k in np.unique(np.linspace(0, len(x) - 1, SAMPLE).astype(int)):
         given = rounded(np.array([e[k] if np.ndim(e) else e for e in p]))
-        value, terms = f(rounded(x[k], 0), rounded(mu[k], 0), given)
+        value, terms = f(x[k], mu[k], given)
         error += float(value.error.max())
         size += float(terms.value.max())
     return error / (size or 1.0)
@@ -160,8 +160,8 @@ def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = No
         largest = np.argsort((found**2).sum(axis=0))[-SAMPLE // 2 :]
         some = np.union1d(even, largest)
         for k in some:
-            at = [rounded(np.asarray(row[k]), 0) for row in (*rows, shared.T)]
-            digits = rounded(np.array([e[k] if np.ndim(e) else e for e in p]), 0)
+            at = [row[k] for row in (*rows, shared.T)]
+            digits = np.array([e[k] if np.ndim(e) else e for e in p])
             errors = with_errors(*at[:-1], 1.0, digits, at[-1]).error
             of_errors += float((errors**2).sum())
         size = float((found[:, some] ** 2).sum())

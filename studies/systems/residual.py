@@ -121,7 +121,7 @@ def _summed(
         q = np.stack([np.broadcast_to(e, len(places)) for e in (h, *p, *digits)])
         for k in np.flatnonzero(asked[sites].any(axis=1)):
             place, unknown, given, at_ends = places[k], unknowns[k], q[:, k], sites[k]
-            found = f(rounded(place, 0), rounded(unknown, size), rounded(given))
+            found = f(place, rounded(unknown, size), rounded(given))
             for name, part in zip(NAMES, found, strict=True):
                 if name == "target" and sites is pairs:
                     continue  # x of both ends moves by itself
