@@ -23,6 +23,7 @@ from .registered import registered_names
 from .types import Number
 
 flint: Any = LazyModule("flint")
+gmpy2: Any = LazyModule("gmpy2")
 
 
 class Tracked:
@@ -35,7 +36,7 @@ class Tracked:
     __array_ufunc__ = None  # a plain array leaves its operators to this class
 
     def __init__(self, value: np.ndarray, balls: Callable[[], np.ndarray] | None = None) -> None:
-        self.value, self._balls = value, balls
+        self.value, self._balls, self.bits = value, balls, bits_of(value)
 
     @cached_property
     def balls(self) -> np.ndarray:
@@ -46,7 +47,7 @@ class Tracked:
     @cached_property
     def error(self) -> np.ndarray:
         """The bounds, of the value's shape, in units of round-off; nan where there is none."""
-        unit = 2 ** bits_of(self.value)
+        unit = 2**self.bits
         return self._numbers([ball.rad() * unit for ball in self.balls.flat])
 
     def _numbers(self, balls: list[Any]) -> np.ndarray:
@@ -108,9 +109,10 @@ def _both(operation: Callable[..., Any], *parts: Any) -> Tracked:
     """Return the result of an operation on values, and on balls once they are used."""
     given = [tracked(part) for part in parts]
     value = np.asarray(operation(*(part.value for part in given)))
+    bits = bits_of(value)
 
     def balls() -> Any:
-        with flint.ctx.workprec(bits_of(value)):
+        with flint.ctx.workprec(bits):
             return operation(*(part.balls for part in given))
 
     return Tracked(value, balls)
@@ -127,10 +129,10 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def bits_of(array: np.ndarray) -> int:
-    """Return the bits of the numbers of an array, of any arithmetic."""
-    if array.dtype != object:
-        return 1 + int(np.finfo(array.dtype).nmant) if array.dtype.kind == "f" else 53
-    return max((e.precision for e in array.flat if hasattr(e, "precision")), default=53)
+    """Return the bits of the arithmetic that is computing with an array."""
+    if array.dtype == object:
+        return int(gmpy2.get_context().precision)
+    return 1 + int(np.finfo(array.dtype).nmant) if array.dtype.kind == "f" else 53
 
 
 def exact_balls(array: np.ndarray) -> np.ndarray:
@@ -154,12 +156,10 @@ def plain(balls: Iterable[Any], dtype: Any) -> list[Number]:
     """Return the middles of balls as doubles, or as gmpy2's numbers for objects."""
     if np.dtype(dtype) != np.dtype(object):
         return [float(ball) if ball.is_finite() else np.nan for ball in balls]
-    import gmpy2
-
-    return [_of_gmpy2(gmpy2, ball) for ball in balls]
+    return list(map(_of_gmpy2, balls))
 
 
-def _of_gmpy2(gmpy2: Any, ball: Any) -> Number:
+def _of_gmpy2(ball: Any) -> Number:
     if not ball.is_finite():
         return gmpy2.nan()
     mantissa, exponent = ball.mid().man_exp()
@@ -187,9 +187,10 @@ def rounded(values: Any, errors: Any = None) -> Tracked:
     """Return numbers with errors in units of round-off, by default one rounding each."""
     values = np.asarray(values)
     errors = abs(values) if errors is None else np.broadcast_to(errors, values.shape)
+    bits = bits_of(values)
 
     def balls() -> np.ndarray:
-        unit = flint.arb(2) ** -bits_of(values)
+        unit = flint.arb(2) ** -bits
         found = np.empty(values.shape, dtype=object)
         pairs = zip(exact_balls(values).flat, exact_balls(np.asarray(errors)).flat, strict=True)
         found[...] = np.reshape([flint.arb(v, unit * e) for v, e in pairs], found.shape)
@@ -204,9 +205,10 @@ def solve(numbers: Arithmetic, a: Any, b: Any) -> Any:
         return numbers.solve(a, b)
     a, b = tracked(a), tracked(b)
     x = numbers.solve(a.value, b.value)
+    bits = bits_of(x)
 
     def balls() -> np.ndarray:
-        with flint.ctx.workprec(bits_of(x)):
+        with flint.ctx.workprec(bits):
             return _solved(a.balls, b.balls)
 
     return Tracked(x, balls)
