@@ -39,7 +39,7 @@ def test_what_both_ends_of_a_bond_have_in_common_leaves_momentum_alone():
     found = quantities.force_errors(Scheme(skew, rules.get("trapezoidal")), x)
     products = abs(np.array([2 * x[:-1] * x[1:], x[:-1] ** 2]))  # two operations, and one
     wanted = 4 * (4 * products[0] ** 2 + products[1] ** 2).sum()  # twice the errors, squared
-    assert np.isclose(found.sum(), wanted, rtol=1e-12)
+    assert wanted / 4 <= found.sum() <= 4 * wanted  # a rounding is one to two units of a ball
 
 
 def test_a_wave_on_a_few_of_many_bonds_has_its_round_off():
