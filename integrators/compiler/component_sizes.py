@@ -30,7 +30,7 @@ def settle(change, before, best, stale, count, pending):
     rate = change / before if before < HUGE else 1.0
     stale = 0 if change < best else stale + 1
     best = change if change < best else best
-    ended = change * rate <= SMALLEST * EPS or (stale > 0 and change < 64 * EPS)
+    ended = over(change, before, SMALLEST * EPS, change * rate, stale > 0 and change < 64 * EPS)
     return count > 1 and ended and not pending, best, stale
 
 

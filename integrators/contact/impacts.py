@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..numbers import over
 from ..numbers.types import MatrixLike, Number, Vector
 from .cones import Cones, NotFound, missed, of_parts, scaling
 from .gaps import Gaps, Place
@@ -102,12 +103,12 @@ def in_cones(
     numbers = gaps.numbers
     P = numbers.zeros(W.shape[0])
     F, unit, data = trial(P)
-    r, before = scaling(W, cones), None
+    r, before = scaling(W, cones), np.inf
     for _ in range(MOST):
         units = of_parts(numbers.eps * (abs(P) + r * unit), cones)
         left = _largest(missed(P, F, r, cones), units)
         # redundant contacts might exchange impulses for ever
-        if before is not None and left <= NEAR:
+        if before < np.inf and left <= NEAR:
             return P, data
         try:
             change = gaps.impulses(W, F - W @ P, cones, P) - P
@@ -115,7 +116,7 @@ def in_cones(
         except NotFound as failure:  # once frozen, redundant contacts may contradict each other
             change = failure.near - P
             size = left
-        if size <= NEAR or (before is not None and before / 2 <= size < STAGNANT):
+        if over(size, before, NEAR, size, size < STAGNANT):
             return P, data
         if not size < np.inf:
             break

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadInput
-from ..numbers import LazyModule, Matrix, Vector
+from ..numbers import LazyModule, Matrix, Vector, over
 from .first_guess import first_guess
 from .second_order import check_bound, check_minimum, check_steered, unbound
 from .stages import ControlStages
@@ -198,7 +198,7 @@ class BoundaryProblem:
             else:
                 return None
             y = tried
-            if size <= ROUNDED or (size < NEAR and size >= before / 2):
+            if over(size, before, ROUNDED, size, size < NEAR):
                 return y, iteration, size
             before = size
         return None

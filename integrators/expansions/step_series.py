@@ -23,6 +23,7 @@ from ..numbers import (
     Double,
     Series,
     numeric_text,
+    over,
     run_text,
     series_namespace,
 )
@@ -98,9 +99,8 @@ class StepSeries:
                 )
             size = float(max((np.max(np.abs(e), initial=0.0) for e in change), default=0.0))
             scale = float(max((np.max(np.abs(e), initial=0.0) for e in w), default=0.0))
-            if size <= 4 * float(self.numbers.eps) * scale or (
-                size >= before / 2 and size <= 2**12 * float(self.numbers.eps) * scale
-            ):
+            unit = float(self.numbers.eps) * scale
+            if over(size, before, 4 * unit, size, size <= 2**12 * unit):
                 return w
             if not size < np.inf:
                 break

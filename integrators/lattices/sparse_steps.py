@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..compiler import FADED, MOST_SWEEPS, Entry, Status
-from ..numbers import Arithmetic, LazyModule
+from ..numbers import Arithmetic, LazyModule, over
 from ..numbers.types import MatrixLike
 from .blocks import places
 
@@ -155,13 +155,9 @@ class SparseSteps:
             # the first correction has no rate, since `before` is inf
             eps = self.numbers.eps
             noise, rate = eps * here, size / before if before > 0 else 0.0
-            stagnant = count > 2 and rate > 0.5
             large = size >= eps**0.5 * here and moved > self.floor()
-            if (
-                size <= noise
-                or (before < np.inf and rate < 0.5 and size * rate <= noise)
-                or (stagnant and not large)
-            ):
+            following = size * rate if count > 1 and rate < 0.5 else size
+            if over(size, before, noise, following, count > 2 and not large):
                 status = Status.OK
             elif (count > 1 and rate > FADED and large) or (fine and size > 2.0**-30 * here):
                 self._solvers.pop(j, None)

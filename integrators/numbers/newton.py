@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from .stop import over
 from .types import Number, Vector
 
 #: corrections: from a start in the basin some ten reach 50 digits, the others are for far starts
@@ -23,13 +24,14 @@ def newton(
 ) -> Vector | None:
     """Return the solution by Newton from `start` to round-off, or None; change: the correction.
 
-    It ends when a correction is round-off of the solution (or of `scale`), or when corrections
-    near it no longer halve. Sizes are sums of absolute values; with a vector as scale each
+    It ends (`stop.over`) when a correction is round-off of the solution (or of `scale`), or when
+    corrections near it no longer halve; the next one is not estimated, for `change` may come from
+    an approximate slope. Sizes are sums of absolute values; with a vector as scale each
     component is compared with its own, so that units do not matter. A component that is 0 except
     for products of round-offs has no such size: at a common solution it ends when it no longer
     halves.
     """
-    point, before, least = start, None, None
+    point, before, least = start, math.inf, None
     for _ in range(MOST):
         try:
             step = change(point)
@@ -47,10 +49,9 @@ def newton(
         else:
             size = sum(abs(c) for c in step)
             unit = eps * max(scale, sum(abs(c) for c in point))
-        stagnant = before is not None and size >= before / 2 and size < STAGNANT * unit
         if not size < math.inf:  # nor is it nan
             return None
-        if size <= ROUNDED * unit or stagnant:
+        if over(size, before, ROUNDED * unit, size, size < STAGNANT * unit):
             return point
         before = size
     return None

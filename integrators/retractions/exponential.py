@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..algebras import MatrixAlgebra
-from ..numbers import Arithmetic, LazyModule, registered_function, sympy
+from ..numbers import Arithmetic, LazyModule, over, registered_function, sympy
 from ..numbers.types import (
     Column,
     Expression,
@@ -154,13 +154,12 @@ class Exponential(EquivariantRetraction):
 
 def _root(g: Matrix, e: Matrix, numbers: Arithmetic) -> Matrix:
     """√g by the Denman–Beavers iteration (Higham, Functions of Matrices, 6.3)."""
-    y, z, before = g, e, None
+    y, z, before = g, e, np.inf
     for _ in range(100):  # it converges quadratically wherever there is a root
         new = (y + numbers.solve(z, e)) / 2
         z = (z + numbers.solve(y, e)) / 2
         change, y = _size(new - y), new
-        # at round-off, or no longer shrinking near it
-        if change <= 8 * numbers.eps or (before is not None and before <= change < 1e-10):
+        if over(change, before, 8 * numbers.eps, change, change < 1e-10):
             return y
         before = change
     raise ArithmeticError("an angle reaches a half-turn")
