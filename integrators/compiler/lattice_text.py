@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from ..numbers import (
     Coefficients,
-    Operations,
     coefficients_text,
     function_text,
     sympy,
     with_tables,
 )
 from ..numbers.types import Column, Letters
-from .module_text import KernelText, operations, texts_of
+from .module_text import KernelText, texts_of, with_names
 from .omissions import pivot_rows
 from .step import Step
 from .step_nodes import StepNodes
@@ -25,7 +23,6 @@ BLOCK = 1024  # number of bonds whose sites fit into the processor's first cache
 FADED = 0.1  # largest ratio of corrections, site by site or with a kept factorisation
 MOST_SWEEPS = 60  # largest number of such corrections in a substep
 UNSEEN = 16  # corrections of w below so many round-offs of x/h do not move x
-LONGEST = 1000  # a function with more operations is called instead of written in
 MOST = 60  # a force with fewer operations is computed twice rather than one bond at a time
 
 
@@ -118,14 +115,16 @@ class _Kernels:
         self.system, self.suffix = system, suffix
         coefficients = Coefficients(system.q)
         coefficients.symbol(system.q[0])
-        site = _TermText(system.site, f"{suffix}", system.own, coefficients)
-        parts = [site.local() if system.kicks else site.coupled()]
+        words = ("solver" if system.kicks else "equations", "update")
+        site = _of_term(system.site, suffix, coefficients, words, system.own)
+        parts = [site.text]
         self.affine = bool(system.kicks) and site.affine
         kicks = [k for k in system.kicks or () if k is not None]
         parts += [_kick_text(k, f"{k.name}{suffix}", coefficients) for k in kicks]
         if system.bond is not None:
-            bond = _TermText(system.bond, f"_of_bond{suffix}", system.bond_own, coefficients)
-            parts.append(bond.coupled())
+            words = ("equations", "gain")
+            bond = _of_term(system.bond, f"_of_bond{suffix}", coefficients, words, system.bond_own)
+            parts.append(bond.text)
         parts.append(coefficients_text(f"prepare{suffix}", coefficients))
         self.text, self.width = "\n\n".join(parts), len(coefficients.values)
         #: True if a bond's forces are cheap
@@ -154,6 +153,13 @@ class _Kernels:
         return f"Record({', '.join(f'{k}={v}' for k, v in entries.items())})"
 
 
+def _of_term(
+    step: Step, suffix: str, coefficients: Coefficients, parts: tuple[str, ...], own: Letters
+) -> KernelText:
+    """Return the kernels of a site or of a bond, which have no edge and hand nothing on."""
+    return KernelText(replace(step, extents=()), suffix, ("carried",), coefficients, parts, own)
+
+
 def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
     texts = []
     for word in ("minus", "plus", "whole"):
@@ -162,58 +168,3 @@ def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
         text = function_text(f"{word}_{name}", given, [column], (), coefficients)
         texts.append(f"@kernel\n{with_names(text, kick.own)}")
     return "\n\n".join(texts)
-
-
-def with_names(text: str, own: Letters) -> str:
-    """Return the text with identifiers in place of letters like p.h, a site's own parameter h."""
-    for i, letter in enumerate(map(str, own)):
-        if not letter.isidentifier():
-            text = re.sub(rf"\b{re.escape(letter)}\b", f"pp{i}", text)
-    return text
-
-
-def _called_if_long(text: str) -> str:
-    """Return a kernel's text, marked for calling if it is long: it is used up to four times."""
-    return text.replace("@kernel", "@node", 1) if operations(text) > LONGEST else text
-
-
-class _TermText(KernelText):
-    """Kernels of one term, with its own letters beside the coefficients that all share."""
-
-    def __init__(self, step: Step, suffix: str, own: Letters, coefficients: Coefficients) -> None:
-        super().__init__(replace(step, extents=()), suffix, ("carried",), coefficients)
-        self.own = own
-
-    def _function(
-        self, name: str, arguments: Any, operations: Operations, results: Sequence[Any]
-    ) -> str:
-        text = super()._function(name, {**arguments, "own": self.own}, operations, results)
-        return with_names(_called_if_long(text), self.own)
-
-    def _with_called(self, kernels: Sequence[str]) -> str:
-        shared = [with_names(_called_if_long(f"@kernel\n{text}"), self.own)
-                  for _, _, text in self._functions.values()]  # fmt: skip
-        return "\n\n".join([*shared, *kernels])
-
-    def local(self) -> str:
-        """Return `solver` and `update` of a site by itself."""
-        return self._with_called([self._solver(), self._update()])
-
-    def coupled(self) -> str:
-        """Return `equations(x, w, c) → (rows, slope by rows)`, and `update`, or a bond's `gain`."""
-        nodes = self.nodes
-        given = {"x": self.step.x, "w": self.step.w, "c": self.coefficients}
-        operations = self._start(given)
-        slope = [e for row in nodes.slope for e in row]
-        found = operations.values([*nodes.rows, *slope])
-        m = len(nodes.rows)
-        kernels = [self._function("equations", given, operations, [found[:m], found[m:]])]
-        kernels.append(self._gain() if "bond" in self.suffix else self._update())
-        return self._with_called(kernels)
-
-    def _gain(self) -> str:
-        """Return the kernel of the increments of μ at both ends of a bond."""
-        given = {"x": self.step.x, "w": self.step.w, "c": self.coefficients}
-        operations = self._start(given)
-        gain = self._at_end(operations, self.nodes.gain)
-        return self._function("gain", given, operations, [gain])

@@ -9,6 +9,7 @@ alone (sin x, 1/r³) that the next step needs again: they are computed once, at 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from inspect import getsource
@@ -28,12 +29,14 @@ from ..numbers import (
     with_arguments,
     with_tables,
 )
+from ..numbers.types import Letters
 from .elimination import solve
 from .layout import Layout
 from .omissions import carried, has_pivots, is_affine, pivot_rows
 from .step import Step
 from .step_nodes import StepNodes
 
+LONGEST = 1000  # a lattice's function with more operations is called instead of written in
 SHORTEST = 40  # least number of operations of a function for which a call costs less than it saves
 
 
@@ -73,11 +76,21 @@ def texts_of(*names: str) -> str:
     return "\n\n".join(texts)
 
 
+def with_names(text: str, own: Letters) -> str:
+    """Return the text with identifiers in place of letters like p.h, a site's own parameter h."""
+    for i, letter in enumerate(map(str, own)):
+        if not letter.isidentifier():
+            text = re.sub(rf"\b{re.escape(letter)}\b", f"pp{i}", text)
+    return text
+
+
 class KernelText:
-    """Writes the kernels of a step.
+    """Writes the kernels of a step, or of one term of a lattice's.
 
     omit: names of `omissions.SAVINGS` that are not made, so that their gain can be measured, and
     "order" if every elimination exchanges rows. coefficients: those of several steps together.
+    parts: the names of the kernels that are written, or () for those of a scene. own: the letters
+    of a lattice's site or bond beside the coefficients that all share, or None for a scene.
     """
 
     def __init__(
@@ -86,8 +99,12 @@ class KernelText:
         suffix: str = "",
         omit: Iterable[str] = (),
         coefficients: Coefficients | None = None,
+        parts: Sequence[str] = (),
+        own: Letters | None = None,
     ) -> None:
         self.step, self.suffix, self.omit = step, suffix, frozenset(omit)
+        edge = ["edge"] if step.extents else []
+        self.parts, self.own = parts or (*edge, "solver", "update", "carry", "prepare"), own
         self.nodes = StepNodes(step)
         self.coefficients = coefficients or Coefficients(
             step.q, self.nodes.graph, plain="coefficients" in self.omit
@@ -109,15 +126,20 @@ class KernelText:
     @cached_property
     def text(self) -> str:
         """The text of all functions; their decorators say how they are written (`run_text`)."""
-        kernels = [self._edge()] if self.step.extents else []
-        kernels += [self._solver(), self._update(), self._carry()]
-        prepare = coefficients_text(f"prepare{self.suffix}", self.coefficients)
+        kernels = [getattr(self, f"_{part}")() for part in self.parts]
         shared = [
-            f"@{'node' if self._calls[name] > 1 and operations(text) >= SHORTEST else 'kernel'}\n"
-            f"{text}"
-            for name, _, text in self._functions.values()
+            self._marked(text, self._calls[name]) for name, _, text in self._functions.values()
         ]
-        return "\n\n".join([*shared, *kernels, prepare])
+        return "\n\n".join([*shared, *kernels])
+
+    def _marked(self, text: str, calls: int = 1) -> str:
+        """Return a function's text with the decorator that says how it is written.
+
+        A kernel of a lattice's term is used up to four times.
+        """
+        count = operations(text)
+        often = calls > 1 and count >= SHORTEST if self.own is None else count > LONGEST
+        return with_names(f"@{'node' if often else 'kernel'}\n{text}", self.own or ())
 
     @property
     def record(self) -> str:
@@ -168,8 +190,8 @@ class KernelText:
     def _function(
         self, name: str, arguments: Any, operations: Operations, results: Sequence[Any]
     ) -> str:
-        text = text_of(f"{name}{self.suffix}", arguments, operations, results)
-        return f"@kernel\n{text}"
+        given = arguments if self.own is None else {**arguments, "own": self.own}
+        return self._marked(text_of(f"{name}{self.suffix}", given, operations, results))
 
     def _start(self, arguments: dict[str, Any]) -> Operations:
         """Return operations whose letters of the arguments stand for themselves."""
@@ -186,6 +208,25 @@ class KernelText:
         return [f"k{i}" for i in range(len(self.carried))]
 
     # -- the kernels -----------------------------------------------------------------------------
+
+    def _prepare(self) -> str:
+        return coefficients_text(f"prepare{self.suffix}", self.coefficients)
+
+    def _equations(self) -> str:
+        """Return the text of a term's rows and of their slope, by rows."""
+        nodes = self.nodes
+        given = {"x": self.step.x, "w": self.step.w, "c": self.coefficients}
+        operations = self._start(given)
+        found = operations.values([*nodes.rows, *(e for row in nodes.slope for e in row)])
+        m = len(nodes.rows)
+        return self._function("equations", given, operations, [found[:m], found[m:]])
+
+    def _gain(self) -> str:
+        """Return the text of the increments of μ at both ends of a bond."""
+        given = {"x": self.step.x, "w": self.step.w, "c": self.coefficients}
+        operations = self._start(given)
+        gain = self._at_end(operations, self.nodes.gain)
+        return self._function("gain", given, operations, [gain])
 
     def _carry(self) -> str:
         arguments = {"x": self.step.x, "c": self.coefficients}

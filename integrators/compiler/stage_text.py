@@ -31,9 +31,9 @@ from ..numbers import (
 )
 from ..numbers.types import Assignment, Column, Expression, Expressions, Letter, SymbolicMatrix
 from .elimination import solve
-from .lattice_text import UNSEEN, with_names
+from .lattice_text import UNSEEN
 from .layout import StageLayout
-from .module_text import texts_of
+from .module_text import texts_of, with_names
 from .stage_system import LatticeStages, StageSystem
 
 
