@@ -10,7 +10,6 @@ from discmech import (
     Scene,
     Scheme,
     action,
-    check,
     exponential,
     lie_group,
     pair,
@@ -19,7 +18,7 @@ from discmech import (
     solution,
 )
 from discmech.integrators import BadInput, rules, scenes
-from discmech.reference import multipliers
+from discmech.reference import ReferenceFailure
 from tests.objects import SCENES, flow
 
 
@@ -69,6 +68,7 @@ CLOSED = {
 }
 
 
+@pytest.mark.dear("ball-in-cylinder")
 @pytest.mark.parametrize("name", CLOSED)
 def test_references_and_steps_are_those_of_the_closed_form(name):
     closed_form, values = CLOSED[name]
@@ -112,10 +112,10 @@ def test_they_have_their_order_on_every_groupoid(scene, rule, power):
     power = 2 if scene.name in ("by-constants", "on-sphere") else power  # the same at both ends
     assert scheme.order == power
     for steps in (100, 200):
-        run = scheme.flow(sympy.Rational(1, steps), 30).trajectory(steps, every=steps)
+        run = scheme.flow(sympy.Rational(1, steps)).trajectory(steps, every=steps)
         ends = zip([*run.x[-1], *run.mu[-1]], [*exact.x, *exact.mu], strict=True)
-        errors.append(max(abs(a - b) for a, b in ends))
-    assert abs(mpmath.log(errors[0] / errors[1], 2) - power) < 0.05
+        errors.append(max(abs(a - float(b)) for a, b in ends))
+    assert abs(np.log2(errors[0] / errors[1]) - power) < 0.05
 
 
 @pytest.mark.parametrize("name", ["bead-on-hoop", "ball-in-cylinder"])
@@ -152,8 +152,8 @@ def test_a_declared_moving_energy_is_kept_and_the_energy_is_not():
 def test_rows_that_vanish_on_the_way_end_a_reference():
     stops = Scene("stops", pair(2), lambda x, v, p: v.dot(v) / 2, x0=[0, 0], v0=[1, 0], duration=2,
                   nonholonomic=lambda x, p, t: ([[1 - t, 0]], [1 - t]))  # fmt: skip
-    (case,) = check("order", [stops], ["midpoint"], [16])["cases"]
-    assert case["verdict"] == "inconclusive" and "dependent at t = 1" in case["reason"]
+    with pytest.raises(ReferenceFailure, match="dependent at t = 1"):
+        solution(stops, 2, 20)
 
 
 def test_a_black_box_is_refused_where_constraints_move():
@@ -165,11 +165,3 @@ def test_a_black_box_is_refused_where_constraints_move():
 
     with pytest.raises(Exception, match="bead-on-hoop has moving constraints"):
         Scheme(scenes.get("bead-on-hoop"), euler)
-
-
-def test_multipliers_are_those_of_the_reference():
-    scene = scenes.get("ball-in-cylinder")
-    exact = solution(scene, 1, 20, proof=False)
-    found = flow("ball-in-cylinder", "midpoint", "1/2000").trajectory(2000, every=2000)
-    gaps = zip(multipliers(scene, exact), found.multipliers[-1], strict=True)
-    assert max(abs(float(a) - b) for a, b in gaps) < 1e-3
