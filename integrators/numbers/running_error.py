@@ -269,7 +269,7 @@ def _function(name: str) -> Callable[..., Any]:
 
     def function(*arguments: Any) -> Any:
         first, *others = map(flint.arb, arguments)
-        return getattr(first, name)(*others)
+        return getattr(flint.arb, name)(first, *others)  # atan2 is static in flint 0.8
 
     return function
 
