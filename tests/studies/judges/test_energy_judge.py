@@ -57,7 +57,7 @@ def test_a_drift_goes_one_way_and_its_edges_with_it():
 def test_no_number_is_no_energy_and_nonholonomic_motion_has_no_band():
     for band in (math.inf, math.nan):
         assert energy_of(band=band)[:2] == ("fail", "the energy is no longer finite.")
-    verdict, reason, expected = energy_of(case(scene={"nonholonomic": 1}), slope=1.0)
+    verdict, reason, expected = energy_of(case(scene={"no_energy": "nonholonomic"}), slope=1.0)
     assert (verdict, reason, list(expected)) == ("pass", "", ["not_demanded"])
     shown = case_of("energy", {"expected": expected})
     assert "nonholonomic" in expected["not_demanded"] and VIEW.wanted(shown) == "only measured"
@@ -131,7 +131,7 @@ def test_a_balance_has_the_order_of_its_rule_up_to_that_of_the_sum():
         assert wanted(case(order=order)) == {"balance_order": least}
     assert not balance.applies(case())
     assert balance.applies(case(scene={"force": 1}))
-    assert balance.applies(case(scene={"timed": True}))
+    assert balance.applies(case(scene={"lagrangian": lambda x, v, p, t: v[0]}))
 
 
 def series(total, count=2560, spikes=0.0, rate=1.0):

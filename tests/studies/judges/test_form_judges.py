@@ -34,10 +34,12 @@ def test_forms_are_kept_to_round_off(digits, form, own):
 @pytest.mark.parametrize(("scene", "kinds", "said"), [
     ({}, ("pullback", "poisson", "residual"), None),
     ({"force": 1}, ("change", "volume", "residual"), "forced"),
-    ({"force": 1, "constrained": True}, ("change", "residual", "constraint"), "forced"),
-    ({"constrained": True}, ("pullback", "poisson", "residual", "constraint"), None),
-    ({"nonholonomic": 1, "constrained": True}, ("residual", "constraint"), "nonholonomic"),
-    ({"nonholonomic": 1, "force": 1}, ("residual",), "nonholonomic"),
+    ({"force": 1, "all_constraints": (1,)}, ("change", "residual", "constraint"), "forced"),
+    ({"all_constraints": (1,)}, ("pullback", "poisson", "residual", "constraint"), None),
+    ({"no_form": "nonholonomic", "all_constraints": (1,)}, ("residual", "constraint"),
+     "nonholonomic"),
+    ({"no_form": "nonholonomic", "all_constraints": (1,), "force": 1}, ("residual", "constraint"),
+     "nonholonomic"),
 ])  # fmt: skip
 def test_what_is_demanded_under_forces_and_constraints(scene, kinds, said):
     of = case(scene=scene)
