@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from discmech.studies.report.case import case_of
 from discmech.studies.work_precision import axes, standings
 from discmech.studies.work_precision import plot as plot_work
 from tests.studies.work_precision.races import shown
@@ -61,4 +62,7 @@ def test_the_picture_and_the_study_name_the_same_axes():
 def test_a_point_without_error_is_not_drawn():
     rows = [{"seconds": 1.0, "error": 0.0}, {"seconds": 1.0, "error": None},
             {"seconds": 2.0, "error": 1e-3}]  # fmt: skip
-    assert [p[:2] for p in plot_work._points({"rows": rows}, "seconds", "error")] == [(2.0, 1e-3)]
+    assert [
+        p[:2]
+        for p in plot_work._points(case_of("work-precision", {"rows": rows}), "seconds", "error")
+    ] == [(2.0, 1e-3)]
