@@ -11,11 +11,14 @@ from .composition import METHODS, Composition, Method, Substep, adjoint, compose
 from .discrete_hamiltonian import discrete_hamiltonian
 from .discretisation import Discretisation, check_rule, discretisation, own
 from .galerkin import FAMILIES, gauss, lobatto
+from .imex import imex
 from .maps import MAPS, dual_gauss, map_of, newmark
+from .midpoint import midpoint
 from .one_step import OneStepMap, one_step
 from .quadrature import Nodes
-from .simple import imex, midpoint, rectangle, trapezoidal
+from .rectangle import rectangle
 from .splitting import splitting
+from .trapezoidal import trapezoidal
 
 __all__ = [
     "BUILT_IN", "Claims", "Composition", "Discretisation", "FAMILIES", "MAPS", "METHODS", "Method",

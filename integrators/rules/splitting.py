@@ -25,7 +25,7 @@ from .composition import described_own, with_own
 from .discretisation import Discretisation
 from .one_step import OneStepMap
 from .order_conditions import OwnNumbers, check_sum, read
-from .simple import rectangle
+from .rectangle import rectangle
 
 PARTS = ("kinetic", "potential")
 

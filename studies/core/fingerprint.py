@@ -15,14 +15,13 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import cache, lru_cache
 from importlib.metadata import version
 from pathlib import Path
-from types import FunctionType
 from typing import Any
 
 from discmech.integrators import Lattice, Scheme, scenes
 from discmech.integrators.compiler import text_key
 from discmech.integrators.control import problems
 from discmech.integrators.lattices import LatticeScheme
-from discmech.integrators.rules import Discretisation
+from discmech.integrators.rules import BUILT_IN, Discretisation
 from discmech.integrators.scene import Opaque, Scene, reads
 
 from .case import Case, scheme_of
@@ -33,9 +32,11 @@ from .userfile import loaded
 
 ROOT = Path(__file__).resolve().parents[2]
 STUDIES = (ROOT / "studies", ROOT / "tests" / "bench")
-#: the data of single scenes and rules: each has its own text in the keys of its cases
-SIMPLE, GALERKIN = (Path("integrators/rules") / name for name in ("simple.py", "galerkin.py"))
-DATA = (Path("integrators/scenes"), SIMPLE, GALERKIN, Path("reference/tables"))
+RULES, SCENES, TABLES = (
+    Path(name) for name in ("integrators/rules", "integrators/scenes", "reference/tables")
+)
+#: the data of single scenes and rules: a case has in its key the text of its own alone
+DATA = (SCENES, TABLES, *(RULES / f"{name}.py" for name in (*BUILT_IN, "galerkin")))
 SHARED = ("causes", "core", "evidence", "systems")  # folders by which all studies measure
 SHOWING = ("command", "report", "user")  # folders that only show results
 #: files of a study that measure nothing
@@ -125,7 +126,7 @@ def _facts(rule: Discretisation) -> Iterator[str]:
         method = rule.method
         yield f"{method.order} {method.in_turn} {method.coefficients(60)}"
     if is_ours(base):
-        yield _text_of_rule(base)
+        yield _text_of_rule(str(base.formula.__module__))
 
 
 def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation) -> str:
@@ -261,41 +262,25 @@ def _asked_by(file: Path) -> Iterator[Path]:
 @cache
 def _text_of_scene(name: str) -> str:
     """Return the digest of a scene's file, the scenes it builds on, and its reference digits."""
-    folder, found = (
-        ROOT / "integrators" / "scenes",
-        [ROOT / "reference" / "tables" / f"{name}.json"],
-    )
-    pending = [folder / f"{name.replace('-', '_')}.py"]
-    while pending:
-        file = pending.pop()
-        if file not in found and file.exists():
-            found.append(file)
-            names = re.findall(r"^\s*from \.(\w+)", file.read_text("utf-8"), re.M)
-            pending += [folder / f"{name}.py" for name in names]
-    return _text(p for p in found if p.exists())
+    table = ROOT / TABLES / f"{name}.json"
+    return _text([*_beside(SCENES / f"{name.replace('-', '_')}.py"), *[table] * table.exists()])
 
 
 @cache
-def _text_of_rule(rule: Discretisation) -> str:
-    """Return the digest of a rule's instructions, and of those and the values that they use.
+def _text_of_rule(module: str) -> str:
+    """Return the digest of a rule's file and of those of its folder on which it is built."""
+    return _text(_beside(RULES / f"{module.rpartition('.')[2]}.py"))
 
-    For a rule that is not one of the simple ones it is that of the Galerkin rules' text, on which
-    some of them are built.
-    """
-    module = str(rule.formula.__module__)
-    if not module.endswith(f".rules.{SIMPLE.stem}"):
-        return _text([ROOT / GALERKIN])
-    beside, seen = vars(sys.modules[module]), dict[str, Any]()
-    names = [str(rule.formula.__name__)]
-    while names:
-        if (name := names.pop()) in beside and name not in seen:
-            thing = getattr(beside[name], "formula", beside[name])
-            if isinstance(thing, FunctionType):
-                code = thing.__code__
-                thing = code.replace(co_consts=code.co_consts[bool(thing.__doc__) :])
-                names += code.co_names
-            seen[name] = thing
-    return reads(sorted(seen.items()))
+
+def _beside(place: Path) -> list[Path]:
+    """Return a file and those of its folder that it imports, directly or not."""
+    found, pending = list[Path](), [ROOT / place]
+    while pending:
+        if (file := pending.pop()) not in found and file.exists():
+            found.append(file)
+            names = re.findall(r"^\s*from \.(\w+)", file.read_text("utf-8"), re.M)
+            pending += [file.with_name(f"{name}.py") for name in names]
+    return found
 
 
 def _text(files: Iterable[Path]) -> str:

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import re
 import shutil
-import sys
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
-from types import ModuleType
 
 import pytest
 
-from discmech.integrators import rules, scenes
+from discmech.integrators import scenes
 from discmech.integrators.lattices import systems
 from discmech.integrators.rules import (
     METHODS,
@@ -106,7 +103,7 @@ def changes(tree, file, ask):
     ("studies/causes/round_off.py", True), ("studies/systems/scene_system.py", True),
     ("integrators/scenes/kepler.py", True), ("reference/tables/kepler.json", True),
     ("integrators/scenes/pendulum.py", False), ("reference/tables/pendulum.json", False),
-    ("integrators/rules/simple.py", False), ("studies/energy/measuring.py", False),
+    ("integrators/rules/trapezoidal.py", False), ("studies/energy/measuring.py", False),
     ("studies/order/judging.py", False), ("studies/order/judging_steps.py", False),
     ("studies/energy/judging_errors.py", False), ("studies/evidence/judging.py", False),
     ("studies/order/__init__.py", False), ("studies/order/view.py", False),
@@ -160,46 +157,12 @@ def test_what_tests_the_bench_itself_rests_on_everything(checkout, file):
     assert changes(checkout, file, partial(fingerprint.of_everything, "power"))
 
 
-@pytest.fixture
-def simple(monkeypatch):
-    """The rules of `simple.py`, with its text changed."""
-
-    def made(old="", new=""):
-        file = Path(rules.simple.__file__)
-        module = ModuleType(rules.simple.__name__)
-        vars(module)["__package__"] = rules.__name__
-        text = file.read_text("utf-8")
-        assert old in text
-        monkeypatch.setitem(sys.modules, module.__name__, module)
-        exec(compile(text.replace(old, new, 1), str(file), "exec"), vars(module))
-        forget()
-        return {name: fingerprint._text_of_rule(vars(module)[name])
-                for name in ("rectangle", "midpoint", "trapezoidal", "imex")}  # fmt: skip
-
-    yield made
-    forget()
-
-
-def test_of_a_file_of_rules_only_those_that_changed_are_measured_again(simple):
-    before = simple()
-    assert simple("h * L(G.target(x, u, h / 2), u)", "h * L(G.target(x, u, h / 3), u)") == {
-        **before, "midpoint": fingerprint._text_of_rule(sys.modules[rules.simple.__name__].midpoint)
-    }  # fmt: skip
-    assert simple("at the middle of the step.", "halfway.") == before
-    assert simple("    return h * L(x, u)\n", "    return h * L(x, u)  # so it is\n") == before
-    called = simple("return h * L(x, u)\n", "return midpoint.formula(L, G, x, u, h)\n")
-    again = simple("return h * L(x, u)\n", "return midpoint.formula(L, G, x, u, 2 * h / 2)\n")
-    assert called != before and again["rectangle"] != called["rectangle"]
-
-
-def test_a_rule_that_another_calls_is_a_part_of_it(simple):
-    def beside(body):
-        return simple("    return h * L(x, u)\n",
-                      f"    return helper(L, x, u, h)\n\n\nHALF = {body}\n\n\n"
-                      "def helper(L, x, u, h):\n    return HALF * h * L(x, u)\n")  # fmt: skip
-
-    one, two = beside(1), beside(2)
-    assert one["rectangle"] != two["rectangle"] and one["midpoint"] == two["midpoint"]
+def test_a_rule_rests_on_its_file_and_on_those_that_it_imports_there(checkout):
+    assert changes(checkout, "integrators/rules/midpoint.py", key)
+    assert not changes(checkout, "integrators/rules/trapezoidal.py", key)
+    composed = partial(key, rule=compose(trapezoidal, "suzuki"))
+    assert changes(checkout, "integrators/rules/trapezoidal.py", composed)
+    assert changes(checkout, "integrators/rules/rectangle.py", partial(key, rule=rectangle))
 
 
 def test_rules_by_quadrature_rest_on_their_file_and_others_do_not(checkout):

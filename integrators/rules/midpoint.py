@@ -1,0 +1,14 @@
+"""The midpoint rule, of order 2 and with one point of each step: its middle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..numbers.types import Column, Expression, Letter
+from .discretisation import discretisation
+
+
+@discretisation(order=2, source="paper, section 3.6.1: the implicit midpoint rule")
+def midpoint(L: Any, G: Any, x: Column, u: Column, h: Letter) -> Expression:
+    """The Lagrangian at the middle of the step."""
+    return h * L(G.target(x, u, h / 2), u)
