@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from ctypes import CFUNCTYPE, c_int64, c_void_p
 from functools import cached_property, lru_cache, partial
 from typing import Any
 
@@ -199,7 +200,9 @@ def _in_numbers(advance: Callable[..., Any], length: int) -> Callable[[float, An
 def _in_machine_code(advance: Any, states: int, length: int) -> Callable[[float, Any], Any]:
     """The compiled function with arrays of its own: peers are timed with it, in one thread."""
     given, out = np.zeros(states), np.zeros(length)
-    call = partial(advance.function, address(given), address(out), advance.pair())
+    place, counters = advance.engine.get_function_address("advance"), (c_int64 * 2)()
+    function = CFUNCTYPE(None, c_void_p, c_void_p, c_void_p)(place)
+    call = partial(function, address(given), address(out), counters)
 
     def asked(t: float, z: Any) -> Any:
         given[:] = z
