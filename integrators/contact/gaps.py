@@ -80,8 +80,8 @@ class Gaps:
     def __init__(self, s: SceneSymbols, scene: Scene, numbers: Arithmetic) -> None:
         self.s, self.scene, self.numbers, self.n = s, scene, numbers, s.n
         self.p = [numbers.number(e) for e in scene.parameter_values]
-        made = gap_functions(s, scene.contact, numbers)
-        self.coordinates, self._place, self._phi, self._motion, self._energy = made
+        self.coordinates, self._place, self._phi = gap_functions(s, scene.contact, numbers)
+        self._motion, self._energy = motion_functions(s, numbers)
         self.count = len(self.coordinates)
         given = flatten((scene.friction,))
         if isinstance(scene.friction, tuple) and len(given) != self.count:
@@ -267,10 +267,10 @@ def _listed(given: Any) -> bool:
 def gap_functions(
     s: SceneSymbols, contact: GapFunction, numbers: Arithmetic, columns: bool = False
 ) -> tuple[Any, ...]:
-    """Return the coordinates (`gap_expressions`) and four compiled functions.
+    """Return the coordinates (`gap_expressions`) and two compiled functions.
 
-    They give the inputs of `Gaps.at`; φ, on columns in double precision; M and ∂l/∂ξ; and H.
-    columns: True if all of them work on columns.
+    They give the inputs of `Gaps.at`; and φ, on columns in double precision. columns: True if both
+    of them work on columns.
     """
     phi, coordinates = gap_expressions(s, contact)
     own = sympy.Matrix([e for part in coordinates for e in part or ()])
@@ -289,12 +289,21 @@ def gap_functions(
     results: list[Any] = [list(phi), sizes(phi, slope), slope, slope * rho, rho]
     own_slope = jacobian(own, s.position) if len(own) else own
     results += [list(own), own_slope * rho, sizes(own, own_slope)] if len(own) else [[], [], []]
-    moving = {"x": s.x, "u": s.u, "p": s.parameter_list}
-    with_momentum = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return (
         coordinates,
         numeric(given, results, numbers, columns=columns),
         numeric(given, [list(phi)], numbers, columns=numbers.dtype is not object),
+    )
+
+
+@lru_cache(maxsize=64)
+def motion_functions(
+    s: SceneSymbols, numbers: Arithmetic, columns: bool = False
+) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Return functions that give M and ∂l/∂ξ; and H; columns: True if they work on columns."""
+    moving = {"x": s.x, "u": s.u, "p": s.parameter_list}
+    with_momentum = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
+    return (
         numeric(moving, [mass_matrix(s), list(momentum(s))], numbers, columns=columns),
         numeric(with_momentum, [energy(s)], numbers, columns=columns),
     )

@@ -9,7 +9,7 @@ from ..numbers.lazy import on_demand
 if TYPE_CHECKING:
     from .as_scene import scene_of
     from .blocks import at_ends, of_all
-    from .contact_lattice import SiteImpacts
+    from .contact_lattice import LatticeImpacts
     from .dual_step import DualStep, poisson_defect
     from .lattice import Lattice
     from .lattice_flow import LatticeFlow
@@ -22,7 +22,7 @@ else:
         __name__,
         as_scene="scene_of",
         blocks="at_ends of_all",
-        contact_lattice="SiteImpacts",
+        contact_lattice="LatticeImpacts",
         dual_step="DualStep poisson_defect",
         lattice="Lattice",
         lattice_flow="LatticeFlow",
@@ -34,6 +34,6 @@ else:
 
 __all__ = [
     "DualStep", "Lattice", "LatticeFlow", "LatticeRun", "LatticeScheme",
-    "Linearised", "RestrictedStep", "SiteImpacts", "at_ends", "of_all",
+    "Linearised", "RestrictedStep", "LatticeImpacts", "at_ends", "of_all",
     "poisson_defect", "scene_of", "step_derivative", "velocities",
 ]  # fmt: skip

@@ -81,7 +81,10 @@ def scene_of(
         return [e for b in taken for e in of_bond("constraint", b, x, None, p)]
 
     def contact(x: Column, p: Any) -> list[Expression]:
-        return [phi for i in places for phi in terms.value("contact", p, "site", i, at(x, i))]
+        of_sites = [phi for i in places if lattice.contact
+                    for phi in terms.value("contact", p, "site", i, at(x, i))]  # fmt: skip
+        return of_sites + [phi for b in taken if lattice.bond_contact
+                           for phi in of_bond("bond_contact", b, x, None, p)]  # fmt: skip
 
     more: dict[str, Any] = {}
     if lattice.force or lattice.bond_force:
@@ -89,7 +92,7 @@ def scene_of(
         more["force"] = with_arguments(force, timed)
     if lattice.constraint:
         more["holonomic"] = holonomic
-    if lattice.contact:
+    if lattice.has_contact:
         more |= {"contact": contact, "restitution": lattice.restitution}
     x0, v0 = (list(a[[*places]].ravel()) for a in lattice.start)
     timed = lattice.takes_time("on_site") or lattice.takes_time("on_bond")

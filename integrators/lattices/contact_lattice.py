@@ -1,4 +1,4 @@
-"""The flow of a lattice with contact at its sites (`site_gaps`): rows, impulses, impacts."""
+"""The flow of a lattice with contact (`lattice_gaps`): rows, impulses, impacts."""
 
 from __future__ import annotations
 
@@ -23,15 +23,16 @@ from ..numbers import Matrix, Number
 from ..numbers.types import Given, Rows
 from ..runs import File, Progress, Trajectory, run
 from .lattice_flow import LatticeFlow
+from .lattice_gaps import LatticeGaps
 from .lattice_run import LatticeRun
-from .site_gaps import SiteGaps
 
 
-class SiteImpact(NamedTuple):
-    """The impact of one gap: its time as a share of the step, and the rest as of `SiteImpacts`."""
+class GapImpact(NamedTuple):
+    """The impact of one gap: its time as a share of the step, the rest as of `LatticeImpacts`."""
 
     share: Number
     site: int
+    bond: int
     gap: int
     impulse: float
     approach: float
@@ -39,15 +40,16 @@ class SiteImpact(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SiteImpacts:
-    """The impacts of a run, (i,) each: t, the site, the number of its gap, and the impulse.
+class LatticeImpacts:
+    """The impacts of a run, (i,) each: t, the site or the bond, the number of its gap, the impulse.
 
-    approach, rebound: the rates of the gap before and after; rebound = −e · approach unless another
-    gap of the site takes part.
+    site is −1 for a gap of a bond, bond is −1 for one of a site. approach, rebound: the rates of
+    the gap before and after; rebound = −e · approach unless another gap takes part.
     """
 
     t: np.ndarray
     site: np.ndarray
+    bond: np.ndarray
     gap: np.ndarray
     impulse: np.ndarray
     approach: np.ndarray
@@ -55,7 +57,7 @@ class SiteImpacts:
 
 
 class ContactLatticeFlow(LatticeFlow):
-    """The flow of a lattice with contact at its sites. It has no forms.
+    """The flow of a lattice with contact. It has no forms.
 
     Raises `BadInput` for a negative step and for a start inside the obstacle.
     """
@@ -65,18 +67,15 @@ class ContactLatticeFlow(LatticeFlow):
         if digits != 16:
             raise BadInput(f"{self.lattice.name}: a lattice with contact runs in double precision; "
                            "leave digits= out, or run its scene, lattices.scene_of.")  # fmt: skip
-        if scheme.timed:
-            raise CannotMeasure(f"{self.lattice.name}: a lattice with contact knows no explicit "
-                                "time; run its scene, lattices.scene_of.")  # fmt: skip
         if self.step < 0:
             raise BadInput(f"{self.lattice.name}: an impact has no unique past, so a lattice with "
                            "contact takes positive steps only.")  # fmt: skip
         self.gaps.check(self.lattice.start[0])
 
     @cached_property
-    def gaps(self) -> SiteGaps:
-        """The gaps of all sites."""
-        return SiteGaps(self)
+    def gaps(self) -> LatticeGaps:
+        """The gaps of all sites and bonds."""
+        return LatticeGaps(self)
 
     def _start(
         self, x0: Rows | None, mu0: Rows | None, t0: Number = 0
@@ -90,7 +89,7 @@ class ContactLatticeFlow(LatticeFlow):
         self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress,
         t0: Number = 0,
     ) -> Any:  # fmt: skip
-        return run(_Run(self, x, mu), steps, every, progress, checkpoint)
+        return run(_Run(self, x, mu, t0), steps, every, progress, checkpoint)
 
     def _refused(self, *given: Any, **named: Any) -> Any:
         """Raise `CannotMeasure`: no form is defined if a step has impulses, no block is kept."""
@@ -103,24 +102,25 @@ class ContactLatticeFlow(LatticeFlow):
 class _Run(ContactRun):
     """One run of a lattice with contact; made: the number of free steps."""
 
-    kind = SiteImpact
+    kind = GapImpact
     counters = ("index", "ended", "made")
 
-    def __init__(self, flow: ContactLatticeFlow, x: Matrix, mu: Matrix) -> None:
+    def __init__(self, flow: ContactLatticeFlow, x: Matrix, mu: Matrix, t0: Number) -> None:
         self.flow, self.h, self.made, gaps = flow, float(flow.step), 0, flow.gaps
         self.name = flow.lattice.name
-        self.run = LatticeRun(flow, x.copy(), mu.copy())
+        self.run = LatticeRun(flow, x.copy(), mu.copy(), t0)
         free = FreeSteps(self.h, self._free_step)
         contact = ContactSteps(gaps, free, float(flow.lattice.restitution))
         mu = (mu * flow.lattice.free[:, None]).ravel()
-        moment = Moment(gaps.at_start(x), mu, 0 * mu, contact.no_noise())
+        moment = Moment(gaps.at_start(self._with_time(x)), mu, 0 * mu, contact.no_noise())
         super().__init__(contact, moment)
 
     @property
     def key(self) -> str:
         """The key of the lattice's equations, of the gaps and of the start."""
         scheme, lattice = self.flow.scheme, self.flow.lattice
-        gaps = gap_expressions(scheme.terms[0][0], scheme.equations.contact)
+        gaps = [gap_expressions(s, given) for (s, *_), given in
+                zip(scheme.terms, scheme.equations.contacts, strict=True) if given]  # fmt: skip
         words = self.run.digest.hexdigest(), lattice.shape, str(gaps), str(lattice.restitution)
         return text_key(scheme.system, *words)
 
@@ -128,57 +128,66 @@ class _Run(ContactRun):
         self, share: Number, x: np.ndarray, mu: np.ndarray, near: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return (y, μ′, u) after a step without contact; u leaves x."""
-        run = self.run
-        run.x[:], run.mu[:] = x.reshape(run.x.shape), mu.reshape(run.mu.shape)
+        run, gaps = self.run, self.flow.gaps
+        run.x[:], run.mu[:], run.index = gaps.of_sites(x), mu.reshape(run.mu.shape), self.index
         run.begin()
         run.checked(run.status)
         run.checked(run.show())
         u = run.u.ravel().copy()
         run.stepped()
         self.made += 1
-        return run.x.ravel().copy(), run.mu.ravel().copy(), u
+        return self._with_time(run.x), run.mu.ravel().copy(), u
+
+    def _with_time(self, x: np.ndarray) -> np.ndarray:
+        """Return x of the present state as a vector of `LatticeGaps`."""
+        if not self.flow.scheme.timed:
+            return x.ravel().copy()
+        return np.append(x.ravel(), float(self.run.t))
 
     def component(self, name: str, k: int) -> str:
         """Return the name of entry k of x or mu, with its site."""
         width = (self.run.x if name == "x" else self.run.mu).shape[1]
         return f"{name}[{k % width}] at site {k // width}"
 
-    def recorded(self, impact: Impact, place: Place) -> list[SiteImpact]:
+    def recorded(self, impact: Impact, place: Place) -> list[GapImpact]:
         """Split an impact by sites."""
         e, gaps, P = impact, self.flow.gaps, impact.impulses[:, 0]
         where = np.flatnonzero(P > 0)
         rates = (place.normal[where] @ gaps.velocity(e.x, mu) for mu in (e.before, e.after))
-        each = (gaps.sites[where // gaps.K], where % gaps.K, P[where], *rates)
-        return [SiteImpact(e.share, *parts) for parts in zip(*each, strict=True)]
+        each = *(e[where] for e in gaps.owners), P[where], *rates
+        return [GapImpact(e.share, *parts) for parts in zip(*each, strict=True)]
 
     def failed(self, failure: Exception, rows: Any) -> StepFailure:
         """Return the failure of the coming step, at the site that is nearest to its obstacle."""
         flow, cause = self.flow, getattr(failure, "cause", str(failure))
         place, mu = self.moment.place, self.moment.mu
-        i = flow.gaps.sites[place.phi.argmin() // flow.gaps.K]
-        here = {"x": place.x.reshape(self.run.x.shape)[i], "mu": mu.reshape(self.run.mu.shape)[i]}
+        word, i, _ = flow.gaps.where(int(place.phi.argmin()))
+        i = i if word == "site" else int(flow.lattice.pairs[i, 0])
+        here = {"x": flow.gaps.of_sites(place.x)[i], "mu": mu.reshape(self.run.mu.shape)[i]}
         return StepFailure(flow.lattice.name, flow.scheme.rule.name, self.index,
-                           self.h * self.index, getattr(failure, "state", here), cause, rows
-                           )  # fmt: skip
+                           float(self.run.t0) + self.h * self.index,
+                           getattr(failure, "state", here), cause, rows)  # fmt: skip
 
-    def rows_of(self, count: int) -> Any:
-        flow, gaps = self.flow, self.flow.gaps
-        x, mu, u = (e[:count].reshape(count, gaps.N, e.shape[1] // gaps.N)
-                    for e in (self.rows[word] for word in ("x", "mu", "u")))  # fmt: skip
+    def rows_of(self, count: int) -> Trajectory:
+        flow, gaps, rows = self.flow, self.flow.gaps, self.rows
+        x = rows["x"][:count, : gaps.N * gaps.n].reshape(count, gaps.N, gaps.n)
+        mu, u = (rows[word][:count].reshape(count, gaps.N, gaps.m) for word in ("mu", "u"))
         numbers = np.arange(count, dtype=np.int64)
-        P = np.zeros((count, gaps.N, gaps.K))
-        P[:, gaps.sites] = self.rows["impulses"][:count].reshape(count, len(gaps.sites), gaps.K)
+        phi = {term.word: term.phi(x) for term in gaps.terms}
+        P = gaps.by_terms(rows["impulses"][:count, :, 0])
         return Trajectory.of_rows(
-            flow.numbers.multiples(flow.step, numbers * self.every), x, u, mu, steps=self.index,
-            step=flow.step, scheme=flow.scheme, newton_mean=self.made / max(1, self.index),
-            multipliers=np.zeros((count, len(flow.lattice.pairs), 0)), gaps=gaps.phi(x),
-            impulses=P, impacts=self._impacts(), solver="Newton, contacts in cones",
+            flow.numbers.multiples(flow.step, numbers * self.every) + float(self.run.t0), x, u, mu,
+            steps=self.index, step=flow.step, scheme=flow.scheme, impacts=self._impacts(),
+            newton_mean=self.made / max(1, self.index), solver="Newton, contacts in cones",
+            multipliers=np.zeros((count, len(flow.lattice.pairs), 0)),
+            gaps=phi.get("site"), bond_gaps=phi.get("bond"),
+            impulses=P.get("site"), bond_impulses=P.get("bond"),
         )  # fmt: skip
 
-    def _impacts(self) -> SiteImpacts:
+    def _impacts(self) -> LatticeImpacts:
         parts = [np.array(e) for e in zip(*(e for _, e in self.impacts), strict=True)]
         if not parts:
-            parts = [np.zeros(0), *[np.zeros(0, dtype=np.int64)] * 2, *[np.zeros(0)] * 3]
-        share, site, gap, *more = parts
+            parts = [np.zeros(0), *[np.zeros(0, dtype=np.int64)] * 3, *[np.zeros(0)] * 3]
+        share, *more = parts
         steps = np.array([k for k, _ in self.impacts])
-        return SiteImpacts((steps + share) * self.h, site, gap, *more)
+        return LatticeImpacts((steps + share) * self.h + float(self.run.t0), *more)

@@ -29,6 +29,7 @@ FUNCTIONS = {
     "bond_force": ("(x, y, v, w, p)", "(x, y, v, w, p, t)"),
     "constraint": ("(x, y, p)",),
     "contact": ("(x, p)",),
+    "bond_contact": ("(x, y, p)",),
 }
 
 
@@ -59,8 +60,9 @@ class Lattice:
     joints; on_bond may then be left out. A site may then be the second one of at most one bond, as
     in chains, rings and trees.
 
-    contact(x, p): a list of gaps φ(x) ≥ 0 of each site, and restitution, e in [0, 1], as for a
-    `Scene`; impacts happen at the end of a step, without friction.
+    contact(x, p): a list of gaps φ(x) ≥ 0 of each site, bond_contact(x, y, p): a list of gaps of
+    each bond, such as that between two balls, and restitution, e in [0, 1], as for a `Scene`;
+    impacts happen at the end of a step, without friction. on_bond may then be left out.
 
     symmetries: name → ξ(x, p), a list of m entries: the natural velocity with which a one-parameter
     group that leaves L unchanged moves a site at x, all sites at once; or a list of such lists. The
@@ -91,6 +93,7 @@ class Lattice:
     title: str = ""
     force: Callable[..., Any] | None = None
     bond_force: Callable[..., Any] | None = None
+    bond_contact: Callable[..., Any] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][\w.-]*", self.name):
@@ -109,8 +112,8 @@ class Lattice:
         if self.sites > MOST_SITES:
             raise BadInput(f"{self.name}: {shown(self.sites)} sites are more than memory holds; "
                            f"give up to {MOST_SITES:,}.")  # fmt: skip
-        bound = self.constraint is not None or self.bond_force is not None
-        if bound and self.on_bond is None:
+        beside = (self.constraint, self.bond_force, self.bond_contact)
+        if self.on_bond is None and any(term is not None for term in beside):
             object.__setattr__(self, "on_bond", no_term)
         if self.bonds_move and self.on_site is None:
             object.__setattr__(self, "on_site", no_term)
@@ -147,9 +150,9 @@ class Lattice:
         object.__setattr__(self, "restitution", e)
         if not 0 <= e <= 1:
             raise BadInput(f"{self.name}: give a restitution from 0 to 1.")
-        if self.contact is None and e:
+        if not self.has_contact and e:
             raise BadInput(f"{self.name}: restitution={shown(given)} needs contact=, the gaps.")
-        if self.contact is not None and (self.constraint is not None or self.bonds_move):
+        if self.has_contact and (self.constraint is not None or self.bonds_move):
             raise BadInput(f"{self.name}: contact is not taken together with a constraint, or a "
                            "bond with velocities; leave one out.")  # fmt: skip
 
@@ -173,7 +176,7 @@ class Lattice:
         algebra = self.site.algebra
         return RowAction(algebra, self.site.tau, rows=algebra.real.size)
 
-    @property
+    @cached_property
     def bonds_move(self) -> bool:
         """True if a bond's Lagrangian contains the velocities of its ends."""
         return arguments_of(self.on_bond) > 4
@@ -187,6 +190,21 @@ class Lattice:
         """Return a site's x in the form that functions get: a column, or a matrix on a group."""
         k = self.matrix_size
         return x.reshape(k, k) if k else x
+
+    @property
+    def forced(self) -> bool:
+        """True if forces act beside those of L."""
+        return self.force is not None or self.bond_force is not None
+
+    @cached_property
+    def timed(self) -> bool:
+        """True if a Lagrangian or a force depends on the time."""
+        return any(map(self.takes_time, FUNCTIONS))
+
+    @property
+    def has_contact(self) -> bool:
+        """True if sites or bonds have gaps."""
+        return self.contact is not None or self.bond_contact is not None
 
     @property
     def matrix_size(self) -> int:

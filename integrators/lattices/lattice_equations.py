@@ -83,11 +83,14 @@ class LatticeEquations:
         return BondConstraints(self.site, self.bond)
 
     @cached_property
-    def contact(self) -> Callable[..., Any]:
-        """The gaps of a site as a function of its column x and p."""
-        shaped, given = self.lattice.shaped, self.lattice.contact
-        assert given is not None
-        return lambda x, p: given(shaped(x), p)
+    def contacts(self) -> tuple[Callable[..., Any] | None, Callable[..., Any] | None]:
+        """The gaps of a site and of a bond, as functions of the column of their x and of p."""
+        lattice, n = self.lattice, self.groupoid.dim_x
+        one, two, shaped = lattice.contact, lattice.bond_contact, lattice.shaped
+        return (
+            None if one is None else lambda x, p: one(shaped(x), p),
+            None if two is None else lambda x, p: two(shaped(x[:n, :]), shaped(x[n:, :]), p),
+        )
 
     @cached_property
     def end_weights(self) -> tuple[Expression, Expression] | None:
@@ -106,13 +109,13 @@ class LatticeEquations:
         )
         return first, last
 
-    @property
+    @cached_property
     def local(self) -> bool:
         """True if no bond couples two sites' unknowns: the bonds' L is taken at ends only."""
         still = self.constraints is None and not self.bonds_move
         return self.end_weights is not None and still
 
-    @property
+    @cached_property
     def bonds_move(self) -> bool:
         """True if a bond's term or its force contains the velocities of its ends."""
         bond = self.bond_symbols

@@ -201,5 +201,5 @@ class LatticeScheme:
         if step is None or others:
             words = "".join(f"{word}= is for scenes; " for word in others)
             raise BadInput(f"{self.lattice.name}: {words}a lattice has flow(step), of one size.")
-        kind = LatticeFlow if self.lattice.contact is None else ContactLatticeFlow
+        kind = ContactLatticeFlow if self.lattice.has_contact else LatticeFlow
         return kind(self, step, digits)

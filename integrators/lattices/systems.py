@@ -257,11 +257,27 @@ def bead_chain(sites: int = 40) -> Lattice:
     )  # fmt: skip
 
 
+def cradle(sites: int = 6, lifted: int = 2, slack: Given = "1/20") -> Lattice:
+    """Newton's cradle: equal balls on strings side by side; as many leave as have been lifted.
+
+    x is a ball's way from its place of rest, its string that of a small swing with the period 2π.
+    Between two balls is a slack, so that they strike one after another: impacts at one time are one
+    system, as of a scene, after which all balls that touch move.
+    """
+    x0 = np.where(np.arange(sites) < lifted, -1.0, 0.0)[:, None]
+    return Lattice(
+        "cradle", pair(1), sites, {"slack": slack}, lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2,
+        bond_contact=lambda x, y, p: [y[0] - x[0] + p.slack], restitution=1, x0=x0,
+        v0=np.zeros_like(x0), duration=20, step="1/100", title="Newton's cradle",
+        source="Hutzler, Delaney, Weaire, MacLeod, Am. J. Phys. 72 (2004)",
+    )  # fmt: skip
+
+
 _BUILT_IN: dict[str, Callable[[], Lattice]] = {
     "fput": fput, "toda": toda, "rotors": rotors, "breather": breather,
     "breather-box": lambda: breather(box=True), "kink": kink,
     "membrane": membrane, "bodies": bodies, "beam": beam, "spaghetti": spaghetti,
-    "bead-chain": bead_chain, "rods": rods, "links-spherical": linkage,
+    "bead-chain": bead_chain, "cradle": cradle, "rods": rods, "links-spherical": linkage,
     "links-revolute": lambda: linkage(8, "revolute"),
 }  # fmt: skip
 NAMES = tuple(_BUILT_IN)

@@ -45,7 +45,8 @@ class Trajectory:
     cover's element B with g = τ(hu) B, 0 for e. With contact: impulses (r, K, 1 + D) of the step
     that leaves a row, the normal ones and those of friction along the coordinates of the plane (D =
     0 if no gap has friction; of a lattice (r, N, K)); gaps (r, K): φ, of a lattice (r, N, K);
-    impacts: all impacts, whether their step has a row or not (`Impacts`). With steps that vary:
+    impacts: all impacts, whether their step has a row or not (`Impacts`); bond_impulses, bond_gaps
+    (r, B, K): those of a lattice's bonds. With steps that vary:
     density (r,), the step density of each row, 1/σ (by "reversible" ζ, which is 1/σ to O(ε²)); step
     is then ε, of the time τ, t the physical time, and u the velocity in t, by "poincare" in τ.
     """
@@ -71,6 +72,8 @@ class Trajectory:
     impulses: Any = field(kw_only=True, default=None, repr=False)
     gaps: Any = field(kw_only=True, default=None, repr=False)
     impacts: Any = field(kw_only=True, default=None, repr=False)
+    bond_impulses: Any = field(kw_only=True, default=None, repr=False)
+    bond_gaps: Any = field(kw_only=True, default=None, repr=False)
     density: Any = field(kw_only=True, default=None, repr=False)
     newton_since: int | None = field(kw_only=True, default=None, repr=False)
 

@@ -19,6 +19,7 @@ STAGED = ("gauss-2",)
 FEWER = {"toda": ("trapezoidal",),
          "breather-box": ("midpoint",),
          **dict.fromkeys(("rotors", "membrane", "bead-chain"), ("trapezoidal", "midpoint")),
+         "cradle": ("midpoint",),
          **dict.fromkeys(("kink", "bodies", "beam", "spaghetti", "rods", "links-spherical",
                           "links-revolute"), ("trapezoidal",))}  # fmt: skip
 #: a beam as the other, that moves more, and chains as the rods, of bodies
@@ -33,7 +34,10 @@ def parts_of(thing: Any) -> frozenset[str]:
 
 @parts_of.register
 def _(thing: Lattice) -> frozenset[str]:
-    return SMOOTH | {"sites"} if thing.contact is None else frozenset({"sites"})
+    if thing.has_contact:
+        return frozenset({"sites"})
+    # a force, or the time, changes what is kept otherwise; steps are held against their equations
+    return frozenset({"end", "sites"}) if thing.forced or thing.timed else SMOOTH | {"sites"}
 
 
 def why_not(thing: Any) -> str:

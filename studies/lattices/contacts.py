@@ -1,4 +1,4 @@
-"""Contact at the sites of a lattice: the laws of its rows and impacts, energy, cost against N."""
+"""Contact of a lattice: the laws of its rows and impacts, its energy, its cost against N."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
     rows = [{"kind": "run", "time": float(t), "error": float(e - H[0]) / size}
             for t, e in zip(run.t, H, strict=True)]  # fmt: skip
     measured = {"contact": defects(flow, run), "rises": rises,
-                "impacts": len(run.impacts.t), "pushed": bool((run.impulses > 0).any()),
+                "impacts": len(run.impacts.t), "pushed": bool((impulses_of(flow, run) > 0).any()),
                 "free_steps": run.newton_mean, "grows": None,
                 "local": consistency_of(case, None)}  # fmt: skip
     sized = known_of(lattice).sized
@@ -65,11 +65,14 @@ def defects(flow: Any, run: Trajectory) -> dict[str, float]:
     restitution: |U⁺ + e U⁻| where an impact pushes. missed: −U of gaps that are closed in a row.
     """
     e, gaps = float(flow.lattice.restitution), flow.gaps
-    hard = abs(run.impulses).max() or 1.0
-    open_by = np.minimum(run.gaps[:-1], run.gaps[1:])
+    impulses, phi = impulses_of(flow, run), gaps.phi(run.x)
+    hard = abs(impulses).max() or 1.0
+    open_by = np.minimum(phi[:-1], phi[1:])
     found = run.impacts
     fast, missed, ways = abs(found.approach).max(initial=0.0), 0.0, list[Any]()
-    for k, (x, mu) in enumerate(zip(run.x, run.mu, strict=True)):
+    times = run.t if flow.scheme.timed else [()] * len(run.t)
+    for k, (x, mu, t) in enumerate(zip(run.x, run.mu, times, strict=True)):
+        x = np.append(x, t)
         place, xi = gaps.at_start(x), gaps.velocity(x, mu)
         ways.append(place.own + float(flow.step) * gaps.fastest(place, xi))
         if k == 0:
@@ -77,14 +80,20 @@ def defects(flow: Any, run: Trajectory) -> dict[str, float]:
         opening = place.normal @ xi
         fast = max(fast, abs(opening).max())
         missed = max(missed, -opening[place.closed].min(initial=0.0))
-    wide = np.maximum.accumulate(ways).reshape(len(ways), len(gaps.sites), gaps.K)
+    wide = np.maximum.accumulate(ways)
     wide[wide == 0] = 1.0
-    inside = (-run.gaps[:, gaps.sites] / wide).max(initial=0.0)
-    held = (run.impulses[:-1] * open_by)[:, gaps.sites] / (hard * wide[:-1])
+    inside = (-phi / wide).max(initial=0.0)
+    held = impulses[:-1] * open_by / (hard * wide[:-1])
     return {
         "penetration": float(inside),
-        "pull": float(max(0.0, -run.impulses.min()) / hard),
+        "pull": float(max(0.0, -impulses.min()) / hard),
         "complementarity": float(held.max(initial=0.0)),
         "restitution": float(abs(found.rebound + e * found.approach).max(initial=0.0) / fast),
         "missed": float(missed / fast),
     }
+
+
+def impulses_of(flow: Any, run: Trajectory) -> np.ndarray:
+    """Return the impulses of all gaps that move, (r, gaps)."""
+    found: np.ndarray = flow.gaps.listed(site=run.impulses, bond=run.bond_impulses)
+    return found

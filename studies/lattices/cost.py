@@ -103,7 +103,7 @@ def _start(flow: Any) -> tuple[np.ndarray, np.ndarray]:
 
 def _steps_of(flow: Any) -> Callable[[int], Any]:
     """Return a function that takes further steps; with contact after some sites touch."""
-    if flow.lattice.contact is not None:
+    if flow.lattice.has_contact:
         there = flow.trajectory(LANDED, LANDED)
         return lambda steps: flow.trajectory(steps, steps, x0=there.x[-1], mu0=there.mu[-1])
     run = LatticeRun(flow, *_start(flow))
@@ -121,7 +121,7 @@ def _bytes(flow: Any) -> int:
     x, mu = _start(flow)
     tracemalloc.start()
     try:
-        if flow.lattice.contact is not None:
+        if flow.lattice.has_contact:
             flow.trajectory(2, 2)
         else:
             LatticeRun(flow, x, mu).advance(2)

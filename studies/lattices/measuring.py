@@ -59,7 +59,7 @@ def cases(choice: Choice) -> list[Case]:
 
 def _on_patches(lattice: Any) -> bool:
     """True if variations go through its bonds, so that there is a law on patches."""
-    free = lattice.contact is None and lattice.constraint is None
+    free = not (lattice.has_contact or lattice.forced) and lattice.constraint is None
     return bool(free and lattice.groupoid.canonical)
 
 
@@ -98,7 +98,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     if case.control is not None:
         return _measured_control(case, lattice)
     known, label = known_of(lattice), f"{lattice.name} {case.label}"
-    if lattice.contact is not None:
+    if lattice.has_contact:
         return contacts.measure(case, label, progress, timed(case))
     measured: dict[str, Any] = {"space_order": None, "grows": None}
     rows: list[dict[str, Any]] = []
@@ -127,15 +127,18 @@ def _laws(case: Case, lattice: Any, progress: Progress) -> dict[str, float | Non
 
     Both are None for compositions.
     """
-    system = system_of(case)
+    system: Any = system_of(case)
     states = system.states(progress)
     assert states is not None
-    _, *state = states[-1]
+    t, *state = states[-1]
     flow = system.flow(lattice.step)
-    found: dict[str, float | None] = {**dict.fromkeys(LAWS), **system.step_defects(flow, *state)}
+    found: dict[str, float | None] = {
+        **dict.fromkeys(LAWS),
+        **system.step_defects(flow, *state, t=t),
+    }
     if _on_patches(lattice):
         with suppress(CannotMeasure):
-            found |= patch_defects(partial(step_derivative, flow), lattice, *state)
+            found |= patch_defects(partial(step_derivative, flow, t=t), lattice, *state)
     return found
 
 

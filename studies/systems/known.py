@@ -77,6 +77,7 @@ _KNOWN = {
     "spaghetti": Known(sized=systems.spaghetti, steps=100_000),
     "rods": Known(sized=lambda N: _falling(rods(N - 1, 0))),
     "bead-chain": Known(sized=systems.bead_chain),
+    "cradle": Known(),
     "links-spherical": Known(sized=lambda N: _falling(linkage(N - 1, rate=0))),
     "links-revolute": Known(sized=lambda N: _falling(linkage(N - 1, "revolute", 0))),
 }

@@ -69,7 +69,7 @@ class _Flat:
 def has_modified_energy(lattice: Any) -> bool:
     """Return whether states of a lattice are free, on pairs, and its energy is to stay."""
     return bool(
-        lattice.groupoid.canonical and lattice.constraint is None and lattice.contact is None
+        lattice.groupoid.canonical and lattice.constraint is None and not lattice.has_contact
     )
 
 

@@ -62,6 +62,12 @@ class LatticeSystem(System):
         return tuple(SiteMomentum(name, part) for name, part in parts)
 
     @property
+    def energy_changes(self) -> bool:
+        """By a force, in time and at impacts."""
+        lattice = self.lattice
+        return lattice.forced or lattice.timed or lattice.has_contact
+
+    @property
     def form_kinds(self) -> tuple[str, ...]:  # type: ignore[override]
         """The Poisson form, and a step's defects in its equations and constraints."""
         tied = self.lattice.constraint is not None
@@ -220,7 +226,9 @@ class LatticeSystem(System):
         """Return some states of a long run, including the first and the last."""
         return self.long_run(self.case.steps or self.usual_steps(), progress).states
 
-    def form_defect(self, flow: Any, x: Any, mu: Any, u: Any = None, seed: int = 0) -> float | None:
+    def form_defect(
+        self, flow: Any, x: Any, mu: Any, u: Any = None, seed: int = 0, t: float = 0
+    ) -> float | None:
         """Return the form's defect by random variations; None for compositions.
 
         Their substeps are the base's.
@@ -228,16 +236,16 @@ class LatticeSystem(System):
         if "form_defect" in self.lacks:
             return None
         try:
-            return float(poisson_defect(step_derivative(flow, x, mu), PAIRS, seed))
+            return float(poisson_defect(step_derivative(flow, x, mu, t), PAIRS, seed))
         except CannotMeasure:
             return None
 
     def step_defects(
-        self, flow: Any, x: Any, mu: Any, taken: Any = None, u: Any = None
+        self, flow: Any, x: Any, mu: Any, taken: Any = None, u: Any = None, t: float = 0
     ) -> dict[str, float | None]:
         """Return `residual.step_defects`; None for compositions."""
         try:
-            return {**step_defects(flow, x, mu)}
+            return {**step_defects(flow, x, mu, t)}
         except CannotMeasure:
             return dict.fromkeys(self.form_kinds[1:])
 

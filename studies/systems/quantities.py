@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -42,8 +43,12 @@ def energies(scheme: Any, run: Any) -> tuple[np.ndarray, float]:
     Terms are of sites and of whole bonds: a bond's energy is of differences, whose parts by
     themselves are as large as the positions are.
     """
-    (s, p, sites), (bond, of_bonds, pairs) = scheme.terms
-    xi = velocities(scheme.flow(1), run.x, run.mu, run.u)
+    if scheme.timed and len(run.t) > 1:
+        each = [energies(scheme, _row(run, k)) for k in range(len(run.t))]
+        return np.concatenate([H for H, _ in each]), max(size for _, size in each)
+    t = run.t[0] if scheme.timed else 0
+    (s, p, sites), (bond, of_bonds, pairs) = scheme.terms_at(t)
+    xi = velocities(scheme.flow(1), run.x, run.mu, run.u, run.t if scheme.timed else None)
     own = [energy(s)], [energy_terms(s)]
     if scheme.lattice.bonds_move:  # μ belongs to more than the site
         value = s.u.dot(momentum_of(s)) - s.lagrangian
@@ -56,6 +61,12 @@ def energies(scheme: Any, run: Any) -> tuple[np.ndarray, float]:
     g = numeric(letters, values, NUMBERS, columns=True)
     total = _summed(f, p, sites, run.x, xi, run.mu) + _summed(g, of_bonds, pairs, run.x, xi)
     return total[0, 0], float(total[1].max())
+
+
+def _row(run: Any, k: int) -> Any:
+    """Return row k of a run by itself."""
+    columns = {word: getattr(run, word)[k : k + 1] for word in ("t", "x", "u", "mu")}
+    return SimpleNamespace(**columns)
 
 
 def momentum(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> np.ndarray:

@@ -29,8 +29,8 @@ MOST_SITES = 1_000  # a site takes a tenth of a millisecond
 NAMES = ("minus", "plus", "stages", "target")
 
 
-def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray) -> dict[str, float]:
-    """Return {"residual"}, the largest defect of a step from (x, μ), over its bound, ε where it is
+def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray, t: float = 0) -> dict[str, float]:
+    """Return {"residual"}, the largest defect of a step from (x, μ) at t over its bound, ε if it is
     one.
 
     With constraints on bonds also {"constraint", "hidden"}, φ and A ξ at the step's end. Of a large
@@ -45,14 +45,14 @@ def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray) -> dict[str, float]:
     if scheme.substeps:
         raise CannotMeasure(f"{flow.lattice.name}: a step of several substeps is not compared with "
                             "the maps of its rule.")  # fmt: skip
-    run = LatticeRun.from_row(flow, x, mu)
+    run = LatticeRun.from_row(flow, x, mu, t)
     # with constraints a row has the projected μ, and the run continues with the earlier one
     momenta = "nu" if scheme.constraints else "mu"
     before, w = getattr(run, momenta).copy(), run.stepped()
     after = getattr(run, momenta)
     asked, moving = _asked(flow.lattice), w[:, :m] if scheme.constraints else w
     size = _largest(moving) + _largest(x) / abs(h)
-    sums = _summed(flow, x, moving, h, size, asked)
+    sums = _summed(flow, x, moving, h, size, asked, t)
     minus, bound = sums["minus"]
     moved = sums["target"][1] + abs(x) + abs(run.x)
     found, gaps = {}, [(sums["target"][0] - run.x, moved), sums["stages"]]
@@ -102,7 +102,7 @@ def _asked(lattice: Any) -> np.ndarray:
 
 
 def _summed(
-    flow: Any, x: np.ndarray, w: np.ndarray, h: float, size: float, asked: np.ndarray
+    flow: Any, x: np.ndarray, w: np.ndarray, h: float, size: float, asked: np.ndarray, t: float
 ) -> dict[str, Sums]:
     """Return for each of NAMES the sums over sites and bonds, of values, errors and absolute terms.
 
@@ -116,7 +116,7 @@ def _summed(
     widths = {"minus": m, "plus": m, "stages": w.shape[1] - m, "target": x.shape[1]}
     sums = {name: (np.zeros((len(x), k)), np.zeros((len(x), k))) for name, k in widths.items()}
     at = (scheme.equations.site, x, w), (scheme.equations.bond, ends, both)
-    for (_, p, sites), (equations, places, unknowns) in zip(scheme.terms, at, strict=True):
+    for (_, p, sites), (equations, places, unknowns) in zip(scheme.terms_at(t), at, strict=True):
         digits, f = _maps(equations)
         q = np.stack([np.broadcast_to(e, len(places)) for e in (h, *p, *digits)])
         for k in np.flatnonzero(asked[sites].any(axis=1)):
@@ -137,9 +137,11 @@ def _summed(
 def _maps(equations: Any) -> tuple[list[float], Any]:
     """Return the numbers of the rule, and F⁻, F⁺, ∂L_d/∂s, b with errors."""
     maps, s = equations.discrete.at_points, equations.s
-    made = [maps.minus, maps.plus, maps.stage_equations, maps.target]
+    made = [maps.minus, maps.plus, maps.stage_equations, maps.target[: s.n, :]]
     definitions = [(d.letters, list(d.values)) for d in inlined(maps.definitions(*made))]
-    given = {"x": s.x, "w": equations.w, "q": [s.h, *s.parameter_list, *s.constants]}
+    time = s.x[s.n :]  # behind the parameters, as in `LatticeScheme.terms_at`
+    given = {"x": s.position, "w": equations.w,
+             "q": [s.h, *s.parameter_list, *time, *s.constants]}  # fmt: skip
     text = numeric_text(given, [list(e) for e in made], definitions)
     digits = [float(of(20)) for of in s.constants.values()]
     return digits, with_running_errors(text, Double())

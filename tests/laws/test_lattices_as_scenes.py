@@ -1,5 +1,6 @@
 """A lattice runs as the ordinary scene of the same system, whatever its bonds, sites and rule."""
 
+import numpy as np
 import pytest
 import sympy
 
@@ -9,7 +10,7 @@ from discmech.integrators.rules import compose, gauss, lobatto
 from tests.integrators.lattices.as_scenes import assert_same, assert_same_in_digits
 from tests.integrators.lattices.test_bodies_as_sites import SITES
 from tests.integrators.lattices.test_bond_constraints import LATTICES
-from tests.integrators.lattices.test_contact_on_sites import beads, discs, in_a_corner
+from tests.integrators.lattices.test_contact_on_sites import balls, beads, discs, in_a_corner
 from tests.integrators.lattices.test_lattices import SCATTERED, STIFF, fput
 from tests.objects.rules import two_thirds
 
@@ -74,7 +75,8 @@ QUICK = [
     ("held at both ends", LATTICES["held at both ends"](), midpoint),
     ("plastic contact", beads(0), midpoint), ("elastic contact", beads(1), trapezoidal),
     ("contact on a ring", beads("1/2", bonds="ring"), midpoint),
-    ("corner", in_a_corner("1/2"), midpoint),
+    ("corner", in_a_corner("1/2"), midpoint), ("balls", balls(), midpoint),
+    ("balls that touch", balls(moving=2, slack=0.001, restitution="3/4"), trapezoidal),
 ]  # fmt: skip
 REST = [
     *(("chain", fput(), rule) for rule in (
@@ -103,6 +105,11 @@ REST = [
     ("contact on a list", beads("1/2", bonds=[(0, 1), (4, 1), (1, 3), (2, 4)]), midpoint),
     *(("discs", discs(restitution), midpoint) for restitution in (0, "1/2")),
     ("corner", in_a_corner(0), midpoint),
+    *(("balls and walls", balls(
+        restitution=e, contact=lambda x, p: [5 - x[0], x[0] + 1], fixed=fixed, slack=0.1,
+        parameters={"m": np.array([3.0, 1, 2, 5, 1])},
+        on_bond=lambda x, y, p: -((y[0] - x[0] - 1) ** 2) / 9), rule)
+      for e in (0, "1/2", 1) for fixed in ((), (4,)) for rule in (midpoint, trapezoidal)),
 ]  # fmt: skip
 CASES = [pytest.param(lattice, rule, id=f"{name}-{rule.name}", marks=marks)
          for cases, marks in ((QUICK, ()), (REST, pytest.mark.slow))
@@ -111,7 +118,7 @@ CASES = [pytest.param(lattice, rule, id=f"{name}-{rule.name}", marks=marks)
 
 @pytest.mark.parametrize(("lattice", "rule"), CASES)
 def test_a_lattice_runs_as_its_scene(lattice, rule):
-    steps = {"table": 120, "corner": 70, "discs": 70}.get(lattice.name, 60)
+    steps = {"table": 120, "corner": 70, "discs": 70, "balls": 150}.get(lattice.name, 60)
     assert_same(lattice, rule, 30 if lattice.constraint else steps)
 
 

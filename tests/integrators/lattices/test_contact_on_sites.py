@@ -20,10 +20,11 @@ from discmech import (
 from discmech.integrators.contact import ContactSteps
 from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.lattices import systems
-from discmech.integrators.lattices.site_gaps import SiteGaps
+from discmech.integrators.lattices.lattice_gaps import LatticeGaps
 from discmech.integrators.lattices.site_velocities import velocities
 from discmech.studies.lattices import contacts
 from discmech.studies.systems.quantities import energies
+from tests.integrators.lattices.as_scenes import assert_same
 
 
 def spring(x, y, p):
@@ -67,6 +68,46 @@ def discs(restitution):
     )  # fmt: skip
 
 
+def balls(count=5, moving=1, slack=0.05, restitution=1, **given):
+    """Balls of diameter 1 in a row, of which the first ones strike the others."""
+    values = {
+        "on_site": lambda x, v, p: p.m * v[0] ** 2 / 2, "parameters": {"m": np.ones(count)},
+        "x0": np.arange(count)[:, None] * (1 + slack),
+        "v0": 1.0 * (np.arange(count) < moving)[:, None],
+        "bond_contact": lambda x, y, p: [y[0] - x[0] - 1],
+    }  # fmt: skip
+    return Lattice("balls", pair(1), count, restitution=restitution, **values | given)
+
+
+@pytest.mark.parametrize("moving", [1, 2, 3])
+def test_as_many_balls_leave_as_came(moving):
+    run = Scheme(balls(moving=moving), midpoint).flow("1/50").trajectory(150)
+    leaving = np.arange(5) >= 5 - moving
+    assert abs(run.mu[-1, :, 0] - leaving).max() < 1e-13
+    assert set(run.impacts.site) == {-1} and set(run.impacts.bond) <= {0, 1, 2, 3}
+    assert abs((run.mu**2).sum(axis=(1, 2)) - moving).max() < 1e-13
+
+
+def test_balls_of_unequal_masses_hand_on_their_closed_form():
+    m = np.array([4.0, 3, 2, 1])
+    run = Scheme(balls(4, parameters={"m": m}), midpoint).flow("1/50").trajectory(120)
+    v = np.cumprod(np.r_[1.0, 2 * m[:-1] / (m[:-1] + m[1:])])  # of each when it is first struck
+    after = v * np.r_[(m[:-1] - m[1:]) / (m[:-1] + m[1:]), 1]
+    assert abs(run.mu[-1, :, 0] / m - after).max() < 1e-13
+
+
+def test_balls_that_touch_are_struck_together():
+    """Moreau's law, as of a scene: one system of all gaps that are closed."""
+    run = Scheme(balls(3, slack=0), midpoint).flow("1/50").trajectory(10)
+    assert abs(run.mu[-1, :, 0] - np.array([-1, 2, 2]) / 3).max() < 1e-14
+
+
+def test_a_time_dependent_table_under_beads_runs_as_its_scene():
+    shaken = beads("1/2", on_site=lambda x, v, p, t: (1 + t / 9) * v[0] ** 2 / 2
+                   - (p.g + sympy.sin(3 * t) / 2) * x[0])  # fmt: skip
+    assert_same(shaken, midpoint, 100)
+
+
 @pytest.mark.slow
 def test_elastic_impacts_keep_the_energy():
     scheme = Scheme(systems.bead_chain(60), midpoint)
@@ -108,13 +149,22 @@ def missing(self, m, share, *given):
     return m._replace(u=self.gaps.velocity(m.place.x, m.mu))
 
 
+SOUND = LatticeGaps.impulses
+
+
+def turned_round(self, W, U0, cones, start):
+    """A gap's impulse of the wrong sign."""
+    return -SOUND(self, W, U0, cones, start)
+
+
 def rebounding(self, gaps, free, restitution):
     BEGIN(self, gaps, free, 0.25)
 
 
 @pytest.mark.parametrize(
     ("of", "name", "fault", "seen"),
-    [(SiteGaps, "impulses", pulling, "pull"), (ContactSteps, "_after_impacts", missing, "missed"),
+    [(LatticeGaps, "impulses", pulling, "pull"),
+     (ContactSteps, "_after_impacts", missing, "missed"),
      (ContactSteps, "__init__", rebounding, "restitution")],
 )  # fmt: skip
 def test_faults_of_contact_are_seen(of, name, fault, seen, monkeypatch):
@@ -127,6 +177,11 @@ def test_faults_of_contact_are_seen(of, name, fault, seen, monkeypatch):
     "changes, said",
     [
         ({"restitution": 2}, "a restitution from 0 to 1"),
+        ({"bond_contact": lambda x, p: [x[0]]}, r"bond_contact is a function of \(x, p\)"),
+        (
+            {"bond_contact": lambda x, y, p: [y[0] - x[0] + 10, x[0] - y[0] - 1]},
+            "x0 of bond 0 is inside the obstacle: its gap 1 is",
+        ),
         ({"contact": None}, "restitution=1 needs contact="),
         ({"contact": 1}, "contact is 1; give a function of"),
         ({"constraint": lambda x, y, p: [x[0] - y[0]]}, "contact is not taken together"),

@@ -1,0 +1,364 @@
+"""The gaps φ ≥ 0 of all sites and bonds of a lattice: `contact.Gaps` with sparse matrices.
+
+Vectors of x, ξ, μ hold site after site, vectors of φ the gaps of site after site, then of bond
+after bond; x has the time behind it if a term depends on the time. If bonds have no velocities,
+each site has its own mass matrix: an impulse at a site changes the velocity of another one only
+through the bonds within a step. The iteration solves for P ≥ 0 with U₀ + W P ≥ 0, U₀ = φ/h − W P.
+It reduces that error by the factor (hω)²/(4 + (hω)²) (midpoint rule, ω the fastest motion), or
+removes it at once if forces are taken at the ends of the step: the number of free steps in a step
+does not grow with the sites. W couples gaps that share a site; each connected component of gaps is
+solved by itself, as in a scene (Moreau's law of simultaneous impacts).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..contact import (
+    BESIDE,
+    TOUCHING,
+    Cones,
+    Gaps,
+    NotFound,
+    Place,
+    gap_functions,
+    motion_functions,
+    opposed,
+    scaling,
+)
+from ..equations import SceneSymbols, legendre_inverse
+from ..errors import BadInput, CannotMeasure
+from ..numbers import Double, LazyModule, numeric
+from ..numbers.types import MatrixLike
+from .blocks import at_ends
+
+if TYPE_CHECKING:
+    from .lattice_flow import LatticeFlow
+
+sparse: Any = LazyModule("scipy.sparse")
+graphs: Any = LazyModule("scipy.sparse.csgraph")
+NUMBERS = Double()
+EPS = NUMBERS.eps
+
+
+@dataclass(frozen=True, eq=False)
+class GapTerm:
+    """The gaps of every site, or of every bond: K functions of x at its ends.
+
+    word: "site" or "bond"; ends (E, 1 or 2): the sites; moving (E,): True if one of them moves; p:
+    parameters, numbers or (E,); place, values: functions of `contact.gap_functions`; m: velocities
+    of a site.
+    """
+
+    word: str
+    ends: np.ndarray
+    moving: np.ndarray
+    p: list[Any]
+    K: int
+    place: Any
+    values: Any
+    m: int
+
+    @cached_property
+    def which(self) -> np.ndarray:
+        """The numbers of the sites or bonds that move."""
+        return np.flatnonzero(self.moving)
+
+    @cached_property
+    def _own_p(self) -> list[Any]:
+        return [e[self.moving] if np.ndim(e) else e for e in self.p]
+
+    def phi(self, rows: np.ndarray) -> np.ndarray:
+        """Return φ of all, (r, E, K), at rows of x (r, N, n)."""
+        p = [np.tile(e, len(rows)) if np.ndim(e) else e for e in self.p]
+        wide = self.ends.shape[1] * rows.shape[2]
+        at = rows[:, self.ends].reshape(len(rows) * len(self.ends), wide)
+        return _each(self.values(list(at.T), p), (self.K,), len(at)).reshape(
+            len(rows), len(self.ends), self.K
+        )
+
+    def at(self, x: np.ndarray) -> list[np.ndarray]:
+        """Return φ, the size that determines its round-off, φ′ and the normal row of each gap.
+
+        At the centre of a distance, where its slope is 0/0, a point beside it is taken, as in
+        `Gaps`.
+        """
+        rows = x[self.ends[self.moving]].reshape(len(self.which), -1)
+
+        def found(at: np.ndarray) -> list[np.ndarray]:
+            with np.errstate(all="ignore"):
+                values = self.place(list(at.T), self._own_p)
+            wide = self.m * self.ends.shape[1]
+            shapes = (self.K,), (self.K,), (self.K, at.shape[1]), (self.K, wide)
+            return [_each(e, shape, len(at)) for e, shape in zip(values, shapes, strict=False)]
+
+        parts = found(rows)
+        for power in BESIDE:
+            lost = ~np.isfinite(parts[2]).all(axis=(1, 2))
+            if not lost.any():
+                break
+            beside = found(rows + (4 * EPS) ** (power / 2) * (1 + abs(rows)))
+            parts[1:] = [np.where(lost.reshape(-1, *[1] * (e.ndim - 1)), b, e)
+                         for e, b in zip(parts[1:], beside[1:], strict=True)]  # fmt: skip
+        return parts
+
+
+class LatticeGaps(Gaps):
+    """The gaps of the moving sites of a lattice, and of the bonds that have a moving end.
+
+    They have no friction. Raises `BadInput` for gaps that are not expressions of x and p, or that
+    have coordinates of a plane, `CannotMeasure` for a site's Lagrangian that is not quadratic in
+    the velocity.
+    """
+
+    def __init__(self, flow: LatticeFlow) -> None:
+        self.flow, self.lattice, self.numbers = flow, flow.lattice, NUMBERS
+        name, s = flow.lattice.name, flow.scheme.terms[0][0]
+        if not legendre_inverse(s, NUMBERS).quadratic:
+            raise CannotMeasure(f"{name}: contact on a lattice needs a kinetic energy that is "
+                                "quadratic in the velocity.")  # fmt: skip
+        self._motion, self._energy = motion_functions(s, NUMBERS, columns=True)
+        self.quadratic, self.rough, self.friction, self.coordinates = True, False, [], []
+        (self.N, self.n), self.m = self.lattice.start[0].shape, len(s.u)
+        contacts = flow.scheme.equations.contacts
+        self.terms = [self._term(s, given, word, p, ends) for (s, p, ends), given, word in
+                      zip(flow.scheme.terms, contacts, ("site", "bond"), strict=True)
+                      if given is not None]  # fmt: skip
+        self.count = sum(len(term.which) * term.K for term in self.terms)
+        self._last: tuple[Any, Any] = None, None
+
+    def _term(
+        self, s: SceneSymbols, contact: Any, word: str, p: list[Any], ends: np.ndarray
+    ) -> GapTerm:
+        coordinates, place, values = gap_functions(s, contact, NUMBERS, columns=True)
+        if any(e is not None for e in coordinates):
+            raise BadInput(f"{self.lattice.name}: the contact of a lattice has no friction; give "
+                           "gaps φ alone, without the coordinates of a plane.")  # fmt: skip
+        moving = self.lattice.free[ends].any(axis=1)
+        return GapTerm(word, ends, moving, p, len(coordinates), place, values, self.m)
+
+    @cached_property
+    def owners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The site or −1, the bond or −1, and the number among its gaps, of each gap, (gaps,)."""
+        found = []
+        for term in self.terms:
+            own = np.repeat(term.which, term.K)
+            sites, bonds = (own if term.word == word else 0 * own - 1 for word in ("site", "bond"))
+            found.append((sites, bonds, np.tile(np.arange(term.K), len(term.which))))
+        sites, bonds, numbers = map(np.concatenate, zip(*found, strict=True))
+        return sites, bonds, numbers
+
+    def where(self, k: int) -> tuple[str, int, int]:
+        """Return "site" or "bond", its number, and the number among its gaps of gap k of all."""
+        site, bond, number = (int(e[k]) for e in self.owners)
+        return ("site", site, number) if bond < 0 else ("bond", bond, number)
+
+    def phi(self, rows: np.ndarray) -> np.ndarray:
+        """Return φ of the gaps that move, (r, gaps), at rows of x (r, N, n)."""
+        return np.hstack([term.phi(rows)[:, term.moving].reshape(len(rows), -1)
+                          for term in self.terms])  # fmt: skip
+
+    def by_terms(self, values: np.ndarray) -> dict[str, np.ndarray]:
+        """Return values of the gaps that move, (r, gaps), as {"site": (r, N, K), "bond": (r, B,
+        K)}.
+
+        Other gaps have 0; a kind that the lattice lacks is left out.
+        """
+        found, first = {}, 0
+        for term in self.terms:
+            last = first + len(term.which) * term.K
+            table = np.zeros((len(values), len(term.ends), term.K))
+            shape = len(values), len(term.which), term.K
+            table[:, term.which] = values[:, first:last].reshape(shape)
+            found[term.word], first = table, last
+        return found
+
+    def listed(self, **tables: np.ndarray) -> np.ndarray:
+        """Return values of the gaps that move, (r, gaps), from the tables of `by_terms`."""
+        return np.hstack([tables[term.word][:, term.which].reshape(len(tables[term.word]), -1)
+                          for term in self.terms])  # fmt: skip
+
+    def time(self, x: np.ndarray) -> float:
+        """Return the time of a vector x, 0 if no term depends on it."""
+        return float(x[self.N * self.n]) if len(x) > self.N * self.n else 0.0
+
+    def of_sites(self, x: np.ndarray) -> np.ndarray:
+        """Return a vector x by sites, (N, n)."""
+        return x[: self.N * self.n].reshape(self.N, self.n)
+
+    def at(self, x: np.ndarray, reach: np.ndarray | float = 0) -> Place:
+        """Return the gaps at x.
+
+        `own` includes the round-off that Newton's method leaves, which is that of its whole
+        solution, not of each site.
+        """
+        parts, rows = [], self.of_sites(x)
+        for term in self.terms:
+            phi, own, slope, normal = term.at(rows)
+            ends = term.ends[term.moving]
+            free = np.repeat(self.lattice.free[ends], self.m, axis=1)
+            places = (self.m * ends[:, :, None] + np.arange(self.m)).reshape(len(ends), -1)
+            wide = places.shape[1]
+            across = (np.repeat(places, term.K, axis=0).ravel(),
+                      np.arange(0, phi.size * wide + 1, wide))  # fmt: skip
+            of_all = sparse.csr_matrix(((normal * free[:, None]).ravel(), *across),
+                                       (phi.size, self.N * self.m))  # fmt: skip
+            of_all.eliminate_zeros()  # a site that is fixed joins no gaps
+            parts.append((phi.ravel(), own.ravel(), abs(slope).sum(axis=2).ravel(), of_all))
+        *columns, normals = zip(*parts, strict=True)
+        phi, own, steep = map(np.concatenate, columns)
+        size = own + reach
+        closed = abs(phi) <= TOUCHING * EPS * size
+        known = own + steep * abs(rows).max()
+        of_all = normals[0] if len(normals) == 1 else sparse.vstack(normals, format="csr")
+        return Place(x, phi, known, size, of_all, [], [], [], steep, closed)
+
+    def at_start(self, x: np.ndarray) -> Place:
+        """Return the gaps at a start, which is known to the round-off of its largest coordinate."""
+        largest = max(abs(self.of_sites(x)).max(), abs(self.lattice.start[0]).max())
+        return self.at(x, self.at(x).scale * largest)
+
+    def check(self, x: np.ndarray) -> None:
+        """Raise `BadInput` unless x (N, n) is outside the obstacle, with room to move."""
+        place, name = self.at_start(x.ravel()), self.lattice.name
+        for k in np.flatnonzero(~(place.phi >= -TOUCHING * EPS * place.size))[:1]:
+            word, i, own = self.where(k)
+            raise BadInput(f"{name}: x0 of {word} {i} is inside the obstacle: "
+                           f"its gap {own} is {place.phi[k]:.3g}; begin outside."
+                           )  # fmt: skip
+        closed = np.flatnonzero(place.closed)
+        normals = place.normal[closed]
+        for k in closed[~(abs(normals).max(axis=1).toarray().ravel() > 0)]:
+            word, i, own = self.where(k)
+            raise BadInput(f"{name}: gap {own} of {word} {i} is closed "
+                           "at x0 and no motion changes it there; write it with a slope (a "
+                           "distance has one).")  # fmt: skip
+        for some in _components(normals @ normals.T):
+            rows = normals[some]
+            if opposed(rows[:, np.unique(rows.indices)].toarray()):
+                word, i, _ = self.where(int(closed[some[0]]))
+                raise BadInput(f"{name}: closed gaps of {word} {i} contradict each other "
+                               "at x0: they leave no direction to move in; fix the site."
+                               )  # fmt: skip
+
+    def velocity(self, x: np.ndarray, mu: np.ndarray, near: np.ndarray | None = None) -> np.ndarray:
+        """Return ξ(x, μ); it is 0 at fixed sites."""
+        _, back, still = self._of_mass(x)
+        found = np.einsum("iab,ib->ia", back, mu.reshape(self.N, self.m) - still)
+        return np.asarray(found * self.lattice.free[:, None]).ravel()
+
+    def _of_mass(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return ∂μ/∂ξ, ∂ξ/∂μ (N, m, m) and ∂l/∂ξ at rest (N, m) by site; one x is kept."""
+        if x is not self._last[0]:
+            p = self.flow.scheme.terms_at(self.time(x))[0][1]
+            shape = (self.N, self.m, self.m)
+            mass, still = self._motion(list(self.of_sites(x).T), [0.0] * self.m, p)
+            # a mass of 10²⁹ is an integer that numpy's integers cannot hold
+            mass = np.asarray(mass, dtype=float)
+            back = np.linalg.inv(mass.T)  # a single matrix, if all sites have the same
+            mass, back = (np.broadcast_to(e, shape) for e in (mass.T, back))
+            self._last = x, (mass, back, _each(still, (self.m,), self.N))
+        return self._last[1]
+
+    def inverse_mass(self, x: np.ndarray, xi: np.ndarray) -> MatrixLike:
+        """Return ∂ξ/∂μ as a sparse matrix."""
+        (_, back, _), k = self._of_mass(x), self.m
+        places = np.arange(self.N * k).reshape(self.N, 1, k) + np.zeros((k, 1), dtype=int)
+        ends = np.arange(0, back.size + 1, k)
+        return sparse.csr_matrix((back.ravel(), places.ravel(), ends), (self.N * k, self.N * k))
+
+    def fastest(self, place: Place, xi: np.ndarray) -> np.ndarray:
+        """Return how fast each gap could close with the kinetic energy of its sites."""
+        mass, _, _ = self._of_mass(place.x)
+        v = xi.reshape(self.N, self.m)
+        twice = np.einsum("ia,iab,ib->i", v, mass, v)
+        of_gaps = [np.repeat(twice[term.ends[term.moving]].sum(axis=1), term.K)
+                   for term in self.terms]  # fmt: skip
+        moved = place.normal @ self.inverse_mass(place.x, xi)
+        weight = np.asarray(moved.multiply(place.normal).sum(axis=1)).ravel()
+        return np.asarray(np.sqrt(abs(weight * np.concatenate(of_gaps))))
+
+    def struck_with(self, closed: np.ndarray, closing: np.ndarray) -> np.ndarray:
+        """Return the closed gaps that are joined to a closing one by sites that move."""
+        if self.lattice.bond_contact is None:
+            struck = closing.reshape(-1, self.terms[0].K).any(axis=1)
+            return closed & np.repeat(struck, self.terms[0].K)
+        joins = self._joins[closed]
+        label = np.full(len(closed), -1)
+        label[closed] = _labels(joins @ joins.T)
+        return closed & np.isin(label, label[closing])
+
+    @cached_property
+    def _joins(self) -> MatrixLike:
+        """1 for each gap and each of its sites that move, (gaps, N)."""
+        parts = []
+        for term in self.terms:
+            ends = np.repeat(term.ends[term.moving], term.K, axis=0)
+            rows = np.repeat(np.arange(len(ends)), ends.shape[1])
+            values = self.lattice.free[ends].astype(float).ravel()
+            made = sparse.csr_matrix((values, (rows, ends.ravel())), (len(ends), self.N))
+            made.eliminate_zeros()
+            parts.append(made)
+        return sparse.vstack(parts, format="csr")
+
+    def impulses(
+        self, W: MatrixLike, U0: np.ndarray, cones: Cones, start: np.ndarray
+    ) -> np.ndarray:
+        """Return P ≥ 0 with U = U₀ + W P ≥ 0 and P U = 0, for each component of gaps by itself.
+
+        Raises `CannotMeasure` if none is found.
+        """
+        P, failed = np.maximum(0, -scaling(W, cones) * U0), False  # of a gap alone
+        for some in _components(W):
+            try:
+                own = W[some][:, some].toarray()
+                P[some] = super().impulses(own, U0[some], Cones(len(some), {}), start[some])
+            except NotFound as failure:
+                P[some], failed = failure.near, True
+        if failed:
+            raise NotFound(P)
+        return P
+
+    def energy(self, x: np.ndarray, xi: np.ndarray, mu: np.ndarray) -> float:
+        """Return H of all sites and bonds."""
+        pairs = self.lattice.pairs
+        (_, p, _), (_, of_bond, _) = self.flow.scheme.terms_at(self.time(x))
+        of_bonds = self._of_bond(*at_ends(pairs, self.of_sites(x)), of_bond)
+        columns = (list(e.reshape(self.N, -1).T) for e in (self.of_sites(x), xi, mu))
+        of_sites = self._energy(*columns, p)
+        return float(np.broadcast_to(of_sites, self.N).sum()
+                     + np.broadcast_to(of_bonds, len(pairs)).sum())  # fmt: skip
+
+    @cached_property
+    def _of_bond(self) -> Any:
+        bond = self.flow.scheme.terms[1][0]
+        return numeric({"x": bond.x, "p": bond.parameter_list}, [-bond.lagrangian], NUMBERS,
+                       columns=True)  # fmt: skip
+
+
+def _labels(matrix: MatrixLike) -> np.ndarray:
+    """Return the number of the connected component of each row of a symmetric sparse matrix."""
+    if not matrix.shape[0]:
+        return np.zeros(0, dtype=int)
+    found: np.ndarray = graphs.connected_components(matrix, directed=False)[1]
+    return found
+
+
+def _components(matrix: MatrixLike) -> list[np.ndarray]:
+    """Return the rows of each connected component of a symmetric sparse matrix, two or more."""
+    if matrix.nnz <= matrix.shape[0]:
+        return []  # it is diagonal
+    labels = _labels(matrix)
+    order = np.argsort(labels, kind="stable")
+    groups = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
+    return [some for some in groups if len(some) > 1]
+
+
+def _each(values: np.ndarray, shape: tuple[int, ...], count: int) -> np.ndarray:
+    """Return the values of `count` sites, (count, *shape), from columns or shared values."""
+    columns = np.broadcast_to(values.reshape(*shape, -1), (*shape, count))
+    return np.ascontiguousarray(np.moveaxis(columns, -1, 0))
