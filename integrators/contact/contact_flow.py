@@ -92,11 +92,6 @@ class ContactFlow(Flow):
             check_gaps(s, self.scheme.scene, self.numbers.public(start.x[: s.n]))
         return _Run(self, start)
 
-    def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
-        """Return (x, μ) after one step with its contacts."""
-        run = self.trajectory(1, x0=x, mu0=mu)
-        return run.base[-1], run.mu[-1]
-
     def _no_form(self, *given: Any, **named: Any) -> Any:
         """Raise `CannotMeasure`: forms are not defined if a step contains impulses."""
         raise CannotMeasure(

@@ -5,7 +5,7 @@ from ..runs import Trajectory
 from .ensemble import Ensemble, side_by_side
 from .failures import CAUSES
 from .flow import Flow, Substeps
-from .free_motion import FreeMotion, first_u, run_from
+from .free_motion import FreeMotion, first_u
 from .initial_state import Start
 from .multipliers import mean_multipliers
 from .newton_step import (
@@ -22,6 +22,6 @@ from .step_choice import StepChoice
 __all__ = [
     "CAUSES", "Ensemble", "Flow", "FreeMotion", "Scheme", "Start", "StepChoice", "Substeps",
     "Trajectory", "arrow_from", "cores", "first_u", "form_change_defects", "mean_multipliers",
-    "restricted_form_defect", "return_defect", "round_off_from", "run_from",
+    "restricted_form_defect", "return_defect", "round_off_from",
     "side_by_side", "step_along",
 ]  # fmt: skip

@@ -21,7 +21,7 @@ from ..runs import File, Progress, Stepper, Trajectory, run
 from ..scene import Again, flow_of
 from .collocation import collocation
 from .ensemble import Ensemble, ensemble
-from .free_motion import FreeMotion, element_of, first_u, run_from
+from .free_motion import FreeMotion, element_of, first_u
 from .initial_state import Start, Starting
 from .newton_step import arrow_before, of_poisson, of_pullback, of_step
 from .step_choice import StepChoice
@@ -229,9 +229,13 @@ class Flow:
             return self.numbers.public(x), self.numbers.public(u)
 
     def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
-        """Return (b, μ′), the step from (x, μ) on the dual algebroid, with u from F⁻(x, u) = hμ."""
+        """Return (b, μ′), the step from (x, μ) on the dual algebroid, with u from F⁻(x, u) = hμ.
+
+        With contact the step has its impulses in it; a step that varies begins with the density
+        1/σ, and with E₀ the energy.
+        """
         with self.numbers.working():
-            rows = run_from(self.edge, self.starting.at(x, mu), 1)
+            rows = run(self.stepper(self.starting.at(x, mu)), 1)
             return rows.base[-1], rows.mu[-1]
 
     def inverse_legendre(self, x: Numbers, mu: Numbers) -> Vector:

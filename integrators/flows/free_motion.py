@@ -273,11 +273,6 @@ class FreeMotion:
         return f"fixed point, Newton in {self.arrays.by_newton} of {self.index} steps"
 
 
-def run_from(edge: EdgePolicy, start: Start, steps: int, branch: object = None) -> Trajectory:
-    """Run `steps` steps of free motion from a start; every step has a row."""
-    return run_all(FreeMotion(edge, start, branch), steps)
-
-
 def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> Vector:
     """Return u with F⁻(x, u) = hμ in the chart of e, for the first row of a run.
 
@@ -285,7 +280,7 @@ def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> Vector:
     """
     if edge.context.equations.arrows is None:
         edge.context.check_one_arrow()
-    run = run_from(edge, start, 0, branch)
+    run = run_all(FreeMotion(edge, start, branch), 0)
     if run.translates[0]:
         return np.asarray(edge.in_own_chart(element_of(edge.context, run, 0)))
     return _velocity(edge.context, run, 0)

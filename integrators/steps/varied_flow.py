@@ -16,7 +16,6 @@ from ..errors import (
     CannotMeasure,
     StepFailure,
     arguments_checked,
-    check_progress,
 )
 from ..flows import Flow, FreeMotion, Start
 from ..geometry import LocalGeometry, OneStepGeometry, StepContext
@@ -31,7 +30,7 @@ from ..numbers import (
     numeric,
     whole_number,
 )
-from ..runs import Trajectory, run
+from ..runs import Trajectory
 from ..scene import Scene, remembered
 
 
@@ -87,6 +86,10 @@ class VariedFlow(Flow):
     does.
     """
 
+    #: the step density and E₀ of the start, if they are given
+    density0: Any = None
+    energy0: Any = None
+
     def __init__(self, varied: Any, step: Any, digits: int = 16) -> None:
         inner = varied.inner
         super().__init__(inner, step, digits, "refuse", inner.flow_substeps)
@@ -126,50 +129,37 @@ class VariedFlow(Flow):
         return None, "its steps vary"
 
     @arguments_checked
-    def trajectory(  # type: ignore[override]
-        self,
-        steps: int,
-        every: int = 1,
-        *,
-        x0: Any = None,
-        mu0: Any = None,
-        u0: Any = None,
-        t0: Any = 0,
-        density0: Any = None,
-        energy0: Any = None,
-        checkpoint: Any = None,
-        progress: Any = None,
+    def trajectory(
+        self, steps: int, every: int = 1, *, density0: Any = None, energy0: Any = None, **given: Any
     ) -> Trajectory:
         """Run `steps` steps from the scene's start (or from x0, mu0), with every `every`-th state a
         row.
 
-        It works as `Flow.trajectory` does, and t of the rows is the physical time. To continue a
-        run, or to run it back, give what it has beside (x, μ): density0, the step density of a row,
-        by "reversible" (default: 1/σ at the start), or energy0, E₀, by "poincare" (default: the
-        energy of the start). Raises `StepFailure`, with the time and the rows so far, if a step
-        cannot be made or σ is not positive.
+        It works as `Flow.trajectory` does, with the same arguments, and t of the rows is the
+        physical time. To continue a run, or to run it back, give what it has beside (x, μ):
+        density0, the step density of a row, by "reversible" (default: 1/σ at the start), or
+        energy0, E₀, by "poincare" (default: the energy of the start). Raises `StepFailure`, with
+        the time and the rows so far, if a step cannot be made or σ is not positive.
         """
         varied = self.varied
-        for word, given, wanted in (
+        for word, value, wanted in (
             ("density0", density0, varied.controlled), ("energy0", energy0, varied.by_poincare),
         ):  # fmt: skip
-            if given is not None and not wanted:
+            if value is not None and not wanted:
                 raise BadInput(f"{varied.rule.name} has no {word[:-1]} of its own: leave it out.")
-        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
-        check_progress(progress)
-        with self.numbers.working():
-            t0 = exact_rational(t0, "t0")
-            start = self.starting.at(x0, mu0, u0, None, t0)
-            if mu0 is not None:
-                self.starting.check(start)
         flow = self
-        if varied.by_poincare and not x0 is mu0 is energy0 is None:
-            E = self._energy_of(start) if energy0 is None else energy0
-            flow = VariedFlow(varied.with_energy(E), self.step, self.digits)
-        with self.numbers.working():
-            more = flow._more(start, density0)
-            at = start._replace(x=np.concatenate([start.x, more]))
-            return run(_VariedMotion(flow, at), steps, every, progress, checkpoint)
+        if not density0 is energy0 is None:
+            flow = object.__new__(VariedFlow)
+            vars(flow).update(vars(self), edge=self.edge, density0=density0, energy0=energy0)
+        return Flow.trajectory(flow, steps, every, **given)
+
+    def stepper(self, start: Start) -> _VariedMotion:
+        flow, own = self, start is self.starting.own and self.energy0 is None
+        if self.varied.by_poincare and not own:
+            E = self._energy_of(start) if self.energy0 is None else self.energy0
+            flow = VariedFlow(self.varied.with_energy(E), self.step, self.digits)
+        more = flow._more(start, self.density0)
+        return _VariedMotion(flow, start._replace(x=np.concatenate([start.x, more])))
 
     def until(self, time: Any, every: int = 1, most: int = 10**7, **start: Any) -> Trajectory:
         """Run to the first row whose physical time is `time` or more, with a positive step.
@@ -196,11 +186,6 @@ class VariedFlow(Flow):
             passed = float(run.t[-1]) - t0
             share = (wanted - t0) / passed if passed > 0 else 16
             steps = min(int(run.steps * min(max(1.1, 1.02 * share), 16)) + every, most)
-
-    def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
-        """Return (x, μ) after one step, whose density begins as 1/σ, and whose E₀ is the energy."""
-        run = self.trajectory(1, x0=x, mu0=mu)
-        return run.base[-1], run.mu[-1]
 
     def _more(self, start: Start, density0: Any) -> Vector:
         """Return the entries of the time and of the density behind x at a run's start."""

@@ -56,7 +56,9 @@ def count(scene: str, rule: str, names: bool) -> None:
     assert abs(mu[-1]).max() > 0
     found = calls.lines()
     whole = sum(len(path.read_text("utf-8").splitlines()) for path in found)
-    print(f"{len(found)} files of {whole:,} lines; their functions that ran: {found.total():,} lines")
+    print(
+        f"{len(found)} files of {whole:,} lines; their functions that ran: {found.total():,} lines"
+    )
     for path, lines in found.most_common() if names else ():
         print(f"  {lines:5} {path.relative_to(ROOT)}")
 
@@ -66,13 +68,12 @@ def main(words: list[str]) -> None:
     names = [word for word in words if word not in ("-v", "--here")] or ["heavy-top", "midpoint"]
     if "--here" in words:
         return count(*names, names="-v" in words)
+    command = [sys.executable, "-m", "tests.benchmarks.cold_step", "--here", *words]
     with TemporaryDirectory() as folder:
         for what in ("empty cache", "code in the cache"):
             print(f"{' '.join(names)}, {what}: ", end="", flush=True)
-            command = [sys.executable, "-m", "tests.benchmarks.cold_step", "--here", *(words or names)]
-            subprocess.run(
-                command, env={**os.environ, "DISCMECH_CACHE": folder}, cwd=ROOT, check=True
-            )
+            own = {**os.environ, "DISCMECH_CACHE": folder}
+            subprocess.run(command, env=own, cwd=ROOT, check=True)
     return None
 
 
