@@ -31,22 +31,34 @@ class Result:
     verdict: Verdict
     cause: Mapping[str, Any] | None = None
 
+    @property
+    def measured(self) -> Mapping[str, Any]:
+        """The figures that were measured, and those that judging adds."""
+        measurement = self.found.measurement or Measurement()
+        return {**measurement.measured, **self.verdict.measured}
+
+    @property
+    def reason(self) -> str:
+        """The verdict's reason, with the cause."""
+        cause = self.cause
+        told = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""
+        return self.verdict.reason + told
+
     def to_json(self) -> dict[str, Any]:
         """Return the dictionary that is shown, written and compared."""
         case, verdict, cause = self.case, self.verdict, self.cause
         measurement = self.found.measurement or Measurement()
-        told = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""
         return {
             "scene": case.scene.name,
             "rule": case.label,
             "retraction": case.scene.groupoid.retraction,
             "digits": case.digits,
             "verdict": verdict.verdict,
-            "reason": verdict.reason + told,
+            "reason": self.reason,
             "command": case.command,
             "control": case.control is not None,
             "expected": verdict.expected,
-            "measured": {**measurement.measured, **verdict.measured},
+            "measured": self.measured,
             "rows": measurement.rows if verdict.rows is None else verdict.rows,
             **{key: measurement.extras[key] for key in DETAILS if key in measurement.extras},
             **({"diagnosis": cause} if cause else {}),
@@ -59,7 +71,14 @@ class Result:
 def run_case(
     study: Study, case: Case, progress: Progress = silent, *, causes: bool = True
 ) -> dict[str, Any]:
-    """Return the result of one case for JSON; a step that fails marks the case and is not raised.
+    """Return `result_of` as the dictionary of JSON."""
+    return result_of(study, case, progress, causes=causes).to_json()
+
+
+def result_of(
+    study: Study, case: Case, progress: Progress = silent, *, causes: bool = True
+) -> Result:
+    """Return the result of one case; a step that fails marks the case and is not raised.
 
     So does a rule that cannot be used on the scene: the case is then also marked `unusable`.
     causes: True to look for the cause of a verdict that is not a pass.
@@ -70,7 +89,7 @@ def run_case(
         found = with_more(study, case, found, verdict)
         verdict = judged(study, case, found)
     cause = diagnosed(study, case, found) if causes and asks_cause(study, case, verdict) else None
-    return Result(case, found, verdict, cause).to_json()
+    return Result(case, found, verdict, cause)
 
 
 def measured_case(study: Study, case: Case, progress: Progress = silent) -> Found:

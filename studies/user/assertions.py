@@ -21,21 +21,22 @@ from discmech.integrators.numbers import arithmetic, whole_number
 from .. import get
 from ..core import lookup
 from ..core.apart import apart
-from ..core.case import Case, Choice, in_chart
+from ..core.case import Case, Choice, Measurement, in_chart
 from ..core.claims import claiming
-from ..core.one_case import run_case
+from ..core.one_case import Result, result_of, run_case
 from ..core.shrinking import smallest
 from ..core.study import Study, every_study
 from ..evidence import NEAR as BESIDE
 
 Rule = Discretisation | str
 Where = Scene | str
+Json = dict[str, Any]
 
 
 class Missed(AssertionError):
     """A method lacks an asserted property; `result` is the case, `picture` its file."""
 
-    def __init__(self, message: str, result: dict[str, Any], picture: Path | None) -> None:
+    def __init__(self, message: str, result: Json, picture: Path | None) -> None:
         self.result, self.picture = result, picture
         super().__init__(message)
 
@@ -50,7 +51,7 @@ class NotApplicable(BadInput):
 
 def assert_order(
     rule: Rule, scene: Where, order: int | None = None, *, digits: int = 50, **more: Any
-) -> dict[str, Any]:
+) -> Json:
     """Assert that the measured order in (x, μ) is `order`, by default the rule's order on the
     scene.
 
@@ -61,13 +62,13 @@ def assert_order(
     return _assert(get("order"), rule, scene, digits, order=order, **more)
 
 
-def assert_converges(rule: Rule, scene: Where, *, digits: int = 50, **more: Any) -> dict[str, Any]:
+def assert_converges(rule: Rule, scene: Where, *, digits: int = 50, **more: Any) -> Json:
     """Assert that errors against the certified reference fall with the step, at order 1 or more."""
     __tracebackhide__ = True
     return _assert(get("order"), rule, scene, digits, at_least=1, **more)
 
 
-def assert_symplectic(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
+def assert_symplectic(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> Json:
     """Assert that Ω and the Poisson bracket are preserved to round-off, up to the largest stable
     step.
 
@@ -77,19 +78,19 @@ def assert_symplectic(rule: Rule, scene: Where, *, digits: int = 16, **more: Any
     return _assert(get("symplecticity"), rule, scene, digits, **more)
 
 
-def assert_momentum(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
+def assert_momentum(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> Json:
     """Assert that a long run conserves every momentum map and Casimir that the scene declares."""
     __tracebackhide__ = True
     return _assert(get("momentum"), rule, scene, digits, **more)
 
 
-def assert_energy(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
+def assert_energy(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> Json:
     """Assert that the energy stays in a band without a slope (with a force: the energy balance)."""
     __tracebackhide__ = True
     return _assert(get("energy"), rule, scene, digits, **more)
 
 
-def assert_reversible(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
+def assert_reversible(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> Json:
     """Assert that the method is self-adjoint: a step back leads to the start, to round-off."""
     __tracebackhide__ = True
     return _assert(every_study()["reversibility"], rule, scene, digits, **more)
@@ -108,7 +109,7 @@ def _assert(
     pictures: Path | None = None,
     beside: Path | None = None,
     **unknown: Any,
-) -> dict[str, Any]:
+) -> Json:
     """Run one case and raise `Missed` unless it passes, or has the requested order.
 
     beside: the folder of the test, where files are searched first, and to which paths in messages
@@ -142,31 +143,30 @@ def _assert(
         asked = replace(asked, order=order)  # so that the search for a cause uses this order
     case = Case(study.name, where, asked, digits, steps)
     _check_applies(study, case)
-    result = run_case(study, case)
-    if result.get("unusable"):
-        raise BadInput(_relative(result["reason"], beside))
-    if "not_demanded" in result["expected"] and "demanded" not in result["expected"]:
-        raise NotApplicable(f"{study.name} of {where.name}: {result['expected']['not_demanded']}")
+    result = result_of(study, case)
+    if result.verdict.unusable:
+        raise BadInput(_relative(result.reason, beside))
+    expected = result.verdict.expected
+    if "not_demanded" in expected and "demanded" not in expected:
+        raise NotApplicable(f"{study.name} of {where.name}: {expected['not_demanded']}")
     if at_least is not None and not _at_least(result, at_least):
         # this finds the cause
-        result = run_case(study, replace(case, rule=replace(asked, order=at_least)))
+        result = result_of(study, replace(case, rule=replace(asked, order=at_least)))
     if order is not None or at_least is not None:
-        _judge_order(result, order, at_least)
-    if result["verdict"] == "pass":
-        return result
-    small = (
-        smallest(study, case, result, run_case)
-        if study.usual and result["verdict"] == "fail"
-        else None
-    )
-    picture = _picture(study.name, result, pictures)
-    said = [f"{study.name}: {result['verdict']}: {result['reason']}", _table(study.name, result)]
+        result = _with_order(result, order, at_least)
+    told, verdict = result.to_json(), result.verdict.verdict
+    if verdict == "pass":
+        return told
+    tried = study.usual and verdict == "fail"
+    small = smallest(study, case, told, run_case) if tried else None
+    picture = _picture(study.name, told, pictures)
+    said = [f"{study.name}: {verdict}: {result.reason}", _table(study.name, told)]
     if small and (small["scene"], small["steps"]) != (where.name, steps):
         said += [f"the smallest that fails: scene {shown(small['scene'])}, steps={small['steps']}"]
     said = [_relative(line, beside) for line in said]
     said += [f"picture: {picture}"] if picture else []
     next_step = _next_step(result, at_least is None)
-    raise Missed("\n".join([*said, next_step]), result, picture)
+    raise Missed("\n".join([*said, next_step]), told, picture)
 
 
 def _boxed(rule: Any) -> Any:
@@ -196,14 +196,14 @@ def _relative(text: str, folder: Path | None) -> str:
     return text if folder is None else text.replace(f"{folder}/", "")
 
 
-def _next_step(result: dict[str, Any], asks_order: bool) -> str:
+def _next_step(result: Result, asks_order: bool) -> str:
     """Return what to do about a test that did not pass, in pytest's words."""
-    if result["verdict"] == "inconclusive":
+    if result.verdict.verdict == "inconclusive":
         return "next: ask with other digits= or steps=, or pytest.skip() it with this reason"
-    found = round(result["measured"].get("order") or 0) if asks_order else 0
+    found = round(result.measured.get("order") or 0) if asks_order else 0
     other = f"; if {found} is the order meant, ask for order={found}" if found > 0 else ""
     known = '@pytest.mark.xfail(strict=True, reason="...")'
-    whose = "scene" if (result.get("diagnosis") or {}).get("cause") == "scene" else "rule"
+    whose = "scene" if result.cause and result.cause["cause"] == "scene" else "rule"
     return f"next: mend the {whose}, or mark a defect that stays with {known}{other}"
 
 
@@ -225,41 +225,39 @@ def _check_applies(study: Study, case: Case) -> None:
         )
 
 
-def _at_least(result: dict[str, Any], order: int) -> bool:
-    found = result["measured"].get("order")
-    return found is not None and found >= order - result["expected"]["tolerance"]
+def _at_least(result: Result, order: int) -> bool:
+    found = result.measured.get("order")
+    return found is not None and found >= order - result.verdict.expected["tolerance"]
 
 
-def _judge_order(result: dict[str, Any], order: int | None, at_least: int | None) -> None:
-    """Add to the study's verdict a failure if the order that was asked for is not reached.
+def _with_order(result: Result, order: int | None, at_least: int | None) -> Result:
+    """Return the result with a failure if the order that was asked for is not reached.
 
     The study's own failure is dropped if it only demands another order, such as a chart may make of
     a rule's, and runs and single steps have the one asked for.
     """
-    found, derived = result["measured"].get("order"), result["expected"].get("order")
+    verdict, found = result.verdict, result.measured.get("order")
     if found is None:
-        return  # the study says why
-    tolerance = result["expected"]["tolerance"]
-    result["expected"] = {"order": order or at_least, "tolerance": tolerance}
+        return result  # the study says why
+    derived, tolerance = verdict.expected.get("order"), verdict.expected["tolerance"]
     right = abs(found - order) <= tolerance if order else _at_least(result, at_least or 0)
-    of_step = (result.get("local") or {}).get("order")
-    if right:
-        another = order if derived not in (None, order) else None
-        if another and result["verdict"] == "fail" and of_step and of_step > another - BESIDE:
-            result |= {"verdict": "pass", "reason": ""}
-        return
-    if result["verdict"] == "pass" and derived in (None, order) and not at_least:
-        return  # another order than declared, by this final time or this linear scene: it says so
-    if result["verdict"] == "inconclusive" and not at_least:
-        return
-    wanted = f"{order}" if order else f"at least {at_least}"
-    cause = result.get("diagnosis")
-    more = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""
-    reason = f"the order is {found:.3f}, asked was {wanted}.{more}"
-    result |= {"verdict": "fail", "reason": reason}
+    verdict = replace(verdict, expected={"order": order or at_least, "tolerance": tolerance})
+    another = order if derived not in (None, order) else None
+    if right and another and verdict.verdict == "fail":
+        measurement = result.found.measurement or Measurement()
+        of_step = (measurement.get("local") or {}).get("order")
+        if of_step and of_step > another - BESIDE:
+            return replace(result, verdict=replace(verdict, verdict="pass", reason=""), cause=None)
+    # a pass by another order than declared, by this final time or this linear scene, says so
+    by_study = verdict.verdict == "pass" and not another and not at_least
+    if not (right or by_study or (verdict.verdict == "inconclusive" and not at_least)):
+        wanted = f"{order}" if order else f"at least {at_least}"
+        said = f"the order is {found:.3f}, asked was {wanted}."
+        verdict = replace(verdict, verdict="fail", reason=said)
+    return replace(result, verdict=verdict)
 
 
-def _table(study: str, result: dict[str, Any]) -> str:
+def _table(study: str, result: Json) -> str:
     """Return the verdict table as text."""
     from rich.console import Console
 
@@ -274,7 +272,7 @@ def _table(study: str, result: dict[str, Any]) -> str:
     return captured.get().rstrip()
 
 
-def _picture(study: str, result: dict[str, Any], folder: Path | None) -> Path | None:
+def _picture(study: str, result: Json, folder: Path | None) -> Path | None:
     """Return the study's figure of this case as a PNG file, or None if it has none."""
     from ..report.figures import plates
 
