@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from .records import encoded
+
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: extras of a measurement that are shown beside `measured` and `rows`
 DETAILS = (
@@ -29,10 +31,11 @@ class Measurement(Mapping[str, Any]):
     extras: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, given: Mapping[str, Any]) -> Measurement:
-        """Return the measurement of a dictionary from JSON."""
+    def of(cls, given: Any) -> Measurement:
+        """Return the measurement of a dictionary from JSON, or of a study's own record."""
         if isinstance(given, Measurement):
             return given
+        given = encoded(given)
         extras = {key: value for key, value in given.items() if key not in ("measured", "rows")}
         return cls(given.get("measured", {}), given.get("rows", []), extras)
 

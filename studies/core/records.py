@@ -11,6 +11,9 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 Record = TypeVar("Record")
 Reader = Callable[[Any], Any]
+#: metadata of a field that is left out of JSON while it is None, and of a field with a mapping of
+#: all entries that are no other field's
+OPTIONAL, SPREAD = {"optional": True}, {"key": "*"}
 
 
 def decoded(kind: type[Record], given: Any, finite: bool = False) -> Record:
@@ -24,8 +27,35 @@ def decoded(kind: type[Record], given: Any, finite: bool = False) -> Record:
     if not is_dataclass(kind):
         return kind() if given is None else given
     found = given if isinstance(given, Mapping) else {}
-    readers = _readers(kind, finite)
-    return kind(**{name: read(found[key]) for name, key, read in readers if key in found})
+    made, readers = {}, _readers(kind, finite)
+    for name, key, read in readers:
+        if key == "*":
+            others = {key for _, key, _ in readers}
+            made[name] = read({k: value for k, value in found.items() if k not in others})
+        elif key in found:
+            made[name] = read(found[key])
+    return kind(**made)
+
+
+def encoded(thing: Any) -> Any:
+    """Return a record, or what holds records, as dictionaries that JSON can hold.
+
+    A field that is `optional` is left out while it is None.
+    """
+    if is_dataclass(thing) and not isinstance(thing, type):
+        made: dict[str, Any] = {}
+        for one in fields(thing):
+            value, key = getattr(thing, one.name), one.metadata.get("key", one.name)
+            if key == "*":
+                made |= encoded(value)
+            elif value is not None or not one.metadata.get("optional"):
+                made[key] = encoded(value)
+        return made
+    if isinstance(thing, Mapping):
+        return {key: encoded(value) for key, value in thing.items()}
+    if isinstance(thing, list | tuple):
+        return [encoded(value) for value in thing]
+    return thing
 
 
 @cache

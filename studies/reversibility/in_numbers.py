@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,45 +13,41 @@ from discmech.integrators.foreign import derivative, guarded, noise_of
 from discmech.integrators.foreign.differences import FARTHEST
 
 from ..core.case import Case
-from ..symplecticity.in_numbers import ENOUGH, along, embedded, left_by, undecided
+from ..symplecticity.in_numbers import along, decisive, embedded, left_by, undecided
 from ..symplecticity.places import looks, more_looks
+from .records import FoundOfNumbers, Measured, OfReturn
 
 #: factor for a program's change of its argument beside its result: the rounded state in between
 ROUNDED = 4
 
 
-def measure(case: Case) -> dict[str, Any]:
-    """Return rows {step, index, time, defect, certain, resolution, left}.
+def measure(case: Case) -> FoundOfNumbers:
+    """Return rows of steps forth and back, and the resolution that `ENOUGH` places reach.
 
-    measured: the worst of defect and certain, the resolution that `ENOUGH` places reach. If the
-    program takes no negative step and H is even in the momentum, the step back is one forth with
-    reversed momenta.
+    If the program takes no negative step and H is even in the momentum, the step back is one forth
+    with reversed momenta.
     """
     found, scale, seed = looks(case.scheme)
-    rows: list[dict[str, Any]] = []
+    rows: list[OfReturn] = []
     first = [(k, look) for k, look in enumerate(found) if look.count == 1]
     further = enumerate(more_looks(case.scheme, scale, seed), len(found))
     for k, look in itertools.chain(first, further):
         if k >= len(found) and not undecided(case, rows):
             break
-        row: dict[str, Any] = {"step": float(look.step), "index": k, "time": float(look.time),
-                               "defect": None, "certain": None, "why_not": ""}  # fmt: skip
-        rows.append(row)
+        row = OfReturn(float(look.step), k, float(look.time))
         try:
-            row |= _row(case, look, scale, seed + k)
+            rows.append(_returned(row, case, look, scale, seed + k))
         except StepFailure as failure:
-            row["why_not"] = failure.cause
-    seen = [r for r in rows if r["defect"] is not None]
-    if not seen:
-        return {"rows": rows, "measured": {"defect": None}}
-    ordered = sorted(seen, key=lambda r: r["resolution"] / (r["left"] or 2.0**-1022))
-    decisive = ordered[min(ENOUGH, len(ordered)) - 1]
-    measured = {name: max(r[name] for r in seen) for name in ("defect", "certain")}
-    return {"rows": rows, "left": decisive["left"],
-            "measured": {**measured, "resolution": decisive["resolution"]}}  # fmt: skip
+            rows.append(replace(row, why_not=failure.cause))
+    defects = [(row.defect, row.certain) for row in rows
+               if row.defect is not None and row.certain is not None]  # fmt: skip
+    if not defects:
+        return FoundOfNumbers(rows)
+    last, (defect, certain) = decisive(rows), map(max, zip(*defects, strict=True))
+    return FoundOfNumbers(rows, last.left, Measured(defect, certain, last.resolution))
 
 
-def _row(case: Case, look: Any, scale: Any, seed: int) -> dict[str, Any]:
+def _returned(row: OfReturn, case: Case, look: Any, scale: Any, seed: int) -> OfReturn:
     scheme: Any = case.scheme
     size, after = len(look.z), look.time + look.step
     forth = scheme.flow(look.step).map_of(t0=look.time)
@@ -80,12 +77,11 @@ def _row(case: Case, look: Any, scale: Any, seed: int) -> dict[str, Any]:
     rough[0] = rough[0] + ROUNDED * unit * np.abs(image)
     error = amplified @ rough[0] + rough[1] + ROUNDED * unit * np.abs(look.z)
     gap = np.abs(back(image) - look.z)
-    return {
-        "defect": float((gap / scale).max()),
-        "certain": float((np.maximum(gap - error, 0) / scale).max()),
-        "resolution": float((error / scale).max()),
-        "left": left_by(case, look),
-    }
+    return replace(
+        row, defect=float((gap / scale).max()),
+        certain=float((np.maximum(gap - error, 0) / scale).max()),
+        resolution=float((error / scale).max()), left=left_by(case, look),
+    )  # fmt: skip
 
 
 def _even(scheme: Any, look: Any) -> bool:

@@ -6,52 +6,51 @@ from typing import Any
 
 from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
+from ..core.records import decoded
 from ..symplecticity.in_numbers import resolved
 from ..symplecticity.limits import of_a_step
+from .records import Found, FoundOfNumbers
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge the round-off of two steps, as the symplecticity study judges that of one."""
     if not case.rule.is_formula:
-        return _judge_numbers(case, measurement)
+        return _judge_numbers(case, decoded(FoundOfNumbers, measurement))
     if reason := not_claimed(case.rule, "reversible"):
         return Verdict("pass", "", {"not_demanded": reason})
-    defect, wanted = measurement.measured["defect"], of_a_step(case.digits)
-    local = measurement.get("local")
-    if defect <= wanted:
-        if local is None or local["defect"] <= local["limit"]:
+    found, wanted = decoded(Found, measurement), of_a_step(case.digits)
+    defect, local = found.measured.defect, found.local
+    if defect is not None and defect <= wanted:
+        if local is None or local.defect <= local.limit:
             return Verdict("pass", "", {"limit": wanted})
-        said = f"the run goes back to round-off, but a step of {local['step']:.3g} from "
-        said += f"{local['place']}, a place that was drawn around the motion (seed "
-        said += f"{local['seed']}), and back misses it by {local['defect']:.2g} of the terms, "
-        said += f"where round-off would leave {local['limit']:.0e}: Φ₋ₕ is not the inverse of Φₕ."
+        said = f"the run goes back to round-off, but a step of {local.step:.3g} from "
+        said += f"{local.place}, a place that was drawn around the motion (seed "
+        said += f"{local.seed}), and back misses it by {local.defect:.2g} of the terms, "
+        said += f"where round-off would leave {local.limit:.0e}: Φ₋ₕ is not the inverse of Φₕ."
         return Verdict("fail", said, {"limit": wanted})
     said = f"a step back misses the start by {defect:.2g} of the terms that the two steps add up, "
     said += f"where round-off would leave {wanted:.0e}: Φ₋ₕ is not the inverse of Φₕ."
     return Verdict("fail", said, {"limit": wanted})
 
 
-def _judge_numbers(case: Case, measurement: Measurement) -> Verdict:
+def _judge_numbers(case: Case, found: FoundOfNumbers) -> Verdict:
     """Fail a certain defect, and pass a resolved absence."""
-    measured, expected = measurement.measured, dict[str, Any](resolved=resolved(case))
+    measured, expected = found.measured, dict[str, Any](resolved=resolved(case))
     if reason := not_claimed(case.rule, "reversible"):
         return Verdict("pass", "", {**expected, "not_demanded": reason})
-    if measured["defect"] is None:
-        why = measurement.rows[0]["why_not"]
-        return Verdict("inconclusive", f"no step back could be made: {why}.", expected)
-    if measured["certain"] > 0:
-        row = max(measurement.rows, key=lambda r: r.get("certain") or 0.0)
-        said = (
-            f"a step back misses the start by {measured['certain']:.2g} of the motion beyond all "
-        )
-        said += f"round-off, at step {row['step']:.3g}, t = {row['time']:.3g}: Φ₋ₕ is not the "
+    if measured.defect is None:
+        said = f"no step back could be made: {found.rows[0].why_not}."
+        return Verdict("inconclusive", said, expected)
+    if measured.certain:
+        row = max(found.rows, key=lambda row: row.certain or 0.0)
+        said = f"a step back misses the start by {measured.certain:.2g} of the motion beyond all "
+        said += f"round-off, at step {row.step:.3g}, t = {row.time:.3g}: Φ₋ₕ is not the "
         said += "inverse of Φₕ."
         return Verdict("fail", said, expected)
-    left = expected["left"] = measurement["left"]
-    if measured["resolution"] <= resolved(case) * left:
+    left, resolution = found.left or 0.0, measured.resolution or 0.0
+    expected["left"] = left
+    if resolution <= resolved(case) * left:
         return Verdict("pass", "", expected)
-    said = (
-        f"a step back misses the start by nothing that is seen, but {measured['resolution']:.1e} "
-    )
+    said = f"a step back misses the start by nothing that is seen, but {resolution:.1e} "
     said += f"could be hidden, where a method of this order may leave {left:.1e}."
     return Verdict("inconclusive", said, expected)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import random
 from itertools import islice
-from typing import Any
 
 from discmech.integrators import StepFailure
 from discmech.integrators.flows import return_defect
@@ -19,6 +18,7 @@ from ..evidence.places import steps_from
 from ..symplecticity.limits import of_a_step
 from ..symplecticity.measuring import POINTS
 from . import in_numbers
+from .records import AtPlace, Found, FoundOfNumbers, Measured, Row
 
 NAME = "reversibility"
 DIGITS, TRIES = 30, 4  # digits of steps from drawn places, and how many ever shorter ones are tried
@@ -33,8 +33,8 @@ def cases(choice: Choice) -> list[Case]:
             if c.rule.claims is not None and c.rule.claims.reversible]  # fmt: skip
 
 
-def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Return rows {step, index, time, defect} along a run.
+def measure(case: Case, progress: Progress = silent) -> Found | FoundOfNumbers:
+    """Return the defects of steps along a run, and of steps from drawn places.
 
     defect: the larger `return_defect` of the run's own steps and, to twice the digits, of the maps,
     which need no kernel. Each component is judged by its own round-off, so none hides behind a
@@ -47,25 +47,21 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     back = case.scheme.flow(-case.scene.step, case.digits)
     run = forth.trajectory(case.steps or 8 * count)
     spread = max(1, run.steps // count)
-    rows = []
+    rows, worst = [], 0.0
     for k in range(0, run.steps, spread):
         progress(f"{case.scene.name} {case.label}: there and back", k / run.steps)
         start = run.base[k], run.mu[k], run.u[k]
         again = back.trajectory(1, x0=run.base[k + 1], mu0=run.mu[k + 1], u0=run.u[k])
         defect = float(return_defect(forth, back, *start, (again.base[-1], again.mu[-1])))
-        rows.append({"step": float(case.scene.step), "index": k, "time": float(run.t[k]),
-                     "defect": defect})  # fmt: skip
-    measured = {"defect": max(row["defect"] for row in rows)}
-    return {"rows": rows, "measured": measured, "local": _at_places(case)}
+        worst = max(worst, defect)
+        rows.append(Row(float(case.scene.step), k, float(run.t[k]), defect))
+    return Found(rows, Measured(worst), _at_places(case))
 
 
-def _at_places(case: Case) -> dict[str, Any] | None:
-    """Return the worst `return_defect` of steps from the evidence's places; None without places.
-
-    It is {defect, limit, step, place, seed}.
-    """
+def _at_places(case: Case) -> AtPlace | None:
+    """Return the worst `return_defect` of steps from the evidence's places; None without places."""
     evidence = evidence_of(case.scheme)
-    worst: dict[str, Any] | None = None
+    worst: AtPlace | None = None
     try:
         places = evidence.places
     except ReferenceFailure:  # there are no continuous equations
@@ -79,9 +75,9 @@ def _at_places(case: Case) -> dict[str, Any] | None:
                 defect = float(return_defect(forth, back, x, place.mu, place.u))
             except StepFailure:
                 continue
-            if worst is None or not defect <= worst["defect"]:
+            if worst is None or not defect <= worst.defect:
                 of_maps = forth.context.exactly.numbers.digits
-                worst = {"defect": defect, "limit": of_a_step(of_maps), "step": float(step),
-                         "place": str(place), "seed": evidence.seed}  # fmt: skip
+                limit = of_a_step(of_maps)
+                worst = AtPlace(defect, limit, float(step), str(place), evidence.seed)
             break
     return worst

@@ -52,5 +52,4 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int
 
 
 def _points(case: Case) -> list[tuple[float, float]]:
-    return [(row.time, row.defect) for row in case.rows
-            if row.time is not None and row.defect is not None]  # fmt: skip
+    return [(row.time, row.defect) for row in case.rows if row.defect is not None]

@@ -2,22 +2,75 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from ..core.records import OPTIONAL
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
     """The distance from the start after a step forth and back, at a time of the run."""
 
-    time: float | None = None
+    step: float = 0.0
+    index: int = 0
+    time: float = 0.0
     defect: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
+class OfReturn:
+    """The same for a step of a program from a place, or the reason why there is none.
+
+    certain: the part that no round-off explains. left: what a method of the order may leave.
+    """
+
+    step: float = 0.0
+    index: int = 0
+    time: float = 0.0
+    defect: float | None = None
+    certain: float | None = None
+    why_not: str = ""
+    resolution: float | None = field(default=None, metadata=OPTIONAL)
+    left: float | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True, slots=True)
 class Measured:
-    """The largest of these."""
+    """The largest distance; of a program its certain part, and the resolution."""
 
     defect: float | None = None
+    certain: float | None = field(default=None, metadata=OPTIONAL)
+    resolution: float | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True, slots=True)
+class AtPlace:
+    """The largest distance of steps from drawn places, and the largest that round-off leaves."""
+
+    defect: float = 0.0
+    limit: float = 0.0
+    step: float = 0.0
+    place: str = ""
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The rows, and the largest distances along the run and from drawn places."""
+
+    rows: Sequence[Row] = ()
+    measured: Measured = field(default_factory=Measured)
+    local: AtPlace | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FoundOfNumbers:
+    """The rows of a program, the largest of each, and what a method of its order may leave."""
+
+    rows: Sequence[OfReturn] = ()
+    left: float | None = field(default=None, metadata=OPTIONAL)
+    measured: Measured = field(default_factory=Measured)
 
 
 @dataclass(frozen=True, slots=True)

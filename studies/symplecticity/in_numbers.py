@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import replace
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -28,9 +29,9 @@ from discmech.integrators.foreign import (
 from discmech.integrators.numbers import Vector
 
 from ..core.case import Case, Progress
-from ..core.outcome import Row
 from .limits import LIMITS
 from .places import Look, looks, more_looks
+from .records import FoundOfNumbers, MeasuredOfNumbers, OfNumbers, Seed, Volume
 
 #: share of the defect of a method of that order: a smaller defect is none
 RESOLVED = 1e-9
@@ -47,9 +48,8 @@ SMOOTH = 64 * 2.0**-53  # a larger noise, relative to the values, is reported
 RUN = 32  # steps of a run whose steps are repeated, each alone, after other states
 
 
-def measure(case: Case, progress: Progress) -> dict[str, Any]:
-    """Return rows {step, index, time, poisson, certain, resolution, left, loop, volume, again,
-    noise}.
+def measure(case: Case, progress: Progress) -> FoundOfNumbers:
+    """Return rows of steps from drawn places.
 
     measured: the worst of poisson (the defect as measured) and certain (the part of it that no
     error explains); resolution, the best that `ENOUGH` places reach; residual, the difference of a
@@ -67,60 +67,68 @@ def measure(case: Case, progress: Progress) -> dict[str, Any]:
         if not undecided(case, rows):
             break
         rows.append(_row(case, len(rows), look, scale, seed))
-    return {"rows": rows, "measured": _measured(rows), "local": {"seed": seed}}
+    return FoundOfNumbers(rows, _measured(rows), Seed(seed))
 
 
-def undecided(case: Case, rows: Sequence[Row]) -> bool:
+class Resolved(Protocol):
+    """A row whose defect is certain, or whose resolution says what could be hidden."""
+
+    @property
+    def certain(self) -> float | None: ...
+    @property
+    def resolution(self) -> float | None: ...
+    @property
+    def left(self) -> float | None: ...
+
+
+def undecided(case: Case, rows: Sequence[Resolved]) -> bool:
     """True if no defect is certain, and too few places clearly resolve the defect left there."""
-    seen = [r for r in rows if r["certain"] is not None]
-    if not seen or max(r["certain"] for r in seen) > rounded(case):
+    certain = [row.certain for row in rows if row.certain is not None]
+    if not certain or max(certain) > rounded(case):
         return False
-    told = [r for r in seen if r["resolution"] <= resolved(case) / CLEARLY * r["left"]]
-    return len(told) < ENOUGH
+    part = resolved(case) / CLEARLY
+    return sum(row.resolution <= part * row.left for row in rows
+               if row.resolution is not None and row.left is not None) < ENOUGH  # fmt: skip
 
 
-def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, Any]:
+def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> OfNumbers:
     scheme: Any = case.scheme
     flow = scheme.flow(look.step)
-    row: dict[str, Any] = {
-        "step": float(look.step), "index": k, "time": float(look.time), "pullback": None,
-        "poisson": None, "certain": None, "resolution": None, "left": None, "loop": None,
-        "volume": None, "again": None, "noise": 0.0, "residual": None, "why_not": "", "entry": "",
-        "state": look.z.tolist(),
-    }  # fmt: skip
+    row = OfNumbers(float(look.step), k, float(look.time), state=look.z.tolist())
     f = flow.map_of(look.count, t0=look.time)
     try:
         after = f(look.z)
     except StepFailure as failure:
-        return row | {"why_not": failure.cause}
+        return replace(row, why_not=failure.cause)
     n, size = flow.system.n, len(look.z)
     g = guarded(f, size)
     embed, reach = along(flow.system, look.z, scale, bool(case.scene.all_constraints))
     around = embedded(g, look.z, embed, bool(case.scene.all_constraints))
     noise = noise_of(around, 0 * reach, reach, scheme.rule.unit(16), seed + k)
-    row["again"] = max(_again(g, look.z, after, scale), _in_a_run(flow, look, scale))
+    again = max(_again(g, look.z, after, scale), _in_a_run(flow, look, scale))
     rough = np.maximum(noise.jump, noise.level * (noise.level > SMOOTH * np.abs(after).max()))
-    row["noise"] = float((rough / scale).max())
-    row["left"] = left_by(case, look)
+    volume = loop = None
     if case.scene.all_constraints:
         defects = [_restricted(n, g, embed, reach, noise)]
     else:
         of = _derivative(flow, g, look, scale, noise)
         tensors = (flow.system.tensor(z[:n], z[n:]) for z in (look.z, after))
         defects = [form_defect(of, *tensors)]
-        row["volume"] = vars(volume_defect(of))
-    row["entry"] = _entry(defects[0].entry, n)
+        volume = Volume(**vars(volume_defect(of)))
+    entry = _entry(defects[0].entry, n)
     # if differences show a defect, no closed curve is needed; those on leaves cost more
     if not (case.scene.all_constraints or (_leaves(case) and defects[0].certain > rounded(case))):
         random = np.random.default_rng(seed + k)
         loops = [_loop(case, flow, g, look, scale, noise, random) for _ in range(LOOPS)]
-        row["loop"] = max(loop.measured for loop in loops)
-        unseen = UNSEEN * max(loop.resolution for loop in loops)
-        defects.append(Defect(max(loop.certain for loop in loops), row["loop"], unseen))
-    row["certain"] = max(d.certain for d in defects)
-    row["poisson"] = max(row["certain"], min(d.measured for d in defects))
-    row["resolution"] = min(d.resolution for d in defects)
-    return row
+        loop = max(one.measured for one in loops)
+        unseen = UNSEEN * max(one.resolution for one in loops)
+        defects.append(Defect(max(one.certain for one in loops), loop, unseen))
+    certain = max(d.certain for d in defects)
+    return replace(
+        row, certain=certain, poisson=max(certain, min(d.measured for d in defects)),
+        resolution=min(d.resolution for d in defects), left=left_by(case, look), loop=loop,
+        volume=volume, again=again, noise=float((rough / scale).max()), entry=entry,
+    )  # fmt: skip
 
 
 def _leaves(case: Case) -> bool:
@@ -230,23 +238,23 @@ def _entry(at: tuple[int, ...], n: int) -> str:
     return f"{{{', '.join(names)}}}" if names else ""
 
 
-def decisive(rows: Sequence[Row]) -> Row:
+def decisive(rows: Sequence[Resolved]) -> Resolved:
     """Return the row whose resolution `ENOUGH` places reach, relative to the defect left there."""
-    seen = [r for r in rows if r["certain"] is not None]
-    reached = sorted(seen, key=lambda r: r["resolution"] / (r["left"] or 2.0**-1022))
-    return reached[min(ENOUGH, len(reached)) - 1]
+    reached = sorted((row.resolution / (row.left or 2.0**-1022), k) for k, row in enumerate(rows)
+                     if row.resolution is not None)  # fmt: skip
+    return rows[reached[min(ENOUGH, len(reached)) - 1][1]]
 
 
-def _measured(rows: Sequence[Row]) -> dict[str, Any]:
-    seen = [r for r in rows if r["certain"] is not None]
+def _measured(rows: Sequence[OfNumbers]) -> MeasuredOfNumbers:
+    seen = [r for r in rows if r.certain is not None]
     if not seen:
-        return {"pullback": None, "poisson": None, "certain": None}
-    resolution, certain = decisive(rows)["resolution"], max(r["certain"] for r in seen)
+        return MeasuredOfNumbers()
+    resolution = decisive(rows).resolution or 0.0
+    certain = max(r.certain or 0.0 for r in seen)
     # where differences resolve far less than elsewhere, their defect is their own error
-    told = [r["poisson"] for r in seen if r["resolution"] <= 1e3 * resolution]
-    found = {"poisson": max(certain, *told), "certain": certain}
-    more = {"resolution": resolution, "residual": max(r["again"] for r in seen)}
-    return {"pullback": None, **found, **more}
+    told = [r.poisson or 0.0 for r in seen if (r.resolution or 0.0) <= 1e3 * resolution]
+    again = max(r.again or 0.0 for r in seen)
+    return MeasuredOfNumbers(None, max(certain, *told), certain, resolution, again)
 
 
 def resolved(case: Case) -> float:

@@ -11,12 +11,13 @@ from ..core.case import (
     Verdict,
 )
 from ..core.claims import not_claimed
-from ..core.outcome import Row
+from ..core.records import decoded
 from ..evidence.judging import demand_consistency
 from ..systems import system_of
 from . import judging_numbers
 from .limits import CHANGES, FORMS, LIMITS, limit, limits
-from .measuring import _badness, _kinds, _worst
+from .measuring import _kinds, badness, worst_row
+from .records import AtPlace, Found, FoundOfNumbers, Row
 
 
 def demanded(case: Case) -> tuple[str, ...]:
@@ -40,17 +41,19 @@ def _free_of_forms(case: Case) -> str:
     return ""
 
 
-def _broken(case: Case, measurement: Measurement) -> dict[str, float]:
+def _broken(case: Case, found: Found) -> dict[str, float]:
     """Return the defects that exceed round-off; one that is not a number does."""
-    allowed = limits(case.digits)
-    found = {k: v for k, v in measurement.measured.items() if v is not None}
-    return {k: v for k, v in found.items() if k in demanded(case) and not v <= allowed[k]}
+    allowed, asked = limits(case.digits), demanded(case)
+    return {k: v for k, v in found.measured.items()
+            if v is not None and k in asked and not v <= allowed[k]}  # fmt: skip
 
 
-def _broken_at(measurement: Measurement) -> dict[str, Any] | None:
+def _broken_at(found: Found) -> AtPlace | None:
     """Return the step from a drawn place that does not keep the form, if there is one."""
-    local = measurement.get("local") or {"unknown": ""}
-    return None if "unknown" in local or local["defect"] <= local["limit"] else local
+    local = found.local
+    if local is None or local.defect is None or local.limit is None:
+        return None
+    return None if local.defect <= local.limit else local
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
@@ -61,13 +64,14 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 def _judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge schemes by round-off, controls by a thousandfold defect (10²⁰-fold at 50 digits)."""
     if not case.rule.is_formula and not case.control:
-        return judging_numbers.judge(case, measurement)
-    found = {k: v for k, v in measurement.measured.items() if v is not None}
+        return judging_numbers.judge(case, decoded(FoundOfNumbers, measurement))
+    found = decoded(Found, measurement)
     if case.control:
         off = LIMITS["control" if case.digits == 16 else "control with more digits"]
         wanted = limit(case.digits) * off
-        caught = any(v >= wanted for v in found.values())
-        missed = f"the control was not caught: its defect is {max(found.values()):.2g}."
+        defects = [defect for defect in found.measured.values() if defect is not None]
+        caught = any(defect >= wanted for defect in defects)
+        missed = f"the control was not caught: its defect is {max(defects):.2g}."
         return Verdict(*(("pass", "") if caught else ("fail", missed)), {"at_least": wanted})
     allowed = limits(case.digits)
     expected: dict[str, Any] = {"limit": limit(case.digits), "residual": allowed["residual"]}
@@ -75,24 +79,24 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
         return Verdict("pass", "", {**expected, "not_demanded": reason})
     if reason := _free_of_forms(case):
         expected |= {"not_demanded": reason, "demanded": list(demanded(case))}
-    broken = _broken(case, measurement)
+    broken = _broken(case, found)
     if not broken:
-        if (local := _broken_at(measurement)) is None:
+        if (local := _broken_at(found)) is None:
             return Verdict("pass", "", expected)
-        said = f"the run keeps the form, but the {local['kind']} defect is {local['defect']:.2g} "
-        said += f"in a step of {local['step']:.3g} from {local['place']}, a place that was drawn "
-        said += f"around the motion (seed {local['seed']}); round-off would leave at most "
-        return Verdict("fail", f"{said}{local['limit']:.0e}.", expected)
-    kind, row = _seen_in(broken, measurement)
-    said = f"the {kind} defect is {broken[kind]:.2g} at step {row['step']:.3g}, "
-    said += f"t = {row['time']:.3g}; round-off would leave at most {allowed[kind]:.0e}."
+        said = f"the run keeps the form, but the {local.kind} defect is {local.defect:.2g} "
+        said += f"in a step of {local.step:.3g} from {local.place}, a place that was drawn "
+        said += f"around the motion (seed {local.seed}); round-off would leave at most "
+        return Verdict("fail", f"{said}{local.limit:.0e}.", expected)
+    kind, row = _seen_in(broken, found)
+    said = f"the {kind} defect is {broken[kind]:.2g} at step {row.step:.3g}, "
+    said += f"t = {row.time:.3g}; round-off would leave at most {allowed[kind]:.0e}."
     return Verdict("fail", said, expected)
 
 
-def _seen_in(broken: dict[str, float], measurement: Measurement) -> tuple[str, Row]:
+def _seen_in(broken: dict[str, float], found: Found) -> tuple[str, Row]:
     """Return the kind of the largest of these defects, and its row."""
-    kind = max(broken, key=lambda k: _badness(broken[k]))
-    row = _worst(measurement.rows, kind)
+    kind = max(broken, key=lambda k: badness(broken[k]))
+    row = worst_row(found.rows, kind)
     assert row is not None
     return kind, row
 
@@ -107,7 +111,8 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
         return of_step(case, order=False)
     from ..core.outcome import named
 
-    broken = _broken(case, measurement)
+    found = decoded(Found, measurement)
+    broken = _broken(case, found)
     if any(k in broken for k in CHANGES):
         return named(
             "discrete force", "F± are not those of one discrete Lagrangian with the force that "
@@ -115,13 +120,13 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
         )  # fmt: skip
     if not broken:  # the defect is only at the places, where no solver has a part
         return named("structure", "the step itself does not keep the form; the run's states, steps "
-                     "and times hide it.", {}) if _broken_at(measurement) else None  # fmt: skip
+                     "and times hide it.", {}) if _broken_at(found) else None  # fmt: skip
     # a broken form is a fault of the maps; the residual alone concerns the run
-    kind, row = _seen_in({k: broken[k] for k in FORMS if k in broken} or broken, measurement)
+    kind, row = _seen_in({k: broken[k] for k in FORMS if k in broken} or broken, found)
     from ..causes.solver_sweep import of_symplecticity
 
     own = float(case.scene.step)
-    step = Fraction(case.scene.step if row["step"] == own else row["step"])
+    step = Fraction(case.scene.step if row.step == own else row.step)
     return of_symplecticity(
-        case, kind, step, round(row["time"] / float(step)), limits(case.digits)[kind]
+        case, kind, step, round(row.time / float(step)), limits(case.digits)[kind]
     )

@@ -12,31 +12,32 @@ from typing import Any
 
 from discmech.integrators.numbers import jacobian, sympy
 
-from ..core.case import Case, Measurement, Verdict
+from ..core.case import Case, Verdict
 from ..core.claims import not_claimed
-from ..core.outcome import Row
 from .in_numbers import ENOUGH, decisive, resolved, rounded
 from .limits import LIMITS
+from .records import FoundOfNumbers, OfNumbers
 
 
-def judge(case: Case, measurement: Measurement) -> Verdict:
+def judge(case: Case, found: FoundOfNumbers) -> Verdict:
     """Fail a certain defect, pass a resolved absence, and name the missing evidence otherwise."""
-    measured, rows = measurement.measured, measurement.rows
+    measured, rows = found.measured, found.rows
     expected: dict[str, Any] = {"resolved": resolved(case)}
     reason = not_claimed(case.rule, "symplectic")
     if not reason and not _closed_force(case):
         reason = "forced: the exact flow changes the form, which need not be kept; measured only"
-    if measured["certain"] is None:
-        said = f"the black box makes no step from any place around the motion: {rows[0]['why_not']}"
+    certain = measured.certain
+    if certain is None:
+        said = f"the black box makes no step from any place around the motion: {rows[0].why_not}"
         return Verdict("fail", f"{said}.", expected)
-    noise = max(r["noise"] for r in rows)
-    if measured["residual"] > LIMITS["made again"] * case.rule.unit(16):
-        said = f"the same step made again differs by {measured['residual']:.2g} of the motion: it "
+    noise, again = max(row.noise for row in rows), measured.residual or 0.0
+    if again > LIMITS["made again"] * case.rule.unit(16):
+        said = f"the same step made again differs by {again:.2g} of the motion: it "
         said += "is no map of (q, p) and h, but keeps something between calls, or is random; a "
         said += "method with memory is a class with start, step and read."
         return Verdict("fail", said, expected)
     unkept = _volume(case, rows)
-    if unkept and (reason or measured["certain"] == 0):
+    if unkept and (reason or certain == 0):
         return Verdict("fail", unkept, expected)
     if reason:
         if unknown := _volume_unknown(case, rows):
@@ -46,20 +47,19 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     if noise:
         rough = f"; the box is not smooth: it jumps by {noise:.1e} of the motion, as an iteration "
         rough += "with a loose stop does"
-    if measured["certain"] > rounded(case):
-        row = max((r for r in rows if r["certain"]), key=lambda r: r["certain"])
-        said = (
-            f"the form is not kept: its defect is {row['certain']:.2g} beyond every error of the "
-        )
-        said += f"differences, in {row['entry']} at step {row['step']:.3g}, t = {row['time']:.3g}"
+    if certain > rounded(case):
+        row = max(rows, key=lambda r: r.certain or 0.0)
+        said = f"the form is not kept: its defect is {row.certain:.2g} beyond every error of the "
+        said += f"differences, in {row.entry} at step {row.step:.3g}, t = {row.time:.3g}"
         return Verdict("fail", f"{said}{rough}.", expected)
-    left = expected["left"] = decisive(rows)["left"]
-    if missing := [r for r in rows if r["certain"] is None]:
+    left = expected["left"] = decisive(rows).left or 0.0
+    if missing := [r for r in rows if r.certain is None]:
         said = f"{len(missing)} of {len(rows)} steps around the motion failed"
-        return Verdict("inconclusive", f"{said}: {missing[0]['why_not']}.", expected)
-    if measured["resolution"] <= resolved(case) * left:
+        return Verdict("inconclusive", f"{said}: {missing[0].why_not}.", expected)
+    resolution = measured.resolution or 0.0
+    if resolution <= resolved(case) * left:
         return Verdict("pass", "", expected)
-    said = f"no defect is seen, but one of {measured['resolution']:.1e} could be hidden, where a "
+    said = f"no defect is seen, but one of {resolution:.1e} could be hidden, where a "
     said += f"method of this order that is not symplectic would leave {left:.1e}"
     return Verdict("inconclusive", f"{said}{rough}.", expected)
 
@@ -79,27 +79,26 @@ def _closed_force(case: Case) -> bool:
     return all(sympy.simplify(e) == 0 for e in [*by_u, *(by_x - by_x.T)])
 
 
-def _volume(case: Case, rows: Sequence[Row]) -> str:
+def _volume(case: Case, rows: Sequence[OfNumbers]) -> str:
     """Return why volume, if it is claimed, is not kept, a sentence; "" if it is kept."""
     if not _claims_volume(case):
         return ""
-    worst = max(
-        (r for r in rows if r["volume"]), key=lambda r: r["volume"]["certain"], default=None
-    )
-    if worst is None or not worst["volume"]["certain"] > rounded(case):
+    of = [(row.volume.certain, k, row.volume) for k, row in enumerate(rows) if row.volume]
+    certain, k, volume = max(of, key=lambda found: found[0], default=(0.0, 0, None))
+    if volume is None or not certain > rounded(case):
         return ""
     return (
-        f"volume is not kept: a step changes it by {worst['volume']['measured']:.2g}, beyond every "
-        f"error of the differences, at step {worst['step']:.3g}, t = {worst['time']:.3g}."
+        f"volume is not kept: a step changes it by {volume.measured:.2g}, beyond every error of "
+        f"the differences, at step {rows[k].step:.3g}, t = {rows[k].time:.3g}."
     )
 
 
-def _volume_unknown(case: Case, rows: Sequence[Row]) -> str:
+def _volume_unknown(case: Case, rows: Sequence[OfNumbers]) -> str:
     """Return why a claim of volume without a form is undecided, a sentence; "" if decided."""
     if not _claims_volume(case):
         return ""
-    told = [r for r in rows if r["volume"]
-            and r["volume"]["resolution"] <= resolved(case) * r["left"]]  # fmt: skip
+    told = [r for r in rows if r.volume and r.left is not None
+            and r.volume.resolution <= resolved(case) * r.left]  # fmt: skip
     if len(told) >= min(ENOUGH, len(rows)):
         return ""
     return (

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -30,14 +31,14 @@ from ..core.case import (
     silent,
 )
 from ..core.family import KEPT
-from ..core.outcome import Row
 from ..core.runs import follow, largest_stable_step
 from ..evidence import evidence_of
-from ..evidence.consistency import CONSISTENCY, consistency_of
+from ..evidence.consistency import consistency_of
 from ..systems import system_of
 from . import in_numbers
 from .constraints import constraint_defect
 from .limits import CHANGES, FORMS
+from .records import AtPlace, Defects, Found, FoundOfNumbers, Row
 
 NAME = "symplecticity"
 NEEDS = "under a force a one-step map has no form to keep; all else can be tested."
@@ -92,13 +93,13 @@ def _kinds(case: Case) -> tuple[str, ...]:
     return (*found, "residual", *(["constraint"] if scene.all_constraints else []))
 
 
-def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+def measure(case: Case, progress: Progress = silent) -> Found | FoundOfNumbers:
     """Return the defects of maps and run (`_measure`), and the consistency of single steps."""
-    return {**_measure(case, progress), CONSISTENCY: consistency_of(case)}
+    return replace(_measure(case, progress), consistency=consistency_of(case))
 
 
-def _measure(case: Case, progress: Progress) -> dict[str, Any]:
-    """Return rows {step, index, time, pullback, poisson, residual}; measured: the worst of each.
+def _measure(case: Case, progress: Progress) -> Found | FoundOfNumbers:
+    """Return rows of pullback, poisson, residual, and the worst of each.
 
     On constrained scenes also constraint (`constraint_defect`); under a force also change and
     volume (`form_change_defects`) and contraction, the rate at which volume shrinks: measured is
@@ -118,53 +119,46 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
         rows = _control_rows(case, largest)
     else:
         rows, largest = _rows(case, largest)
-    worst = {kind: _worst(rows, kind) for kind in _kinds(case)}
-    found: dict[str, Any] = {
-        "rows": rows, "measured": {kind: row and row[kind] for kind, row in worst.items()},
-    }  # fmt: skip
-    if "volume" in _kinds(case):
-        own = [row["contraction"] for row in rows if row["step"] == float(case.scene.step)]
-        found["measured"]["contraction"] = sum(own) / len(own)
+    measured = _worst_of(rows, _kinds(case))
+    if "volume" in measured:
+        own = [row.defects["contraction"] for row in rows if row.step == float(case.scene.step)]
+        measured["contraction"] = sum(e for e in own if e is not None) / len(own)
+    local = None
     if not case.control:
         progress(f"{label}: steps from drawn places", 1.0)
-        found["local"] = _at_places(case)
+        local = _at_places(case)
     # a step this long could not be followed; the last rows are those of a part
-    if largest != tried:
-        found["left_out_step"] = float(tried)
-    return found
+    left_out = float(tried) if largest != tried else None
+    return Found(rows, measured, local, left_out)
 
 
-def _in_states(case: Case, progress: Progress) -> dict[str, Any] | None:
+def _in_states(case: Case, progress: Progress) -> Found | None:
     """Return `_measure` in some states of a long run, at the usual step; None without any."""
     system = system_of(case)
     if (states := system.states(progress)) is None:
         return None
-    flow, rows = system.flow(case.scene.step), list[dict[str, Any]]()
+    flow, rows = system.flow(case.scene.step), list[Row]()
     for k, (t, x, mu) in enumerate(states):
-        rows.append({
-            "step": float(flow.step), "index": k, "time": t, "pullback": None,
-            "poisson": system.form_defect(flow, x, mu, seed=k), **system.step_defects(flow, x, mu),
-        })  # fmt: skip
-    worst = {kind: _worst(rows, kind) for kind in _kinds(case)}
-    measured = {kind: row and row[kind] for kind, row in worst.items()}
-    return {"rows": rows, "measured": {"pullback": None, **measured}}
+        form = {"pullback": None, "poisson": system.form_defect(flow, x, mu, seed=k)}
+        rows.append(Row(float(flow.step), k, t, form | system.step_defects(flow, x, mu)))
+    return Found(rows, {"pullback": None, **_worst_of(rows, _kinds(case))})
 
 
-def _at_places(case: Case) -> dict[str, Any]:
-    """Return the evidence's worst step: {kind, defect, limit, step, place, seed}, or {unknown}."""
+def _at_places(case: Case) -> AtPlace:
+    """Return the evidence's worst step."""
     try:
         evidence = evidence_of(case.scheme)
         found = evidence.form
     except (ReferenceFailure, DiscmechError) as failure:  # no places around a motion
-        return {"unknown": " ".join(str(failure).split())}
+        return AtPlace(unknown=" ".join(str(failure).split()))
     worst = found.worst
     if worst is None:
-        return {"unknown": found.unknown}
-    return {"kind": worst.kind, "defect": worst.defect, "limit": found.limit, "step": worst.step,
-            "place": str(worst.place), "seed": evidence.seed}  # fmt: skip
+        return AtPlace(unknown=found.unknown)
+    return AtPlace(kind=worst.kind, defect=worst.defect, limit=found.limit, step=worst.step,
+                   place=str(worst.place), seed=evidence.seed)  # fmt: skip
 
 
-def _rows(case: Case, largest: Fraction) -> tuple[list[dict[str, Any]], Fraction]:
+def _rows(case: Case, largest: Fraction) -> tuple[list[Row], Fraction]:
     """Return the rows at the scene's step and at the largest one, and the latter step."""
     own = Fraction(case.scene.step)
     rows = _rows_at(case, own)
@@ -186,7 +180,7 @@ def _several(case: Case) -> bool:
     return not case.scheme.has_arrows or len(case.scheme.s.stages) > 0
 
 
-def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
+def _rows_at(case: Case, step: Fraction) -> list[Row]:
     count = POINTS[case.digits == 16]
     steps = case.steps or 8 * count
     followed = step <= case.scene.step or not _several(case)
@@ -197,8 +191,7 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
     for i, k in enumerate(range(0, steps, max(1, steps // count))):
         x, u, mu = run.base[k], run.u[k], run.mu[k]
         taken = run.base[k + 1], run.mu[k + 1]
-        rows.append({
-            "step": float(step), "index": i, "time": float(run.t[k]),
+        defects: Defects = {
             # None if a step is no arrow; otherwise the run's next one, for Newton may find another
             "pullback": float(flow.pullback_defect(x, u, v0=run.u[k + 1]))
             if case.scheme.has_arrows else None,
@@ -207,7 +200,8 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
             **_change(case, flow, x, mu, u),
             **({"constraint": constraint_defect(flow, run, k)} if "constraint" in _kinds(case)
                else {}),
-        })  # fmt: skip
+        }  # fmt: skip
+        rows.append(Row(float(step), i, float(run.t[k]), defects))
     return rows
 
 
@@ -224,15 +218,15 @@ def _change(case: Case, flow: Any, x: Any, mu: Any, u: Any) -> dict[str, float |
     return {"change": float(change), "volume": float(volume), "contraction": rate}
 
 
-def _control_rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
+def _control_rows(case: Case, largest: Fraction) -> list[Row]:
     """Return rows at the largest stable step and, for Runge–Kutta methods, at ever smaller ones."""
     rows = []
     smaller = 24 if case.control in controls.RUNGE_KUTTA and case.digits == 16 else 1
     for k in range(smaller):
         flow = case.scheme.flow(largest / 2**k, case.digits)
         for i, (pullback, poisson) in enumerate(_control_defects(case, flow)):
-            rows.append({"step": float(flow.step), "index": i, "time": float(flow.step * i),
-                         "pullback": pullback, "poisson": poisson, "residual": None})  # fmt: skip
+            defects = {"pullback": pullback, "poisson": poisson, "residual": None}
+            rows.append(Row(float(flow.step), i, float(flow.step * i), defects))
     return rows
 
 
@@ -248,11 +242,18 @@ def _control_defects(case: Case, flow: Any) -> list[tuple[float | None, float | 
             for x, u, mu in zip(run.base, run.u, run.mu, strict=True)]  # fmt: skip
 
 
-def _worst(rows: Sequence[Row], kind: str) -> Row | None:
+def _worst_of(rows: Sequence[Row], kinds: Sequence[str]) -> dict[str, float | None]:
+    """Return the largest defect of each kind; None for one that is measured nowhere."""
+    worst = {kind: worst_row(rows, kind) for kind in kinds}
+    return {kind: None if row is None else row.defects[kind] for kind, row in worst.items()}
+
+
+def worst_row(rows: Sequence[Row], kind: str) -> Row | None:
     """Return the row of the largest defect; one that is not a number is worse than any."""
-    seen = [row for row in rows if row[kind] is not None]
-    return max(seen, key=lambda row: _badness(row[kind]), default=None)
+    seen = [(badness(value), row) for row in rows if (value := row.defects[kind]) is not None]
+    return max(seen, key=lambda pair: pair[0], default=(0.0, None))[1]
 
 
-def _badness(value: float) -> float:
+def badness(value: float) -> float:
+    """Return the value by which defects are compared: one that is not a number is the largest."""
     return math.inf if math.isnan(value) else value

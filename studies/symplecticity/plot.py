@@ -117,7 +117,7 @@ def _above(axes: Axes, x: float, words: str, side: str) -> None:
 
 def _values(case: Case, kind: str) -> list[float]:
     """Return all defects of a kind, including the measured worst."""
-    found: list[float | None] = [getattr(row, kind) for row in case.rows]
+    found = [row.defects.get(kind) for row in case.rows]
     found.append(getattr(case.measured, kind))
     return [abs(value) for value in found if value is not None]
 
@@ -132,7 +132,8 @@ def against_step(case: Case) -> list[tuple[float, float]]:
     """Return the worst defect of either kind at each step size."""
     worst: dict[float, float] = {}
     for row in case.rows:
-        found = [abs(value) for value in (row.pullback, row.poisson) if value is not None]
+        values = [row.defects.get(kind[0]) for kind in KINDS]
+        found = [abs(value) for value in values if value is not None]
         if row.step and found:
             worst[abs(row.step)] = max([worst.get(abs(row.step), 0.0), *found])
     return sorted(worst.items())

@@ -2,24 +2,120 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..core.records import OPTIONAL, SPREAD
+
+Defects = Mapping[str, float | None]
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """The defects of the step from a point of a run; None where one is not measured."""
+    """The defects of the step from a point of a run by kind; None where one is not measured."""
+
+    step: float = 0.0
+    index: int = 0
+    time: float = 0.0
+    defects: Defects = field(default_factory=dict, metadata=SPREAD)
+
+
+@dataclass(frozen=True, slots=True)
+class AtPlace:
+    """The largest defect of steps from drawn places, or the reason why it is unknown."""
+
+    unknown: str | None = field(default=None, metadata=OPTIONAL)
+    kind: str | None = field(default=None, metadata=OPTIONAL)
+    defect: float | None = field(default=None, metadata=OPTIONAL)
+    limit: float | None = field(default=None, metadata=OPTIONAL)
+    step: float | None = field(default=None, metadata=OPTIONAL)
+    place: str | None = field(default=None, metadata=OPTIONAL)
+    seed: int | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The rows, the largest defect of each kind (and the mean rate at which volume shrinks).
+
+    local: that of steps from drawn places. left_out_step: a step that could not be followed.
+    consistency: the order of single steps.
+    """
+
+    rows: Sequence[Row] = ()
+    measured: Defects = field(default_factory=dict)
+    local: AtPlace | None = field(default=None, metadata=OPTIONAL)
+    left_out_step: float | None = field(default=None, metadata=OPTIONAL)
+    consistency: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Volume:
+    """The change of volume by a step: its certain part, as measured, and the resolution."""
+
+    certain: float = 0.0
+    measured: float = 0.0
+    resolution: float = 0.0
+    entry: Sequence[int] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class OfNumbers:
+    """The defects of a step of a program from a place, or the reason why it makes none there.
+
+    certain: the part of a defect that no error explains. left: the defect that a method of the
+    order, but not symplectic, would leave there. again: the difference of a repeated step.
+    """
 
     step: float = 0.0
     index: int = 0
     time: float = 0.0
     pullback: float | None = None
     poisson: float | None = None
+    certain: float | None = None
+    resolution: float | None = None
+    left: float | None = None
+    loop: float | None = None
+    volume: Volume | None = None
+    again: float | None = None
+    noise: float = 0.0
+    residual: float | None = None
+    why_not: str = ""
+    entry: str = ""
+    state: Sequence[float] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Seed:
+    """The seed from which places were drawn."""
+
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class MeasuredOfNumbers:
+    """The defect, its certain part, the resolution, the difference of a repeated step."""
+
+    pullback: float | None = None
+    poisson: float | None = None
+    certain: float | None = None
+    resolution: float | None = field(default=None, metadata=OPTIONAL)
+    residual: float | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True, slots=True)
+class FoundOfNumbers:
+    """The rows of a program, and the worst of each."""
+
+    rows: Sequence[OfNumbers] = ()
+    measured: MeasuredOfNumbers = field(default_factory=MeasuredOfNumbers)
+    local: Seed | None = None
+    consistency: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """The largest defect of each kind, and the mean rate at which volume shrinks."""
+    """The figures of a view: the largest defect of each kind."""
 
     pullback: float | None = None
     poisson: float | None = None

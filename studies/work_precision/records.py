@@ -4,11 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
-
-
-def _named(key: str) -> Any:
-    return field(default=None, metadata={"key": key})
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,15 +21,15 @@ class Row:
     evaluations: float | None = None
     iterations: float | None = None
     error: float | None = None
-    error_x: float | None = _named("error-x")
-    error_mu: float | None = _named("error-mu")
-    error_max: float | None = _named("error-max")
-    error_x_max: float | None = _named("error-x-max")
-    error_mu_max: float | None = _named("error-mu-max")
+    error_x: float | None = field(default=None, metadata={"key": "error-x"})
+    error_mu: float | None = field(default=None, metadata={"key": "error-mu"})
+    error_max: float | None = field(default=None, metadata={"key": "error-max"})
+    error_x_max: float | None = field(default=None, metadata={"key": "error-x-max"})
+    error_mu_max: float | None = field(default=None, metadata={"key": "error-mu-max"})
     energy: float | None = None
-    energy_max: float | None = _named("energy-max")
+    energy_max: float | None = field(default=None, metadata={"key": "energy-max"})
     momentum: float | None = None
-    momentum_max: float | None = _named("momentum-max")
+    momentum_max: float | None = field(default=None, metadata={"key": "momentum-max"})
     tolerance: float | None = None
     promised: float | None = None
     cause: str | None = None

@@ -42,7 +42,7 @@ JUDGES = (
     _study("momentum", "_judge_faults"),
     _study("momentum", "limits_of", "walks_of", module="measuring"),
     _study("symplecticity", "_broken", "_seen_in", "demanded"),
-    _study("symplecticity", "_badness", "_worst", "_kinds", module="measuring"),
+    _study("symplecticity", "badness", "worst_row", "_worst_of", "_kinds", module="measuring"),
     _study("reversibility"),
     _study("steps", "_of_order", "_of_back", "_of_form", "_of_energy"),
     _study("stability", "LOOSE"),
