@@ -14,7 +14,7 @@ import numpy as np
 
 from ..compiler import FADED, MOST_SWEEPS, Entry, Status
 from ..numbers import Arithmetic, LazyModule, over
-from ..numbers.types import MatrixLike
+from ..numbers.types import MatrixLike, Number
 from .blocks import places
 
 sparse: Any = LazyModule("scipy.sparse")
@@ -107,6 +107,11 @@ class SparseSteps:
     moving: int
     numbers: Arithmetic
 
+    @property
+    def eps(self) -> Number:
+        """The unit of round-off, at which Newton's method ends."""
+        return self.numbers.eps
+
     def begin(self) -> int:
         """Solve the first substep for w, which holds a guess, and forget the past; return the
         status."""
@@ -153,9 +158,8 @@ class SparseSteps:
             if not (here - here == 0 and size < HUGE):
                 return Status.SINGULAR
             # the first correction has no rate, since `before` is inf
-            eps = self.numbers.eps
-            noise, rate = eps * here, size / before if before > 0 else 0.0
-            large = size >= eps**0.5 * here and moved > self.floor()
+            noise, rate = self.eps * here, size / before if before > 0 else 0.0
+            large = size >= self.eps**0.5 * here and moved > self.floor()
             following = size * rate if count > 1 and rate < 0.5 else size
             if over(size, before, noise, following, count > 2 and not large):
                 status = Status.OK
