@@ -121,7 +121,7 @@ class DiscreteLagrangian:
             found.append([row.get(at + i, graph.number(0)) for i in range(len(part))])
             at += len(part)
         x, u, stages, *moved = found
-        if self._curves or len(stages):  # sums over nodes
+        if (self._curves or len(stages)) and not self.groupoid.canonical:  # sums over nodes
             u = self.scope.held_sums(u)
         return x, u, stages, moved
 
@@ -267,8 +267,7 @@ class DiscreteLagrangian:
             value = g.target(s.x, s.u, theta * s.h)
             point = place_point(self.scope, z, value, self.u, [s.x])
             point.theta = theta
-            # e→ does not move the end, so no node is needed for its motion
-            point.move(g.point_motion(s.x, s.u, s.h, theta, z), None if theta == 1 else s)
+            point.move(g.point_motion(s.x, s.u, s.h, theta, z))
             if s.forced:
                 right, left = g.displacement_at(s.x, s.u, s.h, theta)
                 point.displacement = self.graph.matrix(right), self.graph.matrix(left)

@@ -10,7 +10,7 @@ from typing import Any
 from ..groupoids import Motion
 from ..numbers import Frame, Node, NodeMatrix, Scope, symbols_of
 from ..numbers.types import Column, Expression
-from .symbols import SceneSymbols, column
+from .symbols import column
 
 
 class Point:
@@ -42,24 +42,12 @@ class Point:
         """Return True for the point y = b(x, u; h)."""
         return bool(self.theta == 1)
 
-    def move(self, motion: Motion, held: SceneSymbols | None = None) -> None:
-        """Set the motion of the point. held: the letters of the step, to hold all entries of the
-        motion that contain more than h and parameters; None holds no entry."""
+    def move(self, motion: Motion) -> None:
+        """Set the motion of the point."""
         graph, scope = self.scope.graph, self.scope
         anchor, slope, right, left = motion
-        self.anchor = graph.matrix(anchor)
+        self.anchor, self.slope, self.right = map(graph.matrix, (anchor, slope, right))
         more = graph.matrix(left - right)
-        self.slope, self.right = graph.matrix(slope), graph.matrix(right)
-        if held is not None:
-            entries = dict.fromkeys([*slope, *right, *(left - right)])
-            values = [e for e in entries if e.free_symbols - set(held.q)]
-            assert symbols_of(values) <= {*held.q, *held.x, *held.u}, "z belongs into the anchor"
-            read = [graph.read(e) for e in values]
-            swap = {e.index: v for e, v in zip(read, scope.held(read, "d", False), strict=True)}
-            self.slope, self.right, more = (
-                [[swap.get(e.index, e) for e in row] for row in matrix]
-                for matrix in (self.slope, self.right, more)
-            )
         self.left = [graph.plus(*rows) for rows in zip(self.right, more, strict=True)]
         if not self.nodes:
             return
