@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from .stage_text import NoShortForm
     from .stages_at_step import StagesAtStep, taken_over
     from .step import Kind, Step, kinds_of
-    from .step_nodes import StepNodes
 else:
     __getattr__ = on_demand(
         __name__,
@@ -66,13 +65,12 @@ else:
         stage_text="NoShortForm",
         stages_at_step="StagesAtStep taken_over",
         step="Kind Step kinds_of",
-        step_nodes="StepNodes",
     )  # fmt: skip
 
 __all__ = [
     "Array", "Damaged", "Entry", "FADED", "Kernels", "KernelsAtStep", "Kicks", "Kind",
     "LatticeKernels", "LatticeStages", "LatticeSystem", "Layout", "MOST_SWEEPS", "NoShortForm",
-    "Run", "SAVINGS", "StageSource", "StageSystem", "StagesAtStep", "Status", "Step", "StepNodes",
+    "Run", "SAVINGS", "StageSource", "StageSystem", "StagesAtStep", "Status", "Step",
     "address", "cache_folder", "cache_folders", "cached_text", "compile", "compile_lattice",
     "compile_lattice_stages", "compile_stages", "compiled", "compiled_text", "cores", "digest",
     "interpreted", "is_affine", "is_temporary", "kernel_text", "kinds_of", "make_private",

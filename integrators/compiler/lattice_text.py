@@ -17,7 +17,6 @@ from ..numbers.types import Column, Letters
 from .module_text import KernelText, texts_of, with_names
 from .omissions import pivot_rows
 from .step import Step
-from .step_nodes import StepNodes
 
 BLOCK = 1024  # number of bonds whose sites fit into the processor's first cache
 FADED = 0.1  # largest ratio of corrections, site by site or with a kept factorisation
@@ -83,7 +82,7 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         f"WIDTH = {max(k.width for k in made)}",
         f"WIDTHS = dict(w=S, w1=S, w2=S, w3=S, work={s * s * (2 if shape == 'ring' else 1) + s}, "
         "ties=2 * S * S, coefficients=WIDTH)",
-        f"ORDER = {tuple(pivot_rows(StepNodes(system.site)))}",
+        f"ORDER = {tuple(pivot_rows(system.site))}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), made)),  # noqa: B905
         # a composition of a rule and its adjoint begins with the latter
         f"FIRST = {'ADJOINT' if len(made) > 1 else 'RULE'}",
@@ -100,7 +99,7 @@ def _places(kinds: Sequence[LatticeSystem], S: int) -> list[str]:
     blocks = {"HERE": (0, 0), "AHEAD": (0, 1), "BEHIND": (1, 0), "THERE": (1, 1)}
     found = {
         name: tuple(i * S + j for i in range(S) for j in range(S)
-                    if any(k.bond.slope[a * S + i, b * S + j] != 0 for k in kinds if k.bond))
+                    if any(k.bond.nodes.slope[a * S + i][b * S + j] for k in kinds if k.bond))
         for name, (a, b) in blocks.items()
     }  # fmt: skip
     columns = {p % S for p in found["AHEAD"]}  # columns that multiply a site's own equations

@@ -34,7 +34,6 @@ from .elimination import solve
 from .layout import Layout
 from .omissions import carried, has_pivots, is_affine, pivot_rows
 from .step import Step
-from .step_nodes import StepNodes
 
 LONGEST = 1000  # a lattice's function with more operations is called instead of written in
 SHORTEST = 40  # least number of operations of a function for which a call costs less than it saves
@@ -105,7 +104,7 @@ class KernelText:
         self.step, self.suffix, self.omit = step, suffix, frozenset(omit)
         edge = ["edge"] if step.extents else []
         self.parts, self.own = parts or (*edge, "solver", "update", "carry", "prepare"), own
-        self.nodes = StepNodes(step)
+        self.nodes = step.nodes
         self.coefficients = coefficients or Coefficients(
             step.q, self.nodes.graph, plain="coefficients" in self.omit
         )
@@ -116,12 +115,12 @@ class KernelText:
     @cached_property
     def affine(self) -> bool:
         """True if one correction from w = 0, where the rows must be finite, solves a step."""
-        return "direct" not in self.omit and is_affine(self.nodes)
+        return "direct" not in self.omit and is_affine(self.step)
 
     @cached_property
     def carried(self) -> list[tuple[Node, Node]]:
         """The functions of x that are handed on to the next step: [(at x, at y)]."""
-        return [] if "carried" in self.omit else carried(self.nodes)
+        return [] if "carried" in self.omit else carried(self.step)
 
     @cached_property
     def text(self) -> str:
@@ -261,8 +260,8 @@ class KernelText:
         rows, slope = entries[:m], [entries[i : i + m] for i in range(m, m + m * m, m)]
         residual = [a - b for a, b in zip(nodes.wanted, rows, strict=True)]
         # further corrections repair the effect of small pivots, but an affine step has only one
-        exchange = self.affine or "order" in self.omit or not has_pivots(nodes)
-        dw, _ = solve(graph, slope, residual, self.coefficients, pivot_rows(nodes), exchange)
+        exchange = self.affine or "order" in self.omit or not has_pivots(step)
+        dw, _ = solve(graph, slope, residual, self.coefficients, pivot_rows(step), exchange)
         arguments = {"x": step.x, "w": step.w, "mu": step.mu, "k": self._k,
                      "c": self.coefficients}  # fmt: skip
         if self.affine:

@@ -13,7 +13,7 @@ import numpy as np
 from ..numbers import Node, node_values, random_point, vanishes
 from ..numbers.graph import CALL, HELD, LETTER, PRODUCT, RESULT
 from ..numbers.types import Exact, Letter, Number
-from .step_nodes import StepNodes
+from .step import Step
 
 #: name → explanation of each saving
 SAVINGS = {
@@ -23,37 +23,37 @@ SAVINGS = {
 }
 
 
-def is_affine(nodes: StepNodes) -> bool:
+def is_affine(step: Step) -> bool:
     """Return True if the rows, with derivative `slope`, are affine in w and finite at w = 0.
 
     Then one correction solves them. The test compares the slope at two random w, with x, h and
     parameters unchanged.
     """
-    step, graph = nodes.step, nodes.graph
-    point, other = (_point(nodes, seed) for seed in (0, 1))
+    nodes, graph = step.nodes, step.nodes.graph
+    point, other = (_point(step, seed) for seed in (0, 1))
     entries = [e for row in nodes.slope for e in row]
     unknown = set(nodes.w)
-    if any(e in unknown for e in graph.order(entries)):
+    if any(e in unknown or e.kind == RESULT for e in graph.order(entries)):
         second = {**point, **{u: other[u] for u in step.w}}
-        if not _same(nodes, entries, point, second):
+        if not _same(step, entries, point, second):
             return False
     at_zero = {**point, **dict.fromkeys(step.w, 0)}
     try:
-        values = _at(nodes, at_zero, 30, [*nodes.rows, *entries])
+        values = _at(step, at_zero, 30, [*nodes.rows, *entries])
     except ZeroDivisionError:
         return False
     return all(v - v == 0 for v in values)
 
 
 def _same(
-    nodes: StepNodes, entries: Sequence[Node], first: Mapping[Letter, Exact],
+    step: Step, entries: Sequence[Node], first: Mapping[Letter, Exact],
     second: Mapping[Letter, Exact],
 ) -> bool:  # fmt: skip
     """Return True if entries have the same values at two points."""
 
     def changes(digits: int, entries: Sequence[Node]) -> list[Number]:
         """Return the differences of entries between the two points."""
-        ends = (_at(nodes, point, digits, entries) for point in (first, second))
+        ends = (_at(step, point, digits, entries) for point in (first, second))
         return [a - b for a, b in zip(*ends, strict=True)]
 
     found = [(a, e) for a, e in zip(changes(60, entries), entries, strict=True) if a]
@@ -65,18 +65,18 @@ def _same(
     return True
 
 
-def pivot_rows(nodes: StepNodes) -> list[int]:
+def pivot_rows(step: Step) -> list[int]:
     """Return the order of rows in which elimination meets large pivots at a random point.
 
     So a step need not search for pivots; if the order is poor, Newton only takes more corrections.
     With multipliers it is the order of the equations: first the mass matrix, then A M⁻¹ Aᵀ, since
     an entry of A that is large at one point is zero at another (`has_pivots`).
     """
-    m = len(nodes.w)
+    m = len(step.w)
     rows = list(range(m))
-    if m <= 3 or nodes.step.multipliers:
+    if m <= 3 or step.multipliers:
         return rows
-    left = _sample(nodes)
+    left = _sample(step)
     for p in range(m):
         best = p + int(np.argmax(abs(left[p:, p])))
         rows[p], rows[best] = rows[best], rows[p]
@@ -86,15 +86,15 @@ def pivot_rows(nodes: StepNodes) -> list[int]:
     return rows
 
 
-def has_pivots(nodes: StepNodes) -> bool:
+def has_pivots(step: Step) -> bool:
     """Return False if equations with multipliers meet a pivot that is zero everywhere.
 
     If the mass matrix is definite, no pivot vanishes anywhere: its own have one sign, and so have
     those of A M⁻¹ Aᵀ. Otherwise some may vanish at single points, which `KernelsAtStep` handles.
     """
-    if not nodes.step.multipliers:
+    if not step.multipliers:
         return True
-    left = _sample(nodes)
+    left = _sample(step)
     for p in range(len(left)):
         if abs(left[p, p]) < 1e-9 * abs(left[p]).max():  # only round-off is left
             return False
@@ -102,32 +102,31 @@ def has_pivots(nodes: StepNodes) -> bool:
     return True
 
 
-def _sample(nodes: StepNodes) -> np.ndarray:
+def _sample(step: Step) -> np.ndarray:
     """Return the slope at a random point, in double precision, (m, m)."""
-    entries, m = [e for row in nodes.slope for e in row], len(nodes.w)
-    values = _at(nodes, _point(nodes), 17, entries)
+    entries, m = [e for row in step.nodes.slope for e in row], len(step.w)
+    values = _at(step, _point(step), 17, entries)
     return np.array(values, dtype=float).reshape(m, m)
 
 
-def _point(nodes: StepNodes, seed: int = 0) -> dict[Letter, Exact]:
+def _point(step: Step, seed: int = 0) -> dict[Letter, Exact]:
     """Return a random point of x, w, q and μ, with a small step and small unknowns."""
-    step = nodes.step
     small = (*step.w, step.q[0])
     return {**random_point([*step.x, *step.w, *step.q], small=small, seed=seed),
             **random_point(step.mu)}  # fmt: skip
 
 
 def _at(
-    nodes: StepNodes, point: Mapping[Letter, Exact], digits: int, entries: Sequence[Node]
+    step: Step, point: Mapping[Letter, Exact], digits: int, entries: Sequence[Node]
 ) -> list[Number]:
     """Return the values of nodes at a point, computed with the given digits."""
-    constants = {s: of(digits + 20) for s, of in nodes.step.constants.items()}
+    constants = {s: of(digits + 20) for s, of in step.constants.items()}
     return node_values(entries, {**point, **constants}, digits)
 
 
-def carried(nodes: StepNodes) -> list[tuple[Node, Node]]:
+def carried(step: Step) -> list[tuple[Node, Node]]:
     """Return costly functions of x in the rows that the gain needs at the end: [(at x, at y)]."""
-    graph = nodes.graph
+    nodes, graph = step.nodes, step.nodes.graph
     to_end = dict(zip((e.index for e in nodes.x), nodes.y, strict=True))
     constants = set(nodes.q[1:])  # the next step may be of another size
     slope = [e for row in nodes.slope for e in row]

@@ -1,19 +1,22 @@
 """One step of a method as plain data, the input of the compiler.
 
 Rows E(x, w; q) in the unknowns w are solved against (μ, 0); then (x, μ) grows by (increment, gain).
-All are expressions in x, w, y, q and the letters of `definitions`; this file does not know schemes,
-groupoids or rules.
+All are expressions in x, w, y, q and the letters of `graph` for held nodes; this file does not know
+schemes, groupoids or rules.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import cached_property
+from typing import Any, Literal, TypeAlias
 
-from ..numbers import Definition, Letters
-from ..numbers.types import Column, Expression, Letter, Mpf, SymbolicMatrix
+from ..numbers import Graph, Letters, Node
+from ..numbers.types import Expression, Letter, Mpf
 
+#: a column, or a matrix row by row, of expressions of sympy or of nodes
+Entries: TypeAlias = Any
 #: the kind of an unknown: u or another velocity, a stage, a slope of z = (x, μ), a multiplier that
 #: the rows of a run hold, an impulse at the end of a step, a place over h
 Kind = Literal["velocity", "stage", "slope", "multiplier", "impulse", "place"]
@@ -32,8 +35,9 @@ class Step:
     rows: E/h, as many as w, solved against `wanted`, which is (μ, 0) unless it is given. slope:
     ∂(E/h)/∂w, square. y: the letters of the target, if an expression needs it. increment: y − x,
     length n. gain: (F⁺ − F⁻)/h, length m.
+    graph: that of the letters for held nodes; expressions may be nodes of it.
     kinds: those of the unknowns, one each; slopes and impulses have units of their own.
-    explicit: True if the rows are w − E and E contains no w, neither directly nor in definitions.
+    explicit: True if the rows are w − E and E contains no w, neither directly nor in held nodes.
     scaled: those u on which the chart depends; kernels write them as ξ = hu.
     along: (letters, values) if the linear equations are solved not for dw itself but for a
     displacement c in the group: c's letters, and dw in terms of them.
@@ -50,11 +54,11 @@ class Step:
     w: Letters
     mu: Letters
     y: Letters
-    rows: Column
-    slope: SymbolicMatrix
-    increment: Column
-    gain: Column
-    definitions: tuple[Definition, ...] = ()
+    rows: Entries
+    slope: Entries
+    increment: Entries
+    gain: Entries
+    graph: Graph | None = None
     scaled: Letters = ()
     along: tuple[Letters, tuple[Expression, ...]] | None = None
     extents: tuple[tuple[str, Expression], ...] = ()
@@ -66,10 +70,66 @@ class Step:
     composed: bool = False
     adjoint: Step | None = None
 
+    @cached_property
+    def nodes(self) -> StepNodes:
+        """The step in nodes of its graph."""
+        return StepNodes(self)
+
+    def at(self, swap: Mapping[Letter, Expression]) -> Step:
+        """Return the step with expressions in place of letters in all that a step computes."""
+        nodes, graph = self.nodes, self.nodes.graph
+        parts = [nodes.rows, *nodes.slope, nodes.increment, nodes.gain, nodes.wanted]
+        swapped = {graph.letter(a).index: graph.node(e) for a, e in swap.items()}
+        made = iter(graph.rebuilt([e for part in parts for e in part], swapped))
+        rows, *slope, increment, gain, wanted = ([next(made) for _ in part] for part in parts)
+        return replace(
+            self, graph=graph, rows=rows, slope=[e for row in slope for e in row],
+            increment=increment, gain=gain, wanted=tuple(wanted),
+        )  # fmt: skip
+
     @property
     def multipliers(self) -> int:
         """The number of multipliers that a run's rows hold."""
         return self.kinds.count("multiplier")
+
+
+class StepNodes:
+    """The letters x, u, w, mu, y, q and the expressions of a step, as lists of nodes.
+
+    slope is a list of rows; wanted has as many entries as rows.
+    """
+
+    def __init__(self, step: Step) -> None:
+        self.step = step
+        self.graph = graph = step.graph or Graph()
+        letters = (step.x, step.u, step.w, step.mu, step.y, step.q)
+        self.x, self.u, self.w, self.mu, self.y, self.q = map(graph.letters, letters)
+        self.rows, self.increment, self.gain = map(
+            self.read, (step.rows, step.increment, step.gain)
+        )
+        entries, m = self.read(step.slope), len(step.w)
+        self.slope = [entries[i * m : i * m + m] for i in range(m)]
+        self.wanted = self.read(step.wanted or [*step.mu, *[0] * (m - len(step.mu))])
+
+    def read(self, entries: Iterable[Any]) -> list[Node]:
+        """Return the nodes of expressions in the step's letters."""
+        return [self.graph.node(e) for e in entries]
+
+    @property
+    def keys(self) -> list[Any]:
+        """Return everything that a step's kernels are made from, as text."""
+        step, graph = self.step, self.graph
+        along = step.along[1] if step.along else ()
+        branch = () if step.branch is None else (step.branch,)
+        columns = (self.rows, self.increment, self.gain, *self.slope, self.wanted,
+                   self.read([*along, *branch, *(e for _, e in step.extents)]))  # fmt: skip
+        letters = (step.q, step.x, step.u, step.w, step.mu, step.y, step.scaled,
+                   step.along[0] if step.along else ())  # fmt: skip
+        facts = (step.name, [kind for kind, _ in step.extents], [*step.kinds], step.explicit,
+                 step.composed)  # fmt: skip
+        other = step.adjoint.nodes.keys if step.adjoint else None
+        return [facts, [[*map(str, e)] for e in letters],
+                [[graph.key(e) for e in column] for column in columns], other]  # fmt: skip
 
 
 def written(*parts: Any) -> str:
@@ -85,6 +145,8 @@ def written(*parts: Any) -> str:
         return known[e]
 
     def visit(item: Any) -> Any:
+        if isinstance(item, Step):
+            return item.nodes.keys
         if is_dataclass(item):
             return [visit(getattr(item, f.name)) for f in fields(item) if f.name != "constants"]
         if isinstance(item, (str, bool, type(None))):

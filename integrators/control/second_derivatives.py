@@ -17,10 +17,7 @@ import numpy as np
 
 from ..equations import vector
 from ..numbers import (
-    Definition,
     arithmetic,
-    inlined,
-    needed,
     numeric,
     opaque,
     symbols_of,
@@ -36,7 +33,7 @@ CHUNK = 2**21
 class SecondDerivatives:
     """A scalar of `inputs` and `data` (letters) as a function of columns of numbers.
 
-    definitions: the values of other letters of the scalar. Raises `BadInput` for functions that
+    known: the values of other letters of the scalar, in order. Raises `BadInput` for functions that
     double precision does not have.
     """
 
@@ -45,9 +42,9 @@ class SecondDerivatives:
         scalar: Expression,
         inputs: Sequence[Letter],
         data: Sequence[Letter],
-        definitions: Sequence[Definition],
+        known: Mapping[Letter, Expression],
     ) -> None:
-        program, scalar = _in_small_parts(inlined(needed(definitions, [scalar])), scalar)
+        program, scalar = _in_small_parts(known, scalar)
         letters, values = list(program), [*program.values(), scalar]
         self.size, self.count = len(inputs), len(letters)
         place = {letter: i for i, letter in enumerate([*inputs, *letters])}
@@ -108,11 +105,10 @@ class SecondDerivatives:
 
 
 def _in_small_parts(
-    program: Sequence[Definition], scalar: Expression
+    program: Mapping[Letter, Expression], scalar: Expression
 ) -> tuple[dict[Letter, Expression], Expression]:
     """Return letters and their values in order, with letters for shared parts, and the scalar."""
-    names = [letter for d in program for letter in d.letters]
-    values = [*(e for d in program for e in d.values), scalar]
+    names, values = [*program], [*program.values(), scalar]
     shared, reduced = sympy.cse(values, sympy.numbered_symbols("part", real=True), order="none")
     given = {**dict(zip(names, reduced, strict=False)), **dict(shared)}
     order = TopologicalSorter({k: symbols_of([v]) & given.keys() for k, v in given.items()})

@@ -81,17 +81,20 @@ class ControlStages:
         after = [*(s.position + system.increment[: s.n, :]), *(s.mu + system.gain)]
         of_step = _dot(kappa, rows) + _dot(p, after)
         self._data = [s.x[-1], *(q for q in s.q if q not in control)]
-        self._of_step = SecondDerivatives(of_step, inputs_of_step, self._data, system.definitions)
+        graph = equations.graph
+        self._of_step = SecondDerivatives(
+            of_step, inputs_of_step, self._data, graph.letters_below([of_step])
+        )
         self.cost_symbols = c = SceneSymbols(
             replace(controlled, lagrangian=_with_control(cost), force=None), rule.stages
         )
         of = DiscreteLagrangian(c, rule)
         of_cost = [c.x[-1], *(q for q in c.q if q not in control)]
         self._of_cost = SecondDerivatives(
-            of.expression, inputs_of_step, of_cost, of.scope.definitions()
+            of.expression, inputs_of_step, of_cost, of.graph.letters_below([of.value])
         )
         #: everything from which it was made
-        self.formulas = [system, of_step, of.expression, *of.scope.definitions()]
+        self.formulas = [system, graph.key(graph.node(of_step)), of.graph.key(of.value)]
 
     def cost(self, a: np.ndarray, times: np.ndarray, h: float) -> Any:
         """Return C_d, its gradients and Hessians."""

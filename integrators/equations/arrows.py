@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from ..numbers import sympy, written_out
+from ..numbers import sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Discretisation
 from .checks import check_letters
@@ -147,5 +147,5 @@ class Arrows:
 
         If L_d is given on the group, g = τ(hu): the translate is B = e.
         """
-        definitions = self.at_points.definitions(matrix)
-        return written_out(definitions, matrix).xreplace(self.s.identity_translate)
+        written = self.at_points.of.graph.written_out(matrix)
+        return written.xreplace(self.s.identity_translate)

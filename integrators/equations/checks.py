@@ -9,7 +9,7 @@ from typing import Any
 
 from ..errors import BadInput, line_of
 from ..numbers import (
-    Definition,
+    Graph,
     NotComputed,
     arithmetic,
     evaluate_matrix,
@@ -18,7 +18,6 @@ from ..numbers import (
     numeric,
     random_point,
     shown,
-    symbols_of,
     sympy,
     to_sympy,
 )
@@ -41,14 +40,11 @@ from .symbols import SceneSymbols
 def check_letters(maps: LegendreMaps, rule: Discretisation) -> None:
     """Raise `BadInput` if L_d contains unknown symbols, not u, or not every stage."""
     s, of = maps.s, named(maps.s.name, rule)
-    used = maps.definitions([maps.discrete_lagrangian])
-    letters = {letter for d in used for letter in d.letters}
-    symbols = symbols_of([maps.discrete_lagrangian]) | {e for d in used for e in d.holds}
-    check_known(symbols - letters - {*s.y, *s.stages}, s, rule)
-    points = {z for block in maps.of.moved for z in block.letters if block.theta is not None}
-    of_velocities = symbols_of([maps.discrete_lagrangian])
-    of_velocities |= {e for d in used if not points & set(d.letters) for e in d.holds}
-    if not of_velocities & set(s.u):
+    graph = maps.of.graph
+    symbols = graph.symbols([maps.of.value])
+    check_known(symbols - {*s.y, *s.stages}, s, rule)
+    points = {z for block in maps.of.moved for z in block.nodes if block.theta is not None}
+    if not graph.symbols([maps.of.value], points) & set(s.u):
         raise BadInput(
             f"{of}: the discrete Lagrangian does not depend on u, so FL is singular everywhere; "
             "it needs a kinetic term."
@@ -93,8 +89,7 @@ def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:
     if mass and not found and rule.nodes is not None and s.given is None:
         return  # as h → 0 ∂E/∂w of these stages is as regular as the mass matrix
     slope = equations.discrete.at_points.slope_of_rows
-    known = equations.definitions(slope)
-    found = singular({("FL", of_what): slope}, s, s.x, w, scene, known) | found
+    found = singular({("FL", of_what): slope}, s, s.x, w, scene, equations.graph) | found
     for (name, of_what), direction in found.items():
         other = ""
         if mass and next(iter(mass.values())).is_zero_matrix:
@@ -111,7 +106,7 @@ def singular(
     state: Column,
     w: Column,
     scene: Scene,
-    known: Sequence[Definition] = (),
+    graph: Graph | None = None,
     alike: Sequence[dict[Letter, Letter]] = (),
 ) -> dict[Any, Any]:
     """Return {which: a direction that it maps to 0}, for matrices that are singular at three
@@ -134,10 +129,10 @@ def singular(
                 sizes |= {e: sizes[z] / time for e, z in rates.items()}
             point = {e: value * sizes.get(e, 1) for e, value in point.items()}
         point |= s.exact_parameters(scene)
-        if known or any(m.free_symbols & s.constants.keys() for m in asked.values()):
+        if graph or any(m.free_symbols & s.constants.keys() for m in asked.values()):
             point |= s.constant_values(40)
         try:
-            values = {a: evaluate_matrix(asked[a], 30, point, known) for a in found}
+            values = {a: evaluate_matrix(asked[a], 30, point, graph) for a in found}
         except NotComputed:  # a run reports this, with the function that has to be changed
             return {}
         found = {a: null_direction(matrix) for a, matrix in values.items()}

@@ -96,10 +96,9 @@ class DiscreteEquations(StepEquations):
         """The rows, their derivative and the update of a step, all divided by h."""
         maps, element = self.discrete.at_points, self.element
         rows, gain = maps.rows, maps.per_step(maps.gain)
-        slope, branches, on_group = maps.slope_of_rows, [], dict[str, Any]()
+        slope, on_group = maps.slope_of_rows, dict[str, Any]()
         if element is not None:
             slope = maps.per_step(maps.minus_along_right)  # along e→, ∂F⁻/∂u · R
-            branches = [element.branch]
             on_group = {"along": self._along_group(), "branch": element.branch}
         used = self.discrete.L.free_symbols
         return self._step(
@@ -109,7 +108,6 @@ class DiscreteEquations(StepEquations):
             slope=slope,
             increment=maps.increment,
             gain=gain,
-            definitions=tuple(maps.definitions(rows, slope, gain, branches)),
             scaled=tuple(u for u in self.u if u in used),
             extents=tuple(chart_extents(self.groupoid, self.x, self.u, self.h)),
             **on_group,

@@ -7,10 +7,10 @@ step is explicit: g is written out in the state alone.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ..numbers import Definition, inlined, replaced, symbols_of, sympy
+from ..numbers import replaced, symbols_of, sympy
 from ..numbers.types import Column, Expression, Letter
 from .symbols import column
 
@@ -34,15 +34,14 @@ class ExplicitRows:
 
 
 def explicit_rows(
-    rows: Column, w: Column, new: Column, z: Column, y: Column, definitions: Sequence[Definition]
+    rows: Column, w: Column, new: Column, z: Column, y: Column, known: Mapping[Letter, Expression]
 ) -> ExplicitRows | None:
     """Return the rows as formulas, and the growth of z; None if some unknown has to be solved for.
 
-    new: the state after the step, z before, y: letters of the first entries of the new one.
+    new: the state after the step, z before, y: letters of the first entries of the new one; known:
+    the values of other letters.
     """
-    values: dict[Letter, Expression] = {}
-    for d in inlined(definitions):
-        values |= dict(zip(d.letters, d.values, strict=True))
+    values = dict(known)
     given: dict[Letter, Expression] = {}
     for letter, row in zip(w, rows, strict=True):
         rest = letter - row

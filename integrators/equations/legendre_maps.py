@@ -14,8 +14,8 @@ import itertools
 from functools import cached_property
 from typing import Any
 
-from ..numbers import Definition, Node, needed, opaque, sympy
-from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
+from ..numbers import Node, opaque, sympy
+from ..numbers.types import Column, Expression, SymbolicMatrix
 from .discrete_lagrangian import DiscreteLagrangian
 from .points import gradient_along
 from .symbols import column
@@ -150,10 +150,6 @@ class LegendreMaps:
     def total(self, column: Column, variable: Column) -> SymbolicMatrix:
         """Return d(column)/d(variable) through all letters; the variable is x, u or s."""
         return self.of.scope.total(column, variable)
-
-    def definitions(self, *uses: Expressions) -> list[Definition]:
-        """Return the definitions of the letters in the expressions, in order."""
-        return needed(self.of.scope.definitions(), [e for use in uses for e in use])
 
     @cached_property
     def minus_along_right(self) -> SymbolicMatrix:

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..compiler import Kind, Step
 from ..errors import BadInput, CannotMeasure, line_of
-from ..numbers import shown, symbols_of, sympy
+from ..numbers import shown, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Discretisation
 from .checks import singular
@@ -75,7 +75,7 @@ class OneStepEquations(StepEquations):
         """One step as data; it is explicit too where rows give their unknowns one after another."""
         found = None
         if not self.explicit and all(kind != "velocity" for kind, _ in self.unknowns):
-            known = self.definitions(self.rows, self.increment)
+            known = self.graph.letters_below([*self.rows, *self.increment])
             found = explicit_rows(self.rows, self.w, self._new, self.z, self.y, known)
         if found is None:
             return super().step
@@ -91,10 +91,9 @@ class OneStepEquations(StepEquations):
 
     def check_regular(self, scene: Any, rule: Discretisation) -> None:
         """Raise `BadInput` if the rows do not determine w: ∂rows/∂w singular at two points."""
-        known = self.definitions(self.slope)
         slopes = (part for kind, part in self.unknowns if kind == "slope")
         alike = [dict(zip(part, self.state, strict=True)) for part in slopes]
-        found = singular({"": self.slope}, self.s, self.z, self.w, scene, known, alike)
+        found = singular({"": self.slope}, self.s, self.z, self.w, scene, self.graph, alike)
         if not found:
             return
         unknowns = "its stages" if self.rule.stages else "the new Z"
@@ -135,10 +134,8 @@ class OneStepEquations(StepEquations):
         return BadInput(f"{place}{self.s.name}: map {self.rule.name} {what.rstrip('.')}.")
 
     def _check_letters(self) -> None:
-        used = self.definitions(self.rows, self.increment)
-        symbols = symbols_of([*self.rows, *self.increment]) | {e for d in used for e in d.holds}
-        letters = {letter for d in used for letter in d.letters}
-        unknown = symbols - letters - {*self.z, *self.w, *self.s.q}
+        symbols = self.graph.symbols([*self.rows, *self.increment])
+        unknown = symbols - {*self.z, *self.w, *self.s.q}
         if unknown:
             raise self._bad(
                 f"holds the unknown symbol {min(map(str, unknown))}; write it with z, h and what "

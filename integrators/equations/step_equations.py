@@ -12,8 +12,8 @@ from typing import Any
 
 from ..compiler import Kind, Step, kinds_of
 from ..errors import CannotMeasure
-from ..numbers import Definition, Scope, needed, sympy
-from ..numbers.types import Column, Expressions, SymbolicMatrix
+from ..numbers import Graph, Scope, sympy
+from ..numbers.types import Column, SymbolicMatrix
 from .arrows import Arrows
 from .on_group import Element
 from .symbols import SceneSymbols, column
@@ -92,9 +92,10 @@ class StepEquations:
         """Return d(entries)/d(variable) through all letters; the variable is part of w or z."""
         return self.scope.total(entries, variable)
 
-    def definitions(self, *uses: Expressions) -> list[Definition]:
-        """Return the definitions of the letters in the expressions, in order."""
-        return needed(self.scope.definitions(), [e for use in uses for e in use])
+    @property
+    def graph(self) -> Graph:
+        """The graph of the letters for held nodes."""
+        return self.scope.graph
 
     @cached_property
     def fields(self) -> tuple[Any, ...]:
@@ -112,7 +113,6 @@ class StepEquations:
             slope=self.slope,
             increment=self.increment[:n, :],
             gain=self.increment[n:, :],
-            definitions=tuple(self.definitions(self.rows, self.slope, self.increment)),
             wanted=tuple(sympy.zeros(len(self.w), 1)),
             explicit=self.explicit,
         )
@@ -121,7 +121,7 @@ class StepEquations:
         s = self.s
         return Step(
             name=s.name, q=tuple(s.q), x=tuple(s.x), u=tuple(s.u), mu=tuple(s.mu), y=tuple(s.y),
-            constants=dict(s.constants), **more,
+            constants=dict(s.constants), graph=self.graph, **more,
         )  # fmt: skip
 
 

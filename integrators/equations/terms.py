@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from ..numbers import Definition, Function, Graph, Node, Nodes, Rational, Scope, sympy
+from ..numbers import Graph, Node, Nodes, Rational, Scope, sympy
 from ..numbers.types import Column, Letter
 from .points import gradient_along, place_point
 from .symbols import SceneSymbols, vector
@@ -41,8 +41,8 @@ class CurveTerm:
         m, one = groupoid.dim_u, sympy.Integer(1)
         self.scope = Scope(graph)
         W, D = vector("cw0", m), vector("cd0", m)
-        #: arguments of the function: W, D and, where there is a time, the time that W takes
-        self.arguments: list[Letter] = [*W, *D]
+        # where there is a time, W takes some of it
+        letters: list[Letter] = [*W, *D]
         self.columns: dict[str, list[Node]] = {
             "W": graph.letters(W), "D": graph.letters(D), "base": graph.letters(base),
             "point": [] if point is None else point,
@@ -52,17 +52,17 @@ class CurveTerm:
         self._known: dict[int, Node] = {}
         self._numbers: dict[int, int] = {}  # number of each result, by the index of its letter
         self._slopes: dict[tuple[int, str], list[Node]] = {}
-        self._function: Function | None = None
         none = [graph.number(0)] * m
         along, at = none, None
         if point is None:
             z, value = vector("zz0", len(base)), groupoid.target(base, W, one)
             if s.clocked:
-                self.arguments.append(sympy.Symbol("ct0", real=True))
-                value[-1] = base[-1] + self.arguments[-1]
+                letters.append(sympy.Symbol("ct0", real=True))
+                value[-1] = base[-1] + letters[-1]
             at = place_point(self.scope, z, value, self.columns["W"], [base])
             at.move(groupoid.point_motion(base, W, one, one, z))
         z_nodes = self.columns["point"] if at is None else at.nodes
+        self.arguments = graph.letters(letters)
         xi = self.columns["D"]
         if moving:
             velocity = graph.column(groupoid.inverse_left(base, W, one) * D)
@@ -156,15 +156,6 @@ class CurveTerm:
             row = [self.graph.sum([(sign, e)]) for e in H[i]]
             self._slopes[number, "W"], self._slopes[number, "D"] = row[: len(W)], row[len(W) :]
 
-    @property
-    def function(self) -> Function:
-        """Return the function of (W, D) with all results so far: one object for all nodes."""
-        if self._function is None or len(self._function.results) < len(self.results):
-            results = tuple(map(self.graph.shown, self.results))
-            definitions = tuple(self.scope.definitions())
-            self._function = Function(self.name, tuple(self.arguments), definitions, results)
-        return self._function
-
 
 class Placed:
     """One placement of a `CurveTerm`, at nodes W and D of the step."""
@@ -172,29 +163,29 @@ class Placed:
     def __init__(
         self, scope: Scope, term: CurveTerm, W: list[Node], D: list[Node], elapsed: Node
     ) -> None:
-        self.scope, self.term = scope, term
+        self.scope, self.function = scope, term
         self.columns = {**term.columns, "W": W, "D": D}
         self.arguments = [*W, *D, elapsed][: len(term.arguments)]
         self._prefix = f"t{term.graph.parts}"
-        own = term.graph.letters(term.arguments)
-        self._swap = dict(zip((e.index for e in own), self.arguments, strict=True))
+        own = (e.index for e in term.arguments)
+        self._swap = dict(zip(own, self.arguments, strict=True))
         scope.append(self)
         self.gradient = {k: [self._own(e) for e in es] for k, es in term.gradient.items()}
 
     @property
     def value(self) -> Node:
         """Return Λ at this node."""
-        return self._own(self.term.value)
+        return self._own(self.function.value)
 
     def _own(self, e: Node) -> Node:
         """Return an expression of the function with the arguments and results of this node."""
         sign, letter = e.scaled
         if letter.index in self._swap:
             letter = self._swap[letter.index]
-        elif (number := self.term._numbers.get(letter.index)) is not None:
-            letter = self.term.graph.result(self, number)
-            self.term.graph.name([self._letter(number)], [letter])
-        return self.term.graph.sum([(sign, letter)])
+        elif (number := self.function._numbers.get(letter.index)) is not None:
+            letter = self.function.graph.result(self, number)
+            self.function.graph.name([self._letter(number)], [letter])
+        return self.function.graph.sum([(sign, letter)])
 
     def _letter(self, number: int) -> Letter:
         return sympy.Symbol(f"{self._prefix}_{number}", real=True)
@@ -208,13 +199,7 @@ class Placed:
         ]
 
     def _slopes(self, number: int, part: str) -> list[Node]:
-        return [self._own(e) for e in self.term.slopes(number, part)]
-
-    def definition(self, graph: Graph) -> Definition:
-        """Return the call that gives all results so far."""
-        function = self.term.function
-        letters = tuple(self._letter(i) for i in range(len(function.results)))
-        return Definition(letters, (), function, tuple(map(graph.shown, self.arguments)))
+        return [self._own(e) for e in self.function.slopes(number, part)]
 
 
 def placed(

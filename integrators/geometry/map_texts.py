@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from ..equations import StepEquations, discrete_force, poisson_tensor
-from ..numbers import inlined, jacobian, numeric_text, sympy
+from ..numbers import jacobian, numeric_text, sympy
 from ..numbers.types import Letters
 from .composed_arrows import composed_arrows, origin
 
@@ -88,7 +86,4 @@ def text_in(equations: StepEquations, what: str) -> str:
 
 def text_of(equations: StepEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
     """Return the text of the results as a function of vectors and q (`numeric_text`)."""
-    flat = [e for result in results for e in np.array(result, dtype=object).flat]
-    before = inlined(equations.definitions(flat))
-    definitions = [(list(d.letters), list(d.values)) for d in before]
-    return numeric_text({**vectors, "q": equations.s.q}, results, definitions)
+    return numeric_text({**vectors, "q": equations.s.q}, results, graph=equations.graph)

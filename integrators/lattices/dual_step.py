@@ -20,7 +20,7 @@ import numpy as np
 
 from ..equations import DiscreteEquations, natural_structure
 from ..errors import CannotMeasure
-from ..numbers import Double, LazyModule, Matrix, Number, Vector, inlined, numeric, sympy
+from ..numbers import Double, LazyModule, Matrix, Number, Vector, numeric, sympy
 from ..numbers.types import MatrixLike
 from .blocks import at_ends, of_all, placed, places
 from .lattice_run import LatticeRun
@@ -217,9 +217,12 @@ def _derived(equations: DiscreteEquations) -> tuple[list[str], list[float], Call
             made[a + b] = sympy.Matrix.vstack(*[
                 sympy.Matrix.hstack(*[maps.total(part, c) for c in by]) for part in parts
             ])  # fmt: skip
-    definitions = [(d.letters, list(d.values)) for d in inlined(maps.definitions(*made.values()))]
     digits = [float(of(20)) for of in s.constants.values()]
     time = s.x[s.n :]  # behind the parameters, as in `LatticeScheme.terms_at`
     given = {"x": s.position, "w": equations.w,
              "q": [s.h, *s.parameter_list, *time, *s.constants]}  # fmt: skip
-    return [*made], digits, numeric(given, list(made.values()), NUMBERS, definitions, columns=True)
+    return (
+        [*made],
+        digits,
+        numeric(given, list(made.values()), NUMBERS, columns=True, graph=maps.of.graph),
+    )

@@ -25,7 +25,7 @@ from ..equations import (
 from ..errors import CannotMeasure
 from ..geometry import is_self_adjoint
 from ..groupoids import Groupoid, check_axioms, clock, product
-from ..numbers import Definition, jacobian, sympy
+from ..numbers import jacobian, sympy
 from ..numbers.types import Column, Expression, Letter
 from ..rules import Discretisation
 from ..scene import Scene, entries_of
@@ -255,11 +255,8 @@ def _at_time(step: Step, s: SceneSymbols) -> Step:
     """Return a step with the time as a letter of q instead of the last entry of x and of y."""
     if not s.clocked:
         return step
-    end = Definition((step.y[s.n],), (clock() + s.h,))
-    return replace(
-        step, x=step.x[: s.n], y=step.y[: s.n], increment=step.increment[: s.n, :],
-        definitions=(end, *step.definitions),
-    )  # fmt: skip
+    step = step.at({step.y[s.n]: clock() + s.h})
+    return replace(step, x=step.x[: s.n], y=step.y[: s.n], increment=step.increment[: s.n])
 
 
 def _slope_of(s: SceneSymbols, potential: Expression) -> Column:

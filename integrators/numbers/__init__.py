@@ -16,17 +16,6 @@ from .arithmetic import (
     finite,
 )
 from .coefficients import Coefficients
-from .definitions import (
-    Definition,
-    Function,
-    inlined,
-    needed,
-    parts_of,
-    read_definitions,
-    replaced,
-    symbols_of,
-    written_out,
-)
 from .evaluation import evaluate, evaluate_at, evaluate_matrix, node_values, number
 from .exact import (
     exact,
@@ -84,23 +73,22 @@ from .statements import (
     with_arguments,
 )
 from .stop import over, steepness
+from .trees import parts_of, replaced, symbols_of
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
-    "Arithmetic", "Atoms", "Coefficients", "Definition", "Double", "Frame", "Function",
-    "Graph", "InArithmetic", "LazyModule", "Letters", "MOST_DIGITS", "Matrix", "Multiple",
-    "Node", "NodeMatrix", "Nodes", "NotComputed", "NotKnown", "NotSmooth", "Number", "Numbers",
-    "Operations", "Rational", "Scope", "Series", "TooLong", "Tracked", "Value", "Vector",
-    "arithmetic", "as_one_number", "called_text", "code", "coefficients_text", "collect",
-    "define", "entry", "evaluate", "evaluate_at", "evaluate_matrix", "exact",
-    "exact_matrices", "exact_nested", "exact_rational", "exact_vector", "finite",
-    "first_violation", "flatten", "floats_exact", "function_text", "inlined", "inverse_sizes",
-    "is_zero", "jacobian", "listed", "measure", "mpmath", "needed", "newton", "node_values",
-    "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque",
-    "over", "parts_of", "random_columns", "random_point", "read_definitions", "refuse_large",
-    "refuse_unwritten", "register", "registered_function", "replaced", "rounded", "run_text",
-    "series_namespace", "short_numbers", "shown", "solve", "steepness", "symbols_of",
-    "sympy", "text_of", "to_sympy", "tracked", "tracked_later", "vanishes",
-    "vanishes_as", "whole_number", "with_arguments", "with_running_errors", "with_tables",
-    "within_doubles", "working_digits", "written_out",
+    "Arithmetic", "Atoms", "Coefficients", "Double", "Frame", "Graph", "InArithmetic", "LazyModule",
+    "Letters", "MOST_DIGITS", "Matrix", "Multiple", "Node", "NodeMatrix", "Nodes", "NotComputed",
+    "NotKnown", "NotSmooth", "Number", "Numbers", "Operations", "Rational", "Scope", "Series",
+    "TooLong", "Tracked", "Value", "Vector", "arithmetic", "as_one_number", "called_text", "code",
+    "coefficients_text", "collect", "define", "entry", "evaluate", "evaluate_at", "evaluate_matrix",
+    "exact", "exact_matrices", "exact_nested", "exact_rational", "exact_vector", "finite",
+    "first_violation", "flatten", "floats_exact", "function_text", "inverse_sizes", "is_zero",
+    "jacobian", "listed", "measure", "mpmath", "newton", "node_values", "null_direction", "number",
+    "numeric", "numeric_function", "numeric_text", "opaque", "over", "parts_of", "random_columns",
+    "random_point", "refuse_large", "refuse_unwritten", "register", "registered_function",
+    "replaced", "rounded", "run_text", "series_namespace", "short_numbers", "shown", "solve",
+    "steepness", "symbols_of", "sympy", "text_of", "to_sympy", "tracked", "tracked_later",
+    "vanishes", "vanishes_as", "whole_number", "with_arguments", "with_running_errors",
+    "with_tables", "within_doubles", "working_digits",
 ]  # fmt: skip

@@ -14,8 +14,7 @@ from operator import add, mul
 from typing import Any
 
 from .arithmetic import FUNCTIONS, arithmetic, refused
-from .definitions import Definition
-from .graph import CALL, HELD, LETTER, NUMBER, PRODUCT, RESULT, SUM, Node, slot
+from .graph import CALL, HELD, LETTER, NUMBER, PRODUCT, RESULT, SUM, Graph, Node, slot
 from .lazy import sympy
 from .types import Exact, Expression, Letter, Number, SymbolicMatrix
 
@@ -32,16 +31,18 @@ def evaluate_at(
     expressions: Iterable[Expression],
     point: Mapping[Letter, Exact],
     digits: int,
-    definitions: Iterable[Definition] = (),
+    graph: Graph | None = None,
 ) -> list[Number]:
     """Return the values of expressions at a point: exact numbers by symbols.
 
-    Letters of the definitions need no number of their own.
+    graph: its letters for held nodes need no number of their own.
     """
+    if graph is not None:
+        return node_values([graph.node(e) for e in expressions], point, digits)
     numbers = arithmetic(digits)
     with numbers.working():
         letters = {symbol: numbers.number(value) for symbol, value in point.items()}
-        return _values(expressions, letters, definitions, numbers)
+        return _values(expressions, letters, numbers)
 
 
 def node_values(nodes: Sequence[Node], point: Mapping[Letter, Exact], digits: int) -> list[Number]:
@@ -68,8 +69,10 @@ def _of_nodes(
         elif kind == LETTER:
             value = letters[args]
         elif kind == SUM:
-            terms = (known[i] if c == 1 else numbers.number(c) * known[i] for i, c in args[1])
-            value = reduce(add, terms, numbers.number(args[0]))
+            terms = (known[i] * c.numerator / c.denominator if c.denominator != 1
+                     else known[i] * c if c != 1 else known[i] for i, c in args[1])  # fmt: skip
+            value = reduce(add, terms)
+            value = value + numbers.number(args[0]) if args[0] else value
         elif kind == PRODUCT:
             powers = ((known[i], n) for i, n in args)
             value = reduce(mul, (
@@ -86,19 +89,15 @@ def _of_nodes(
         else:
             slots = {slot(k): known[i] for k, i in enumerate(args[1])} if kind == CALL else {}
             function = args[0] if kind == CALL else args
-            (value,) = _values([function], slots, (), numbers)
+            (value,) = _values([function], slots, numbers)
         known[e.index] = value
     return [known[e.index] for e in nodes]
 
 
 def _values(
-    expressions: Iterable[Expression],
-    letters: Mapping[Expression, Number],
-    definitions: Iterable[Definition],
-    numbers: Any,
+    expressions: Iterable[Expression], letters: Mapping[Expression, Number], numbers: Any
 ) -> list[Number]:
-    """Return the values of expressions in letters that have numbers or definitions."""
-    letters = dict(letters)
+    """Return the values of expressions in letters that have numbers."""
     known = dict(letters)
     functions = {**numbers.namespace(), "abs": abs}
 
@@ -130,14 +129,6 @@ def _values(
             raise refused(e)
         return numbers.number(value)
 
-    for d in definitions:
-        values = [value_of(e) for e in d.values]
-        if (f := d.function) is not None:
-            given = {s: value_of(e) for s, e in zip(f.arguments, d.arguments, strict=True)}
-            values = _values(f.results, {**letters, **given}, f.definitions, numbers)
-        made = dict(zip(d.letters, values, strict=True))
-        letters |= made
-        known |= made
     return [value_of(e) for e in expressions]
 
 
@@ -145,7 +136,7 @@ def evaluate_matrix(
     matrix: SymbolicMatrix,
     digits: int,
     point: Mapping[Letter, Exact] | None = None,
-    definitions: Iterable[Definition] = (),
+    graph: Graph | None = None,
 ) -> SymbolicMatrix:
     """Return a sympy matrix at a point (`evaluate_at`), with its entries as Floats."""
 
@@ -154,7 +145,7 @@ def evaluate_matrix(
         return parts[0] + sympy.I * parts[1] if value.imag != 0 else parts[0]
 
     with arithmetic(digits).working():
-        values = evaluate_at(matrix, point or {}, digits, definitions)
+        values = evaluate_at(matrix, point or {}, digits, graph)
         return sympy.Matrix(*matrix.shape, list(map(decimal, values)))
 
 

@@ -9,10 +9,12 @@ Nodes may stand for others (`held`), through which derivatives go.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import re
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
+from hashlib import blake2b
 from math import gcd
 from typing import Any, TypeAlias
 
@@ -143,6 +145,15 @@ class Group:
     named: bool = True
 
 
+@dataclass(eq=False)
+class Call:
+    """A call of a function of several results: `function` has their nodes `results` in its own
+    letters `arguments`, a `name` and the `scope` of the nodes that are held in it."""
+
+    function: Any
+    arguments: Sequence[Node]
+
+
 class Graph:
     """All nodes of expressions that are differentiated together; each exists once."""
 
@@ -155,6 +166,8 @@ class Graph:
         self._slopes: dict[int, Row] = {}
         self._primitives: dict[int, tuple[Rational, Node]] = {}
         self._holds: dict[int, Node] = {}
+        self._keys: dict[int, str] = {}
+        self._opened: dict[Any, dict[int, Node]] = {}
         #: indices of letters by which nothing is differentiated: the step, the parameters
         self.fixed: set[int] = set()
         self.one = self.number(1)
@@ -335,12 +348,18 @@ class Graph:
         """Return a result of a call; call.partials(number) is [(nodes, function of the slopes)]."""
         return self.make(RESULT, (call, number))
 
-    def hold(self, value: Node) -> Node:
-        """Return a node that is computed by itself: sums and products do not take it apart."""
+    def hold(self, value: Node, letter: Letter | None = None) -> Node:
+        """Return a node that is computed by itself: sums and products do not take it apart.
+
+        letter: the one as which it is shown; without one its value is shown.
+        """
         if value.kind not in (SUM, PRODUCT, CALL):
             return value
         if value.index not in self._holds:
-            self._holds[value.index] = self.make(HELD, (Group(None, (), [value], named=False), 0))
+            made = self.make(HELD, (Group(None, (), [value], named=False), 0))
+            self._holds[value.index] = made
+            if letter is not None:
+                self.name([letter], [made])
         return self._holds[value.index]
 
     # -- all nodes below others ------------------------------------------------------------------
@@ -394,6 +413,11 @@ class Graph:
 
     def _rebuilt(self, e: Node, made: dict[int, Node], calls: dict[Any, Any]) -> Node:
         kind, args = e.kind, e.args
+        if kind == RESULT:
+            letters = (e.graph.nodes[i] for i in made)
+            swapped = {a.args for a in letters if a.kind == LETTER and made[a.index] is not a}
+            if swapped & self.symbols([args[0].function.results[args[1]]]):
+                return self.rebuilt([self.opened(e)], made)[0]
         if e.graph is self and all(made[a.index] is a for a in self.below(e)):
             return e
         if kind == SUM:
@@ -408,13 +432,95 @@ class Graph:
                 return self.read(args[0].xreplace(swap))
             return self.make(CALL, (args[0], tuple(a.index for a in given)))
         if kind == HELD:
-            return self.hold(made[args[0].values[args[1]].index])
+            value, name = made[args[0].values[args[1]].index], e.graph._shown.get(e.index)
+            own = None if name is None else sympy.Symbol(f"{name}_{len(self.nodes)}", real=True)
+            return self.hold(value, own)
         if kind == RESULT:
             call, number = args
             if call not in calls:
-                calls[call] = call.at([made[a.index] for a in call.arguments])
+                calls[call] = Call(call.function, [made[a.index] for a in call.arguments])
             return self.result(calls[call], number)
         return self.make(kind, args)
+
+    # -- letters that stand for nodes ------------------------------------------------------------
+
+    def opened(self, result: Node) -> Node:
+        """Return a result of a call, written out in the arguments of the call."""
+        call, number = result.args
+        value = call.function.results[number]
+        if call not in self._opened:
+            own = (e.index for e in call.function.arguments)
+            self._opened[call] = dict(zip(own, call.arguments, strict=True))
+        made = self._opened[call]
+        for e in self.order([value], lambda e: e.index in made):
+            if e.index not in made:
+                outside = e.kind == HELD and e.args[0].scope not in (None, call.function.scope)
+                made[e.index] = e if outside else self._rebuilt(e, made, {})
+        return made[value.index]
+
+    def letters_below(self, expressions: Iterable[Any]) -> dict[Letter, Expression]:
+        """Return the letters for held nodes and results on which expressions depend, with their
+        values in sympy, in an order in which they can be computed."""
+        found: dict[Letter, Expression] = {}
+        nodes = [self.node(e) for e in expressions]
+        for e in self._with_opened(nodes):
+            if e.kind >= HELD and (letter := self._shown.get(e.index)) is not None:
+                value = self.opened(e) if e.kind == RESULT else self.below(e)[0]
+                found[letter] = self.shown(value)
+        return found
+
+    def symbols(self, expressions: Iterable[Any], apart: Collection[Node] = ()) -> set[Letter]:
+        """Return the letters that stand for nothing else, on which expressions depend.
+
+        apart: nodes whose letters do not count.
+        """
+        nodes = self._with_opened([self.node(e) for e in expressions], apart)
+        return {e.args for e in nodes if e.kind == LETTER}
+
+    def _with_opened(self, nodes: Sequence[Node], apart: Collection[Node] = ()) -> list[Node]:
+        """Return the nodes below, with what results of calls are if they are written out."""
+        found: dict[Node, None] = {}
+        for e in self.order(nodes, apart.__contains__):
+            if e.kind == RESULT:
+                found |= dict.fromkeys(self._with_opened([self.opened(e)], apart))
+            found[e] = None
+        return list(found)
+
+    def written_out(self, given: Any, kept: Collection[Letter] = ()) -> Any:
+        """Return an expression or a matrix of sympy with the letters of held nodes replaced.
+
+        kept: letters that stay.
+        """
+        for letter, value in reversed(self.letters_below(_entries(given)).items()):
+            if letter not in kept:
+                given = given.xreplace({letter: value})
+        return given
+
+    def key(self, node: Node) -> str:
+        """Return a digest of a node that does not depend on the order in which nodes were made."""
+        for e in self.order([node], lambda e: e.index in self._keys):
+            if e.index not in self._keys:
+                self._keys[e.index] = blake2b(self._text(e).encode(), digest_size=12).hexdigest()
+        return self._keys[node.index]
+
+    def _text(self, e: Node) -> str:
+        kind, args, keys = e.kind, e.args, self._keys
+        if kind == SUM:
+            return f"{args[0]} + {sorted((keys[i], str(c)) for i, c in args[1])}"
+        if kind == PRODUCT:
+            return f"{sorted((keys[i], str(n)) for i, n in args)}"
+        if kind == CALL:
+            return f"{_written(args[0])} {[keys[i] for i in args[1]]}"
+        if kind == HELD:
+            return f"held {keys[self.below(e)[0].index]}"
+        if kind == RESULT:
+            call, number = args
+            function = call.function
+            if function is None:
+                return f"{number} of {[keys[a.index] for a in call.arguments]}"
+            own = [*map(self.key, function.arguments)], self.key(function.results[number])
+            return f"{own} at {[keys[a.index] for a in call.arguments]}"
+        return f"{kind} {_written(args) if kind == CONSTANT else args}"
 
     # -- matrices --------------------------------------------------------------------------------
 
@@ -547,6 +653,15 @@ class Graph:
     def shown_column(self, nodes: Sequence[Node]) -> Column:
         """Return nodes as a column of sympy."""
         return sympy.Matrix(len(nodes), 1, [self.shown(e) for e in nodes])
+
+
+def _entries(given: Any) -> list[Expression]:
+    return list(given) if hasattr(given, "__len__") else [given]
+
+
+@lru_cache(maxsize=4096)
+def _written(e: Expression) -> str:
+    return re.sub(r", dummy_index=\d+", "", sympy.srepr(e))
 
 
 _SLOTS: list[Letter] = []

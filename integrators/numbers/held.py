@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .definitions import Definition
 from .graph import (
     CALL,
     HELD,
@@ -127,16 +126,6 @@ class Scope:
             group.partials = [([below], square)]
             self._held[key] = made
         return self._held[key]
-
-    def definitions(self) -> list[Definition]:
-        """Return all letters with their values, in order."""
-        return [self._definition(part) for part in self.parts]
-
-    def _definition(self, part: Any) -> Definition:
-        if isinstance(part, Group):
-            return Definition(tuple(part.letters), tuple(map(self.graph.shown, part.values)))
-        found: Definition = part.definition(self.graph)
-        return found
 
     # -- derivatives -----------------------------------------------------------------------------
 

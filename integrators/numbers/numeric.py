@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .arithmetic import Arithmetic
-from .graph import Graph, Node
+from .graph import Graph
 from .operations import Operations
 from .registered import with_tables
 from .statements import body, define
@@ -33,29 +33,33 @@ def numeric(
     numbers: Arithmetic,
     definitions: Sequence[Assignment] = (),
     columns: bool = False,
+    graph: Graph | None = None,
 ) -> Callable[..., Any]:
     """Return the results as a function of the arguments, in an arithmetic that must be active.
 
     arguments: name → a symbol, or a vector of symbols. results: an expression gives a number, a
     list of k expressions a vector (k,), a sympy matrix or a list of matrices an array of its shape;
     a single result is returned by itself. definitions: (symbols, expressions) that results and
-    other definitions may contain. columns: True if, in double precision, each argument's entries
-    may be numpy columns of r numbers; arrays that vary then have one more dimension, r. Raises
-    `BadInput` for functions that no arithmetic has.
+    later definitions may contain. graph: that of letters for held nodes in them. columns: True if,
+    in double precision, each argument's entries may be numpy columns of r numbers; arrays that vary
+    then have one more dimension, r. Raises `BadInput` for functions that no arithmetic has.
     """
-    return numeric_function(numeric_text(arguments, results, definitions), numbers, columns)
+    return numeric_function(numeric_text(arguments, results, definitions, graph), numbers, columns)
 
 
 def numeric_text(
     arguments: Mapping[str, Letter | Letters],
     results: Sequence[Result],
     definitions: Sequence[Assignment] = (),
+    graph: Graph | None = None,
 ) -> str:
-    """Return the text of the function that `numeric` makes, valid in every arithmetic."""
+    """Return the text of the function that `numeric` makes, valid in every arithmetic.
+
+    graph: that of letters for held nodes in the results.
+    """
     shaped = [np.array(result, dtype=object) for result in results]
     entries = [e for array in shaped for e in array.flat]
-    nodes = [e for e in entries if isinstance(e, Node)]
-    graph = nodes[0].graph if nodes else Graph()
+    graph = graph or Graph()
     operations = Operations(graph)
     define(graph, definitions)
     vectors: dict[str, list[str]] = {}

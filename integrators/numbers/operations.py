@@ -14,7 +14,20 @@ from typing import Any
 from .arithmetic import FUNCTIONS, refused
 from .coefficients import Coefficients
 from .exact import refuse_long
-from .graph import CALL, CONSTANT, HELD, LETTER, NUMBER, PRODUCT, SUM, Graph, Node, Rational, slot
+from .graph import (
+    CALL,
+    CONSTANT,
+    HELD,
+    LETTER,
+    NUMBER,
+    PRODUCT,
+    RESULT,
+    SUM,
+    Graph,
+    Node,
+    Rational,
+    slot,
+)
 from .lazy import sympy
 from .multi_output import tabulated
 from .registered import is_table
@@ -93,7 +106,7 @@ class Operations:
                      for e in order if e.kind in (CALL, CONSTANT)]  # fmt: skip
         self._tables |= tabulated(functions)
         for e in order:
-            if e.kind > HELD and e.index not in self._known:
+            if e.kind == RESULT and e.index not in self._known:
                 call, number = e.args
                 self._places.setdefault(call.function, []).append(number)
         for key, places in self._places.items():
@@ -149,10 +162,13 @@ class Operations:
             if self._is_outside(e):
                 return self.leaf(str(group.letters[place]), e)
             return self._value(group.values[place])
-        return self._result(*args)
+        return self._result(e)
 
-    def _result(self, call: Any, number: int) -> Value:
+    def _result(self, e: Node) -> Value:
         """Return a result of a call, or of lines that compute several results."""
+        call, number = e.args
+        if call.function is not None and self.written is None:
+            return self.values([self.graph.opened(e)])[0]
         given = self.values(call.arguments)
         if call.function is None:
             made = self._operation(LINES, given, call)
@@ -192,7 +208,7 @@ class Operations:
         """Return the value of a sum, whose coefficients are added up."""
         graph = self.graph
         rest, fixed = list[tuple[Rational, Node]](), list[tuple[Rational, Node]]()
-        for i, c in terms:
+        for i, c in sorted(terms, key=lambda term: graph.key(graph.nodes[term[0]])):
             (fixed if self._is_constant(graph.nodes[i]) else rest).append((c, graph.nodes[i]))
         parts = [self._value(graph.sum([(constant, graph.one), *fixed]))] if fixed else (
             [self._value(graph.number(constant))] if constant else [])  # fmt: skip
@@ -204,7 +220,7 @@ class Operations:
     def _product(self, factors: Iterable[tuple[Node, Rational]], c: Rational = 1) -> Value:
         """Return the value of a product, whose coefficients are multiplied."""
         fixed, parts = [], []
-        for e, n in factors:
+        for e, n in sorted(factors, key=lambda factor: self.graph.key(factor[0])):
             if self._is_constant(e):
                 fixed.append((e, n))
             elif e.index in self.scaled and n.denominator == 1:

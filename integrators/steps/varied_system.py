@@ -1,27 +1,28 @@
 """One step of a rule, with the physical time and the step density as two more entries of x.
 
 The step h of a system is the first entry of q; here it stands for the share of ε that a step has.
-Each h in the system is replaced by the letter of the effective step, h/(ζ + e D): ζ the density, D
+Each h in the system is replaced by the effective step, h/(ζ + e D): ζ the density, D
 the growth of the density in a step, e a last entry of q, which is not 0 only in the first substep.
 So the kernels, the driver and all functions of a system stay the same.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 from ..compiler import Step
 from ..equations import SceneSymbols, vector_field
 from ..errors import BadInput
-from ..numbers import Definition, Function, jacobian, replaced, sympy
-from ..numbers.types import Column, Expression, Letter, Replacement
+from ..numbers import jacobian, sympy
+from ..numbers.types import Expression, Letter
 
 #: names of this room's letters, which no parameter of a scene can have: the physical time, the
-#: density, the effective step, the growth of the density, the roots of σ and of the new density,
-#: and e, by which only the first substep changes the density
-TIME, DENSITY, STEP, SIGMA, GROWTH, ROOT, AFTER, CONTROL = (f"sd{i}" for i in range(8))
+#: density, and e, by which only the first substep changes the density
+TIME, DENSITY, CONTROL = (f"sd{i}" for i in range(3))
+HALF = Fraction(1, 2)
 
 
 def letter(name: str) -> Letter:
@@ -36,7 +37,7 @@ def with_columns(system: Step, columns: Sequence[Letter], increments: Sequence[E
         system,
         x=(*system.x, *columns),
         y=(*system.y, *more),
-        increment=sympy.Matrix([*system.increment, *increments]),
+        increment=[*system.increment, *increments],
     )
 
 
@@ -48,31 +49,30 @@ def controlled(
     leading: whether the step changes the density; the later substeps of a composition take it as
     it is.
     """
-    h, zeta, step, value, root, control = (
-        system.q[0], *map(letter, (DENSITY, STEP, SIGMA, ROOT, CONTROL))
-    )  # fmt: skip
-    growth, after = letter(GROWTH), letter(AFTER)
-    grows = logarithmic_rate(s, sigma) * sigma / root**2 if way == "reversible" else (
-        1 / root**2 - zeta
-    )  # fmt: skip
-    before = [
-        Definition((value,), (sigma,)),
-        # a negative value has no real root: a run with such a σ or density ends there
-        Definition((root,), (sympy.sqrt(value),)),
-        Definition((growth,), (grows,)),
-        Definition((after,), (sympy.sqrt(zeta + control * growth),)),
-        Definition((step,), (h / after**2,)),
-    ]
-    if not leading:
-        before, growth = [Definition((step,), (h / zeta,))], sympy.Integer(0)
+    zeta, control = map(letter, (DENSITY, CONTROL))
+    graph = system.nodes.graph
+    h, before, may_change = graph.letters((system.q[0], zeta, control))
     # sizes that show a chart's edge do not depend on μ: they take the density before the step
-    watched = tuple((kind, e.xreplace({h: h / zeta})) for kind, e in system.extents)
-    inner = _in_letters(system, {h: step})
+    watched = tuple(
+        (kind, e.xreplace({system.q[0]: system.q[0] / zeta})) for kind, e in system.extents
+    )
+    if leading:
+        value = graph.hold(graph.read(sigma))
+        # a negative value has no real root: a run with such a σ or density ends there
+        root = graph.hold(graph.product([(value, HALF)]))
+        over = graph.product([(root, -2)])
+        grows = over - before
+        if way == "reversible":
+            grows = graph.read(logarithmic_rate(s, sigma) * sigma) * over
+        change = may_change * graph.hold(grows)
+        after = graph.hold(graph.product([(before + change, HALF)]))
+        step = graph.hold(graph.product([(h, 1), (after, -2)]))
+    else:
+        change, step = graph.number(0), graph.hold(graph.product([(h, 1), (before, -1)]))
     found = replace(
-        inner, q=(*system.q, control), definitions=(*before, *inner.definitions), extents=watched,
-        scaled=(),
-    )  # fmt: skip
-    return with_columns(found, [letter(TIME), zeta], [step, control * growth])
+        system.at({system.q[0]: step}), q=(*system.q, control), extents=watched, scaled=()
+    )
+    return with_columns(found, [letter(TIME), zeta], [step, change])
 
 
 def logarithmic_rate(s: SceneSymbols, sigma: Expression) -> Expression:
@@ -82,35 +82,6 @@ def logarithmic_rate(s: SceneSymbols, sigma: Expression) -> Expression:
     """
     slope = jacobian([sigma], [*s.x, *s.mu])
     return -(slope * vector_field(s))[0] / sigma
-
-
-def _in_letters(system: Step, swap: Replacement) -> Step:
-    """Return the system with letters replaced in all values that a step computes."""
-    known: Replacement = {}
-
-    def of(matrix: Column) -> Any:
-        return sympy.Matrix(*matrix.shape, replaced(matrix, swap, known))
-
-    functions: dict[Function, Function] = {}
-
-    def defined(given: Iterable[Definition]) -> tuple[Definition, ...]:
-        return tuple(
-            replace(d, values=tuple(replaced(d.values, swap, known))) if d.function is None
-            else replace(d, function=shared(d.function))
-            for d in given
-        )  # fmt: skip
-
-    def shared(f: Function) -> Function:
-        if f not in functions:
-            results = tuple(replaced(f.results, swap, known))
-            functions[f] = replace(f, results=results, definitions=defined(f.definitions))
-        return functions[f]
-
-    return replace(
-        system, rows=of(system.rows), slope=of(system.slope), increment=of(system.increment),
-        gain=of(system.gain), definitions=defined(system.definitions),
-        wanted=tuple(replaced(system.wanted, swap, known)),
-    )  # fmt: skip
 
 
 def sigma_of(s: SceneSymbols, function: Any, bare: bool) -> Expression:

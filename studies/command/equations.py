@@ -18,7 +18,6 @@ from discmech.integrators.equations import (
     met_by_velocity,
     reaction_matrix,
 )
-from discmech.integrators.numbers import written_out
 
 from ..report.formulas import Typesetter, ascending
 from .stage_sums import StageSum
@@ -74,8 +73,8 @@ def written(scheme: Scheme, most: int | None = None) -> Written:
     kept = {*inner, *s.y}
     whole = (maps.plus[:most, :], maps.minus[:most, :], Matrix([maps.discrete_lagrangian]))
     # kernels have their own letters for parts of these, which a page does not have
-    own = [d for d in maps.definitions(*whole) if not kept & set(d.letters)]
-    plus, minus, L_d = (written_out(own, e).xreplace(s.identity_translate) for e in whole)
+    plus, minus, L_d = (maps.of.graph.written_out(e, kept).xreplace(s.identity_translate)
+                        for e in whole)  # fmt: skip
     plus, minus = ([terms(e / s.h, below) for e in column] for column in (plus, minus))
     for letter, value in below.items():
         after[letter] = _after(letter)
@@ -167,7 +166,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any] | None:
     constrained = scheme.scene.all_constraints
     if scheme.equations.discrete is None:
         return None
-    from discmech.integrators.compiler import StepNodes, is_affine
+    from discmech.integrators.compiler import is_affine
 
     s: SceneSymbols = scheme.s
     out = written(scheme)
@@ -189,7 +188,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any] | None:
         ],
         f"{under}residual_mathml": [typeset.equation(here, there) for here, there in out.residual],
         "self_adjoint": scheme.self_adjoint,
-        "affine": is_affine(StepNodes(scheme.equations.step)),
+        "affine": is_affine(scheme.equations.step),
         "source": scheme.rule.source,
     }
 

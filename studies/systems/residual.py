@@ -17,7 +17,6 @@ from discmech.integrators.lattices import LatticeRun
 from discmech.integrators.lattices.lattice_run import segments_of
 from discmech.integrators.numbers import (
     Double,
-    inlined,
     numeric_text,
     rounded,
     with_running_errors,
@@ -138,10 +137,9 @@ def _maps(equations: Any) -> tuple[list[float], Any]:
     """Return the numbers of the rule, and F⁻, F⁺, ∂L_d/∂s, b with errors."""
     maps, s = equations.discrete.at_points, equations.s
     made = [maps.minus, maps.plus, maps.stage_equations, maps.target[: s.n, :]]
-    definitions = [(d.letters, list(d.values)) for d in inlined(maps.definitions(*made))]
     time = s.x[s.n :]  # behind the parameters, as in `LatticeScheme.terms_at`
     given = {"x": s.position, "w": equations.w,
              "q": [s.h, *s.parameter_list, *time, *s.constants]}  # fmt: skip
-    text = numeric_text(given, [list(e) for e in made], definitions)
+    text = numeric_text(given, [list(e) for e in made], graph=maps.of.graph)
     digits = [float(of(20)) for of in s.constants.values()]
     return digits, with_running_errors(text, Double())

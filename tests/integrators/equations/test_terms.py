@@ -18,6 +18,7 @@ from discmech.integrators import (
     se,
 )  # fmt: skip
 from discmech.integrators.numbers import arithmetic, evaluate_at, first_violation, random_point
+from discmech.integrators.numbers.graph import RESULT
 from tests.objects import SCENES, SCHEMES, named, scheme
 
 
@@ -87,7 +88,7 @@ def test_derivatives_through_terms_are_the_slopes_of_what_is_written_out(scene, 
         written = of.arrows.written_out(column)
         for variable in filter(len, (s.x, s.u, s.stages)):
             total = maps.total(column, variable)
-            found = evaluate_at(total, point, 60, maps.definitions(total))
+            found = evaluate_at(total, point, 60, maps.of.graph)
             for j, letter in enumerate(variable):
                 wanted = slopes_by(letter, written, point)
                 for a, b in zip(found[j :: len(variable)], wanted, strict=True):
@@ -102,7 +103,7 @@ def test_the_slope_of_every_scheme_is_that_of_its_rows(scene, rule):
     point = random_point([*s.x, *s.u, *s.stages, *s.q], [*s.u, *s.stages, s.h])
     point |= s.constant_values(80) | s.identity_translate  # as `written_out` has it
     written = of.arrows.written_out(maps.system)
-    found = evaluate_at(maps.slope, point, 60, maps.definitions(maps.slope))
+    found = evaluate_at(maps.slope, point, 60, maps.of.graph)
     for j, letter in enumerate(of.w):
         wanted = slopes_by(letter, written, point)
         for a, b in zip(found[j :: len(of.w)], wanted, strict=True):
@@ -233,9 +234,9 @@ def test_the_adjoint_of_an_odd_rule_reads_what_the_rule_reads(hand):
 @pytest.mark.parametrize("scene", ["kepler", "rigid-body", "affine-on-line"])
 def test_nodes_of_a_curve_share_one_function(scene):
     """A term is derived once: three nodes are three calls."""
-    system = Scheme(SCENES[scene], rules.get("gauss-3")).flow("0.01", 30).system
-    calls = [d.function for d in system.definitions if d.function is not None]
-    assert len(calls) == 3 and len(set(calls)) == 1
+    nodes = Scheme(SCENES[scene], rules.get("gauss-3")).flow("0.01", 30).system.nodes
+    calls = {e.args[0] for e in nodes.graph.order(nodes.rows) if e.kind == RESULT}
+    assert len(calls) == 3 and len({call.function for call in calls}) == 1
 
 
 def test_an_answer_of_another_length_is_refused():
