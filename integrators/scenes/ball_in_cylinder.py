@@ -41,7 +41,7 @@ scene = Scene(
     nonholonomic=_no_slip,
     x0=[0, 0],
     v0=["1.2", "0.2", "0.3", "0.4", "0.6"],
-    duration=10,
+    duration=5,
     step="0.1",
     symmetries=(Conserved("beside the wall", _unmoved_by_the_wall, kind="nonholonomic momentum"),),
     source="Neimark, Fufaev, Dynamics of Nonholonomic Systems, III.2; Gualtieri, Tokieda et al., "

@@ -32,7 +32,7 @@ scene = Scene(
     holonomic=_on_the_hoop,
     x0=["0.6", 0, "-0.8"],
     v0=[0, "0.9", 0],
-    duration=10,
+    duration=5,
     step="0.05",
     symmetries=(Conserved("moving energy", _moving_energy, kind="first integral"),),
     source="Marsden, Ratiu, Introduction to Mechanics and Symmetry, 2.8; Goldstein, Classical "
