@@ -13,6 +13,7 @@ it is alike at each step, cannot be repaired by any solver.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -68,10 +69,8 @@ def residuals(flow: Flow) -> tuple[float, float]:
     return residual, noise
 
 
-def measure_round_off(
-    case: Case, rows: list[dict[str, Any]], duration: Fraction, exact: Any
-) -> None:
-    """Add `round_off` to rows: how far double precision moved a run's end, relative like errors.
+def measure_round_off(case: Case, rows: Sequence[Any], duration: Fraction, exact: Any) -> list[Any]:
+    """Return rows with `round_off`: how far double precision moved a run's end, like errors.
 
     The same run with `MORE_DIGITS` shows it for every rule: a rule that takes differences of nearly
     equal numbers, such as (s − x)/h of a stage that is a position, has errors that grow as steps
@@ -79,14 +78,15 @@ def measure_round_off(
     largest measured value times (N/N₀)², where N₀ is the largest measured number of steps: N steps,
     with round-off over h in each. Rows whose runs stop get none.
     """
-    known: list[tuple[int, float]] = []
-    for row in rows:
-        steps = row["steps"]
-        if row["error"] is None:
+    known, made = list[tuple[int, float]](), list(rows)
+    for k, row in enumerate(rows):
+        steps = row.steps
+        if row.error is None:
             continue
         if known and steps > MOST_STEPS:
             most = max(steps for steps, _ in known)
-            row["round_off"] = max(found for _, found in known) * (steps / most) ** 2
+            found = max(found for _, found in known) * (steps / most) ** 2
+            made[k] = replace(row, round_off=found)
             continue
         try:
             ends = []
@@ -98,8 +98,9 @@ def measure_round_off(
         with mpmath.workdps(MORE_DIGITS + 15):
             off, _ = gap(*ends)
             _, whole = gap(ends[0], [*exact.x, *exact.mu])
-            row["round_off"] = float(off / (whole or 1))
-        known.append((steps, row["round_off"]))
+            known.append((steps, float(off / (whole or 1))))
+        made[k] = replace(row, round_off=known[-1][1])
+    return made
 
 
 def lost_one_way(case: Case, steps: int) -> float:

@@ -151,18 +151,25 @@ def asymptotic_window(
     return best
 
 
-def marked(rows: list[dict[str, Any]], window: Window | None, floor: float) -> dict[str, Any]:
-    """Return {"order", "interval", "points"} of the line through the rows of a window.
+def marks(
+    errors: Sequence[float | None], window: Window | None, floor: float
+) -> list[dict[str, Any]]:
+    """Return {"used"} of each row, and {"why_not"} where its error is no part of the line."""
+    first, last = (len(errors), len(errors)) if window is None else (window.first, window.last)
+    found: list[dict[str, Any]] = []
+    for i, error in enumerate(errors):
+        used = error is not None and first <= i <= last
+        found.append({"used": used})
+        if error is not None:
+            below = i > last or error <= floor
+            found[-1]["why_not"] = "" if used else "round-off" if below else "pre-asymptotic"
+    return found
 
-    Each row is marked: `used`, and `why_not` where its error is no part of the line.
-    """
-    first, last = (len(rows), len(rows)) if window is None else (window.first, window.last)
-    for i, row in enumerate(rows):
-        row["used"] = row["error"] is not None and first <= i <= last
-        if row["error"] is not None:
-            below = i > last or row["error"] <= floor
-            row["why_not"] = "" if row["used"] else "round-off" if below else "pre-asymptotic"
+
+def line_of(window: Window | None) -> dict[str, Any]:
+    """Return {"order", "interval", "points"} of the line through a window."""
     if window is None:
         return {"order": None, "interval": None, "points": 0}
     line = window.line
-    return {"order": line.slope, "interval": list(line.interval), "points": last - first + 1}
+    points = window.last - window.first + 1
+    return {"order": line.slope, "interval": list(line.interval), "points": points}

@@ -9,7 +9,7 @@ import numpy as np
 
 from discmech.integrators import Scheme
 
-from ..core.fitting import asymptotic_window, marked
+from ..core.fitting import asymptotic_window, marks
 from ..systems.known import SPACING, Known
 from ..systems.lattice_system import LEAST
 
@@ -32,7 +32,9 @@ def in_space(rule: Any, known: Known) -> tuple[list[dict[str, Any]], float | Non
         window = asymptotic_window(steps, errors, LEAST, STRAIGHT)
         if window is not None:
             break
-    return rows, marked(rows, window, LEAST)["order"]
+    for row, mark in zip(rows, marks([row["error"] for row in rows], window, LEAST), strict=True):
+        row |= mark
+    return rows, None if window is None else window.line.slope
 
 
 def _row(rule: Any, known: Known, halvings: int) -> dict[str, Any]:

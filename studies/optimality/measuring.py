@@ -23,7 +23,7 @@ from discmech.integrators.scene import arguments_of, reads
 
 from ..core import lookup
 from ..core.case import Case, Choice, Progress, silent
-from ..core.fitting import Window, asymptotic_window, marked
+from ..core.fitting import Window, asymptotic_window, line_of, marks
 from ..evidence.consistency import of_evidence
 
 NAME = "optimality"
@@ -97,7 +97,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     orders = {k: None if w is None else w.line.slope for k, w in windows.items()}
     lowest = min((k for k, p in orders.items() if p is not None), default=None,
                  key=lambda kind: orders[kind] or 0)  # fmt: skip
-    line = marked(rows, None if lowest is None else windows[lowest], floor)
+    window = None if lowest is None else windows[lowest]
+    line = line_of(window)
+    for row, mark in zip(rows, marks([row["error"] for row in rows], window, floor), strict=True):
+        row |= mark
     return {
         "rows": rows,
         "floor": floor,

@@ -12,11 +12,13 @@ from ..core.case import (
     Measurement,
     Verdict,
 )
+from ..core.records import decoded
 from ..evidence import NEAR as BESIDE
-from . import judging_steps
+from . import judging_steps, multipliers
 from .limits import tolerance as allowed
 from .measuring import BESIDE_EARLY, LARGE, ladder, measure
 from .recorded import FEWEST
+from .records import Found, Local
 from .window import (
     approaches,
     departure,
@@ -35,32 +37,33 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     One very small step may still deny the runs: an order that is lower in any component may have
     only a small error, or one that this final time hides.
     """
-    verdict = _judge_runs(case, measurement)
-    verdict = _with_multipliers(case, measurement, verdict)
+    found = decoded(Found, measurement)
+    verdict = _with_multipliers(case, found, _judge_runs(case, found))
     if case.rule.is_recorded:
-        return _of_recorded(case, measurement, verdict)
-    verdict = judging_steps.judge(case, measurement, verdict)
-    return judging_steps.judge_effective(case, measurement, verdict)
+        return _of_recorded(case, found, verdict)
+    local = decoded(Local, found.local)
+    verdict = judging_steps.judge(case, found, local, verdict)
+    return judging_steps.judge_effective(case, local, verdict)
 
 
-def _judge_runs(case: Case, measurement: Measurement) -> Verdict:
-    order = measurement.measured["order"]
+def _judge_runs(case: Case, found: Found) -> Verdict:
+    order = found.measured.order
     tolerance = allowed(case.digits)
     expected = {"order": case.order, "tolerance": tolerance}
     # the digits in which the two references of a scene in numbers agree
-    if "agreed" in measurement:
-        expected["agreed"] = measurement["agreed"]
+    if found.agreed is not None:
+        expected["agreed"] = found.agreed
     if case.rule.order and expected["order"] and case.rule.order > expected["order"]:
         expected["declared"] = case.rule.order  # this chart lowers it: see Scheme.order
     fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
-    rows, certain = measurement.rows, measurement["certain"]
+    rows, certain = found.rows, found.certain
     if order is None:
-        failed = [r for r in rows if r["why_not"] == "failed"]
+        failed = [row for row in rows if row.why_not == "failed"]
         if len(failed) == len(rows):
-            return fail(f"every run failed: {failed[0]['cause']}.")
+            return fail(f"every run failed: {failed[0].cause}.")
         if wrong := departure(case, rows, certain):
             return fail(wrong)
-        if max(r["error"] for r in rows if r["error"] is not None) <= floor(case, certain):
+        if max(row.error for row in rows if row.error is not None) <= floor(case, certain):
             return unknown(
                 "every error is round-off: the method is exact on this scene, which says nothing "
                 "of its order; take another scene."
@@ -90,10 +93,14 @@ def _judge_runs(case: Case, measurement: Measurement) -> Verdict:
             "finest steps: take more --steps."
         )
     program = not case.rule.is_formula
-    if program and abs(order - expected["order"]) < BESIDE_EARLY and rows[-1]["error"] > LARGE:
+    if (
+        program
+        and abs(order - expected["order"]) < BESIDE_EARLY
+        and (rows[-1].error or 0.0) > LARGE
+    ):
         return unknown(
             f"order {order:z.3f} is beside the expected {expected['order']}, but the error at the "
-            f"finest step is {rows[-1]['error']:.1g} still: take more --steps."
+            f"finest step is {rows[-1].error:.1g} still: take more --steps."
         )
     side = "below" if order < expected["order"] else "above"
     return fail(
@@ -104,69 +111,71 @@ def _judge_runs(case: Case, measurement: Measurement) -> Verdict:
 def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     """Return the cause of an order below the expected one, or of errors that stop sinking too
     early."""
-    of_step = (measurement.get("local") or {}).get("order")
+    found = decoded(Found, measurement)
+    local = decoded(Local, found.local)
+    of_step = local.order
     as_wanted = of_step is not None and of_step >= (case.order or 1) - BESIDE
     if case.scheme.arrows is None and not (as_wanted and case.rule.is_formula):
         from ..causes import one_step
 
-        if (cause := one_step.of_step(case, finest=finest_order(case, measurement))) is not None:
+        if (cause := one_step.of_step(case, finest=finest_order(case, found))) is not None:
             return cause
-    processed = (measurement.get("local") or {}).get("effective") or {}
-    if as_wanted and processed.get("cause"):
-        return {"cause": "the processed order", "sentence": processed["cause"] + "."}
-    order, wanted = measurement.measured["order"], case.order
-    rows = [r for r in measurement.rows if r["error"] is not None]
+    if as_wanted and local.effective and local.effective.cause:
+        return {"cause": "the processed order", "sentence": local.effective.cause + "."}
+    order, wanted = found.measured.order, case.order
+    rows = [(row.step, row.error) for row in found.rows if row.error is not None]
     if wanted is None or len(rows) < 2 or case.rule.is_recorded:
         return None
     if order is not None and order > wanted and (of_step is None or of_step > wanted - BESIDE):
         return None
     if order is None:
-        (before, last), halvings = rows[-2:], math.log2(rows[-2]["step"] / rows[-1]["step"])
-        stuck = last["error"] > max(before["error"] / 1.5, STUCK)
-        slow = before["error"] < last["error"] * 2 ** (wanted * halvings)
-        if not stuck and not (slow and departure(case, rows, measurement["certain"])):
+        (longer, before), (shorter, last) = rows[-2:]
+        stuck = last > max(before / 1.5, STUCK)
+        slow = before < last * (longer / shorter) ** wanted
+        if not stuck and not (slow and departure(case, found.rows, found.certain)):
             return None
     from ..causes.diagnosis import of_order
 
     def at_50_digits() -> Any:
-        return measure(replace(case, digits=50, steps=None))["measured"]["order"]
+        return measure(replace(case, digits=50, steps=None)).measured.order
 
     return of_order(case, measurement, ladder(case).duration, at_50_digits)
 
 
-def _with_multipliers(case: Case, measurement: Measurement, verdict: Verdict) -> Verdict:
+def _with_multipliers(case: Case, found: Found, verdict: Verdict) -> Verdict:
     """Return the verdict of (x, μ) after the multipliers, which may only deny it."""
-    rows = [r for r in measurement.rows if "multipliers" in r]
-    if not rows or verdict.expected["order"] is None:
+    errors = [(row.step, row.multipliers) for row in found.rows if row.multipliers is not None]
+    if not errors or verdict.expected["order"] is None:
         return verdict
     # their mean is even in h: an error of order 2, except for that of the row itself
     least = min(2, verdict.expected["order"])
     verdict = verdict.expecting(multipliers=least)
-    found = measurement.measured["multipliers"]
-    errors = [r["multipliers"] for r in rows if r["multipliers"] is not None]
-    if found is not None:
-        wrong = found < least - allowed(case.digits)
-        said = f"are of order {found:.3f}, below {least}"
+    slope, known = found.measured.multipliers, multipliers.known(found.rows)
+    if slope is not None and not math.isnan(slope):
+        wrong = slope < least - allowed(case.digits)
+        said = f"are of order {slope:.3f}, below {least}"
     else:
-        wrong = bool(not_converging(rows, least, "multipliers"))
-        said = f"do not converge, with errors of {', '.join(f'{e:.2g}' for e in errors)}"
+        slope = None
+        sure = [(step, error) for step, error in errors if not math.isnan(error)]
+        wrong = bool(not_converging(sure, least))
+        said = f"do not converge, with errors of {', '.join(f'{e:.2g}' for e in known)}"
     if wrong and verdict.verdict != "fail":
         said += ", though (x, μ) converges: the force of constraint is another."
         return Verdict("fail", f"the multipliers of the constraints {said}", verdict.expected)
-    exact = bool(errors) and max(errors) <= floor(case, measurement["certain"])
-    if found is None and verdict.verdict == "pass" and not exact:
+    exact = bool(known) and max(known) <= floor(case, found.certain)
+    if slope is None and verdict.verdict == "pass" and not exact:
         said = "(x, μ) has its order, but fewer than four errors of the multipliers of the "
         said += "constraints lie on a straight line above round-off: take more --steps."
         return Verdict("inconclusive", said, verdict.expected)
     return verdict
 
 
-def _of_recorded(case: Case, measurement: Measurement, verdict: Verdict) -> Verdict:
+def _of_recorded(case: Case, found: Found, verdict: Verdict) -> Verdict:
     """Return the verdict on runs, in words for a user who can only record more of them."""
-    if len(measurement.rows) < FEWEST and measurement.measured["order"] is None:
+    if len(found.rows) < FEWEST and found.measured.order is None:
         said = (
             f"an order needs runs at {FEWEST} steps or more, each half of the one before, say; "
-            f"recorded are {len(measurement.rows)}."
+            f"recorded are {len(found.rows)}."
         )
         return Verdict("inconclusive", said, verdict.expected)
     if verdict.verdict == "inconclusive" and case.rule.unit(16) > 2.0**-53:

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..core.case import Case, Measurement, Verdict
-from ..core.outcome import Row
+from ..core.case import Case, Verdict
 from ..evidence import NEAR
 from .limits import LIMITS
+from .records import Found, Local
 
 
-def judge(case: Case, measurement: Measurement, verdict: Verdict) -> Verdict:
+def judge(case: Case, found: Found, local: Local, verdict: Verdict) -> Verdict:
     """Return the verdict of the runs combined with that of single steps."""
-    local = measurement.get("local") or {}
     expected, wanted = verdict.expected, verdict.expected["order"]
-    order, least = local.get("order"), wanted or 1
-    if local.get("exact"):
+    order, least = local.order, wanted or 1
+    if local.exact:
         return _of_exact(verdict)
     if order is None:
-        if verdict.verdict == "pass" and local.get("unknown") and case.rule.is_formula:
-            said = (
-                f"the runs have their order, but no single step could be judged: {local['unknown']}"
-            )
+        if verdict.verdict == "pass" and local.unknown and case.rule.is_formula:
+            said = f"the runs have their order, but no single step could be judged: {local.unknown}"
             return Verdict("inconclusive", said.rstrip(".") + ".", expected)
         return verdict
     verdict = verdict.expecting(local_order=order)
@@ -31,32 +28,32 @@ def judge(case: Case, measurement: Measurement, verdict: Verdict) -> Verdict:
     if wanted is None:
         return verdict
     if verdict.verdict == "fail" and "above" in verdict.reason:
-        return _of_higher(measurement, local, verdict, wanted)
-    if verdict.verdict == "fail" and (why := _unresolved(case, measurement, local)):
+        return _of_higher(found, local, verdict, wanted)
+    if verdict.verdict == "fail" and (why := _unresolved(case, found, local)):
         return Verdict("inconclusive", why, expected)
     if verdict.reason.startswith("every error is round-off"):
         return verdict.because(
             "every error of the runs is round-off beside the largest component, which says nothing "
-            f"of the order; one step is of order {order:.2f} in {local['component']}: take another "
+            f"of the order; one step is of order {order:.2f} in {local.component}: take another "
             "scene, or --digits 50."
         )
     return verdict
 
 
-def judge_effective(case: Case, measurement: Measurement, verdict: Verdict) -> Verdict:
+def judge_effective(case: Case, local: Local, verdict: Verdict) -> Verdict:
     """Return the verdict of the order and of the effective order, if the rule declares one."""
     if case.rule.effective is None or verdict.verdict != "pass":
         return verdict
-    found = (measurement.get("local") or {}).get("effective")
+    found = local.effective
     if found is None:
         said = f"nothing is known of the effective order {case.rule.effective} that it declares."
         return Verdict("inconclusive", said, verdict.expected)
-    if found["verdict"]:
+    if found.verdict:
         verdict = verdict.expecting(effective=case.rule.effective)
-        if found["reached"]:
-            verdict = replace(verdict, measured={"effective": found["reached"]})
-    said = " ".join(filter(None, (verdict.reason, found["reason"])))
-    return replace(verdict, verdict=found["verdict"] or "pass", reason=said)
+        if found.reached:
+            verdict = replace(verdict, measured={"effective": found.reached})
+    said = " ".join(filter(None, (verdict.reason, found.reason)))
+    return replace(verdict, verdict=found.verdict or "pass", reason=said)
 
 
 def _of_exact(verdict: Verdict) -> Verdict:
@@ -71,15 +68,15 @@ def _of_exact(verdict: Verdict) -> Verdict:
     return verdict
 
 
-def _of_lower(local: Row, verdict: Verdict, order: float, least: int) -> Verdict:
+def _of_lower(local: Local, verdict: Verdict, order: float, least: int) -> Verdict:
     """Return the verdict on steps of an order below the expected one, or inconsistent."""
-    floats = local.get("floats") or {}
-    if floats.get("explain"):
-        values = ", ".join(f"{v!r}" for v in floats["values"][:3])
-        more = ", …" if len(floats["values"]) > 3 else ""
+    floats = local.floats
+    if floats.explain:
+        values = ", ".join(f"{v!r}" for v in floats.values[:3])
+        more = ", …" if len(floats.values) > 3 else ""
         said = (
             f"the coefficients {values}{more} are floats, and as floats they end at "
-            f"{floats['size']:.1g} of a step: below that there is no order"
+            f"{floats.size:.1g} of a step: below that there is no order"
         )
         if verdict.verdict == "pass":
             return Verdict("pass", f"{said}; above it the order is as expected.", verdict.expected)
@@ -89,31 +86,31 @@ def _of_lower(local: Row, verdict: Verdict, order: float, least: int) -> Verdict
         return verdict
     if verdict.verdict == "fail":
         return verdict
-    where = f" ({local['place']})" if local.get("place") else ""
-    below = f"one step is of order {order:.2f} in {local['component']}, below the expected {least}"
+    where = f" ({local.place})" if local.place else ""
+    below = f"one step is of order {order:.2f} in {local.component}, below the expected {least}"
     if order < 1 - NEAR:
         said = (
-            f"the rule is not consistent: in {local['component']} a step of {local['step']:.1g} "
+            f"the rule is not consistent: in {local.component} a step of {local.step:.1g} "
             f"from an exact state{where} is off by O(h^{order + 1:.2f}), so as h goes to 0 it "
             "follows another motion than the scene's."
         )
         said = said if verdict.expected["order"] is None else f"{below}: {said}"
         return Verdict("fail", said, verdict.expected)
-    said = f"{below}: from an exact state{where} a step of {local['step']:.1g} is off by "
+    said = f"{below}: from an exact state{where} a step of {local.step:.1g} is off by "
     said += f"O(h^{order + 1:.2f}), however little that is in the runs."
     return Verdict("fail", said, verdict.expected)
 
 
-def _of_higher(measurement: Measurement, local: Row, verdict: Verdict, wanted: int) -> Verdict:
+def _of_higher(found: Found, local: Local, verdict: Verdict, wanted: int) -> Verdict:
     """Return the verdict on runs above the expected order: by the time, the scene, or the rule."""
-    order, runs = local["order"], measurement.measured["order"]
+    order, runs = local.order or 0.0, found.measured.order
     if order <= wanted + NEAR:
         said = (
             f"the runs are of order {runs:.2f}, since at this final time errors cancel; single "
             f"steps, also beside the motion, are of order {order:.2f}, as declared."
         )
         return Verdict("pass", said, verdict.expected)
-    if local.get("linear"):
+    if local.linear:
         said = (
             f"on this linear scene the rule is of order {order:.2f}, above the declared {wanted}: "
             "a linear field asks for fewer of the order conditions, so that may be all of it."
@@ -124,15 +121,15 @@ def _of_higher(measurement: Measurement, local: Row, verdict: Verdict, wanted: i
     )
 
 
-def _unresolved(case: Case, measurement: Measurement, local: Row) -> str:
+def _unresolved(case: Case, found: Found, local: Local) -> str:
     """Return why the runs' errors are not small yet although single steps have the order; or ""."""
-    steps = [row["step"] for row in measurement.rows if row["error"] is not None]
-    if not steps or not local.get("rate"):
+    steps = [row.step for row in found.rows if row.error is not None]
+    if not steps or not local.rate:
         return ""
-    off = measurement["duration"] * local["rate"] * min(steps) ** (case.order or 2)
+    off = found.duration * local.rate * min(steps) ** (case.order or 2)
     if off < LIMITS["unresolved"]:
         return ""
     return (
-        f"single steps are of order {local['order']:.2f}, as declared, but their errors add up to "
+        f"single steps are of order {local.order:.2f}, as declared, but their errors add up to "
         f"{off:.2g} of the state at the finest step: no run resolves the motion; take more --steps."
     )

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -24,13 +26,14 @@ from ..core.case import (
 )
 from ..systems import End, Ladder, System, system_of
 from . import multipliers, recorded, single_steps
+from .records import Found, Row
 from .window import (
     REACHED,
     above_floor,
     decided,
     fit,
     floor,
-    slope,
+    slope_of_multipliers,
 )
 
 NAME = "order"
@@ -42,7 +45,6 @@ RUNGS, MOST_RUNGS = {True: 9, False: 4}, {True: 16, False: 7}  # in double preci
 #: times of a program's run whose mean error counts: at one of them it may pass through 0, and there
 #: are no more digits that would show it
 CHECKED = 4
-ERRORS = ("error", "error_x", "error_mu")
 LARGE = 1e-4  # above this error the next powers of the step still count
 BESIDE_EARLY = 0.25  # distance of an order from its limit that such errors may cause
 #: rungs of a program's ladder, √2 apart, so that many are above round-off; it ends where errors are
@@ -124,9 +126,8 @@ def _in_parts(first: int, rung: int) -> int:
     return parts * CHECKED
 
 
-def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Return rows {steps, step, error, error_x, error_mu, used, why_not}; measured order and
-    interval.
+def measure(case: Case, progress: Progress = silent) -> Found:
+    """Return the runs of a ladder with their errors, and the order of these.
 
     error = ‖(x, μ) − (x̂, μ̂)‖₂ / ‖(x̂, μ̂)‖₂ at the same time T (for a program the mean of four
     times up to T). Under constraints, with more than 16 digits (in 16 a multiplier is known to
@@ -149,7 +150,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     certain = exact.certain
     known = case.digits > 16 and case.scene.all_constraints
     forces = reference.multipliers(case.scene, exact.answer) if known else None
-    rows: list[dict[str, Any]] = []
+    rows: list[Row] = []
     before: End | None = None  # if no other method knows the end, the end of the run before
     for i in range(most):
         # continue only while the asymptotic window has not been reached, and still may be
@@ -166,59 +167,57 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         steps = made.steps(i)
         progress(f"{case.scene.name} {case.label}: {steps} steps", i / most)
         step = duration / steps
-        row: dict[str, Any] = {
-            "steps": steps, "step": float(step), "error": None, "error_x": None, "error_mu": None,
-            "used": False, "why_not": "",
-        }  # fmt: skip
-        rows.append(row)
+        row = Row(steps, float(step))
         try:
             flow = system.flow(step)
             run = flow.trajectory(steps, every=steps // ends)
         except StepFailure as failure:
-            row |= {"why_not": "failed", "cause": failure.cause}
+            rows.append(replace(row, why_not="failed", cause=failure.cause))
             continue
         if exact.x is None:
             here = End(run.x[-1], run.mu[-1], certain)
             if before is not None:
-                rows[-2] |= dict(zip(ERRORS, system.error(before.x, before.mu, here), strict=True))
+                rows[-1] = rows[-1].with_errors(*system.error(before.x, before.mu, here))
             before = here
+            rows.append(row)
             continue
         with mpmath.workdps(case.digits + 15):
             found = [system.error(x, mu, at) for x, mu, at in
                      zip(run.x[1:], run.mu[1:], wanted, strict=True)]  # fmt: skip
-            row["error"], row["error_x"], row["error_mu"] = map(_mean, zip(*found, strict=True))
+            row = row.with_errors(*map(_mean, zip(*found, strict=True)))
             if forces and any(forces):
                 try:
-                    row["multipliers"] = multipliers.error(flow, run, forces)
+                    row = replace(row, multipliers=multipliers.error(flow, run, forces))
                 except CannotMeasure:  # its adjoint meets no constraints, so only (x, μ) is judged
                     forces = None
+        rows.append(row)
     if exact.x is None:
         rows.pop()  # the finest run is compared with no finer one
-    result = {"rows": rows, **fit(case, rows, certain)}
+    rows, measured = fit(case, rows, certain)
     if case.digits == 16 and system.runs_at(50):
-        if result["measured"]["order"] is None:
+        if measured.order is None:
             if above_floor(case, rows, certain):
-                measure_round_off(case, rows, duration, exact.answer)
-        elif single_steps.below(case, result):
-            for row in rows:
-                row["round_off"] = single_steps.amplified(case, duration, row["steps"]) or 0.0
-        result |= fit(case, rows, certain)
+                rows = measure_round_off(case, rows, duration, exact.answer)
+        elif single_steps.below(case, measured.order):
+            grown = (single_steps.amplified(case, duration, row.steps) or 0.0 for row in rows)
+            rows = [replace(row, round_off=off) for row, off in zip(rows, grown, strict=True)]
+        rows, measured = fit(case, rows, certain)
     if forces:
-        result["measured"]["multipliers"] = slope(case, rows, "multipliers", certain)
+        found_slope = slope_of_multipliers(case, rows, certain)
+        slope = math.nan if found_slope is None else found_slope
+        measured = replace(measured, multipliers=slope)
     progress(f"{case.scene.name} {case.label}: one step", 1.0)
-    result["measured"] |= exact.about
-    if exact.agreed is not None:
-        result["agreed"] = exact.agreed
-    return {**result, "local": single_steps.measured(case), "duration": float(duration)}
+    measured, local = replace(measured, **exact.about), single_steps.measured(case)
+    return Found(rows, measured, certain, exact.agreed, local, float(duration))
 
 
-def _early(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
+def _early(case: Case, rows: Sequence[Row], certain: float) -> bool:
     """True if errors are still so large that a slope beside the expected order decides nothing."""
-    order, wanted = fit(case, rows, certain)["measured"]["order"], case.order
-    last = rows[-1]["error"] if rows else None
+    order, wanted = fit(case, rows, certain)[1].order, case.order
+    last = rows[-1].error if rows else None
     if wanted is None or last is None:
         return False
-    before = rows[-2]["error"] if len(rows) > 1 else None
+    before = rows[-2].error if len(rows) > 1 else None
     sinking = before is not None and last < before * 2.0 ** (-wanted / 4)
     if order is not None and REACHED[True] < abs(order - wanted) < BESIDE_EARLY:
         return sinking and last > 100 * floor(case, certain)
@@ -231,7 +230,7 @@ def _mean(errors: Any) -> float | None:
     return math.sqrt(math.fsum(e * e for e in known) / len(known)) if known else None
 
 
-def _sunk(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
+def _sunk(case: Case, rows: Sequence[Row], certain: float) -> bool:
     """True if the last errors are at round-off, below which no smaller step leads."""
-    last = [row["error"] for row in rows[-2:]]
+    last = [row.error for row in rows[-2:]]
     return all(e is not None and e <= 10 * floor(case, certain) for e in last)

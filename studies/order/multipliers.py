@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,22 +10,27 @@ from discmech.integrators import StepFailure, mean_multipliers
 from discmech.integrators.flows import Flow, Trajectory
 
 from ..core.case import Case
-from ..core.outcome import Row
 from ..core.runs import gap
-from .window import floor, slope
+from .records import Row
+from .window import floor, slope_of_multipliers
 
 
-def error(flow: Flow, run: Trajectory, forces: Any) -> float | None:
-    """Return the relative error of mean multipliers at a run's end; None if its step back fails."""
+def error(flow: Flow, run: Trajectory, forces: Any) -> float:
+    """Return the relative error of mean multipliers at a run's end; NaN if its step back fails."""
     try:
         off, size = gap(mean_multipliers(flow, run)[-1], forces)
     except StepFailure:  # this does not concern (x, μ)
-        return None
+        return math.nan
     return float(off / size)
 
 
 def decided(case: Case, rows: Sequence[Row], certain: float) -> bool:
     """True if multipliers have a slope, or are exact."""
-    errors = [e for r in rows if (e := r.get("multipliers")) is not None]
-    exact = max(errors, default=0.0) <= floor(case, certain)
-    return exact or slope(case, rows, "multipliers", certain) is not None
+    exact = max(known(rows), default=0.0) <= floor(case, certain)
+    return exact or slope_of_multipliers(case, rows, certain) is not None
+
+
+def known(rows: Sequence[Row]) -> list[float]:
+    """Return the errors of those runs whose step back was made."""
+    errors = (row.multipliers for row in rows)
+    return [error for error in errors if error is not None and not math.isnan(error)]

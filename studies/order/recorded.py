@@ -10,12 +10,13 @@ from discmech.integrators.foreign import Recorded
 
 from ..core.case import Case
 from ..systems import system_of
+from .records import Found, Row
 from .window import fit
 
 FEWEST = 4  # fewest runs: as many points tell a straight line from a bent one
 
 
-def measure(case: Case) -> dict[str, Any]:
+def measure(case: Case) -> Found:
     """Return rows as `measuring.measure` does, one per recorded run, with the reference from its
     start.
 
@@ -34,12 +35,8 @@ def measure(case: Case) -> dict[str, Any]:
     rows = []
     for run, index in zip(scheme.runs, at, strict=True):
         error, of_x, of_mu = system.error(run.x[index], run.mu[index], exact)
-        rows.append({
-            "steps": round(duration / run.step), "step": float(run.step), "error": error,
-            "error_x": of_x, "error_mu": of_mu, "used": False, "why_not": "",
-        })  # fmt: skip
-    found = fit(case, rows, exact.certain)
-    return {"rows": rows, **found, "local": None, "duration": float(duration)}
+        rows.append(Row(round(duration / run.step), float(run.step), error, of_x, of_mu))
+    return Found(*fit(case, rows, exact.certain), exact.certain, duration=float(duration))
 
 
 def common_time(rule: Recorded) -> tuple[Fraction, list[int]]:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ..core.records import OPTIONAL
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
     """A run of the ladder, with its errors relative to the state; without them it failed.
 
-    why_not: the reason why it is not in the fit. round_off: the round-off of the run, if measured.
+    why_not: the reason why it is not in the fit. multipliers: their error, not a number if a step
+    back fails. round_off: that of the run, if it was measured.
     """
 
     steps: int = 0
@@ -19,23 +23,88 @@ class Row:
     error_x: float | None = None
     error_mu: float | None = None
     used: bool = False
-    why_not: str | None = None
-    cause: str = ""
-    multipliers: float | None = None
-    round_off: float = 0.0
+    why_not: str = ""
+    cause: str | None = field(default=None, metadata=OPTIONAL)
+    multipliers: float | None = field(default=None, metadata=OPTIONAL)
+    round_off: float | None = field(default=None, metadata=OPTIONAL)
+
+    def with_errors(self, error: float | None, of_x: float | None, of_mu: float | None) -> Row:
+        """Return the row with the errors of (x, μ), of x and of μ."""
+        return replace(self, error=error, error_x=of_x, error_mu=of_mu)
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """The slope of the window with its interval, of so many points; `why_not` if no other method
-    knows the end."""
+    """The slope of the window with its interval, of so many points.
+
+    multipliers: the slope of their errors, not a number without one. why_not: the reason why no
+    other method knows the end, so that errors are against own runs (`held_against`), and the digits
+    that are known then. effective: the processed order, which the judge adds.
+    """
 
     order: float | None = None
     interval: Sequence[float] | None = None
     points: int | None = None
-    multipliers: float | None = None
-    effective: float | None = None
-    why_not: str | None = None
+    multipliers: float | None = field(default=None, metadata=OPTIONAL)
+    held_against: str | None = field(default=None, metadata=OPTIONAL)
+    why_not: str | None = field(default=None, metadata=OPTIONAL)
+    known: float | None = field(default=None, metadata=OPTIONAL)
+    effective: float | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The runs, the digits of the reference that are certain, and single steps (`Local`).
+
+    agreed: the digits in which two references of a scene in numbers agree. duration: the final
+    time of the runs.
+    """
+
+    rows: Sequence[Row] = ()
+    measured: Measured = field(default_factory=Measured)
+    certain: float = 0.0
+    agreed: float | None = field(default=None, metadata=OPTIONAL)
+    local: Mapping[str, Any] | None = None
+    duration: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class FloatsOfRule:
+    """The floats of a rule, the error of a step that they make, and if they explain its order."""
+
+    values: Sequence[float] = ()
+    explain: bool = False
+    size: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Effective:
+    """The judgement of a declared effective order, with its reason and the cause if it fails."""
+
+    verdict: str | None = None
+    reason: str = ""
+    reached: float | None = None
+    cause: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Local:
+    """The lowest order of single steps, in a component from a place; or why it is unknown.
+
+    exact: True if every step ends where the motion does. rate: the error per unit of time over
+    h^p. linear: True if the continuous equations are linear.
+    """
+
+    order: float | None = None
+    unknown: str = ""
+    component: str = ""
+    step: float = 0.0
+    place: str = ""
+    exact: bool = False
+    rate: float | None = None
+    linear: bool = False
+    effective: Effective | None = None
+    floats: FloatsOfRule = field(default_factory=FloatsOfRule)
 
 
 @dataclass(frozen=True, slots=True)

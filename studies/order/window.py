@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import replace
 
-from ..core.case import Case, Measurement
-from ..core.fitting import BENT, Window, asymptotic_window, bent_below, marked
-from ..core.outcome import Row
+from ..core.case import Case
+from ..core.fitting import BENT, Window, asymptotic_window, bent_below, line_of, marks
+from .records import Found, Measured, Row
 
 #: in double precision or not: a ladder ends when its order is so near to the expected one
 REACHED = {True: 0.05, False: 0.01}
@@ -27,9 +27,10 @@ def floor(case: Case, certain: float) -> float:
     return max(least, 10.0 ** (2 - certain))
 
 
-def decided(case: Case, rows: list[dict[str, Any]], certain: float) -> bool:
+def decided(case: Case, rows: Sequence[Row], certain: float) -> bool:
     """True if smaller steps would change nothing."""
-    order = fit(case, rows, certain)["measured"]["order"]
+    rows, measured = fit(case, rows, certain)
+    order = measured.order
     if order is None:
         return only_round_off(rows) or bool(departure(case, rows, certain))
     return not approaches(case, rows, order, REACHED[case.digits == 16])
@@ -41,8 +42,8 @@ def only_round_off(rows: Sequence[Row]) -> bool:
     Round-off does not sink with the step, so no further rung helps; errors that are not small may
     come from steps that are too long.
     """
-    last = [r["error"] for r in rows[-4:]]
-    if len(last) < 4 or any(e is None or e > TINY for e in last):
+    last = [row.error for row in rows[-4:] if row.error is not None]
+    if len(last) < 4 or max(last) > TINY:
         return False
     return all(b > a / 2 for a, b in itertools.pairwise(last))
 
@@ -50,7 +51,7 @@ def only_round_off(rows: Sequence[Row]) -> bool:
 def above_floor(case: Case, rows: Sequence[Row], certain: float) -> bool:
     """True if enough errors are above the floor to fit a line."""
     least = floor(case, certain)
-    return sum(r["error"] is not None and r["error"] > least for r in rows) >= LEAST_POINTS
+    return sum(row.error is not None and row.error > least for row in rows) >= LEAST_POINTS
 
 
 def approaches(case: Case, rows: Sequence[Row], order: float, within: float) -> bool:
@@ -62,14 +63,15 @@ def approaches(case: Case, rows: Sequence[Row], order: float, within: float) -> 
     expected = case.order
     if expected is None or not within < abs(order - expected) <= NEAR:
         return False
-    used = [r for r in rows if r["used"]]
+    used = [row for row in rows if row.used]
     missed = [abs(p - expected) for p in _local_orders(used)]
     return missed[-1] < 0.75 * missed[0] and missed == sorted(missed, reverse=True)
 
 
 def _local_orders(rows: Sequence[Row]) -> list[float]:
-    return [math.log2(a["error"] / b["error"]) / math.log2(a["step"] / b["step"])
-            for a, b in itertools.pairwise(rows)]  # fmt: skip
+    known = [(row.error, row.step) for row in rows if row.error is not None]
+    return [math.log2(e / finer) / math.log2(h / shorter)
+            for (e, h), (finer, shorter) in itertools.pairwise(known)]  # fmt: skip
 
 
 def departure(case: Case, rows: Sequence[Row], certain: float) -> str:
@@ -81,11 +83,11 @@ def departure(case: Case, rows: Sequence[Row], certain: float) -> str:
     """
     order = case.order
     bent = BENT * floor(case, certain)
-    clear = [r for r in rows if r["error"] is not None
-             and r["error"] > bent and not is_bent(case, r)]  # fmt: skip
+    clear = [row for row in rows if row.error is not None
+             and row.error > bent and not is_bent(case, row)]  # fmt: skip
     if order is None or len(clear) < 4:
         return ""
-    if stuck := not_converging(clear, order, "error"):
+    if stuck := not_converging([(row.step, row.error) for row in clear], order):
         return f"the runs {stuck}"
     local = _local_orders(clear[-4:])
     missed = [abs(p - order) for p in local]
@@ -100,49 +102,53 @@ def departure(case: Case, rows: Sequence[Row], certain: float) -> str:
     return ""
 
 
-def finest_order(case: Case, measurement: Measurement) -> float | None:
+def finest_order(case: Case, found: Found) -> float | None:
     """Return the local order of the two finest runs with errors above round-off, if any."""
-    bent = BENT * floor(case, measurement["certain"])
-    clear = [r for r in measurement.rows if r["error"] is not None and r["error"] > bent]
+    bent = BENT * floor(case, found.certain)
+    clear = [row for row in found.rows if row.error is not None and row.error > bent]
     return _local_orders(clear[-2:])[0] if len(clear) > 1 else None
 
 
 def is_bent(case: Case, row: Row) -> bool:
     """True if measured round-off changes log₂ of the error by more than a line may be off."""
-    return bool(row["error"] <= bent_below(row.get("round_off", 0.0), STRAIGHT[case.digits == 16]))
+    known = row.round_off or 0.0
+    return row.error is not None and row.error <= bent_below(known, STRAIGHT[case.digits == 16])
 
 
-def not_converging(rows: Sequence[Row], order: float, key: str) -> str:
-    """Return a sentence on errors that do not sink, of two rows or more; "" if none."""
-    known = [r for r in rows if r[key] is not None]
-    if len(known) < 2 or known[-1][key] <= NOWHERE:
+def not_converging(errors: Sequence[tuple[float, float | None]], order: float) -> str:
+    """Return a sentence on errors (step, error) that do not sink, of two or more; "" if none."""
+    known = [(step, error) for step, error in errors if error is not None]
+    if len(known) < 2 or known[-1][1] <= NOWHERE:
         return ""
-    first, last = known[0], known[-1]
-    halvings = math.log2(first["step"] / last["step"])
-    if first[key] >= last[key] * 2 ** (order / 2 * halvings):
+    (longest, first), (shortest, last) = known[0], known[-1]
+    halvings = math.log2(longest / shortest)
+    if first >= last * 2 ** (order / 2 * halvings):
         return ""
     return (
         f"do not converge: {halvings:.0f} halvings of the step leave an error of "
-        f"{last[key]:.2g}, where order {order} is expected."
+        f"{last:.2g}, where order {order} is expected."
     )
 
 
-def fit(case: Case, rows: list[dict[str, Any]], certain: float) -> dict[str, Any]:
+def fit(case: Case, rows: Sequence[Row], certain: float) -> tuple[list[Row], Measured]:
     """Find the asymptotic window; note for every other point why it is left out."""
-    window = _window(case, rows, "error", certain, [r.get("round_off", 0.0) for r in rows])
-    return {"measured": marked(rows, window, floor(case, certain)), "certain": certain}
+    errors, least = [row.error for row in rows], floor(case, certain)
+    window = _window(case, rows, errors, certain, [row.round_off or 0.0 for row in rows])
+    made = zip(rows, marks(errors, window, least), strict=True)
+    return [replace(row, **mark) for row, mark in made], Measured(**line_of(window))
 
 
-def slope(case: Case, rows: Sequence[Row], key: str, certain: float) -> float | None:
-    """Return the slope of the errors of that name in their asymptotic window, or None."""
-    window = _window(case, rows, key, certain)
+def slope_of_multipliers(case: Case, rows: Sequence[Row], certain: float) -> float | None:
+    """Return the slope of the errors of multipliers in their asymptotic window, or None."""
+    window = _window(case, rows, [row.multipliers for row in rows], certain)
     return None if window is None else window.line.slope
 
 
 def _window(
-    case: Case, rows: Sequence[Row], key: str, certain: float, known: Any = None
-) -> Window | None:
-    errors = [math.nan if (e := r.get(key)) is None else e for r in rows]
+    case: Case, rows: Sequence[Row], errors: Sequence[float | None], certain: float,
+    known: Sequence[float] | None = None,
+) -> Window | None:  # fmt: skip
+    found = [math.nan if error is None else error for error in errors]
     straight = STRAIGHT[case.digits == 16]
-    steps = [r["step"] for r in rows]
-    return asymptotic_window(steps, errors, floor(case, certain), straight, known)
+    steps = [row.step for row in rows]
+    return asymptotic_window(steps, found, floor(case, certain), straight, known)

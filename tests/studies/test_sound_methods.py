@@ -25,6 +25,8 @@ from discmech.reference import solution
 from discmech.studies.causes import round_off
 from discmech.studies.causes.round_off import lost_one_way, measure_round_off
 from discmech.studies.core.case import Case
+from discmech.studies.core.records import decoded
+from discmech.studies.order.records import Row
 from discmech.studies.order.window import departure, is_bent
 from discmech.tests.bench.charts.measuring import measure as measure_charts
 from tests.studies.cached_results import case, measured
@@ -46,7 +48,9 @@ def test_round_off_that_grows_as_steps_get_shorter_is_no_other_order():
     found = measured("order", ON_LINE, by_midway_points, 16)
     assert found["verdict"] == "pass" and found["measured"]["points"] >= 4
     left_out = [row for row in found["rows"] if row["why_not"] == "round-off"]
-    assert left_out and all(is_bent(case("order", ON_LINE, by_midway_points), r) for r in left_out)
+    assert left_out and all(
+        is_bent(case("order", ON_LINE, by_midway_points), decoded(Row, r)) for r in left_out
+    )
 
 
 def test_a_motion_that_amplifies_round_off_is_no_other_order():
@@ -125,11 +129,11 @@ def test_what_a_map_lacks_is_said_and_is_no_failed_step():
 def test_errors_above_what_round_off_can_do_still_depart():
     """Local orders of 0.9, 0.7, 0.5 at 10⁻⁶, where F± are right to round-off."""
     of = case("order", ON_LINE)
-    rows = [{"steps": 100 * 2**k, "step": 0.1 / 2**k, "error": e, "used": False, "why_not": ""}
+    rows = [Row(100 * 2**k, 0.1 / 2**k, e)
             for k, e in enumerate((8e-6, 4.2e-6, 2.4e-6, 1.5e-6, 1.1e-6))]  # fmt: skip
     assert departure(of, rows, 30)
-    measure_round_off(of, rows, Fraction(10), solution(ON_LINE, 10))
-    assert all(0 < row["round_off"] < 1e-10 for row in rows)
+    rows = measure_round_off(of, rows, Fraction(10), solution(ON_LINE, 10))
+    assert all(0 < row.round_off < 1e-10 for row in rows)
     assert departure(of, rows, 30)
 
 

@@ -10,6 +10,7 @@ from discmech import black_box
 from discmech.integrators.rules import get as rule
 from discmech.studies.order import judging, window
 from discmech.studies.order.limits import tolerance
+from discmech.studies.order.records import Row
 from tests.studies.judges.by_hand import ABOVE, case, close, judged
 
 
@@ -228,6 +229,6 @@ def test_nothing_below_round_off_or_the_reference_is_the_methods(digits, certain
 def test_an_error_is_bent_where_round_off_moves_it_off_a_line(digits, straight):
     error = 1e-9 / (2**straight - 1)  # log₂ of (error + 1e-9) is `straight` higher
     row = {"error": error, "round_off": 1e-9}
-    assert window.is_bent(case(digits), row)
-    assert not window.is_bent(case(digits), row | {"error": ABOVE * error})
-    assert not window.is_bent(case(digits), {"error": 1e-300})
+    assert window.is_bent(case(digits), Row(**row))
+    assert not window.is_bent(case(digits), Row(**row | {"error": ABOVE * error}))
+    assert not window.is_bent(case(digits), Row(error=1e-300))
