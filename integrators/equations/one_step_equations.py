@@ -7,19 +7,23 @@ velocity in the map is an unknown too.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 from ..compiler import Kind, Step
 from ..errors import BadInput, CannotMeasure, line_of
-from ..numbers import shown, sympy
-from ..numbers.types import Column, Expression, SymbolicMatrix
+from ..numbers import replaced, shown, symbols_of, sympy
+from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
 from ..rules import Discretisation
 from .checks import singular
 from .dual_system import DualSystem
-from .explicit_rows import explicit_rows
 from .step_equations import StepEquations
 from .symbols import SceneSymbols, column, vector
+
+#: operations of the result beyond which a step stays implicit: its text would cost more than an
+#: iteration
+MOST = 20_000
 
 
 class OneStepEquations(StepEquations):
@@ -79,15 +83,11 @@ class OneStepEquations(StepEquations):
             found = explicit_rows(self.rows, self.w, self._new, self.z, self.y, known)
         if found is None:
             return super().step
+        w, values, increment, gain = found
         return self._step(
-            w=tuple(found.w),
-            rows=found.w - found.values,
-            slope=sympy.eye(len(found.w)),
-            increment=found.increment,
-            gain=found.gain,
-            wanted=tuple(sympy.zeros(len(found.w), 1)),
-            explicit=True,
-        )
+            w=tuple(w), rows=w - values, slope=sympy.eye(len(w)), increment=increment, gain=gain,
+            wanted=tuple(0 * w), explicit=True,
+        )  # fmt: skip
 
     def check_regular(self, scene: Any, rule: Discretisation) -> None:
         """Raise `BadInput` if the rows do not determine w: ∂rows/∂w singular at two points."""
@@ -151,3 +151,75 @@ class OneStepEquations(StepEquations):
 def over(matrix: SymbolicMatrix, h: Expression) -> SymbolicMatrix:
     """Return matrix/h term by term, so that powers of h cancel before they are ever rounded."""
     return matrix.applyfunc(lambda e: sympy.Add(*[t / h for t in sympy.Add.make_args(e)]))
+
+
+def explicit_rows(
+    rows: Column, w: Column, new: Column, z: Column, y: Column, known: Mapping[Letter, Expression]
+) -> tuple[Column, Column, Column, Column] | None:
+    """Return (w, values of w, increment, gain), or None if some unknown has to be solved for.
+
+    A row w − g(…) = 0 gives w, if g needs only unknowns that other rows give before. If all rows
+    are such rows, in some order, as the stages of Störmer–Verlet on a separable scene are, the step
+    is explicit: g is written out in the state alone, increment and gain in w, the state and y. A
+    function of x alone, such as a force, is no unknown then: a kernel has its costly functions from
+    the step before.
+
+    new: the state after the step, z before, y: letters of the first entries of the new one; known:
+    the values of other letters.
+    """
+    values = dict(known)
+    given: dict[Letter, Expression] = {}
+    for letter, row in zip(w, rows, strict=True):
+        rest = letter - row
+        if letter in symbols_of([rest]):
+            return None
+        given[letter] = rest
+    found = _written_out(list(w), values | given, {})
+    if found is None:
+        return None
+    moving = {*z[len(y) :]}
+    kept = [e for e, value in zip(w, found, strict=True) if symbols_of([value]) & moving]
+    if not kept:
+        return None
+    values |= {e: value for e, value in zip(w, found, strict=True) if e not in kept}
+    grown = [a - b for a, b in zip(new, z, strict=True)]
+    n = len(y)
+    increment = _written_out(grown[:n], values, {})
+    if increment is None:
+        return None
+    # the end point of a step is y, whose functions the next step needs again
+    ends = {a + e: b for a, e, b in zip(z, increment, y, strict=False)}
+    gain = _written_out(grown[n:], values, ends)
+    if gain is None:
+        return None
+    formulas = dict(zip(w, found, strict=True))
+    return column(kept), column(formulas[e] for e in kept), column(increment), column(gain)
+
+
+def _written_out(
+    wanted: Sequence[Expression], values: dict[Letter, Expression],
+    named: dict[Expression, Expression],
+) -> list[Expression] | None:  # fmt: skip
+    """Return expressions without the letters that have values; None if recursive, or too long.
+
+    named: values that have letters of their own.
+    """
+    known: dict[Expression, Expression] = {}
+    pending: set[Letter] = set()
+
+    def of(letter: Letter) -> Expression | None:
+        if letter not in known:
+            if letter in pending:  # it needs itself
+                return None
+            pending.add(letter)
+            if not all(of(e) is not None for e in symbols_of([values[letter]]) & values.keys()):
+                return None
+            value = replaced([values[letter]], known.copy())[0]
+            known[letter] = named.get(value, value)
+        return known[letter]
+
+    for e in symbols_of(wanted) & values.keys():
+        if of(e) is None:
+            return None
+    found = replaced(wanted, known.copy())
+    return found if sum(sympy.count_ops(e) for e in found) <= MOST else None
