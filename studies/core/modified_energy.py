@@ -39,6 +39,8 @@ from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import arithmetic, numeric, sympy
 from discmech.integrators.scene import remembered
 
+from .modified_change import Change
+
 NUMBERS = arithmetic(16)
 EPS = 2.0**-53
 K = 9  # f̃ from the states z₋₉ … z₉, of order 18
@@ -164,13 +166,12 @@ class Changes:
     paths: np.ndarray
     forms: np.ndarray
 
-    def rows(self, scale: float) -> list[dict[str, float]]:
+    def rows(self, scale: float) -> list[Change]:
         """Return one row per state, over a scale of the energy."""
         values = (self.of_energy, self.of_modified, self.bounds, self.round_off, self.walks,
                   self.paths, self.forms)  # fmt: skip
-        names = ("time", "energy", "modified", "bound", "round_off", "walk", "path", "form")
         found = zip(self.times, *(e / scale for e in values), strict=True)
-        return [dict(zip(names, map(float, row), strict=True)) for row in found]
+        return [Change(*map(float, row)) for row in found]
 
 
 def changes(

@@ -40,6 +40,7 @@ from ..causes.round_off import unit
 from ..core.case import Case, Progress
 from ..core.moving_energy import motion, moving_energy
 from ..core.runs import in_rows, of_states
+from .records import Found, Measured, Row
 
 HALVINGS, MOST_HALVINGS = 3, 5  # number of runs, and the most if their orders do not agree yet
 REACHED = 0.05  # runs are halved until their order is no shorter of the wanted one than this
@@ -143,9 +144,8 @@ def _rates(s: SceneSymbols, numbers: Arithmetic) -> Any:
     return with_constraints
 
 
-def measure(case: Case, progress: Progress) -> dict[str, Any]:
-    """Return rows {time, error} at the smallest step; measured: band, slope and the balance's
-    order.
+def measure(case: Case, progress: Progress) -> Found:
+    """Return the errors at the smallest step, and the order of the balance.
 
     Over the scene's duration, or the chosen number of its steps; these are halved twice, and
     further while the order is neither reached nor missed, as when chaotic runs separate.
@@ -166,17 +166,12 @@ def measure(case: Case, progress: Progress) -> dict[str, Any]:
     times = np.asarray(run.t, dtype=float)
     slope = float(errors[-1] / times[-1])
     spread = max(1, len(times) // 1000)
-    return {
-        "rows": [{"time": float(t), "error": float(e)}
-                 for t, e in zip(times[::spread], errors[::spread], strict=True)],
-        "measured": {"band": float(np.ptp(errors)), "slope": slope,
-                     "slope_interval": [slope, slope], "edge_slopes": None,
-                     "balance_order": orders[-1] if orders else None},
-        "balance_orders": orders,
-        "way": ways[-1],
-        "steps": run.steps,
-        "duration": float(times[-1]),
-    }  # fmt: skip
+    rows = [Row(float(t), float(e))
+            for t, e in zip(times[::spread], errors[::spread], strict=True)]  # fmt: skip
+    order = orders[-1] if orders else math.nan
+    measured = Measured(float(np.ptp(errors)), slope, [slope, slope], None, order)
+    return Found(rows, measured, duration=float(times[-1]), balance_orders=orders, way=ways[-1],
+                 steps=run.steps)  # fmt: skip
 
 
 def unsettled(orders: list[float], least: float) -> bool:

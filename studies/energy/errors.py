@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from ..core.case import Case
 from ..core.fitting import BATCHES, Line, batch_line, fit_line, steadiness
 from ..core.runs import bins
 from .limits import LIMITS
+from .records import Found, Measured, Row
 
 ROWS = 2000
 STRETCH = 4096  # rows that are examined before the next
@@ -28,7 +28,7 @@ PARTITIONS = (8, 7, 9)
 
 def measured_errors(
     case: Case, errors_of: ErrorsOf, is_enough: Callable[[float, float], bool] | None = None
-) -> dict[str, Any]:
+) -> Found:
     """Return `measure` for a function that gives (times, errors) of a run that is so many times as
     long.
 
@@ -54,20 +54,10 @@ def measured_errors(
     for first, last in bins(len(times), ROWS // 2):
         part = errors[first:last]
         ends = sorted({first + int(part.argmin()), first + int(part.argmax())})
-        rows += [{"time": float(times[i]), "error": float(errors[i])} for i in ends]
-    return {
-        "rows": rows,
-        "measured": {
-            "band": float(np.ptp(errors)),
-            "slope": line.slope,
-            "slope_interval": _interval(line, times, errors),
-            "edge_slopes": edges,
-        },
-        "steady": _steadiness(errors),
-        "quarters": [float(np.ptp(errors[a:b])) for a, b in bins(len(errors), 4)],
-        "drifts": drifts,
-        "duration": float(times[-1]),
-    }
+        rows += [Row(float(times[i]), float(errors[i])) for i in ends]
+    measured = Measured(float(np.ptp(errors)), line.slope, _interval(line, times, errors), edges)
+    quarters = [float(np.ptp(errors[a:b])) for a, b in bins(len(errors), 4)]
+    return Found(rows, measured, _steadiness(errors), quarters, drifts, float(times[-1]))
 
 
 def _interval(line: Line, times: np.ndarray, errors: np.ndarray) -> list[float]:
@@ -124,7 +114,7 @@ def _edge_slopes(times: np.ndarray, errors: np.ndarray) -> list[float] | None:
     return [float(slope) for slope in np.polyfit(middles, extremes, 1)[0]]
 
 
-def are_steady(edge_slopes: list[float] | None, allowed: float) -> bool:
+def are_steady(edge_slopes: Sequence[float] | None, allowed: float) -> bool:
     return edge_slopes is not None and max(map(abs, edge_slopes)) <= allowed
 
 

@@ -3,40 +3,40 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ..core.case import Case, Measurement, Verdict
-from ..core.outcome import Row
+from ..core.case import Case, Verdict
 from ..core.runs import FAR
 from .errors import allowed_rise, are_steady
 from .judging_modified import NOT_BACK
 from .limits import LIMITS
+from .records import Found
 
 
-def judge_errors(case: Case, measurement: Measurement, kept: bool = True) -> Verdict:
+def judge_errors(case: Case, found: Found, kept: bool = True) -> Verdict:
     """Return the verdict on a result of `measured_errors`; kept: False if nothing is demanded."""
-    band, slope = measurement.measured["band"], measurement.measured["slope"]
-    duration = measurement["duration"]
-    round_off = max((r["round_off"] for r in measurement.get("modified") or []), default=0.0)
+    band, slope, duration = found.band, found.slope, found.duration
+    round_off = max((change.round_off for change in found.modified or []), default=0.0)
     expected: dict[str, Any] = {"slope_limit": allowed_rise(case, band, round_off) / duration}
     fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
     if not np.isfinite(band):
         return fail("the energy is no longer finite.")
-    edges = measurement.measured.get("edge_slopes")
+    edges = found.measured.edge_slopes
     if not kept:
         return Verdict("pass", "", {"not_demanded": case.scene.no_energy})
-    quarters = measurement.get("quarters") or []
+    quarters = found.quarters or []
     if band > LIMITS["wide"] and len(quarters) == 4 and FAR * max(quarters[:2]) < band:
         said = f"half of the run has {max(quarters[:2]) / band:.1%} of the error of the energy"
         if all(after >= 2 * before for before, after in itertools.pairwise(quarters)):
             return fail(f"{said}, and each quarter twice that before: it grows.")
         return unknown(f"{said}: take more --steps.")
-    settled = _settled(measurement, expected)
+    settled = _settled(found, expected)
     if abs(slope) <= expected["slope_limit"] or are_steady(edges, expected["slope_limit"]):
-        drifts = measurement.get("drifts")
+        drifts = found.drifts
         if not drifts:
             return settled or Verdict("pass", "", expected)
         last, rate, *_ = drifts[-1]
@@ -46,12 +46,13 @@ def judge_errors(case: Case, measurement: Measurement, kept: bool = True) -> Ver
             return fail(f"{said}: certain, and the same in a run eight times as long.")
         once = "certain in one run, and not in one eight times as long"
         return unknown(f"{said}: {once}; take more --steps.")
-    low, high = measurement.measured["slope_interval"]
-    if low <= 0 <= high or measurement.get("steady", 1.0) < LIMITS["steady"]:
+    low, high = found.measured.slope_interval or (0.0, 0.0)
+    steady = 1.0 if found.steady is None else found.steady
+    if low <= 0 <= high or steady < LIMITS["steady"]:
         return settled or unknown(
             "the run is too short to tell a drift from a wandering band: take more --steps."
         )
-    if measurement.get("turns", LIMITS["turns"]) < LIMITS["turns"]:
+    if found.turns is not None and found.turns < LIMITS["turns"]:
         return unknown(NOT_BACK)
     return fail(
         f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "
@@ -59,7 +60,7 @@ def judge_errors(case: Case, measurement: Measurement, kept: bool = True) -> Ver
     )
 
 
-def _continues(drifts: list[list[float]]) -> bool:
+def _continues(drifts: Sequence[Sequence[float]]) -> bool:
     """True if a longer run has the same drift: slopes whose intervals meet."""
     if len(drifts) < 2:
         return False
@@ -67,17 +68,17 @@ def _continues(drifts: list[list[float]]) -> bool:
     return max(low, lowest) <= min(high, highest)
 
 
-def _settled(measurement: Measurement, expected: Row) -> Verdict | None:
+def _settled(found: Found, expected: Mapping[str, Any]) -> Verdict | None:
     """Return the verdict on a large error that stays after the first half of the run, or None.
 
     A band is filled again and again. If the motion ends with it, the method has taken its energy;
     if the motion continues, it may be a flight away from the place of the errors.
     """
-    band, quarters = measurement.measured["band"], measurement.get("quarters") or []
+    band, quarters = found.band, found.quarters or []
     if not (len(quarters) == 4 and FAR * max(quarters[2:]) < band):
         return None
     said = f"the energy's error, {band:.2g} of what moves, comes in half of the run and stays"
-    if measurement.get("still"):
+    if found.still:
         return Verdict("fail", f"{said}, and the motion comes to rest.", expected)
     if band <= LIMITS["wide"]:
         return None

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from ..core.case import Measurement, Verdict
+from collections.abc import Sequence
+
+from ..core.case import Verdict
+from ..core.modified_change import Change
 from .limits import LIMITS
 from .modified import (
-    Row,
     certain_drift,
     covers,
     drift_beside,
@@ -13,6 +15,7 @@ from .modified import (
     resolved,
     stands,
 )
+from .records import Found
 
 NOT_BACK = (
     "the energy goes one way, and so it may with a part of the motion that has not come back: take "
@@ -20,7 +23,7 @@ NOT_BACK = (
 )
 
 
-def judge(measurement: Measurement, verdict: Verdict) -> Verdict:
+def judge(found: Found, verdict: Verdict) -> Verdict:
     """Return the verdict with the modified energy. verdict: the one on the energy's band alone.
 
     If it stays along the run, there is no drift, for any part of the motion that the run is too
@@ -29,44 +32,43 @@ def judge(measurement: Measurement, verdict: Verdict) -> Verdict:
     motion, which is not failed, and an energy that seems to stay is trusted only if the modified
     one does not go one way.
     """
-    band, duration = measurement.measured["band"], measurement["duration"]
-    given = measurement.get("modified") or []
+    band, duration, given = found.band, found.duration, found.modified or []
     rows = resolved(given, band)
     drift = certain_drift(rows)
     if drift is not None:
-        change, line = drift["modified"], measurement.measured["slope"] * duration
-        said = 2 * abs(line) >= abs(change) or measurement.get("still")
-        if verdict.verdict == "fail" and said:
+        change, line = drift.modified, found.slope * duration
+        known = 2 * abs(line) >= abs(change) or found.still
+        if verdict.verdict == "fail" and known:
             return verdict  # the line through all rows shows the same, and rest is the reason
-        return Verdict("fail", _drifts(change, drift["time"]), verdict.expected)
+        return Verdict("fail", _drifts(change, drift.time), verdict.expected)
     # a quadratic modified energy stays beyond the limit of stability too
     if band <= LIMITS["whole"]:
         verdict = _of_run(verdict, rows, bool(given), band, duration)
-    found = drift_beside(measurement.get("beside") or [])
-    if found is not None and verdict.verdict != "fail":
-        place, drift = found
-        where = ", ".join(f"{e:.4g}" for e in place["place"])
-        said = f"beside the motion, from (x, μ) = ({where}) with the step {place['step']:.4g}, "
-        return Verdict("fail", said + _drifts(drift["modified"], drift["time"]), verdict.expected)
+    told = drift_beside(found.beside or [])
+    if told is not None and verdict.verdict != "fail":
+        place, drift = told
+        where = ", ".join(f"{e:.4g}" for e in place.place)
+        said = f"beside the motion, from (x, μ) = ({where}) with the step {place.step:.4g}, "
+        return Verdict("fail", said + _drifts(drift.modified, drift.time), verdict.expected)
     return verdict
 
 
-def of_long_run(measurement: Measurement, verdict: Verdict) -> Verdict:
+def of_long_run(found: Found, verdict: Verdict) -> Verdict:
     """Return `judge` of a lattice's run, or the given verdict if the rows are not of its energy.
 
     The states of the rows show the energy's own change too: if the line through the run's energy
     rises by more than twice that, something else than the motion is measured.
     """
-    rows = measurement.get("modified") or []
+    rows = found.modified or []
     if not rows:
         return verdict
-    seen = max(abs(r["energy"]) + r["round_off"] for r in rows)
-    line = abs(measurement.measured["slope"] * measurement["duration"])
-    return judge(measurement, verdict) if line <= 2 * seen else verdict
+    seen = max(abs(r.energy) + r.round_off for r in rows)
+    line = abs(found.slope * found.duration)
+    return judge(found, verdict) if line <= 2 * seen else verdict
 
 
 def _of_run(
-    verdict: Verdict, rows: list[Row], given: bool, band: float, duration: float
+    verdict: Verdict, rows: Sequence[Change], given: bool, band: float, duration: float
 ) -> Verdict:
     """Return the verdict on the scene's own run, if its modified energy has no certain drift."""
     if not rows or not covers(rows, duration):
@@ -74,19 +76,19 @@ def _of_run(
             return Verdict("inconclusive", NOT_BACK, verdict.expected)
         return verdict
     if stands(rows, band):
-        limit = max(r["bound"] for r in rows)
+        limit = max(r.bound for r in rows)
         return Verdict("pass", "", {**verdict.expected, "modified_limit": limit})
     if verdict.verdict == "fail" and all(
-        abs(r["modified"]) <= r["bound"] + r["walk"] + LIMITS["beyond"] * r["path"] for r in rows
+        abs(r.modified) <= r.bound + r.walk + LIMITS["beyond"] * r.path for r in rows
     ):
         return Verdict("inconclusive", NOT_BACK, verdict.expected)
     last = rows[-1]
-    another_form = LIMITS["beyond"] * last.get("form", 0.0)
-    beyond = abs(last["modified"]) > last["bound"] + last["walk"] + another_form
-    if verdict.verdict == "pass" and beyond and goes_one_way(rows) and band > last["round_off"]:
+    another_form = LIMITS["beyond"] * last.form
+    beyond = abs(last.modified) > last.bound + last.walk + another_form
+    if verdict.verdict == "pass" and beyond and goes_one_way(rows) and band > last.round_off:
         said = (
             "the energy only seems to oscillate: the modified energy, which should not, changes by "
-            f"{last['modified']:.2g} of the energy that moves, always one way; take more --steps."
+            f"{last.modified:.2g} of the energy that moves, always one way; take more --steps."
         )
         return Verdict("inconclusive", said, verdict.expected)
     return verdict

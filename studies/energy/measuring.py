@@ -24,16 +24,17 @@ from ..core.case import (
     silent,
 )
 from ..core.claims import not_claimed
+from ..core.modified_change import Change
 from ..core.moving_energy import may_end
-from ..core.outcome import Row
 from ..core.runs import FAR, refuse_ended
-from ..evidence.consistency import CONSISTENCY, consistency_of
+from ..evidence.consistency import consistency_of
 from ..systems import System, system_of
 from . import balance, modified
 from .errors import LONGER, measured_errors, turns_of
 from .judging_errors import judge_errors
 from .judging_modified import NOT_BACK, of_long_run
 from .limits import LIMITS
+from .records import Found
 
 NAME = "energy"
 NEEDS = "it needs a Lagrangian."
@@ -51,13 +52,13 @@ def cases(choice: Choice) -> list[Case]:
     return [*found, *lattice_cases(NAME, choice)]
 
 
-def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+def measure(case: Case, progress: Progress = silent) -> Found:
     """Return the result of the run (`_measure`), and the consistency of single steps."""
     _ = case.scheme  # errors of scene or rule are reported before parts of it are derived
-    return {**_measure(case, progress), CONSISTENCY: consistency_of(case)}
+    return replace(_measure(case, progress), consistency=consistency_of(case))
 
 
-def _measure(case: Case, progress: Progress) -> dict[str, Any]:
+def _measure(case: Case, progress: Progress) -> Found:
     """Return rows {time, error}: (H − H₀) over the energy that moves (`moving_energy`), signed.
 
     In each stretch of the run the rows keep the smallest and the largest error, in order, so the
@@ -91,32 +92,34 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
         if case.scene.no_energy:  # alone it is only measured
             return found
         with suppress(CannotMeasure, StepFailure):  # another motion, which may be unknown
-            found["alone"] = _measure(replace(alone, steps=case.steps or ALONE), progress)
+            alone = replace(alone, steps=case.steps or ALONE)
+            found = replace(found, alone=_measure(alone, progress))
         return found
 
-    also: dict[str, Any] = {"still": False, "modified": [], "beside": modified.beside(case)}
-    at_places = modified.drift_beside(also["beside"]) is not None
+    still, turns, along = False, 0, list[Change]()
+    beside = modified.beside(case)
+    at_places = modified.drift_beside(beside) is not None
 
     def errors_of(more: int) -> tuple[np.ndarray, np.ndarray]:
+        nonlocal still, turns, along
         run = system.long_run(more * steps, progress)
         times, errors = np.asarray(run.t, dtype=float), system.energy_errors(run)
         # beyond a collision it is wide, or the scale is that of the collision
         if not np.ptp(errors) <= LIMITS["wide"] or may_end(case.scene):
             refuse_ended(case, float(times[-1]))
-        also["still"], also["turns"] = _comes_to_rest(run), turns_of(run)
+        still, turns = _comes_to_rest(run), turns_of(run)
         if more == LONGER[0]:
-            also["modified"] = modified.measured(case, run, more * steps)
+            along = modified.measured(case, run, more * steps)
         return times, errors
 
     def is_enough(band: float, duration: float) -> bool:
-        rows = modified.resolved(also["modified"], band)
+        rows = modified.resolved(along, band)
         whole = modified.covers(rows, duration) and modified.stands(rows, band)
         whole = whole and band <= LIMITS["whole"]
         return at_places or whole or modified.certain_drift(rows) is not None
 
-    found = {**measured_errors(case, errors_of, is_enough), **also}
-    _add_drift(found)
-    return found
+    found = measured_errors(case, errors_of, is_enough)
+    return _with_drift(replace(found, still=still, turns=turns, modified=along, beside=beside))
 
 
 def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[str, Any]:
@@ -150,7 +153,7 @@ def _steps(case: Case) -> int:
     return case.steps or (system_of(case).usual_steps(claimed) if case.digits == 16 else 1000)
 
 
-def _by_long_runs(case: Case, system: System, progress: Progress) -> dict[str, Any]:
+def _by_long_runs(case: Case, system: System, progress: Progress) -> Found:
     """Return `_measure` of a system without a modified energy: runs get longer until they decide.
 
     slopes: those of each run.
@@ -163,18 +166,16 @@ def _by_long_runs(case: Case, system: System, progress: Progress) -> dict[str, A
             return run.t, system.energy_errors(run)
 
         found = measured_errors(case, errors_of)
-        slopes[found["duration"]] = found["measured"]["slope"]
-        held = Measurement.of(found)
-        said = judge_errors(case, held).verdict
+        slopes[found.duration] = found.slope
+        said = judge_errors(case, found).verdict
         if said != "pass":  # a slow part may come and go, which the modified energy leaves out
-            taken = math.ceil(found["duration"] / float(case.scene.step))
-            found["modified"] = system.modified_changes(taken)
-            held = Measurement.of(found)
-            said = of_long_run(held, judge_errors(case, held)).verdict
+            taken = math.ceil(found.duration / float(case.scene.step))
+            found = replace(found, modified=system.modified_changes(taken))
+            said = of_long_run(found, judge_errors(case, found)).verdict
         if said == "pass" or (said == "inconclusive" and times > 1):
             break
-    found["measured"]["drift"] = found["measured"]["slope"] * found["duration"]
-    return {**found, "slopes": [*slopes.values()]}
+    measured = replace(found.measured, drift=found.slope * found.duration)
+    return replace(found, measured=measured, slopes=[*slopes.values()])
 
 
 def _comes_to_rest(run: Trajectory) -> bool:
@@ -192,9 +193,8 @@ def _comes_to_rest(run: Trajectory) -> bool:
     )
 
 
-def _add_drift(found: Row) -> None:
-    """Add to `measured` the drift over the run: of the modified energy, or along the slope."""
-    measured = found["measured"]
-    rows = modified.resolved(found["modified"], measured["band"])
-    slope = measured["slope"] * found["duration"]
-    measured["drift"] = rows[-1]["modified"] if rows else slope
+def _with_drift(found: Found) -> Found:
+    """Return the result with the drift over the run: of the modified energy, or along the slope."""
+    rows = modified.resolved(found.modified or [], found.band)
+    drift = rows[-1].modified if rows else found.slope * found.duration
+    return replace(found, measured=replace(found.measured, drift=drift))

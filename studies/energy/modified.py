@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -15,19 +16,20 @@ from discmech.integrators.flows import Trajectory
 
 from ..core.case import Case
 from ..core.fitting import steadiness
+from ..core.modified_change import Change
 from ..core.modified_energy import NUMBERS, STATES, changes, dual_of
 from ..core.moving_energy import moving_energy
 from ..core.runs import usual_steps
 from .limits import LIMITS
+from .records import Beside
 
 QUICK = 10**5  # steps of the usual run of a rule with cheap steps
 PLACES, STEPS, STATES_BESIDE = 2, 2000, 8  # places beside the motion, and the runs from there
 ASIDE = 0.02, 0.1  # shares of a coordinate's size by which they lie beside it
 STEP = 0.55, 0.95  # shares of the scene's step
-Row = dict[str, float]
 
 
-def measured(case: Case, run: Trajectory, steps: int) -> list[Row]:
+def measured(case: Case, run: Trajectory, steps: int) -> list[Change]:
     """Return `Changes.rows` over the energy that moves, of a run of the scene's step; [] if
     unknown.
 
@@ -40,7 +42,7 @@ def measured(case: Case, run: Trajectory, steps: int) -> list[Row]:
 
 def _rows(
     case: Case, step: Fraction, run: Trajectory, steps: int, states: int = STATES
-) -> tuple[list[Row], float]:
+) -> tuple[list[Change], float]:
     """Return (`Changes.rows` over the energy that moves, the band of these states).
 
     Another form that the method may keep is sought only if a run seems to drift.
@@ -54,15 +56,14 @@ def _rows(
     return found.rows(scale), float(np.ptp(found.of_energy)) / scale
 
 
-def _seems_to_drift(rows: list[Row]) -> bool:
+def _seems_to_drift(rows: Sequence[Change]) -> bool:
     """True if the modified energy goes one way, or drifts for certain, with the canonical form."""
-    beyond = abs(rows[-1]["modified"]) > rows[-1]["bound"]
+    beyond = abs(rows[-1].modified) > rows[-1].bound
     return (beyond and goes_one_way(rows)) or certain_drift(rows) is not None
 
 
-def beside(case: Case) -> list[dict[str, Any]]:
-    """Return {"place", "step", "band", "rows"} of short runs from places that lie beside the
-    motion.
+def beside(case: Case) -> list[Beside]:
+    """Return the changes along short runs from places that lie beside the motion.
 
     They lie off it in every coordinate, so off its planes of symmetry, with steps that are no
     h·2⁻ᵏ, which the scene's own run cannot show. They are drawn from a seed that scene and rule
@@ -74,7 +75,7 @@ def beside(case: Case) -> list[dict[str, Any]]:
     names = (scene.name, case.rule.name, *map(str, scene.x0), *map(str, scene.v0), str(scene.step))
     drawn = random.Random(" ".join(names))
     start = np.array([float(e) for e in _start(case)])
-    found: list[dict[str, Any]] = []
+    found: list[Beside] = []
     for _ in range(PLACES):
         size = np.abs(start)
         parts = (size[: dual.n], size[dual.n :])
@@ -90,7 +91,7 @@ def beside(case: Case) -> list[dict[str, Any]]:
         except (StepFailure, DiscmechError):
             continue
         if rows:
-            found.append({"place": place.tolist(), "step": float(step), "band": band, "rows": rows})
+            found.append(Beside(place.tolist(), float(step), band, rows))
     return found
 
 
@@ -101,19 +102,19 @@ def _start(case: Case) -> list[Any]:
         return [*x, *initial_momentum(s, case.scene, NUMBERS)]
 
 
-def resolved(rows: list[Row], band: float) -> list[Row]:
+def resolved(rows: Sequence[Change], band: float) -> list[Change]:
     """Return the rows whose change is known to a share of the band, or to round-off.
 
     A way that changes H̃ − H by more than the band does shows something else than the run.
     """
     return [
         r for r in rows
-        if r["bound"] <= max(LIMITS["known"] * band, 2 * r["round_off"])
-        and r["path"] <= max(LIMITS["elsewhere"] * band, 2 * r["round_off"])
+        if r.bound <= max(LIMITS["known"] * band, 2 * r.round_off)
+        and r.path <= max(LIMITS["elsewhere"] * band, 2 * r.round_off)
     ]  # fmt: skip
 
 
-def certain_drift(rows: list[Row]) -> Row | None:
+def certain_drift(rows: Sequence[Change]) -> Change | None:
     """Return the last resolved row if the modified energy goes one way, beyond any effect of
     states.
 
@@ -125,44 +126,44 @@ def certain_drift(rows: list[Row]) -> Row | None:
     """
     if len(rows) < 3:
         return None
-    last, values = rows[-1], np.array([0.0, *(r["modified"] for r in rows)])
-    beyond = abs(last["modified"]) - last["bound"] - LIMITS["beyond"] * last.get("form", 0.0)
+    last, values = rows[-1], np.array([0.0, *(r.modified for r in rows)])
+    beyond = abs(last.modified) - last.bound - LIMITS["beyond"] * last.form
     farther = abs(np.sign(np.diff(values)).sum()) == len(rows)
     if beyond > 0 and len(rows) >= LIMITS["many"] and farther:
-        times, paths = np.array([r["time"] for r in rows]), [r["path"] for r in rows]
+        times, paths = np.array([r.time for r in rows]), [r.path for r in rows]
         off = np.abs(values[1:] - times / times[-1] * values[-1]).max()
         half = len(rows) // 2
         as_near = 2 * max(paths[:half]) >= max(paths[half:])
         if off <= LIMITS["straight"] * abs(values[-1]) and as_near:
             return last
-    beyond -= last["walk"]
+    beyond -= last.walk
     later = np.sign(values[1 + len(rows) // 2 :])
     one_way = goes_one_way(rows) and abs(later.sum()) == len(later)
-    return last if beyond > LIMITS["beyond"] * last["path"] and one_way else None
+    return last if beyond > LIMITS["beyond"] * last.path and one_way else None
 
 
-def drift_beside(places: list[dict[str, Any]]) -> tuple[dict[str, Any], Row] | None:
+def drift_beside(places: Sequence[Beside]) -> tuple[Beside, Change] | None:
     """Return the first place from which the energy drifts for certain, and the row with it."""
     for place in places:
-        drift = certain_drift(resolved(place["rows"], place["band"]))
+        drift = certain_drift(resolved(place.rows, place.band))
         if drift is not None:
             return place, drift
     return None
 
 
-def stands(rows: list[Row], band: float) -> bool:
+def stands(rows: Sequence[Change], band: float) -> bool:
     """True if the modified energy stays within its uncertainty, in every one of these rows."""
     most = LIMITS["stands"] * band
     return bool(rows) and all(
-        abs(r["modified"]) <= min(r["bound"], max(most, 2 * r["round_off"])) for r in rows
+        abs(r.modified) <= min(r.bound, max(most, 2 * r.round_off)) for r in rows
     )
 
 
-def covers(rows: list[Row], duration: float) -> bool:
+def covers(rows: Sequence[Change], duration: float) -> bool:
     """True if rows cover the whole run, to its last quarter."""
-    return bool(rows) and rows[-1]["time"] >= 0.75 * duration
+    return bool(rows) and rows[-1].time >= 0.75 * duration
 
 
-def goes_one_way(rows: list[Row]) -> bool:
+def goes_one_way(rows: Sequence[Change]) -> bool:
     """True if the modified energy goes one way, from row to row."""
-    return steadiness(np.array([0.0, *(r["modified"] for r in rows)])) >= LIMITS["steady"]
+    return steadiness(np.array([0.0, *(r.modified for r in rows)])) >= LIMITS["steady"]

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..core.modified_change import Change
+from ..core.records import OPTIONAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,15 +23,65 @@ class Row:
 class Measured:
     """The band of the error, its slope per unit of time, the slopes of its edges, and the drift.
 
-    balance_order: under a force the order of energy less work, None if that does not sink.
+    balance_order: under a force the order of energy less work, not a number if that does not sink.
     """
 
     band: float | None = None
     slope: float | None = None
     slope_interval: Sequence[float] | None = None
     edge_slopes: Sequence[float] | None = None
-    drift: float | None = None
-    balance_order: float | None = None
+    balance_order: float | None = field(default=None, metadata=OPTIONAL)
+    drift: float | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """The changes along a short run from a place (x, μ) beside the motion, and their band."""
+
+    place: Sequence[float] = ()
+    step: float = 0.0
+    band: float = 0.0
+    rows: Sequence[Change] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The error of the energy along the last run, to a time `duration`.
+
+    steady: the way of its mean over the length of its path. quarters: the bands of the quarters of
+    the run. drifts: the certain ones, (duration, slope, low, high), one per run. still: True if the
+    motion comes to rest; turns: how often a coordinate turns. modified, beside: changes of the
+    modified energy. slopes: those of ever longer runs. lost: the drift that lost digits explain.
+    balance_orders, way, steps: of energy less work; alone: the motion without its force.
+    """
+
+    rows: Sequence[Row] = ()
+    measured: Measured = field(default_factory=Measured)
+    steady: float | None = field(default=None, metadata=OPTIONAL)
+    quarters: Sequence[float] | None = field(default=None, metadata=OPTIONAL)
+    drifts: Sequence[Sequence[float]] | None = field(default=None, metadata=OPTIONAL)
+    duration: float = 0.0
+    still: bool | None = field(default=None, metadata=OPTIONAL)
+    turns: int | None = field(default=None, metadata=OPTIONAL)
+    modified: Sequence[Change] | None = field(default=None, metadata=OPTIONAL)
+    beside: Sequence[Beside] | None = field(default=None, metadata=OPTIONAL)
+    slopes: Sequence[float] | None = field(default=None, metadata=OPTIONAL)
+    lost: float | None = field(default=None, metadata=OPTIONAL)
+    balance_orders: Sequence[float] | None = field(default=None, metadata=OPTIONAL)
+    way: float | None = field(default=None, metadata=OPTIONAL)
+    steps: int | None = field(default=None, metadata=OPTIONAL)
+    alone: Any = field(default=None, metadata=OPTIONAL)
+    consistency: Mapping[str, Any] | None = None
+
+    @property
+    def band(self) -> float:
+        """The band of the error."""
+        return math.nan if self.measured.band is None else self.measured.band
+
+    @property
+    def slope(self) -> float:
+        """The slope of the error."""
+        return math.nan if self.measured.slope is None else self.measured.slope
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from ..core.case import Case, Measurement, Verdict, worst
+from ..core.records import decoded
 from ..energy.judging_errors import judge_errors
+from ..energy.records import Found as OfEnergy
 from ..evidence.judging import judge as judge_evidence
 from .limits import LIMITS
 from .measuring import BACK, rule_of
@@ -106,7 +108,7 @@ def _of_energy(case: Case, measurement: Measurement, expected: dict[str, Any]) -
         return Verdict("pass")
     verdict = Verdict("inconclusive", f"no long run goes through: {found.get('failed')}")
     if "failed" not in found:
-        verdict = judge_errors(replace(case, study="energy"), Measurement.of(found))
+        verdict = judge_errors(replace(case, study="energy"), decoded(OfEnergy, found))
     if rule_of(case).way != "reversible" or case.control is not None:
         expected |= verdict.expected
         return verdict

@@ -19,7 +19,8 @@ from discmech.integrators.rules import get
 from discmech.integrators.steps import ENERGY, Varied
 from discmech.reference import ReferenceFailure
 
-from ..core.case import Case, Choice, Measurement, Progress, plain_cases, silent
+from ..core.case import Case, Choice, Progress, plain_cases, silent
+from ..core.records import encoded
 from ..core.runs import energy_errors, interval
 from ..energy.errors import measured_errors, turns_of
 from ..energy.judging_errors import judge_errors
@@ -233,12 +234,14 @@ def _energy(case: Case, step: Fraction) -> dict[str, Any]:
             return np.asarray(run.t, dtype=float), energy_errors(plain, run, 16)
 
         try:
-            found = measured_errors(replace(case, study="energy"), errors_of)
-            found["turns"] = turns
+            run_found = measured_errors(replace(case, study="energy"), errors_of)
         except StepFailure as failure:
             found = {"measured": {"band": None, "slope": None}, "failed": str(failure)}
-        if "failed" not in found and found["measured"]["band"] <= OF_ENERGY["wide"]:
-            verdict = judge_errors(replace(case, study="energy"), Measurement.of(found))
+            step /= 2
+            continue
+        found = encoded(replace(run_found, turns=turns))
+        if run_found.band <= OF_ENERGY["wide"]:
+            verdict = judge_errors(replace(case, study="energy"), replace(run_found, turns=turns))
             if verdict.verdict != "fail" or rule_of(case).way != "poincare":
                 break
         step /= 2

@@ -14,6 +14,7 @@ from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.lattices import poisson_defect, step_derivative
 
 from ..core.case import Progress, scheme_of
+from ..core.modified_change import Change
 from ..core.parts import is_built_in
 from .following import LongRun, followed
 from .known import Known, known_of
@@ -199,7 +200,7 @@ class LatticeSystem(System):
         values, terms = self.energy(run)
         return (values - values[0]) / (terms[0] or 1)
 
-    def modified_changes(self, steps: int) -> list[dict[str, float]]:
+    def modified_changes(self, steps: int) -> list[Change]:
         """Return the changes along a run of the lattice's step, on pairs without constraints."""
         if not has_modified_energy(self.lattice):
             return []

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..core.case import Case, Progress
+from ..core.modified_change import Change
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,7 @@ class System(ABC):
     def usual_steps(self, claimed: bool = True) -> int:
         """Return the number of steps of a long run in double precision."""
 
-    def modified_changes(self, steps: int) -> list[dict[str, float]]:
+    def modified_changes(self, steps: int) -> list[Change]:
         """Return rows of the change of the modified energy along a run; none where it is unknown.
 
         Each is over the scale of `energy_errors`.
