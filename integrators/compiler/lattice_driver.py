@@ -40,13 +40,13 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
         else:
             status = to_show(task, a)
     elif task == 2:
-        copy(mu, nu, m, ranges, parts)
+        copy(mu, nu, m, a)
     elif LISTED and task == 5:
         done, status = tied_steps(steps, a)
     elif LISTED:
         c = coefficients_of(a, steps)
         if task == 0:
-            copy(nu, mu, m, ranges, parts)
+            copy(nu, mu, m, a)
         elif task == 3:
             by_kind(assemble_tied, a, steps, c)
         else:
@@ -55,7 +55,7 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
                 go_on(a, after_substep(a, steps))
     else:
         if task == 0:  # of 0 steps
-            copy(nu, mu, m, ranges, parts)
+            copy(nu, mu, m, a)
         done, status = tied_steps(steps, a)
     return done, status
 
@@ -97,10 +97,10 @@ def to_show(task, a):
     """Compute ν from μ (task 0), or μ from ν and put u into w1; return the status."""
     c, status = coefficients_of(a, 0), OK
     if task == 0:
-        copy(a.nu, a.mu, m, a.ranges, a.parts)
+        copy(a.nu, a.mu, m, a)
         kick(-1, FIRST, FIRST, a, a.nu, c, c)
     else:
-        copy(a.mu, a.nu, m, a.ranges, a.parts)
+        copy(a.mu, a.nu, m, a)
         kick(1, FIRST, FIRST, a, a.mu, c, c)
         status = velocities(FIRST, a, c)
     return status
@@ -147,21 +147,18 @@ def take_time(a, j):
 def drift(system, a, c):
     """Do the step of every free site without its kicks; return the status."""
     status, most, sum_ = OK, 0, 0
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            found, count, status = alone(system, a, c, i)
-            if not system.affine:
-                if status != OK:
-                    a.totals[PLACE] = i
-                    break
-                put(a.w1, i, row(a.w, i, S))
-                put(a.w, i, found)
-                sum_ = sum_ + count
-                if count > most:
-                    most = count
-            move(system, a, c, i, found, ())
-        if status != OK:
-            break
+    for i in free_sites(a):
+        found, count, status = alone(system, a, c, i)
+        if not system.affine:
+            if status != OK:
+                a.totals[PLACE] = i
+                break
+            put(a.w1, i, row(a.w, i, S))
+            put(a.w, i, found)
+            sum_ = sum_ + count
+            if count > most:
+                most = count
+        move(system, a, c, i, found, ())
     if not system.affine:
         a.totals[CORRECTIONS] += sum_
         if most > a.totals[MOST]:
@@ -194,25 +191,21 @@ def alone(system, a, c, i):
 def velocities(system, a, c):
     """Solve for the w of the coming step and write it into w1."""
     status = OK
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            found, count, status = alone(system, a, c, i)
-            if not system.affine and status != OK:
-                a.totals[PLACE] = i
-                break
-            put(a.w1, i, found)
-        if status != OK:
+    for i in free_sites(a):
+        found, count, status = alone(system, a, c, i)
+        if not system.affine and status != OK:
+            a.totals[PLACE] = i
             break
+        put(a.w1, i, found)
     return status
 
 
 def kick(way, one, other, a, out, c, d):
     """Add the `forces` of all terms without a velocity to `out`."""
     if RULE.potential:
-        for r in range(a.parts):
-            for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-                x, own = row(a.x, i, n), row(a.p, i, SITES)
-                add(out, i, forces(way, one.potential, other.potential, x, own, c, d))
+        for i in free_sites(a):
+            x, own = row(a.x, i, n), row(a.p, i, SITES)
+            add(out, i, forces(way, one.potential, other.potential, x, own, c, d))
     on_bonds(way, one, other, a, out, c, d)
 
 

@@ -61,7 +61,7 @@ def correct_sites(sites, w):
 def last_solution(sites):
     """Begin again from the last solution."""
     a = sites.a
-    copy(a.w, a.w1, S, a.ranges, a.parts)
+    copy(a.w, a.w1, S, a)
     return ()
 
 
@@ -76,9 +76,8 @@ def unseen(a, h):
     If constraints join the sites, each site passes on the round-off of those before it.
     """
     size = 0.0
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            size = larger(norm(row(a.x, i, n)), size)
+    for i in free_sites(a):
+        size = larger(norm(row(a.x, i, n)), size)
     if MOVING < S:
         size = size * (a.segments[a.pieces - 1, 2] + 1)
     return UNSEEN * EPS * size / abs(h)
@@ -87,27 +86,25 @@ def unseen(a, h):
 def extrapolate(a):
     """Shift the past solutions by one, and guess the next by a polynomial through the last ones."""
     order = int(a.totals[DEGREE])
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            u1, u2, u3 = row(a.w, i, S), row(a.w1, i, S), row(a.w2, i, S)
-            put(a.w3, i, u3)
-            put(a.w2, i, u2)
-            put(a.w1, i, u1)
-            if order == 1:
-                put(a.w, i, predict(1, u1, u2, u3, (), ()))
-            elif order == 2:
-                put(a.w, i, predict(2, u1, u2, u3, (), ()))
+    for i in free_sites(a):
+        u1, u2, u3 = row(a.w, i, S), row(a.w1, i, S), row(a.w2, i, S)
+        put(a.w3, i, u3)
+        put(a.w2, i, u2)
+        put(a.w1, i, u1)
+        if order == 1:
+            put(a.w, i, predict(1, u1, u2, u3, (), ()))
+        elif order == 2:
+            put(a.w, i, predict(2, u1, u2, u3, (), ()))
 
 
 def choose_order(a, age):
     """Choose the degree, up to 2, of the polynomial that would predict this solution best."""
     miss0, miss1, miss2 = 0.0, 0.0, 0.0
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            now, u1, u2, u3 = row(a.w, i, S), row(a.w1, i, S), row(a.w2, i, S), row(a.w3, i, S)
-            miss0 = larger(miss0, distance(now, u1))
-            miss1 = larger(miss1, distance(now, predict(1, u1, u2, u3, (), ())))
-            miss2 = larger(miss2, distance(now, predict(2, u1, u2, u3, (), ())))
+    for i in free_sites(a):
+        now, u1, u2, u3 = row(a.w, i, S), row(a.w1, i, S), row(a.w2, i, S), row(a.w3, i, S)
+        miss0 = larger(miss0, distance(now, u1))
+        miss1 = larger(miss1, distance(now, predict(1, u1, u2, u3, (), ())))
+        miss2 = larger(miss2, distance(now, predict(2, u1, u2, u3, (), ())))
     a.totals[DEGREE] = 0
     if age > 1 and miss1 < miss0:
         a.totals[DEGREE] = 1
@@ -134,7 +131,7 @@ def relaxed_solution(j, a):
         by_kind(relax, a, j, c)
         size, here, count = totals[LAST_SIZE], totals[SCALE], count + 1
         if not (size < HUGE and here < HUGE):
-            copy(a.w, a.w1, S, a.ranges, a.parts)
+            copy(a.w, a.w1, S, a)
             status = GAVE_WAY
         else:
             rate = size / before if before > 0 else 0.0
@@ -163,11 +160,10 @@ def relax(system, a, c):
     """Correct each w as if all others were right; the largest sizes go to `totals`."""
     assemble(False, system, a, c)
     size, here = 0.0, 0.0
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            kept = row(a.work, i, S + S * S)
-            dw = as_vector(solved(block(kept[S:], 0, 0, S), as_column(kept[:S])))
-            size, here = corrected(a, i, dw, size, here)
+    for i in free_sites(a):
+        kept = row(a.work, i, S + S * S)
+        dw = as_vector(solved(block(kept[S:], 0, 0, S), as_column(kept[:S])))
+        size, here = corrected(a, i, dw, size, here)
     a.totals[LAST_SIZE], a.totals[SCALE] = size, here
 
 
@@ -181,19 +177,15 @@ def assemble(tied, system, a, c):
 
     If `tied`, also fill `ties` with the slopes between the two sites of each bond, ij then ji.
     """
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            missing, D = of_site(system, a, c, i)
-            put(a.work, i, missing + flattened(D))
-    for s in range(a.pieces):
-        first, second, length, bond = row(a.segments, s, 4)
-        for k in range(length):
-            i, j = first + k, second + k
-            of_i, of_j, ii, ij, ji, jj = of_pair(system, a, c, i, j, bond + k)
-            add(a.work, i, tuple([-e for e in of_i]) + flattened(ii))
-            add(a.work, j, tuple([-e for e in of_j]) + flattened(jj))
-            if tied:
-                put(a.ties, bond + k, flattened(ij) + flattened(ji))
+    for i in free_sites(a):
+        missing, D = of_site(system, a, c, i)
+        put(a.work, i, missing + flattened(D))
+    for i, j, k in bonds(a):
+        of_i, of_j, ii, ij, ji, jj = of_pair(system, a, c, i, j, k)
+        add(a.work, i, tuple([-e for e in of_i]) + flattened(ii))
+        add(a.work, j, tuple([-e for e in of_j]) + flattened(jj))
+        if tied:
+            put(a.ties, k, flattened(ij) + flattened(ji))
 
 
 # -- the state at the end of a substep ------------------------------------------------------------
@@ -229,18 +221,14 @@ def update_in_order(system, a, c):
 
 def update_listed(system, a, c):
     """Update the sites of any list of bonds, whose gains are first added up in `work`."""
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            put(a.work, i, (0.0,) * m)
-    for s in range(a.pieces):
-        first, second, length, bond = row(a.segments, s, 4)
-        for k in range(length):
-            gain = gain_of(system, a, c, first + k, second + k, bond + k)
-            add(a.work, first + k, gain[:m])
-            add(a.work, second + k, gain[m:])
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            move(system, a, c, i, row(a.w, i, S), row(a.work, i, m))
+    for i in free_sites(a):
+        put(a.work, i, (0.0,) * m)
+    for i, j, k in bonds(a):
+        gain = gain_of(system, a, c, i, j, k)
+        add(a.work, i, gain[:m])
+        add(a.work, j, gain[m:])
+    for i in free_sites(a):
+        move(system, a, c, i, row(a.w, i, S), row(a.work, i, m))
 
 
 def gain_of(system, a, c, i, j, k):

@@ -22,14 +22,13 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
     weights = tuple([c[0] * e for e in WEIGHTS])
     done, status = 0, OK
     if task == 2:
-        copy(mu, nu, m, ranges, parts)
+        copy(mu, nu, m, a)
     else:
         if task == 0:
-            copy(nu, mu, m, ranges, parts)
+            copy(nu, mu, m, a)
             place_ends(a)
-            for r in range(parts):
-                for i in range(ranges[r, 0], ranges[r, 1]):
-                    put(w3, i, (0.0,) * m)
+            for i in free_sites(a):
+                put(w3, i, (0.0,) * m)
         more = True
         while more:
             if steps > 0:
@@ -46,49 +45,40 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
 
 def place_ends(a):
     """Set the point of each site of a bond to x at all nodes; fixed sites keep it."""
-    for s in range(a.pieces):
-        for k in range(a.segments[s, 2]):
-            for end in (0, 1):
-                i = a.segments[s, end] + k
-                here = row(a.x, i, n)
-                points = tuple([tuple([0 * b + e for e in here]) for b in WEIGHTS])
-                put_lanes(a.work[i], POINT, points)
+    for i, j, _ in bonds(a):
+        for site in (i, j):
+            points = tuple([tuple([0 * b + e for e in row(a.x, site, n)]) for b in WEIGHTS])
+            put_lanes(a.work[site], POINT, points)
 
 
 def pull_sites(a, c):
     """Add up the forces of all bonds at all nodes."""
     work, none = a.work, tuple([(0 * b,) * m for b in WEIGHTS])
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            put_lanes(work[i], PULL, none)
-    for s in range(a.pieces):
-        one, other, length, first = row(a.segments, s, 4)
-        for k in range(length):
-            i, j, own = one + k, other + k, row(a.q, first + k, BONDS)
-            ends = zip(lanes_at(work[i], POINT, n), lanes_at(work[j], POINT, n))
-            found = tuple([RULE.pull(e + f, own, c) for e, f in ends])
-            for at, half in ((i, slice(0, m)), (j, slice(m, 2 * m))):
-                so_far = lanes_at(work[at], PULL, m)
-                put_lanes(work[at], PULL, tuple([plus(e, f[half]) for e, f in zip(so_far, found)]))
+    for i in free_sites(a):
+        put_lanes(work[i], PULL, none)
+    for i, j, k in bonds(a):
+        own, ends = row(a.q, k, BONDS), zip(*[lanes_at(work[e], POINT, n) for e in (i, j)])
+        found = tuple([RULE.pull(e + f, own, c) for e, f in ends])
+        for site, half in ((i, slice(0, m)), (j, slice(m, 2 * m))):
+            so_far = lanes_at(work[site], PULL, m)
+            put_lanes(work[site], PULL, tuple([plus(e, f[half]) for e, f in zip(so_far, found)]))
 
 
 def update_sites(a, c):
     """Update x and μ at the end of a step."""
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            here, given = row(a.x, i, n), row(a.nu, i, m)
-            end, last, sum_p, sum_f = shifted_ends(a, i)
-            zero_x, zero = (0.0,) * n, (0.0,) * m
-            dx, dmu = RULE.update(here, end, last, sum_p, sum_f, zero_x, zero, c)
-            put(a.x, i, plus(here, dx))
-            put(a.nu, i, plus(given, dmu))
+    for i in free_sites(a):
+        here, given = row(a.x, i, n), row(a.nu, i, m)
+        end, last, sum_p, sum_f = shifted_ends(a, i)
+        zero_x, zero = (0.0,) * n, (0.0,) * m
+        dx, dmu = RULE.update(here, end, last, sum_p, sum_f, zero_x, zero, c)
+        put(a.x, i, plus(here, dx))
+        put(a.nu, i, plus(given, dmu))
 
 
 def show_unknowns(a, c):
     """Write u = w₁/h, and the coefficients of the velocity's Legendre polynomials."""
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            dw = lanes_at(a.work[i], MOVES, m)
-            for degree, table in enumerate(LEGENDRE):
-                found = totals_of(times(table, dw))
-                save(a.w[i], degree * m, tuple([e / c[0] for e in found]))
+    for i in free_sites(a):
+        dw = lanes_at(a.work[i], MOVES, m)
+        for degree, table in enumerate(LEGENDRE):
+            found = totals_of(times(table, dw))
+            save(a.w[i], degree * m, tuple([e / c[0] for e in found]))

@@ -23,7 +23,8 @@ STATEMENTS = (ast.Assign, ast.AugAssign, ast.Return, ast.Expr, ast.If, ast.Break
 def runnable(module: Any, node: ast.FunctionDef, function: FunctionType) -> Callable[..., Any]:
     """Return a function of a module's text as a callable that writes its instructions.
 
-    It is Python's own `function` if its path does not depend on numbers.
+    It is Python's own `function` if its path does not depend on numbers. A call of a generator
+    gives a function that writes its loops round those of `turn(value)`, where it yields.
     """
     last = node.body[-1]
     plain = (node, last) if isinstance(last, ast.Return) else (node,)
@@ -33,6 +34,8 @@ def runnable(module: Any, node: ast.FunctionDef, function: FunctionType) -> Call
     _Language().generic_visit(node)
     ast.fix_missing_locations(node)
     often = _assigned_often(node)
+    if any(isinstance(n, ast.Yield) for n in ast.walk(node)):
+        return lambda *arguments: partial(Scope(module, node, often).call, arguments)
     return lambda *arguments: Scope(module, node, often).call(arguments)
 
 
@@ -49,8 +52,11 @@ class Scope:
         self.returned: list[Operand] = []
         self.left = False  # True if the function may have returned earlier
 
-    def call(self, arguments: Sequence[Operand]) -> Operand:
+    def call(
+        self, arguments: Sequence[Operand], turn: Callable[[Operand], None] | None = None
+    ) -> Operand:
         """Write the function's instructions and return its result, a number or a tuple."""
+        self.turn: Any = turn
         for argument, value in zip(self.node.args.args, arguments, strict=True):
             self._bind(argument.arg, value)
         self.exit = self.routine.name("exit")
@@ -76,6 +82,8 @@ class Scope:
                     self._assign(target, self.value(node))
                 case ast.Return(value=node):
                     self._return(None if node is None else self.value(node))
+                case ast.Expr(value=ast.Yield(value=ast.expr() as node)):
+                    self.turn(self.value(node))
                 case ast.Expr(value=node):
                     self.value(node)
                 case ast.If():
@@ -152,6 +160,9 @@ class Scope:
     def _for(self, node: ast.For) -> None:
         if not _counts(node):
             turns: Any = self.value(node.iter)
+            if isinstance(turns, partial):
+                self._each(node, turns)
+                return
         else:
             bounds = [self.value(a) for a in node.iter.args]  # type: ignore[attr-defined]
             leaves = any(isinstance(n, ast.Break) for n in ast.walk(node))
@@ -161,8 +172,19 @@ class Scope:
                 self._count(node, *(bounds if len(bounds) > 1 else (0, *bounds)))
                 return
         for item in turns:
-            self._assign(node.target, item)
-            self._run(node.body)
+            self._turn(node, item)
+
+    def _each(self, node: ast.For, write: Callable[[Any], Any]) -> None:
+        """Write the loops of a generator round this loop's body."""
+        self.ends.append(self.routine.name("end"))
+        self.branches += 1
+        write(partial(self._turn, node))
+        self.branches -= 1
+        self.routine.begin(self.ends.pop())
+
+    def _turn(self, node: ast.For, value: Operand) -> None:
+        self._assign(node.target, value)
+        self._run(node.body)
 
     def _count(self, node: ast.For, start: Operand, stop: Operand, step: int = 1) -> None:
         """Write a loop over integers with a constant step."""

@@ -36,15 +36,14 @@ def put_lanes(array, first, values):
 def guess_sites(a, weights, c):
     """Guess w, π and ξ at the nodes of every free site from those of the last step."""
     age = int(a.totals[AGE])
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            here, xi, mz = row(a.x, i, n), lanes_at(a.w1[i], 0, m), lanes_at(a.w2[i], 0, m)
-            w, pi, xi = guess(RULE, here, row(a.nu, i, m), xi, mz, weights, c, age)
-            put_lanes(a.work[i], 0, w)
-            put_lanes(a.work[i], MOMENTA, pi)
-            put_lanes(a.w1[i], 0, xi)
-            if BONDED:
-                put_lanes(a.work[i], POINT, tuple([RULE.point(here, e, c) for e in w]))
+    for i in free_sites(a):
+        here, xi, mz = row(a.x, i, n), lanes_at(a.w1[i], 0, m), lanes_at(a.w2[i], 0, m)
+        w, pi, xi = guess(RULE, here, row(a.nu, i, m), xi, mz, weights, c, age)
+        put_lanes(a.work[i], 0, w)
+        put_lanes(a.work[i], MOMENTA, pi)
+        put_lanes(a.w1[i], 0, xi)
+        if BONDED:
+            put_lanes(a.work[i], POINT, tuple([RULE.point(here, e, c) for e in w]))
 
 
 def guess(system, x, mu, xi, mz, weights, c, age):
@@ -136,36 +135,35 @@ def sweep(a, weights, c, count, sizes):
     """
     worst = 0.0
     moved, found = (0 * weights[0],) * (2 * m), (0 * weights[0],) * (2 * m)
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            work, here, own = a.work[i], row(a.x, i, n), row(a.p, i, SITES)
-            w, pi, xi = lanes_at(work, 0, m), lanes_at(work, MOMENTA, m), lanes_at(a.w1[i], 0, m)
-            pulls = lanes_at(work, PULL, m) if BONDED else ((),) * PARTS
-            forces = tuple([RULE.force(here, *e, own, c) for e in zip(w, pi, xi, pulls)])
-            gains = times(weights, tuple([e[0] for e in forces]))
-            start = plus(row(a.w3, i, m), row(a.nu, i, m))
-            new_pi = tuple([plus(part, start) for part in at_nodes(MU_OF_MOMENTUM, gains)])
-            moves = tuple([RULE.velocity(here, *e, own, c) for e in zip(w, new_pi)])
-            dw = times(weights, tuple([e[0] for e in moves]))
-            new_w = at_nodes(MU, dw)
-            changed = extremes(less(w, new_w)) + extremes(less(pi, new_pi))
-            moved = tuple([larger(e, most) for e, most in zip(changed, moved)])
-            if count < 2:
-                size = extremes(new_w) + extremes(new_pi)
-                found = tuple([larger(e, most) for e, most in zip(size, found)])
-            put_lanes(work, 0, new_w)
-            put_lanes(work, MOMENTA, new_pi)
-            put_lanes(work, MOVES, dw)
-            put_lanes(work, GAINS, gains)
-            put_lanes(work, TURNS, times(weights, tuple([e[1] for e in forces])))
-            put_lanes(a.w1[i], 0, tuple([e[1] for e in moves]))
-            put_lanes(a.w2[i], 0, tuple([e[2] for e in moves]))
-            if BONDED:
-                put_lanes(work, POINT, tuple([RULE.point(here, e, c) for e in new_w]))
-                largest_here = largest(largest_of(changed))
-                if largest_here > worst:
-                    worst = largest_here
-                    a.totals[PLACE] = i
+    for i in free_sites(a):
+        work, here, own = a.work[i], row(a.x, i, n), row(a.p, i, SITES)
+        w, pi, xi = lanes_at(work, 0, m), lanes_at(work, MOMENTA, m), lanes_at(a.w1[i], 0, m)
+        pulls = lanes_at(work, PULL, m) if BONDED else ((),) * PARTS
+        forces = tuple([RULE.force(here, *e, own, c) for e in zip(w, pi, xi, pulls)])
+        gains = times(weights, tuple([e[0] for e in forces]))
+        start = plus(row(a.w3, i, m), row(a.nu, i, m))
+        new_pi = tuple([plus(part, start) for part in at_nodes(MU_OF_MOMENTUM, gains)])
+        moves = tuple([RULE.velocity(here, *e, own, c) for e in zip(w, new_pi)])
+        dw = times(weights, tuple([e[0] for e in moves]))
+        new_w = at_nodes(MU, dw)
+        changed = extremes(less(w, new_w)) + extremes(less(pi, new_pi))
+        moved = tuple([larger(e, most) for e, most in zip(changed, moved)])
+        if count < 2:
+            size = extremes(new_w) + extremes(new_pi)
+            found = tuple([larger(e, most) for e, most in zip(size, found)])
+        put_lanes(work, 0, new_w)
+        put_lanes(work, MOMENTA, new_pi)
+        put_lanes(work, MOVES, dw)
+        put_lanes(work, GAINS, gains)
+        put_lanes(work, TURNS, times(weights, tuple([e[1] for e in forces])))
+        put_lanes(a.w1[i], 0, tuple([e[1] for e in moves]))
+        put_lanes(a.w2[i], 0, tuple([e[2] for e in moves]))
+        if BONDED:
+            put_lanes(work, POINT, tuple([RULE.point(here, e, c) for e in new_w]))
+            largest_here = largest(largest_of(changed))
+            if largest_here > worst:
+                worst = largest_here
+                a.totals[PLACE] = i
     if count < 2:
         sizes = tuple([largest(e) for e in found])
     return moved, sizes
@@ -195,44 +193,40 @@ def shifted_ends(a, i):
 
 def finite_ends(a, status):
     """Return the status, or SINGULAR if the end of some site's step is not finite."""
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            end, last, sum_p, sum_f = shifted_ends(a, i)
-            if not norm(end) + norm(last) < HUGE:
-                status = SINGULAR
-                a.totals[PLACE] = i
+    for i in free_sites(a):
+        end, last, sum_p, sum_f = shifted_ends(a, i)
+        if not norm(end) + norm(last) < HUGE:
+            status = SINGULAR
+            a.totals[PLACE] = i
     return status
 
 
 def shift_sites(a, c):
     """Compute the error of π₀ − μ at each site; return the largest one."""
     off = 0.0
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            end, last, sum_p, sum_f = ends_of(a, i)
-            more = RULE.shift(row(a.x, i, n), end, last, sum_p, sum_f, row(a.w3, i, m), c)
-            save(a.work[i], SHIFT, more)
-            off = larger(norm(more), off)
+    for i in free_sites(a):
+        end, last, sum_p, sum_f = ends_of(a, i)
+        more = RULE.shift(row(a.x, i, n), end, last, sum_p, sum_f, row(a.w3, i, m), c)
+        save(a.work[i], SHIFT, more)
+        off = larger(norm(more), off)
     return off
 
 
 def shift_on(a):
     """Correct π₀ − μ of each site, and π with it."""
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            work = a.work[i]
-            more = load(work, slice(SHIFT, SHIFT + m))
-            add(a.w3, i, more)
-            pi = lanes_at(work, MOMENTA, m)
-            put_lanes(work, MOMENTA, tuple([plus(part, more) for part in pi]))
+    for i in free_sites(a):
+        work = a.work[i]
+        more = load(work, slice(SHIFT, SHIFT + m))
+        add(a.w3, i, more)
+        pi = lanes_at(work, MOMENTA, m)
+        put_lanes(work, MOMENTA, tuple([plus(part, more) for part in pi]))
 
 
 def largest_row(a, array, width):
     """Return the largest norm of a free site's row, of the given width."""
     size = 0.0
-    for r in range(a.parts):
-        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
-            size = larger(norm(row(array, i, width)), size)
+    for i in free_sites(a):
+        size = larger(norm(row(array, i, width)), size)
     return size
 
 

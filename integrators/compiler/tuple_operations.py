@@ -72,11 +72,25 @@ def add(a, i, values):
         here[j] = here[j] + value
 
 
-def copy(a, b, width, ranges, parts):
-    """Copy b to a on the free sites of a lattice, in rows of the given width."""
-    for r in range(parts):
-        for i in range(ranges[r, 0], ranges[r, 1]):
-            put(a, i, row(b, i, width))
+def free_sites(a):
+    """Yield the numbers of the free sites; a scene is one site."""
+    for r in range(a.parts):
+        for i in range(a.ranges[r, 0], a.ranges[r, 1]):  # noqa: UP028 (no `yield from` here)
+            yield i
+
+
+def bonds(a):
+    """Yield the numbers of the two sites of each bond, and the bond's own."""
+    for s in range(a.pieces):
+        first, second, length, bond = row(a.segments, s, 4)
+        for k in range(length):
+            yield first + k, second + k, bond + k
+
+
+def copy(out, given, width, a):
+    """Copy an array to another on the free sites, in rows of the given width."""
+    for i in free_sites(a):
+        put(out, i, row(given, i, width))
 
 
 @node

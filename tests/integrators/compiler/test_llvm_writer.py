@@ -53,6 +53,30 @@ def test_arithmetic_is_python_s(decorator):
         agree(text, np.array([at.uniform(1, 2) for _ in range(6)]))
 
 
+def test_a_loop_over_a_generator_ends_whole():
+    """A break leaves all loops of the generator; one over known numbers is unrolled."""
+    text = """
+    def places(rows, stop):
+        for r in range(rows):
+            for k in range(stop):
+                yield r, 3 * r + k
+
+    def advance(a, whole, n):
+        total = 0.0
+        for r, at in places(3, n):
+            total = total + a[at]
+            whole[r] = whole[r] + at
+            if total > 4:
+                break
+        for r, at in places(1, 2):
+            a[at] = total + r
+        return whole[1], whole[2]
+    """
+    a, whole = np.array([1.0, 0, 1, 1, 0, 0.5, 2, 9]), np.zeros(3, dtype=np.int64)
+    assert agree(text, a, whole, 3)[0] == (12, 6)
+    assert agree(text, a, whole, 2)[0] == (7, 13)
+
+
 def test_branches_loops_and_whole_numbers():
     text = """
     def collatz(n, most):
