@@ -11,6 +11,7 @@ import numpy as np
 from discmech.integrators import Scheme
 from discmech.integrators.equations import (
     closed_velocity,
+    constraint,
     vanishing_at_states,
     vanishing_in_a_step,
 )
@@ -70,9 +71,10 @@ def _functions(scheme: Scheme, digits: int) -> tuple[Any, Any, Any]:
 
     # of several substeps it would be a sum over them
     in_step = [] if scheme.substeps else vanishing_in_a_step(scheme.discrete.of)
-    velocity = closed_velocity(s)  # without a closed form, ξ = 0 hides the constraints that need it
+    velocity = closed_velocity(s)  # without a closed form, ξ is known to no bound
+    at_states = constraint(s, s.x) if velocity is None else vanishing_at_states(s)
     return (
         function({"u": s.u}, in_step),
         None if velocity is None else function({"mu": s.mu}, velocity),
-        function({"v": s.v}, vanishing_at_states(s)),
+        function({"v": s.v}, at_states),
     )

@@ -3,7 +3,7 @@
 import pytest
 import sympy
 
-from discmech.integrators import Conserved, Scheme, rules, scenes
+from discmech.integrators import Conserved, Scene, Scheme, pair, rules, scenes
 from discmech.integrators.equations import constrained_equations
 from discmech.studies.symplecticity.constraints import constraint_defect
 from discmech.studies.symplecticity.limits import limits
@@ -88,6 +88,17 @@ def test_what_moves_otherwise_fails_in_two_studies(moved_otherwise):
     found = measured("order", moved_otherwise, "midpoint", 16)
     assert found["verdict"] == "fail" and found["expected"]["order"] == 2
     assert not found["measured"]["order"] or found["measured"]["order"] < 1.1
+
+
+def test_velocities_without_a_closed_form_leave_the_defect_of_what_is_known():
+    """Four coupled velocities are no expressions of μ, so A ξ − a at the end is not judged."""
+    tied = Scene(
+        "tied", pair(4), lambda x, v, p: v.dot(v) / 2 + (v[0] + v[2]) * (v[1] + v[3]) / 4,
+        nonholonomic=lambda x, p: ([[1, x[0], 0, 2]], [1 + x[1]]), x0=[0, 0, 0, 0], v0=[1, 0, 0, 0],
+        duration=1, step="1/20",
+    )  # fmt: skip
+    flow = Scheme(tied, rules.get("midpoint")).flow(tied.step)
+    assert constraint_defect(flow, flow.trajectory(4), 2) < limits(16)["constraint"]
 
 
 BLADE = Conserved(
