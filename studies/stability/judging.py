@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
+from typing import Any
 
 from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
-from ..core.outcome import Row
+from ..core.records import decoded
 from . import exchange, own_scene
 from .limits import LIMITS
+from .records import Found, Measured
 from .stiff import FAMILIES
 
 # the possible classes of an orbit with an error as large as the energy itself
@@ -23,8 +26,9 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     family's bound excludes it as an effect of the energy's error; on fpu the exchange of energy at
     hω = 1/10 is right to a tenth. Controls: no interval at all, no bounded cell at all.
     """
-    measured = measurement.measured
-    if measurement["kind"] == "linear":
+    found = decoded(Found, measurement)
+    measured = found.measured
+    if found.kind == "linear":
         return _judge_linear(case, measured)
     if reason := not case.control and not_claimed(case.rule, "symplectic"):
         return Verdict("pass", "", {"not_demanded": reason})
@@ -33,32 +37,32 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
         return verdict
     held = None if own else FAMILIES[case.scene.name].held
     # a run of the scene's own motion is held to the fastest rate of that motion
-    slower = measured["frequency"] / measured["fastest"] if own else 1.0
+    slower = (measured.frequency or 1.0) / (measured.fastest or 1.0) if own else 1.0
     most = LIMITS["resolved"] * (1 + 1e-9) * min(1.0, slower)
-    inside = [row for row in measurement.rows if row["z"] <= most]
-    loose = [row for row in inside if held and row["z"] > held(Fraction(row["stiffness"]))]
+    inside = [row for row in found.rows if row.z <= most]
+    loose = [row for row in inside if held and row.z > held(Fraction(row.stiffness))]
     expected = {"bounded_up_to": LIMITS["resolved"], "of": len(inside),
                 "escapes_not_judged": len(loose)}  # fmt: skip
     if case.control:
         # a resonance is bounded too
-        caught = not {"bounded", "resonant"} & set(measured["classes"])
+        caught = not {"bounded", "resonant"} & set(measured.classes or {})
         reason = "" if caught else "the control was not caught: some of its runs are bounded."
         return Verdict("pass" if caught else "fail", reason, {"bounded": 0})
     bad = [
         row for row in inside
-        if row["class"] != "bounded" and not (row["class"] in LOOSE and row in loose)
+        if row.outcome != "bounded" and not (row.outcome in LOOSE and row in loose)
     ]  # fmt: skip
     if not bad:
         return _judge_exchange(measured, expected)
     row = bad[0]
-    said = f"{row['class']} at hω = {row['z']:.3g} and {measurement['label']} = "
-    said += f"{row['stiffness']:g}, where the step resolves the motion."
+    said = f"{row.outcome} at hω = {row.z:.3g} and {found.label} = "
+    said += f"{row.stiffness:g}, where the step resolves the motion."
     return Verdict("fail", said, expected)
 
 
-def _judge_own(measured: Row) -> Verdict | None:
+def _judge_own(measured: Measured) -> Verdict | None:
     """Return a fail if a step at the equilibrium is wrong, otherwise None."""
-    off, end = measured["off_circle"], measured["stable_to"]
+    off, end = measured.off_circle, measured.stable_to
     expected = {"bounded_up_to": LIMITS["resolved"]}
     if off is not None:
         said = f"at the equilibrium the eigenvalues of a step at hω = {off:.3g} have another "
@@ -67,19 +71,20 @@ def _judge_own(measured: Row) -> Verdict | None:
     if end is not None and end <= LIMITS["resolved"]:
         said = f"at the equilibrium an eigenvalue leaves the unit circle at hω = {end:.3g}, where "
         return Verdict("fail", said + "the step resolves the motion.", expected)
-    if not measured["runs"]:
+    if not measured.runs:
         where = f"near hω = {end:.4f}" if end else f"up to hω = {own_scene.FARTHEST:g}"
         said = f"runs beside the equilibrium {where} contradict the interval that was found."
         return Verdict("fail", said, expected)
     return None
 
 
-def _judge_exchange(measured: Row, expected: Row) -> Verdict:
+def _judge_exchange(measured: Measured, expected: Mapping[str, Any]) -> Verdict:
     """Judge the exchange: springs that the step resolves pass on their energy as they should."""
     key = f"{float(exchange.AT):.3g}"
-    if key not in measured.get("exchange", {}):
+    errors = measured.exchange or {}
+    if key not in errors:
         return Verdict("pass", "", expected)
-    error = measured["exchange"][key]
+    error = errors[key]
     expected = {**expected, "exchange": LIMITS["exchange"]}
     if error is not None and error <= LIMITS["exchange"]:
         return Verdict("pass", "", expected)
@@ -90,8 +95,8 @@ def _judge_exchange(measured: Row, expected: Row) -> Verdict:
     return Verdict("fail", reason, expected)
 
 
-def _judge_linear(case: Case, measured: Row) -> Verdict:
-    off, first = measured["off_circle"], measured["stable_to"]
+def _judge_linear(case: Case, measured: Measured) -> Verdict:
+    off, first = measured.off_circle, measured.stable_to
     if case.control:
         caught = off is not None or first == 0
         reason = "" if caught else "the control was not caught: it passes for symplectic."
@@ -101,7 +106,7 @@ def _judge_linear(case: Case, measured: Row) -> Verdict:
     expected = {"runs": True, "off_circle": None}
     if off is not None:
         return Verdict("fail", f"an eigenvalue leaves the unit circle at hω = {off:.3g}.", expected)
-    if not measured["runs"]:
+    if not measured.runs:
         where = f"near hω = {first:.6f}" if first else "up to hω = 1000"
         return Verdict("fail", f"runs {where} contradict the interval that was found.", expected)
     return Verdict("pass", "", expected)

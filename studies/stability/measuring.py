@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -71,7 +72,7 @@ def rules_beside(case: Case) -> list[Discretisation]:
     return [exchange.reference_rule()] if family is not None and family.adiabatic else []
 
 
-def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+def measure(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
     """Return the linear part on the oscillator, or a map on a stiff family; see below for the rows.
 
     On a user's own scene it returns both (`measure_own`).
@@ -81,7 +82,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return (measure_map if case.scene.name in FAMILIES else measure_own)(case, progress)
 
 
-def measure_own(case: Case, progress: Progress = silent) -> dict[str, Any]:
+def measure_own(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
     """Return rows of `nonlinear_stability.stability_map`, of runs from the scene's own start.
 
     measured: classes and limits as in `measure_map`; equilibrium (x and μ), given (true if it is
@@ -99,14 +100,14 @@ def measure_own(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {
         "kind": "map", "label": family.label, "title": family.title, "rows": rows,
         "measured": {
-            "classes": dict(Counter(row["class"] for row in rows)), "limits": limits(rows),
+            "classes": dict(Counter(row.outcome for row in rows)), "limits": limits(rows),
             "equilibrium": [float(e) for e in at.z], "given": at.given,
             "frequency": at.frequency, "fastest": fastest_along(case.scene), **found,
         },
     }  # fmt: skip
 
 
-def measure_linear(case: Case, progress: Progress = silent) -> dict[str, Any]:
+def measure_linear(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
     """Return rows {z, radius, phase, krein, determinant}, z = hω.
 
     measured: stable_to (the start of the first unstable interval, None if there is none up to z =
@@ -127,7 +128,7 @@ def measure_linear(case: Case, progress: Progress = silent) -> dict[str, Any]:
     agree = not any(map(problem.grows, stable)) and all(map(problem.grows, unstable))
     return {
         "kind": "linear",
-        "rows": [vars(row) for row in rows],
+        "rows": rows,
         "measured": {
             "stable_to": first,
             "intervals": {str(i + 1): [a, b] for i, (a, b) in enumerate(intervals)},
@@ -141,7 +142,7 @@ def measure_linear(case: Case, progress: Progress = silent) -> dict[str, Any]:
     }
 
 
-def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
+def measure_map(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
     """Return rows of `nonlinear_stability.stability_map`.
 
     measured: classes (the number of cells of each), limits {stiffness: the largest hω up to which
@@ -168,11 +169,11 @@ def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
             family, case.scheme, case.thorough, steps=steps, progress=show, more=more
         )
     measured: dict[str, Any] = {
-        "classes": dict(Counter(row["class"] for row in rows if not row.get("between"))),
+        "classes": dict(Counter(row.outcome for row in rows if not row.between)),
         "limits": limits(rows),
     }
     lost = {
-        f"{r['z']:.4g}": r["class"] for r in rows if r.get("between") and r["class"] != "bounded"
+        f"{cell.z:.4g}": cell.outcome for cell in rows if cell.between and cell.outcome != "bounded"
     }
     if lost:
         measured["between"] = lost

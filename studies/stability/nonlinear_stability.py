@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -15,6 +16,7 @@ from discmech.integrators.flows import side_by_side
 from discmech.integrators.numbers import arithmetic
 
 from ..core.runs import energy_with_terms, relative_drifts, with_terms
+from .records import Cell
 from .stiff import Family
 
 STEPS, THOROUGH = 60_000, 1_000_000
@@ -35,22 +37,21 @@ def trajectory(scheme: Scheme, step: Fraction, steps: int) -> Any:
 def stability_map(
     family: Family, derived: Scheme, thorough: bool = False, steps: int | None = None,
     progress: Callable[[float], None] = lambda fraction: None, more: tuple[float, ...] = (),
-) -> list[dict[str, Any]]:  # fmt: skip
-    """Return rows {stiffness, z, step, steps, time, class, band, adiabatic, cause}, z = hω.
+) -> list[Cell]:  # fmt: skip
+    """Return the cells of a map over z = hω and stiffness.
 
     Stiffnesses are in the family's order, z ascends in each. more: z between those of the grid,
-    whose rows have `between`. adiabatic: the largest relative change of the family's adiabatic
-    invariant, None without one.
+    whose cells have `between`.
     """
-    rows = []
+    rows: list[Cell] = []
     count = steps or (THOROUGH if thorough else STEPS)
     for i, stiffness in enumerate(family.stiffness):
         column = _column(family, derived, stiffness, grid(thorough).tolist(), count, not steps)
-        resonant(column, PER_DECADE[thorough] // PER_DECADE[False])
+        column = resonant(column, PER_DECADE[thorough] // PER_DECADE[False])
         if more:
             found = _column(family, derived, stiffness, list(more), count, not steps)
-            column += [row | {"between": True} for row in found]
-        rows += sorted(column, key=lambda row: row["z"])
+            column += [replace(cell, between=True) for cell in found]
+        rows += sorted(column, key=lambda cell: cell.z)
         progress((i + 1) / len(family.stiffness))
     return rows
 
@@ -62,7 +63,7 @@ def _column(
     zs: list[float],
     count: int,
     covering: bool,
-) -> list[dict[str, Any]]:
+) -> list[Cell]:
     """Return the cells at those hω of one stiffness, computed on all cores.
 
     covering: True for more steps than count, if the family asks for a time.
@@ -71,12 +72,12 @@ def _column(
     measures = _measures(family, scheme)
     far = FAR * family.region(stiffness) if family.region else math.inf
 
-    def cell(z: float) -> dict[str, Any]:
+    def cell(z: float) -> Cell:
         step = Fraction(z / family.frequency(stiffness))
         cover = math.ceil(family.least / step)
         inside = max(count, cover) if covering and cover <= family.most else count
-        told = {"stiffness": float(stiffness), "z": z, "step": float(step)}
-        return told | one_run(scheme, step, inside, measures, far)
+        found = one_run(scheme, step, inside, measures, far)
+        return replace(found, stiffness=float(stiffness), z=z, step=float(step))
 
     if not derived.rule.is_formula:  # a program may not be safe in two threads
         return [cell(z) for z in zs]
@@ -103,7 +104,7 @@ def _measures(family: Family, scheme: Scheme) -> dict[str, Any]:
 def one_run(
     scheme: Scheme, step: Fraction, steps: int, measures: dict[str, Any], far: float = math.inf,
     again: bool = True,
-) -> dict[str, Any]:  # fmt: skip
+) -> Cell:  # fmt: skip
     """Return the class and numbers of one run; `resonant` is decided later, from its neighbours.
 
     far: ‖x‖ that counts as an escape. A shift of the energy may be a part of a slow motion: then
@@ -115,51 +116,53 @@ def one_run(
     except StepFailure as failure:
         found, cause = failure.trajectory, failure.cause
     done = found.steps
-    told: dict[str, Any] = {"steps": done, "time": float(step * done), "band": None,
-                            "adiabatic": None, "cause": cause}  # fmt: skip
+    told = Cell(steps=done, time=float(step * done), cause=cause)
     if not len(found.t):  # not even the start has a velocity
-        return told | {"class": "Newton failed" if "Newton" in cause else "blown up"}
+        return replace(told, outcome="Newton failed" if "Newton" in cause else "blown up")
     with np.errstate(all="ignore"):
         values, terms = measures["energy"](found)
         errors = (values[:, 0] - values[0, 0]) / terms[0, 0]
         if "adiabatic" in measures and not cause:
-            told["adiabatic"] = float(relative_drifts(measures["adiabatic"](found), 16).max())
+            drifts = relative_drifts(measures["adiabatic"](found), 16)
+            told = replace(told, adiabatic=float(drifts.max()))
     if "Newton" in cause:
-        return told | {"class": "Newton failed"}
+        return replace(told, outcome="Newton failed")
     if cause or not np.abs(errors).max() <= 1:
-        return told | {"class": "blown up"}
+        return replace(told, outcome="blown up")
     if math.isfinite(far) and np.linalg.norm(found.x, axis=1).max() > far:
-        return told | {"class": "escaped"}
+        return replace(told, outcome="escaped")
     band, tenth = float(np.ptp(errors)), max(1, len(errors) // 10)
     shift = abs(float(errors[-tenth:].mean() - errors[:tenth].mean()))
     drifting = shift > max(band / 2, DRIFT)
     if drifting and again:
         return one_run(scheme, step, LONGER * steps, measures, far, again=False)
-    return told | {"band": band, "class": "drifting" if drifting else "bounded"}
+    return replace(told, band=band, outcome="drifting" if drifting else "bounded")
 
 
-def resonant(column: list[dict[str, Any]], apart: int = 1) -> None:
-    """Mark a bounded run as resonant if its band is far wider than those a tenth of a decade of hω
-    away.
+def resonant(column: Sequence[Cell], apart: int = 1) -> list[Cell]:
+    """Return the cells, a bounded one as resonant if its band is far wider than those a tenth of a
+    decade of hω away.
 
     apart: cells in a tenth of a decade. Without a resonance bands grow with hω: none is wider than
     that of the longer step, by far less than four times. So at the shortest steps the longer one
     alone decides; where a neighbour has no band, or there is no longer one, the class stays.
     """
+    found = list(column)
     for i, (here, longer) in enumerate(zip(column, column[apart:], strict=False)):
-        if here["class"] != "bounded" or longer["band"] is None:
+        if here.outcome != "bounded" or here.band is None or longer.band is None:
             continue
-        shorter = column[i - apart]["band"] if i >= apart else 0.0
-        if shorter is not None and here["band"] > max(NOISE, 4 * shorter, 4 * longer["band"]):
-            here["class"] = "resonant"
+        shorter = column[i - apart].band if i >= apart else 0.0
+        if shorter is not None and here.band > max(NOISE, 4 * shorter, 4 * longer.band):
+            found[i] = replace(here, outcome="resonant")
+    return found
 
 
-def limits(rows: list[dict[str, Any]]) -> dict[str, float]:
+def limits(rows: Sequence[Cell]) -> dict[str, float]:
     """Return per stiffness the largest z up to which all runs are bounded; 0 without any."""
-    columns = itertools.groupby(rows, key=lambda row: row["stiffness"])
+    columns = itertools.groupby(rows, key=lambda cell: cell.stiffness)
     return {
         f"{stiffness:g}": max(
-            (r["z"] for r in itertools.takewhile(lambda r: r["class"] == "bounded", column)),
+            (cell.z for cell in itertools.takewhile(lambda c: c.outcome == "bounded", column)),
             default=0.0,
         )
         for stiffness, column in columns

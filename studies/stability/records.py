@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from ..core.records import OPTIONAL
+
 
 @dataclass(frozen=True, slots=True)
 class Row:
@@ -23,12 +25,33 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
+class Cell:
+    """A run of a map: its z = hω, stiffness, steps and time, its class, and why it ended.
+
+    band: that of the energy. adiabatic: the largest relative change of an adiabatic invariant.
+    between: True for a cell between those of the grid.
+    """
+
+    stiffness: float = 0.0
+    z: float = 0.0
+    step: float = 0.0
+    steps: int = 0
+    time: float = 0.0
+    band: float | None = None
+    adiabatic: float | None = None
+    cause: str = ""
+    outcome: str = field(default="", metadata={"key": "class"})
+    between: bool | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True, slots=True)
 class Measured:
     """The interval of a linear step, and the classes of a map's cells.
 
     off_circle: the hω at which an eigenvalue leaves the circle. stable_to: the end of the interval.
     limits: by stiffness the largest hω up to which all is bounded. exchange, stiffer, adiabatic:
-    errors of the energies of stiff springs by hω or ω.
+    errors of the energies of stiff springs by hω or ω. runs: True if runs beside the interval's end
+    agree. fastest: the largest rate along the scene's own motion.
     """
 
     off_circle: float | None = None
@@ -43,6 +66,21 @@ class Measured:
     exchange: Mapping[str, float | None] | None = None
     stiffer: Mapping[str, float | None] | None = None
     adiabatic: Mapping[str, float | None] | None = None
+    runs: bool = True
+    fastest: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A linear interval or a map: its rows and what they show.
+
+    label: the name of the stiffness.
+    """
+
+    kind: str = ""
+    label: str = ""
+    rows: Sequence[Row] = ()
+    measured: Measured = field(default_factory=Measured)
 
 
 @dataclass(frozen=True, slots=True)

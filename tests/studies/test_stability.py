@@ -25,6 +25,7 @@ from discmech.integrators import rules as discretisations
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
 from discmech.studies.core.running import run_study
+from discmech.studies.report.case import case_of
 from discmech.studies.stability import nonlinear_stability, own_scene, view
 from discmech.studies.stability.nonlinear_stability import (
     limits,
@@ -32,6 +33,7 @@ from discmech.studies.stability.nonlinear_stability import (
     resonant,
     stability_map,
 )
+from discmech.studies.stability.records import Cell
 from discmech.studies.stability.stiff import FAMILIES
 from tests.studies.cached_results import SMALL, measured, measured_once
 
@@ -49,7 +51,7 @@ def made_up(energies, cause="", far_from_home=0.0):
         return run
 
     with patch.object(nonlinear_stability, "trajectory", runner):
-        return one_run(None, Fraction(1, 10), 100, measures, 10.0)["class"]
+        return one_run(None, Fraction(1, 10), 100, measures, 10.0).outcome
 
 
 T = np.linspace(0, 1, 500)
@@ -79,7 +81,7 @@ def test_a_shift_that_a_longer_run_takes_back_is_no_drift(monkeypatch):
 
     monkeypatch.setattr(nonlinear_stability, "trajectory", runner)
     told = one_run(None, Fraction(1, 10), 100, {"energy": terms})
-    assert (told["class"], told["steps"]) == ("bounded", 800)
+    assert (told.outcome, told.steps) == ("bounded", 800)
 
 
 @pytest.mark.parametrize(("bands", "peaks"), [
@@ -91,9 +93,9 @@ def test_a_shift_that_a_longer_run_takes_back_is_no_drift(monkeypatch):
 ])  # fmt: skip
 def test_a_peak_among_its_neighbours_is_resonant(bands, peaks):
     def found(bands, *apart):
-        column = [{"class": "blown up" if b is None else "bounded", "band": b} for b in bands]
-        resonant(column, *apart)
-        return [i for i, row in enumerate(column) if row["class"] == "resonant"]
+        column = [Cell(outcome="blown up" if b is None else "bounded", band=b) for b in bands]
+        found = resonant(column, *apart)
+        return [i for i, cell in enumerate(found) if cell.outcome == "resonant"]
 
     assert found(bands) == peaks
     twice = [b for b in bands for _ in range(2)]
@@ -101,10 +103,10 @@ def test_a_peak_among_its_neighbours_is_resonant(bands, peaks):
 
 
 def test_the_limit_is_where_the_first_run_is_not_bounded():
-    rows = [{"stiffness": 2.0, "z": z, "class": c}
+    rows = [Cell(2.0, z, outcome=c)
             for z, c in ((0.1, "bounded"), (0.2, "resonant"), (0.3, "bounded"))]  # fmt: skip
     assert limits(rows) == {"2": 0.1}
-    stiffer = [{"stiffness": 3.0, "z": 0.1, "class": "blown up"}]
+    stiffer = [Cell(3.0, 0.1, outcome="blown up")]
     assert limits(stiffer) == {"3": 0.0} and limits(rows + stiffer) == {"2": 0.1, "3": 0.0}
 
 
@@ -118,18 +120,18 @@ def test_fpu_ends_where_the_linear_theory_says_for_trapezoidal_and_not_for_imex(
         for rule in (trapezoidal, imex)
     }
     for row in rows["trapezoidal"]:
-        assert (row["class"] == "bounded") is (row["z"] < 1.9) or 1.5 < row["z"] < 2
-    stiff = [row for row in rows["imex"] if row["stiffness"] >= 500]
-    assert {row["class"] for row in stiff} == {"bounded"}
+        assert (row.outcome == "bounded") is (row.z < 1.9) or 1.5 < row.z < 2
+    stiff = [row for row in rows["imex"] if row.stiffness >= 500]
+    assert {row.outcome for row in stiff} == {"bounded"}
 
 
 def test_imex_blows_up_at_ten_fast_radians_and_a_frequency_of_fifty():
     """Chaos and rounding decide the moment, T = 4000 to 23000 from 21 nearby starts, about 10⁴ in
     the mean: within the T = 60000 of the map but for one in hundreds."""
     scheme = FAMILIES["fpu"].scheme(scheme_of(scenes.get("fpu"), imex), Fraction(50))
-    rows = [r for r in stability_map(FAMILIES["fpu"], scheme) if r["stiffness"] == 50]
-    (cell,) = [row for row in rows if row["z"] == pytest.approx(10)]
-    assert cell["class"] == "blown up" and 0 < cell["time"] <= 60_000
+    rows = [r for r in stability_map(FAMILIES["fpu"], scheme) if r.stiffness == 50]
+    (cell,) = [row for row in rows if row.z == pytest.approx(10)]
+    assert cell.outcome == "blown up" and 0 < cell.time <= 60_000
 
 
 @pytest.mark.dear("kepler-gauss-3")
@@ -166,7 +168,7 @@ def test_explicit_euler_has_no_bounded_run():
 
 def test_a_rule_that_is_lost_at_small_steps_fails(monkeypatch):
     def lost(family, derived, *arguments, **more):
-        return [{"stiffness": 0.9, "z": 0.3, "class": "drifting"}]
+        return [Cell(0.9, 0.3, outcome="drifting")]
 
     monkeypatch.setattr("discmech.studies.stability.measuring.stability_map", lost)
     found = measured("stability", "kepler")
@@ -180,7 +182,7 @@ def test_an_escape_fails_where_the_energy_forbids_it(monkeypatch, e, near, kind)
     verdict = "pass" if near and kind != "blown up" else "fail"
 
     def lost(family, derived, *arguments, **more):
-        return [{"stiffness": e, "z": 0.3, "class": kind}]
+        return [Cell(e, 0.3, outcome=kind)]
 
     monkeypatch.setattr("discmech.studies.stability.measuring.stability_map", lost)
     assert measured("stability", "kepler")["verdict"] == verdict
@@ -191,7 +193,7 @@ def test_a_comet_that_is_flung_out_is_no_bounded_run():
     tenth of the energy's terms; at hω = 0.1 it returns to the pericentre at every eccentricity."""
     family, scheme = FAMILIES["kepler"], scheme_of(scenes.get("kepler"), trapezoidal)
     rows = stability_map(replace(family, stiffness=family.stiffness[:1]), scheme)
-    kinds = {round(row["z"], 3): row["class"] for row in rows}
+    kinds = {round(row.z, 3): row.outcome for row in rows}
     assert kinds[0.1] == "bounded" and kinds[1.0] == "escaped" and kinds[10.0] == "blown up"
 
 
@@ -232,4 +234,5 @@ def test_a_scene_of_ones_own_is_linearised_at_an_equilibrium():
     ratio = spin.frequency / np.linalg.norm(spin.z)
     assert min(abs(ratio - 1 / 3), abs(ratio - 3**-0.5)) < 1e-6
     measured = {"classes": {"bounded": 1}, "equilibrium": [1.5, 3e-17], "frequency": 2.0}
-    assert "(x, μ) = (1.5, 0), ω = 2" in view._got(measured)
+    shown = view.VIEW.got(case_of("stability", {"measured": measured}))
+    assert "(x, μ) = (1.5, 0), ω = 2" in shown
