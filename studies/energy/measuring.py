@@ -89,7 +89,8 @@ def _measure(case: Case, progress: Progress) -> Found:
                 "recorded runs have no further steps."
             )
         found = balance.measure(case, progress)
-        if case.scene.no_energy:  # alone it is only measured
+        # alone it is only measured, or constraints with other reactions still work
+        if case.scene.no_energy or balance.applies(alone):
             return found
         with suppress(CannotMeasure, StepFailure):  # another motion, which may be unknown
             alone = replace(alone, steps=case.steps or ALONE)
