@@ -92,20 +92,26 @@ class Choice:
                 f"maps or programs such as {', '.join(maps)}."
             )
         if lattices and self.digits and 16 not in self.digits:
-            found.append(f"{', '.join(lattices)}: lattices run in double precision, --digits 16.")
+            found.append(
+                f"{', '.join(lattices)}: lattices are measured in double precision, --digits 16, "
+                "and by the study of order in more digits, too."
+            )
         return found
 
-    def on_lattices(self) -> Iterator[tuple[Any, Discretisation]]:
-        """Yield every chosen lattice with every rule by which it runs.
+    def on_lattices(self, more: bool = False) -> Iterator[tuple[Any, Discretisation, int]]:
+        """Yield every chosen lattice with every rule by which it runs, and the digits.
+
+        more: True if digits beyond those of a double may be chosen.
 
         If rules are chosen and no scene, there are none: lattices have to be named, unless nothing
         is chosen. Raises `BadInput` if only lattices are chosen, which cannot run so.
         """
         named: list[Any] = [s for s in self.scenes if "sites" in parts_of(s)]
         usual = () if self.scenes or self.rules or self.retractions else usual_lattices()
-        found = [(lattice, rule) for lattice in (*named, *usual)
+        found = [(lattice, rule, digits) for lattice in (*named, *usual)
                  for rule in self.rules or map(discretisations.get, usual_rules(lattice))
-                 if runs_on_lattices(rule) and 16 in (self.digits or (16,))]  # fmt: skip
+                 for digits in self.digits or (16,)
+                 if runs_on_lattices(rule) and (digits == 16 or more)]  # fmt: skip
         if named and not found and len(named) == len(self.scenes):
             raise BadInput(" ".join(self.unheeded()))
         yield from found
@@ -225,10 +231,13 @@ def plain_cases(
     ]
 
 
-def lattice_cases(study: str, choice: Choice) -> list[Case]:
-    """Return every chosen lattice with every chosen rule, in double precision."""
-    return [Case(study, lattice, rule, 16, choice.steps, thorough=choice.thorough)
-            for lattice, rule in choice.on_lattices()]  # fmt: skip
+def lattice_cases(study: str, choice: Choice, more: bool = False) -> list[Case]:
+    """Return every chosen lattice with every chosen rule, in double precision.
+
+    more: True to measure in more digits, too, if they are chosen.
+    """
+    return [Case(study, lattice, rule, digits, choice.steps, thorough=choice.thorough)
+            for lattice, rule, digits in choice.on_lattices(more)]  # fmt: skip
 
 
 def family_cases(

@@ -71,7 +71,11 @@ def cases(choice: Choice) -> list[Case]:
         if choice.digits or c.digits > 16 or (c.rule.order or 0) <= HIGHEST_IN_DOUBLE
         or not c.rule.runs_at(50)
     ]  # fmt: skip
-    return [*found, *lattice_cases(NAME, choice), *family_cases(NAME, choice, FAMILY_STEPS)]
+    return [
+        *found,
+        *lattice_cases(NAME, choice, more=True),
+        *family_cases(NAME, choice, FAMILY_STEPS),
+    ]
 
 
 def notes(choice: Choice) -> list[str]:
@@ -148,7 +152,7 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     wanted = [system.end(t, max(30, case.digits + 5)) for t in times]
     exact = wanted[-1]
     certain = exact.certain
-    known = case.digits > 16 and case.scene.all_constraints
+    known = case.digits > 16 and exact.answer is not None and case.scene.all_constraints
     forces = reference.multipliers(case.scene, exact.answer) if known else None
     rows: list[Row] = []
     before: End | None = None  # if no other method knows the end, the end of the run before
@@ -194,7 +198,7 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     if exact.x is None:
         rows.pop()  # the finest run is compared with no finer one
     rows, measured = fit(case, rows, certain)
-    if case.digits == 16 and system.runs_at(50):
+    if case.digits == 16 and exact.answer is not None and system.runs_at(50):
         if measured.order is None:
             if above_floor(case, rows, certain):
                 rows = measure_round_off(case, rows, duration, exact.answer)

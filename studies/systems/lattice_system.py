@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from discmech import reference
 from discmech.integrators import rules
 from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.lattices import poisson_defect, step_derivative
+from discmech.integrators.lattices import scene_of as scene_of_all
 
 from ..core.case import Progress, scheme_of
 from ..core.modified_change import Change
@@ -33,6 +35,8 @@ STEEP, COARSEST, LARGE_ERROR = 6, 3, 1e-4
 #: round-off of some hundred steps, as a share of the largest number of a kind of values
 LEAST = 2.0**-46
 PAIRS = 2  # pairs of variations that test the form at a state
+#: more digits: steps of the coarsest run, and coordinates up to which a series ends within seconds
+FEW, COORDINATES = 8, 40
 #: lattices whose form takes a quarter of a minute to derive, done only with --thorough
 LATER = ("beam", "spaghetti")
 STEP_KINDS = ("residual", "constraint", "hidden")
@@ -87,8 +91,8 @@ class LatticeSystem(System):
         return found
 
     def runs_at(self, digits: int) -> bool:
-        """True for double precision."""
-        return digits == 16
+        """True for any digits without contact, which is found in double precision."""
+        return digits == 16 or not self.lattice.has_contact
 
     # -- order ------------------------------------------------------------------------------
 
@@ -99,6 +103,10 @@ class LatticeSystem(System):
         A steep rule's ladder needs an end that is known: without one, changes lie on a line only
         where each step is the same part of the one before.
         """
+        if self.case.digits > 16:
+            first = self.case.steps or FEW
+            more = int(self.end(FEW * self.lattice.step, self.case.digits).x is None)
+            return Ladder(FEW * self.lattice.step, lambda k: first * 2**k, 4 + more, 6 + more)
         T, order, asked = self._duration, self.case.order or 0, self.case.steps
         if order >= STEEP and not asked and self.end(T, 16).x is not None:
             counts = lambda k: round(COARSEST * 2 ** (k / 2))  # noqa: E731
@@ -133,8 +141,27 @@ class LatticeSystem(System):
     def end(self, time: Any, digits: int) -> End:
         """Return the end by a closed form, by the equations of motion, or without x and μ."""
         if time not in self._ends:
-            self._ends[time] = self._end(time)
+            by_scene = self.case.digits > 16
+            self._ends[time] = self._of_scene(time, digits) if by_scene else self._end(time)
         return self._ends[time]
+
+    def _of_scene(self, time: Any, digits: int) -> End:
+        """Return the end in more digits by the certified reference of the lattice as a scene."""
+        lattice, why = self.lattice, ""
+        if int(lattice.free.sum()) * lattice.groupoid.dim_x > COORDINATES:
+            why = f"as a scene it has more than {COORDINATES} coordinates"
+        if lattice.constraint is not None:
+            why = "the series of a scene with so many constraints takes more than ten minutes"
+        if why:
+            about = {"held_against": "its own runs", "why_not": why, "known": 10.0**-digits}
+            return End(None, None, digits, about)
+        found = reference.solution(scene_of_all(lattice), time, digits=digits)
+        x, mu = (np.array(e, dtype=object) for e in lattice.start)
+        mu[:] = 0
+        for whole, part in ((x, found.x), (mu, found.mu)):
+            whole[lattice.free] = np.array([*part], dtype=object).reshape(-1, whole.shape[1])
+        about = {"held_against": "Taylor series of its scene", "known": 10.0**-found.certain_digits}
+        return End(x, mu, found.certain_digits, about)
 
     @cached_property
     def _ends(self) -> dict[Any, End]:

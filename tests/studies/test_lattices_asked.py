@@ -36,6 +36,7 @@ def test_what_lattices_lack_other_studies_say(ask):
     assert ask("lattices", "harmonic")[0] == 2
     for study in ("lattices", "order"):
         assert "not by one-step maps" in ask(study, "fput", "--rule", "runge-kutta-4")[2]
+    assert "are measured in double precision" in ask("lattices", "fput", "--digits", "50")[2]
     note = " ".join(check("order", ["fput", "harmonic"], ["heun"], [16])["notes"])
     assert "fput: lattices run by rules" in note
     code, _, err = ask("explain", "fput", "midpoint")

@@ -1,0 +1,42 @@
+"""Faults of a lattice's own machinery, which its scene does not share, are seen by studies."""
+
+from dataclasses import replace
+
+import pytest
+
+from discmech import trapezoidal
+from discmech.integrators.groupoids import clock
+from discmech.integrators.lattices import lattice_equations
+from discmech.integrators.lattices.lattice_equations import LatticeEquations
+from discmech.studies import get
+from discmech.studies.core.case import Case
+from discmech.studies.core.one_case import run_case
+from tests.integrators.lattices.test_lattices import fput
+from tests.laws.test_lattices_as_scenes import CHAINS
+
+KICKS, FORCE = LatticeEquations._kicks, lattice_equations._force_of
+
+
+def twice(s):
+    """The force of a bond, counted twice."""
+    return FORCE(s) + s.force
+
+
+def at_the_start(self, name, s, force, own):
+    """The forces at the end of a step, at the time of its start."""
+    kicks = KICKS(self, name, s, force, own)
+    plus = kicks.plus.xreplace({clock(): clock() - s.h})
+    return replace(kicks, plus=plus, whole=plus + kicks.whole - kicks.plus)
+
+
+@pytest.mark.parametrize(("name", "place", "word", "fault"), [
+    ("following", lattice_equations, "_force_of", twice),
+    ("driven", LatticeEquations, "_kicks", at_the_start)])  # fmt: skip
+@pytest.mark.parametrize("digits", [16, pytest.param(50, marks=pytest.mark.slow)])
+def test_a_fault_of_the_machinery_is_seen(monkeypatch, name, place, word, fault, digits):
+    study = get("order")
+    sound = Case("order", fput(name, step="1/10", **CHAINS[name]), trapezoidal, digits)
+    assert run_case(study, sound)["verdict"] == "pass"
+    monkeypatch.setattr(place, word, fault)
+    wrong = Case("order", fput(name, step="1/10", **CHAINS[name]), trapezoidal, digits)
+    assert run_case(study, wrong)["verdict"] == "fail"
