@@ -1,8 +1,14 @@
 """From one discrete Lagrangian to everything derived from it (paper, sections 2 and 3).
 
-L_d is kept as a weighted sum of placed terms (`terms`), in letters for points and chart values.
-Results in these letters are small and go to the kernels (`legendre_maps`); here they are written
-out in (x, u; h), as in the paper.
+L_d is kept as a weighted sum of placed terms (`terms`), in letters for points and chart values. F⁻,
+F⁺ and the equations of a step are small in these letters, and go to the kernels; the theory's
+objects are written out in (x, u; h), as in the paper. Two facts keep expressions small, on every
+groupoid:
+
+    e→_γ(f∘β) = 0   and   e←_γ(f∘β) = ρ^i_γ(y) ∂f/∂y^i        (f a function of the base)
+
+so the end point y = b(x, u; h) never has to be differentiated in F⁻ or F⁺: expressions that are
+rational in a Cayley chart stay polynomial.
 
 With stages a scheme is the system F⁻(x, u, s) = hμ, ∂L_d/∂s = 0. Objects on (x, u) alone (FL, W, Ω)
 are Schur complements: s follows x and u.
@@ -10,89 +16,218 @@ are Schur complements: s follows x and u.
 
 from __future__ import annotations
 
+import itertools
 from functools import cached_property
+from typing import Any
 
-from ..numbers import sympy
+from ..numbers import Node, opaque, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Discretisation
 from .checks import check_letters
 from .discrete_lagrangian import DiscreteLagrangian
-from .legendre_maps import LegendreMaps
 from .on_group import Element
-from .symbols import SceneSymbols, vector
+from .points import gradient_along
+from .symbols import SceneSymbols, column, vector
 
 
 class Arrows:
-    """L_d of a scene and a rule of one step, and the objects derived from it on arrows (x, u).
+    """F⁻, F⁺, ρ, L, R of a scene and a rule of one step, and what the theory derives from them.
 
-    of: the discrete Lagrangian if it is derived already.
+    of: the discrete Lagrangian if it is derived already; otherwise it is derived on first use.
     """
 
     def __init__(
         self, s: SceneSymbols, rule: Discretisation, of: DiscreteLagrangian | None = None
     ) -> None:
-        self.s, self.rule = s, rule
+        self.s, self.rule, self.groupoid = s, rule, s.groupoid
+        self._altered: frozenset[str] = frozenset()
         if of is not None:
-            self.of, self.at_points = of, LegendreMaps(of)
+            self.of = of
 
     @cached_property
     def of(self) -> DiscreteLagrangian:
         """The discrete Lagrangian, as a weighted sum of placed terms."""
-        return DiscreteLagrangian(self.s, self.rule)
+        found = DiscreteLagrangian(self.s, self.rule)
+        check_letters(found, self.rule)
+        return found
 
-    @cached_property
-    def at_points(self) -> LegendreMaps:
-        """The Legendre maps in letters for points."""
-        maps = LegendreMaps(self.of)
-        check_letters(maps, self.rule)
-        return maps
+    def altered(self, **maps: SymbolicMatrix) -> Arrows:
+        """Return these arrows with other matrices for those named; the rest is derived anew."""
+        other = Arrows(self.s, self.rule, self.of)
+        other._altered = frozenset(maps)
+        for name, matrix in maps.items():
+            setattr(other, name, matrix)
+        return other
 
     @property
     def element(self) -> Element | None:
         """The group element if L_d is a function of it."""
         return self.of.element if self.s.given is not None else None
 
-    @property
-    def rho(self) -> SymbolicMatrix:
-        """ρ(x), n×m."""
-        return self.at_points.rho
-
-    @property
-    def L(self) -> SymbolicMatrix:
-        """L(x, u), m×m: its columns are the left-invariant fields."""
-        return self.at_points.L
-
-    @property
-    def R(self) -> SymbolicMatrix:
-        """R(x, u), m×m: the fibre parts of the right-invariant fields."""
-        return self.at_points.R
-
-    # -- the theory's objects, written out in (x, u; h) ------------------------------------------
+    # -- the groupoid's maps ---------------------------------------------------------------------
 
     @cached_property
-    def discrete_lagrangian(self) -> Expression:
-        """L_d(x, u; h), or L_d(x, u, s; h) before the stages s are eliminated."""
-        return self.written_out(sympy.Matrix([self.at_points.discrete_lagrangian]))[0]
+    def rho(self) -> SymbolicMatrix:
+        """ρ(x), n×m."""
+        return self.groupoid.rho(self.s.x, self.s.h)
+
+    @cached_property
+    def L(self) -> SymbolicMatrix:
+        """L(x, u), m×m: its columns are the left-invariant fields."""
+        return self.groupoid.L(self.s.x, self.s.u, self.s.h)
+
+    @cached_property
+    def R(self) -> SymbolicMatrix:
+        """R(x, u), m×m: the fibre parts of the right-invariant fields."""
+        return self.groupoid.R(self.s.x, self.s.u, self.s.h)
 
     @cached_property
     def L_at_translate(self) -> SymbolicMatrix:
         """L(x, u) at τ(hu) B, if L_d is given on the group (`Element.left`), m×m."""
         return self.L if self.element is None else self.element.left
 
+    # -- in letters for points -------------------------------------------------------------------
+
+    @cached_property
+    def _derived(self) -> dict[str, list[Node]]:
+        """Return F⁻, F⁺, F⁺ − F⁻ and ∂L_d/∂s as nodes."""
+        of, graph = self.of, self.of.graph
+        of_x, of_u, stages, of_moved = of.gradient()
+        rho, L, R = map(graph.matrix, (self.rho, self.L, self.R))
+        m = len(of_u)
+        along_x = graph.plus(graph.transposed(rho, of_x, m), of.turned_x)
+        minus = graph.plus(graph.transposed(R, of_u), [-e for e in along_x])
+        plus = graph.plus(graph.transposed(L, of_u), of.turned_y)
+        # like terms of functions cancel unexpanded: multiplying their factors out would take long
+        difference = (self.L - self.R).applyfunc(lambda e: e if opaque(e) else e.expand())
+        gain = graph.plus(graph.transposed(graph.matrix(difference), of_u), along_x, of.turned_y)
+        for point, gradient in zip(of.moved, of_moved, strict=True):
+            if not point.nodes:
+                continue
+            along = graph.transposed(point.anchor, gradient)
+            fields = [*itertools.chain(*point.right)]
+            varying = all(any(map(graph.slopes, e)) for e in (fields, gradient))
+            if self.element is None and varying:  # it is used many times; g is used by its entries
+                along = gradient_along(of.scope, point, gradient, "k", self.s.forced)
+            right, left = (graph.transposed(e, along, m) for e in (point.right, point.left))
+            minus, plus = graph.plus(minus, right), graph.plus(plus, left)
+            apart = [[b - a for a, b in zip(*rows, strict=True)]
+                     for rows in zip(point.right, point.left, strict=True)]  # fmt: skip
+            gain = graph.plus(gain, graph.transposed(apart, along, m))
+            if point.displacement is not None:
+                force = of.force_at(point.nodes)
+                right, left = (graph.transposed(e, force) for e in point.displacement)
+                minus, plus = graph.plus(minus, right), graph.plus(plus, left)
+                gain = graph.plus(gain, left, [-e for e in right])
+        at_start = of.force_at(of.x)  # the start is displaced by −a
+        minus, gain = graph.plus(minus, [-e for e in at_start]), graph.plus(gain, at_start)
+        return {"minus": minus, "plus": plus, "gain": gain, "stages": stages}
+
+    @cached_property
+    def minus(self) -> Column:
+        """F⁻, m×1."""
+        return self._shown("minus")
+
+    @cached_property
+    def plus(self) -> Column:
+        """F⁺, m×1."""
+        return self._shown("plus")
+
+    @cached_property
+    def gain(self) -> Column:
+        """F⁺ − F⁻ with common terms cancelled, m×1: recomputing F⁺ would let momenta drift."""
+        return self._shown("gain")
+
+    @cached_property
+    def stage_equations(self) -> Column:
+        """∂L_d/∂s, which vanish, k·m×1."""
+        return self._shown("stages")
+
+    def _shown(self, name: str) -> Column:
+        return self._cancelled(self.of.graph.shown_column(self._derived[name]))
+
+    def _cancelled(self, column: SymbolicMatrix) -> SymbolicMatrix:
+        """Return the matrix; on the group with polynomials in g, so that x·g − x·g cancels."""
+        if self.element is None:
+            return column
+        letters = list(self.element.g)
+        return column.applyfunc(lambda e: e.expand().collect(letters))
+
+    @cached_property
+    def system(self) -> Column:
+        """E = (F⁻, ∂L_d/∂s): a step solves E = (hμ, 0) for w = (u, s)."""
+        stages = self.stage_equations
+        return self.minus.col_join(stages) if len(stages) else self.minus
+
+    @cached_property
+    def slope(self) -> SymbolicMatrix:
+        """∂E/∂w, square."""
+        columns = [c for c in (self.s.u, self.s.stages) if len(c)]
+        return sympy.Matrix.hstack(*[self.total(self.system, c) for c in columns])
+
+    @cached_property
+    def rows(self) -> Column:
+        """E/h, in which powers of h cancel before they are ever rounded."""
+        return self.per_step(self.system)
+
+    @cached_property
+    def slope_of_rows(self) -> SymbolicMatrix:
+        """∂(E/h)/∂w, square."""
+        if "slope" in self._altered:
+            return self.per_step(self.slope)
+        return self.total(self.rows, column([*self.s.u, *self.s.stages]))
+
+    def per_step(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
+        """Return matrix/h, term by term."""
+        graph = self.of.graph
+        h = graph.letter(self.s.h)
+        return matrix.applyfunc(lambda e: graph.shown(graph.divided(graph.read(e), h)))
+
+    def total(self, column: Column, variable: Column) -> SymbolicMatrix:
+        """Return d(column)/d(variable) through all letters; the variable is x, u or s."""
+        return self.of.scope.total(column, variable)
+
+    @cached_property
+    def minus_along_right(self) -> SymbolicMatrix:
+        """e→_γ(F⁻) at a fixed x in column γ, m×m: ∂F⁻/∂u · R, where L_d is given on the group."""
+        element = self.element
+        assert element is not None
+        return self._cancelled(self.minus.jacobian(list(element.g)) * element.fields[0])
+
+    @property
+    def _arrow(self) -> tuple[Any, Any]:
+        """The object that knows the target, and an arrow in its letters: u in the chart, or g."""
+        element = self.element
+        return (self.groupoid, self.s.u) if element is None else (element, element.g)
+
+    @cached_property
+    def target(self) -> Column:
+        """y = b(x, u; h), n×1; x·g where L_d is given on the group."""
+        maps, arrow = self._arrow
+        return maps.target(self.s.x, arrow, self.s.h)
+
+    @cached_property
+    def increment(self) -> Column:
+        """y − x with the difference cancelled, n×1."""
+        maps, arrow = self._arrow
+        return maps.increment(self.s.x, arrow, self.s.h)
+
+    # -- the theory's objects, written out in (x, u; h) ------------------------------------------
+
+    @cached_property
+    def discrete_lagrangian(self) -> Expression:
+        """L_d(x, u; h), or L_d(x, u, s; h) before the stages s are eliminated."""
+        return self.written_out(sympy.Matrix([self.of.expression]))[0]
+
     @cached_property
     def legendre_minus(self) -> Column:
         """F⁻_γ = e→_γ(L_d), m×1 (paper, remark in section 2.5), with the part of a force."""
-        return self.written_out(self.at_points.minus)
+        return self.written_out(self.minus)
 
     @cached_property
     def legendre_plus(self) -> Column:
         """F⁺_γ = e←_γ(L_d), m×1 (paper, remark in section 2.5), with the part of a force."""
-        return self.written_out(self.at_points.plus)
-
-    @cached_property
-    def stage_equations(self) -> Column:
-        """∂L_d/∂s, which vanish, k·m×1 (none without stages)."""
-        return self.written_out(self.at_points.stage_equations)
+        return self.written_out(self.plus)
 
     @cached_property
     def residual(self) -> Column:
@@ -101,7 +236,7 @@ class Arrows:
         With stages also in s and r, the stages of this step and of the next.
         """
         s = self.s
-        end = self.written_out(self.at_points.target)
+        end = self.written_out(self.target)
         after = [*s.v, *end, *vector("r", len(s.stages))]
         pairs = zip([*s.u, *s.x, *s.stages], after, strict=True)
         return self.legendre_plus - self.legendre_minus.xreplace(dict(pairs))
@@ -113,15 +248,15 @@ class Arrows:
         With stages it is the derivative along ∂L_d/∂s = 0, still written in (x, u, s). With a force
         it is that of the forced F⁻: FL decides whether a step is regular, and is not only L_d's.
         """
-        maps, stages = self.at_points, self.s.stages
+        stages = self.s.stages
 
         def by(column: Column, variable: Column) -> SymbolicMatrix:
-            return self.written_out(maps.total(column, variable))
+            return self.written_out(self.total(column, variable))
 
-        slope = by(maps.minus, self.s.u)
+        slope = by(self.minus, self.s.u)
         if len(stages):
-            equations = maps.stage_equations
-            slope -= by(maps.minus, stages) * by(equations, stages).LUsolve(by(equations, self.s.u))
+            equations = self.stage_equations
+            slope -= by(self.minus, stages) * by(equations, stages).LUsolve(by(equations, self.s.u))
         return -slope.T
 
     @cached_property
@@ -147,5 +282,5 @@ class Arrows:
 
         If L_d is given on the group, g = τ(hu): the translate is B = e.
         """
-        written = self.at_points.of.graph.written_out(matrix)
+        written = self.of.graph.written_out(matrix)
         return written.xreplace(self.s.identity_translate)

@@ -32,27 +32,27 @@ from ..numbers.types import (
 from ..rules import Discretisation
 from ..scene import Scene
 from .continuous import mass_matrix, momentum
-from .legendre_maps import LegendreMaps
+from .discrete_lagrangian import DiscreteLagrangian
 from .phase_space import inverse_two_form, two_form
 from .symbols import SceneSymbols
 
 
-def check_letters(maps: LegendreMaps, rule: Discretisation) -> None:
+def check_letters(of: DiscreteLagrangian, rule: Discretisation) -> None:
     """Raise `BadInput` if L_d contains unknown symbols, not u, or not every stage."""
-    s, of = maps.s, named(maps.s.name, rule)
-    graph = maps.of.graph
-    symbols = graph.symbols([maps.of.value])
+    s, both = of.s, named(of.s.name, rule)
+    graph = of.graph
+    symbols = graph.symbols([of.value])
     check_known(symbols - {*s.y, *s.stages}, s, rule)
-    points = {z for block in maps.of.moved for z in block.nodes if block.theta is not None}
-    if not graph.symbols([maps.of.value], points) & set(s.u):
+    points = {z for block in of.moved for z in block.nodes if block.theta is not None}
+    if not graph.symbols([of.value], points) & set(s.u):
         raise BadInput(
-            f"{of}: the discrete Lagrangian does not depend on u, so FL is singular everywhere; "
+            f"{both}: the discrete Lagrangian does not depend on u, so FL is singular everywhere; "
             "it needs a kinetic term."
         )
     for number, column in enumerate(s.stage_columns):
         if not set(column) <= symbols:
             raise BadInput(
-                f"{of}: the rule asks for {rule.stages} internal stages, but its discrete "
+                f"{both}: the rule asks for {rule.stages} internal stages, but its discrete "
                 f"Lagrangian does not depend on all of s[{number}]; use every stage, or ask for "
                 "fewer with stages=."
             )
@@ -88,7 +88,7 @@ def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:
     found = singular(mass, s, s.x, w, scene)
     if mass and not found and rule.nodes is not None and s.given is None:
         return  # as h → 0 ∂E/∂w of these stages is as regular as the mass matrix
-    slope = equations.discrete.at_points.slope_of_rows
+    slope = equations.discrete.slope_of_rows
     found = singular({("FL", of_what): slope}, s, s.x, w, scene, equations.graph) | found
     for (name, of_what), direction in found.items():
         other = ""

@@ -55,7 +55,7 @@ class ConstrainedEquations(StepEquations):
         super().__init__(s, rule)
         self.free = DiscreteEquations(s, rule) if free is None else free
         self.discrete = self.free.discrete
-        of, maps, h = self.discrete.of, self.discrete.at_points, s.h
+        of, maps, h = self.discrete.of, self.discrete, s.h
         self.of, self.scope = of, of.scope
         #: (weight, letters of the point) of each evaluation of L in the rule
         self.asked = [

@@ -40,20 +40,19 @@ class DiscreteEquations(StepEquations):
         if of is not None:
             return
         if rule.nodes is None or s.given is not None or s.clocked or line_of(unwrap(rule.formula)):
-            self.discrete.at_points  # noqa: B018 - derived, and what is wrong is said, at once
+            self.discrete.of  # noqa: B018 - derived, and what is wrong is said, at once
         else:
             check_known(symbols_of([s.lagrangian]), s, rule)
             name_constants(rule, s)  # runs have values for all letters
 
     def altered(self, mark: str, **maps: SymbolicMatrix) -> DiscreteEquations:
-        """Return these equations with other matrices for some of the Legendre maps
-        (`LegendreMaps`).
+        """Return these equations with other matrices for some of the Legendre maps (`Arrows`).
 
         They serve seeded faults: these maps need not be those of one L_d. mark: a name that keeps
         results of the altered equations on disk apart from others.
         """
         other = DiscreteEquations(self.s, self.rule, self.discrete.of)
-        other.discrete.at_points, other.mark = self.discrete.at_points.altered(**maps), mark
+        other.discrete, other.mark = self.discrete.altered(**maps), mark
         return other
 
     @cached_property
@@ -94,7 +93,7 @@ class DiscreteEquations(StepEquations):
     @cached_property
     def step(self) -> Step:
         """The rows, their derivative and the update of a step, all divided by h."""
-        maps, element = self.discrete.at_points, self.element
+        maps, element = self.discrete, self.element
         rows, gain = maps.rows, maps.per_step(maps.gain)
         slope, on_group = maps.slope_of_rows, dict[str, Any]()
         if element is not None:

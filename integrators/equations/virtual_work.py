@@ -5,7 +5,7 @@ weight, and a e→ + c e← of the arrow displaces that point, in left trivialis
 
     c_i = L(x, w; h′)⁻¹ ((h′/h) (∂w/∂u (R(x, u) a + L(x, u) c) + ∂w/∂s δs) − R(x, w; h′) a).
 
-`LegendreMaps` are not used here: the force in F± is compared with this.
+`Arrows` are not used here: the force in F± is compared with this.
 """
 
 from __future__ import annotations

@@ -12,14 +12,14 @@ from .composed_arrows import composed_arrows, origin
 
 
 def _maps(equations: StepEquations) -> Any:
-    return equations.arrows_for("Legendre maps").at_points
+    return equations.arrows_for("Legendre maps")
 
 
 def _local(e: StepEquations) -> list[Any]:
     """Return b, ρ, L, R, F⁻, F⁺, and the derivatives of b, F⁻, F⁺ and of the stages' equations."""
-    s, arrows, at = e.s, e.arrows_for("Legendre maps"), _maps(e)
+    s, at = e.s, _maps(e)
     maps = [at.target, at.minus, at.plus]
-    parts = [list(at.target), arrows.rho, arrows.L_at_translate, arrows.R, *map(list, maps[1:])]
+    parts = [list(at.target), at.rho, at.L_at_translate, at.R, *map(list, maps[1:])]
     parts += [e.total(part, letters) for part in maps for letters in (s.x, s.u)]
     if len(s.stages):
         parts += [e.total(part, s.stages) for part in maps[1:]]
@@ -66,7 +66,7 @@ TEXTS: dict[str, tuple[str, Callable[[StepEquations], list[Any]]]] = {
     "one_step": ("x mu w", _one_step),
     "step": ("x mu w", lambda e: [list(e.rows), list(e.increment)]),
     "step slope": ("x mu w", lambda e: [e.slope]),
-    "action": ("x w x0 a", lambda e: [_maps(e).discrete_lagrangian / e.h,
+    "action": ("x w x0 a", lambda e: [_maps(e).of.expression / e.h,
                                       composed_arrows(e.groupoid).after]),
     "velocity": ("x a", lambda e: [composed_arrows(e.groupoid).velocity]),
 }  # fmt: skip

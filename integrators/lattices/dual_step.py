@@ -207,7 +207,7 @@ def _derivatives(
 @lru_cache(maxsize=32)
 def _derived(equations: DiscreteEquations) -> tuple[list[str], list[float], Callable[..., Any]]:
     """Return the names of the derivatives, the numbers of the rule, and the compiled function."""
-    maps, s = equations.discrete.at_points, equations.s
+    maps, s = equations.discrete, equations.s
     columns = {"x": [s.position], "w": [c for c in (s.u, s.stages) if len(c)]}
     rows = {"E": [c for c in (maps.minus, maps.stage_equations) if len(c)], "g": [maps.gain],
             "d": [maps.increment[: s.n, :]]}  # fmt: skip

@@ -226,6 +226,6 @@ def _discrete_lagrangian(scheme: Scheme, arrow: Arrow, flow: Flow) -> Any:
     """Return L_d at an arrow."""
     s = scheme.s
     text = text_of(scheme.equations, {"x": s.x, "u": s.u, "s": s.stages},
-                   [scheme.discrete.at_points.discrete_lagrangian])  # fmt: skip
+                   [scheme.discrete.of.expression])  # fmt: skip
     action = numeric_function(text, flow.numbers)
     return action(arrow.x, arrow.u, flow.geometry.stages(arrow.x, arrow.u), flow.context.q)

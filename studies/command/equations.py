@@ -59,7 +59,7 @@ def written(scheme: Scheme, most: int | None = None) -> Written:
     s: SceneSymbols = scheme.s
     if len(s.stages):
         return _of_stages(scheme)
-    maps = scheme.discrete.at_points
+    maps = scheme.discrete
     points = [p for p in maps.of.points if not p.is_end]
     inner = [z for p in points for z in p.letters]
     base = {*s.x, *s.y, *inner}
@@ -71,7 +71,7 @@ def written(scheme: Scheme, most: int | None = None) -> Written:
         return ascending(expression, s.h, base, named)
 
     kept = {*inner, *s.y}
-    whole = (maps.plus[:most, :], maps.minus[:most, :], Matrix([maps.discrete_lagrangian]))
+    whole = (maps.plus[:most, :], maps.minus[:most, :], Matrix([maps.of.expression]))
     # kernels have their own letters for parts of these, which a page does not have
     plus, minus, L_d = (maps.of.graph.written_out(e, kept).xreplace(s.identity_translate)
                         for e in whole)  # fmt: skip

@@ -135,7 +135,7 @@ def _summed(
 @lru_cache(maxsize=32)
 def _maps(equations: Any) -> tuple[list[float], Any]:
     """Return the numbers of the rule, and F⁻, F⁺, ∂L_d/∂s, b with errors."""
-    maps, s = equations.discrete.at_points, equations.s
+    maps, s = equations.discrete, equations.s
     made = [maps.minus, maps.plus, maps.stage_equations, maps.target[: s.n, :]]
     time = s.x[s.n :]  # behind the parameters, as in `LatticeScheme.terms_at`
     given = {"x": s.position, "w": equations.w,

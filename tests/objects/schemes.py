@@ -36,8 +36,8 @@ def flow(scene, rule, step, digits=16):
 
 def with_wrong_force(sound, at_start, at_end):
     """The scheme with its discrete force at both ends times a number: a wrong scheme."""
-    maps = sound.arrows.at_points
-    free = Scheme(sound.scene.with_values(force=None), sound.rule).arrows.at_points
+    maps = sound.arrows
+    free = Scheme(sound.scene.with_values(force=None), sound.rule).arrows
     minus = free.minus + at_start * (maps.minus - free.minus)
     plus = free.plus + at_end * (maps.plus - free.plus)
     mark = f"force times {at_start} and {at_end}"

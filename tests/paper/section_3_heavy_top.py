@@ -50,8 +50,8 @@ def bench_equations() -> Any:
     """F⁺(Γ_k, Ω_k)/h − F⁻(Γ_{k+1}, Ω_{k+1})/h, with Γ_{k+1} as letters."""
     of = bench()
     plus, minus = (
-        in_paper_letters(of.arrows.at_points.plus),
-        in_paper_letters(of.arrows.at_points.minus),
+        in_paper_letters(of.arrows.plus),
+        in_paper_letters(of.arrows.minus),
     )
     later = [*zip(Gamma, Gamma_next, strict=True), *zip(now, then, strict=True)]
     return (plus - minus.subs(later, simultaneous=True)) / h

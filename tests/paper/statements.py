@@ -33,7 +33,7 @@ STATEMENTS = (
         "equivalent: $L_d$ regular; $F^-L_d$ a local diffeomorphism; $F^+L_d$ one",
         ("2.6-text",),
         (),
-        ("integrators/equations/legendre_maps.py",),
+        ("integrators/equations/arrows.py",),
     ),
     Statement(
         "section 2.6",

@@ -70,7 +70,7 @@ QUICK = ("pendulum", "rigid-body", "heavy-top", "kepler", "moser-veselov", "susl
 )  # fmt: skip
 def test_the_equations_that_are_written_out_are_those_that_are_solved(scene):
     scheme = Scheme(scenes.get(scene), midpoint)
-    out, s, maps = written(scheme), scheme.s, scheme.discrete.at_points
+    out, s, maps = written(scheme), scheme.s, scheme.discrete
     points = {z for p in maps.of.points for z in p.letters}
     said = {*out.letters, s.h}  # the page says what every letter is
     sides = [side for pair in (*out.momenta, *out.residual) for side in pair]

@@ -160,9 +160,9 @@ def test_a_fault_that_changes_nothing_is_none():
 
 def test_the_sound_scheme_is_left_alone():
     fault = named("pendulum midpoint: equation.minus_at_points, sign #0")
-    before = sound_scheme(fault).arrows.at_points.minus.copy()
-    assert faulty_scheme(fault).arrows.at_points.minus != before
-    assert sound_scheme(fault).arrows.at_points.minus == before
+    before = sound_scheme(fault).arrows.minus.copy()
+    assert faulty_scheme(fault).arrows.minus != before
+    assert sound_scheme(fault).arrows.minus == before
 
 
 @pytest.mark.parametrize("seed", [

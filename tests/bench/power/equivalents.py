@@ -30,9 +30,7 @@ def proof(fault: Fault) -> str:
 def _same_equations(scheme: Scheme, sound: Scheme) -> str:
     """E, F⁺ − F⁻ and the target are those of the sound scheme: Newton's matrix alone is not."""
     for name in ("system", "gain", "plus"):
-        one, other = (
-            s.discrete.written_out(getattr(s.discrete.at_points, name)) for s in (scheme, sound)
-        )
+        one, other = (s.discrete.written_out(getattr(s.discrete, name)) for s in (scheme, sound))
         if first_violation(one - other, [*scheme.w, scheme.h]) is not None:
             return ""
     return (

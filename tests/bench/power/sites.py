@@ -89,7 +89,7 @@ def faulty_scheme(fault: Fault) -> Scheme:
         raise NoPlace(f"{fault.name}: the discrete Lagrangian is the same.")
     maps = {}
     if site == "equation":
-        derived = getattr(scheme.discrete.at_points, EQUATIONS[name])
+        derived = getattr(scheme.discrete, EQUATIONS[name])
         maps = {EQUATIONS[name]: fault.changed(derived, scheme.h)}
     if site == "force":
         maps = _in_force(fault, scheme)
@@ -191,9 +191,9 @@ def _in_composition(fault: Fault, rule: Composition) -> Composition:
 
 def _in_force(fault: Fault, scheme: Scheme) -> dict[str, Any]:
     """The Legendre maps with a slip in what the force adds to them."""
-    scene, maps, zero = scheme.scene, scheme.discrete.at_points, [0] * len(scheme.u)
+    scene, maps, zero = scheme.scene, scheme.discrete, [0] * len(scheme.u)
     still = (lambda x, v, p, t: zero) if scene.timed else (lambda x, v, p: zero)
-    free = Scheme(scene.with_values(force=still), scheme.rule).discrete.at_points
+    free = Scheme(scene.with_values(force=still), scheme.rule).discrete
     minus, plus = fault.operate((maps.minus - free.minus, maps.plus - free.plus), scheme)
     minus, plus = free.minus + minus, free.plus + plus
     return {"minus": minus, "plus": plus, "gain": plus - minus}

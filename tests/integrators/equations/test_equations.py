@@ -135,10 +135,10 @@ def test_legendre_maps_from_their_definitions(scene, rule):
     minus = [point.right(point.x, point.u, a) for a in range(m)]
     assert all_close(point.at(of.legendre_plus), plus)
     assert all_close(point.at(of.legendre_minus), minus)
-    gain = point.at(of.arrows.written_out(of.arrows.at_points.gain))
+    gain = point.at(of.arrows.written_out(of.arrows.gain))
     assert all_close(gain, [p - q for p, q in zip(plus, minus, strict=True)])
     # and a wrong sign of ρ, which no group would show, is seen
-    of_x = of.arrows.written_out(of.arrows.at_points.of.by_x) if point.g.dim_x else []
+    of_x = of.arrows.written_out(of.arrows.of.by_x) if point.g.dim_x else []
     if point.g.dim_x and not all(d == 0 for d in of.rho.T * of_x):
         flipped = of.legendre_minus + 2 * of.rho.T * of_x
         assert not all_close(point.at(flipped), minus, 10)

@@ -82,7 +82,7 @@ def slopes_by(letter, column, point):
 ])  # fmt: skip
 def test_derivatives_through_terms_are_the_slopes_of_what_is_written_out(scene, rule, adjoint):
     of = scheme_of(scene, rule, adjoint)
-    maps, s = of.arrows.at_points, of.s
+    maps, s = of.arrows, of.s
     point = random_point([*s.x, *s.u, *s.stages, *s.q], [*s.u, *s.stages, s.h])
     for column in filter(len, (maps.minus, maps.plus, maps.stage_equations)):
         written = of.arrows.written_out(column)
@@ -99,7 +99,7 @@ def test_derivatives_through_terms_are_the_slopes_of_what_is_written_out(scene, 
 @pytest.mark.parametrize(("scene", "rule"), named(SCHEMES))
 def test_the_slope_of_every_scheme_is_that_of_its_rows(scene, rule):
     of = scheme(scene, rule)
-    maps, s = of.arrows.at_points, of.s
+    maps, s = of.arrows, of.s
     point = random_point([*s.x, *s.u, *s.stages, *s.q], [*s.u, *s.stages, s.h])
     point |= s.constant_values(80) | s.identity_translate  # as `written_out` has it
     written = of.arrows.written_out(maps.system)
@@ -257,8 +257,6 @@ def test_a_point_moved_by_hand_is_another_point():
 
     of = Scheme(scenes.get("kepler"), sideways)
     for variable in (of.x, of.u):
-        through = of.arrows.written_out(
-            of.arrows.at_points.total(of.arrows.at_points.minus, variable)
-        )
+        through = of.arrows.written_out(of.arrows.total(of.arrows.minus, variable))
         written = of.legendre_minus.jacobian(variable)
         assert first_violation(through - written, [*of.u, of.h]) is None

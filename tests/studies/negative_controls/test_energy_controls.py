@@ -9,7 +9,7 @@ import pytest
 import sympy
 
 from discmech.integrators import Scene, one_step, pair, scenes
-from discmech.integrators.equations.legendre_maps import LegendreMaps
+from discmech.integrators.equations.arrows import Arrows
 from discmech.integrators.rules import midpoint
 from discmech.studies.core.fitting import batch_line, fit_line
 from tests.studies.cached_results import measured, result
@@ -68,7 +68,7 @@ def test_an_update_that_loses_a_thousandth_a_step_fails_in_order_and_energy(
     def gain(self):
         return self.plus * sympy.Rational(999, 1000) - self.minus
 
-    monkeypatch.setattr(LegendreMaps, "gain", property(gain))
+    monkeypatch.setattr(Arrows, "gain", property(gain))
     found = measured(study, scenes.get("pendulum").with_values(), midpoint, 50)
     assert found["verdict"] == "fail" and said in found["reason"]
 
