@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 from ..numbers import Arithmetic, Double, Multiple, Number, Numbers, run_text
@@ -23,6 +23,9 @@ from .stage_system import LatticeStages, StageSource
 from .stage_text import stage_text
 from .step import Step, written
 
+#: the arrays among the arguments of a driver that are no rows of floats
+ARRAYS = {"state": Array("f"), "totals": Array("f"), "kinds": Array("i"), "counts": Array("i"),
+          "ranges": Array("i", columns=2), "segments": Array("i", columns=4)}  # fmt: skip
 LONGEST = 60  # longest part of a scene's name in a file name, which the digest makes unique
 
 
@@ -88,30 +91,32 @@ def _exchanging(system: Step, numbers: Arithmetic, omit: frozenset[str]) -> Kern
 @lru_cache(maxsize=16)
 def compiled_text(system: Step, text: str) -> Kernels:
     """Compile a text that `kernel_text` made to machine code."""
-    return _compiled(system, text, names_of(text, Double()))
+    return _kernels(_run(system, text, Double()))
 
 
-def _compiled(
-    system: Step | StageSource,
+def _run(
+    system: Step | StageSource | LatticeSystem,
     text: str,
-    names: dict[str, Any],
+    numbers: Arithmetic,
+    given: Mapping[str, Any] = MappingProxyType({}),
     constants: Callable[[], dict[str, Any]] = dict,
-) -> Kernels:
-    advance = compiled(_file_name(system), text, names, _arrays(names["LAYOUT"]), constants)
-    return _kernels(names, advance)
+) -> dict[str, Any]:
+    """Return the names of a text, in double precision with its `advance` as machine code.
 
-
-def _arrays(at: Layout) -> dict[str, Array]:
-    """Return the arrays among the arguments of `advance`."""
-    arrays = {"state": Array("f"), "totals": Array("f"), "kinds": Array("i"), "counts": Array("i")}
-    columns = {"coefficients": at.width, "xs": at.n, "us": at.row_width, "mus": at.m}
-    return arrays | {name: Array("f", columns=width) for name, width in columns.items()}
+    given: names that the text may use; constants: returns more of them, called only if they are
+    needed.
+    """
+    if type(numbers) is not Double:
+        return names_of(text, numbers, **given, **constants())
+    names = names_of(text, numbers, **given)
+    arrays = ARRAYS | {word: Array("f", columns=width) for word, width in names["WIDTHS"].items()}
+    advance = compiled(_file_name(system), text, names, arrays, constants)
+    return {**names, "advance": advance}
 
 
 def interpreted(text: str, numbers: Arithmetic, **given: Any) -> Kernels:
     """Return kernels that Python runs, from a text of `kernel_text` and additional names."""
-    names = names_of(text, numbers, **given)
-    return _kernels(names, names["advance"])
+    return _kernels(names_of(text, numbers, **given))
 
 
 @lru_cache(maxsize=512)
@@ -129,14 +134,15 @@ def compile_stages(source: StageSource, numbers: Arithmetic) -> Kernels:
 
     Raises `NoShortForm` if the mass matrix couples too many velocities.
     """
-    nodes = source.nodes
-    path = f"{_file_name(source)}_stages_{text_key(nodes, source.given)}.py"
+    path = f"{_file_name(source)}_stages_{text_key(source.nodes, source.given)}.py"
     text = cached_text(path, lambda: stage_text(source.derived()))
-    given = lane_namespace(nodes.count, numbers, vector_width())
-    of_nodes = partial(tables, nodes, nodes.count, given["WIDTH"], numbers)
-    if isinstance(numbers, Multiple):
-        return interpreted(text, numbers, **given, **of_nodes())
-    return _compiled(source, text, names_of(text, numbers, **given), of_nodes)
+    return _kernels(_run(source, text, numbers, *_at_nodes(source, numbers)))
+
+
+def _at_nodes(source: StageSource, numbers: Arithmetic) -> tuple[dict[str, Any], Any]:
+    """Return the names that lanes need, and a function that returns the tables of the nodes."""
+    given = lane_namespace(source.nodes.count, numbers, vector_width())
+    return given, partial(tables, source.nodes, source.nodes.count, given["WIDTH"], numbers)
 
 
 @lru_cache(maxsize=512)
@@ -150,7 +156,7 @@ def compile_lattice(
     """
     path = f"{_file_name(system)}_lattice_{text_key(system, shape, composed)}.py"
     text = cached_text(path, lambda: lattice_text(system, shape, composed))
-    return _of_lattice(_file_name(system), text, names_of(text, numbers, **KNOWN_ZEROS), numbers)
+    return _lattice_kernels(_run(system, text, numbers, KNOWN_ZEROS))
 
 
 @lru_cache(maxsize=512)
@@ -159,41 +165,7 @@ def compile_lattice_stages(system: LatticeStages, numbers: Arithmetic) -> Lattic
     source = system.source
     path = f"{_file_name(source)}_lattice_stages_{text_key(*system.key)}.py"
     text = cached_text(path, lambda: stage_text(system.site, system))
-    given = lane_namespace(source.nodes.count, numbers, vector_width())
-    of_nodes = partial(tables, source.nodes, source.nodes.count, given["WIDTH"], numbers)
-    if type(numbers) is not Double:
-        given |= of_nodes()
-    names = names_of(text, numbers, **given)
-    return _of_lattice(_file_name(source), text, names, numbers, of_nodes)
-
-
-def _of_lattice(
-    name: str,
-    text: str,
-    names: dict[str, Any],
-    numbers: Arithmetic,
-    constants: Callable[[], dict[str, Any]] = dict,
-) -> LatticeKernels:
-    arrays = {word: Array("i", columns=width) for word, width in
-              (("ranges", 2), ("segments", 4))}  # fmt: skip
-    arrays |= {"kinds": Array("i"), "totals": Array("f")}
-    n, m = names["n"], names["m"]
-    widths = {
-        "given": names.get("GIVEN", 0),
-        "x": n,
-        "nu": m,
-        "mu": m,
-        "p": names["SITES"],
-        "q": names["BONDS"],
-        **names["WIDTHS"],
-    }
-    arrays |= {word: Array("f", columns=width) for word, width in widths.items()}
-    advance = names["advance"]
-    if type(numbers) is Double:
-        advance = compiled(name, text, names, arrays, constants)
-    prepare = tuple(kind.prepare for kind in names["SYSTEMS"])
-    affine = all(getattr(kind, "affine", False) for kind in names["SYSTEMS"])
-    return LatticeKernels(advance, prepare, widths, affine, names["HUGE"])
+    return _lattice_kernels(_run(source, text, numbers, *_at_nodes(source, numbers)))
 
 
 def text_key(*parts: Any) -> str:
@@ -214,7 +186,20 @@ def names_of(text: str, numbers: Arithmetic, **more: Any) -> dict[str, Any]:
     return run_text(text, {**given, **numbers.namespace(), **more})
 
 
-def _kernels(names: dict[str, Any], advance: Callable[..., tuple[int, int]]) -> Kernels:
-    prepare, carry, affine = (tuple(getattr(system, name) for system in names["SYSTEMS"])
-                              for name in ("prepare", "carry", "affine"))  # fmt: skip
-    return Kernels(advance, prepare, carry, affine, names["LAYOUT"], names["HUGE"])
+def _kernels(names: dict[str, Any]) -> Kernels:
+    return Kernels(
+        names["advance"], _of_each("prepare", names), _of_each("carry", names),
+        _of_each("affine", names), names["LAYOUT"], names["HUGE"],
+    )  # fmt: skip
+
+
+def _lattice_kernels(names: dict[str, Any]) -> LatticeKernels:
+    affine = all(_of_each("affine", names))
+    return LatticeKernels(
+        names["advance"], _of_each("prepare", names), names["WIDTHS"], affine, names["HUGE"]
+    )
+
+
+def _of_each(word: str, names: dict[str, Any]) -> tuple[Any, ...]:
+    """Return what the rule and its adjoint have by that word."""
+    return tuple(getattr(system, word) for system in names["SYSTEMS"])

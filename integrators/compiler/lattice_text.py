@@ -80,7 +80,8 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         "ALONE = False",
         *_places([k for k in kinds if k.bond is not None], s),
         f"WIDTH = {max(k.width for k in made)}",
-        f"WIDTHS = dict(w=S, w1=S, w2=S, w3=S, work={s * s * (2 if shape == 'ring' else 1) + s}, "
+        "WIDTHS = dict(x=n, nu=m, mu=m, p=SITES, q=BONDS, given=GIVEN, "
+        f"w=S, w1=S, w2=S, w3=S, work={s * s * (2 if shape == 'ring' else 1) + s}, "
         "ties=2 * S * S, coefficients=WIDTH)",
         f"ORDER = {tuple(pivot_rows(system.site))}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), made)),  # noqa: B905

@@ -54,6 +54,7 @@ def module_text(step: Step, omit: frozenset[str] = frozenset()) -> str:
     )  # fmt: skip
     facts = [
         f"LAYOUT = {layout}",
+        "WIDTHS = dict(coefficients=LAYOUT.width, xs=LAYOUT.n, us=LAYOUT.row_width, mus=LAYOUT.m)",
         f"FAINT = 64 * EPS{' * EPS' if {'slope', 'impulse'} & {*step.kinds} else ''}",
         f"ALONE, SINGLE, MIXED, APART = True, {not step.composed}, {mixed}, {apart}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), kernels)),  # noqa: B905

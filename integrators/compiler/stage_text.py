@@ -48,11 +48,15 @@ def stage_text(system: StageSystem, lattice: LatticeStages | None = None) -> str
     """
     kernels = StageText(system, lattice)
     text = kernels.text  # `text` finds the coefficients, so it must come first
-    n, m, unknown = len(system.x), len(system.w), system.nodes.unknown
+    n, m = len(system.x), len(system.w)
     width = len(kernels.coefficients.values)
     layout = StageLayout(n=n, m=m, solved=m, reused=0, width=width, iterated=True,
                          count=system.count)  # fmt: skip
     most = lattice.most if lattice and lattice.most else "HUGE"
+    widths = "xs=n, us=m, mus=m"
+    if lattice:
+        widths = ("x=n, nu=m, mu=m, p=SITES, q=BONDS, given=0, w1=MOMENTA, w2=MOMENTA, w3=m, "
+                  f"w=m * {system.nodes.unknown}, work=SHIFT + m, ties=1")  # fmt: skip
     facts = [
         f"LAYOUT = {layout}",
         f"n, m, COUNT, PARTS = {n}, {m}, {system.count}, -(-{system.count} // WIDTH)",
@@ -67,8 +71,7 @@ def stage_text(system: StageSystem, lattice: LatticeStages | None = None) -> str
         "PULL = TURNS + TURNING * PARTS * WIDTH",
         "POINT = PULL + MOMENTA",
         "SHIFT = POINT + n * PARTS * WIDTH if BONDED else PULL",
-        f"WIDTHS = dict(w=m * {unknown}, w1=MOMENTA, w2=MOMENTA, w3=m, work=SHIFT + m, ties=1, "
-        "coefficients=RULE.width)",
+        f"WIDTHS = dict({widths}, coefficients=RULE.width)",
         # a component has one size on the whole lattice, so smaller sites need more sweeps than a
         # scene: with 1/4 energy drifts (chain of 6, gauss-4, 2·10⁵ steps: 5.8e-13, Newton 4.9e-14)
         f"NOISE, SMALLEST = ROOT_EPS / 16, R(1) / {64 if lattice else 4}",
