@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
 
 from discmech.integrators.contact import unsure_gaps
 
 from ..core.case import Case, Measurement, Verdict
-from ..core.outcome import Row
+from ..core.records import decoded
 from ..evidence import NEAR
 from ..symplecticity.limits import LIMITS as OF_FORMS
 from ..symplecticity.limits import limit
 from .limits import LIMITS
-from .measuring import MODES, _free_of_work
+from .measuring import _free_of_work
+from .records import Measured
 
 WORDS = {
     "penetration": "a gap is negative", "pull": "a contact pulls",
@@ -27,7 +27,7 @@ WORDS = {
 }  # fmt: skip
 
 
-def does_not_fall(rises: list[float], allowed: float) -> str:
+def does_not_fall(rises: Sequence[float], allowed: float) -> str:
     """Return a sentence if a rise does not vanish with the step (`falling`), otherwise ""."""
     if len(rises) == 1:
         return "" if rises[0] <= allowed else "the energy is no number."
@@ -44,17 +44,18 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
     A control has to break one of the laws a thousandfold.
     """
-    found, allowed = measurement.measured, limit(case.digits)
+    allowed, found = limit(case.digits), decoded(Measured, measurement.measured)
     if case.control is not None:
         off = OF_FORMS["control"] * allowed
-        broken = [k for k, v in found.items() if not v <= (LIMITS["turn"] if k == "slip" else off)]
+        most = {"slip": LIMITS["turn"]}
+        broken = [k for k, v in measurement.measured.items() if not v <= most.get(k, off)]
         reason = "" if broken else "the control was not caught: it breaks no law of contact."
         return Verdict("fail" if reason else "pass", reason, {"at_least": off})
     order = case.order
     expected = {"limit": allowed, "slip": LIMITS["turn"], "late": 1.0}
     if order is not None:
         # while a gap stays closed the motion is of order 2, for any order of the rule
-        expected["order"] = (min(order, 2) if found["rests"] else order) - LIMITS["slack"]
+        expected["order"] = (min(order, 2) if found.rests else order) - LIMITS["slack"]
     if reason := next(_broken(case, found, expected), ""):
         return Verdict("fail", reason, expected)
     if reason := next(_open_questions(found, expected), ""):
@@ -62,75 +63,77 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     return Verdict("pass", "", expected)
 
 
-def _open_questions(found: Row, expected: Row) -> Iterator[str]:
+def _open_questions(found: Measured, expected: Mapping[str, float]) -> Iterator[str]:
     """Yield a sentence for each reason that leaves the verdict open."""
-    if found.get("unsure"):
-        yield unsure_gaps(found["unsure"])
-    if not found["touched"]:
+    if found.unsure:
+        yield unsure_gaps([*found.unsure])
+    if not found.touched:
         yield "no gap ever closes: nothing of contact was judged; take more steps or another start."
-    if found["scaled"]:
-        yield found["scaled"][0]
-    if found["apart"]:
-        yield found["apart"] + ": the step is too long for what is there; take a smaller one."
-    if found["time_error"] is None:
+    if found.scaled:
+        yield found.scaled[0]
+    if found.apart:
+        yield found.apart + ": the step is too long for what is there; take a smaller one."
+    if found.time_error is None:
         yield (
             "with half or an eighth of the step there are others among the first two impacts: "
             "their times have no order to be judged; take a smaller step."
         )
-    order, most = found["order"], expected.get("order", 2.0) + LIMITS["excess"]
+    order, most = found.order, expected.get("order", 2.0) + LIMITS["excess"]
     if order is not None and order > most:
         yield (
             f"with half the step located impacts are off by 2^{order:.0f} times less, which is no "
             "order: one step of the coarser run went wrong, or it is too long; take a smaller one."
         )
-    for mode in MODES:
-        first, *finer = found[mode]["rises"]
+    for mode, laws in found.modes:
+        first, *finer = laws.rises
         if finer and first > 2**most * max(*finer, expected["limit"]):
             yield (
                 f"{mode}, the energy rises by {first:.2g} of its terms, with half the step by "
                 f"{finer[0]:.2g}: one step of the coarser run went wrong; take a smaller one."
             )
-    if found["local"]["unknown"]:
-        unknown = found["local"]["unknown"].rstrip(".")
+    if found.local.unknown:
+        unknown = found.local.unknown.rstrip(".")
         yield f"no single step between impacts could be judged: {unknown}."
 
 
-def _broken(case: Case, found: Row, expected: Row) -> Iterator[str]:
+def _broken(case: Case, found: Measured, expected: Mapping[str, float]) -> Iterator[str]:
     """Yield a sentence for each law that does not hold."""
     allowed = expected["limit"]
     still = _free_of_work(case)
-    for mode in MODES:
+    for mode, laws in found.modes:
         for name, words in WORDS.items():
-            bound, value = LIMITS["turn"] if name == "slip" else allowed, found[mode][name]
+            bound, value = LIMITS["turn"] if name == "slip" else allowed, getattr(laws, name)
             if not value <= bound:
                 yield f"{mode}, {words}: {name} is {value:.2g}, where {bound:.0e} is allowed."
-        rises = found[mode]["rises"]
+        rises = laws.rises
         if (still or len(rises) == 1) and (reason := does_not_fall(rises, allowed)):
             yield f"{mode}, {reason}"
-    if found["late"] is not None and not -1e-6 <= found["late"] <= 1 + 1e-6:
+    if found.late is not None and not -1e-6 <= found.late <= 1 + 1e-6:
         yield (
-            f"the first impact, stepped, is late by {found['late']:.2g} steps; an impact at the "
+            f"the first impact, stepped, is late by {found.late:.2g} steps; an impact at the "
             "end of its step is late by 0 to 1."
         )
-    order, wanted = found["order"], expected.get("order")
-    if None not in (order, wanted) and not order >= wanted:
+    order, wanted = found.order, expected.get("order")
+    if order is not None and wanted is not None and not order >= wanted:
         yield f"located impacts are of order {order:.2f}, where {wanted:g} is the least."
-    local: dict[str, Any] = found["local"]
+    local = found.local
     least = case.order or 1
-    if local["order"] is not None and local["order"] < least - NEAR and not local["floats"]:
-        kind = "the rule is not consistent" if local["order"] < 1 - NEAR else "the rule is of order"
-        kind += "" if local["order"] < 1 - NEAR else f" {local['order']:.2f}, not {least}"
+    if local.order is not None and local.order < least - NEAR and not local.floats:
+        kind = "the rule is not consistent" if local.order < 1 - NEAR else "the rule is of order"
+        kind += "" if local.order < 1 - NEAR else f" {local.order:.2f}, not {least}"
         yield (
-            f"between impacts {kind}: in {local['component']} a free step of {local['step']:.1g} "
-            f"from {local['place']} is off by O(h^{local['order'] + 1:.2f})."
+            f"between impacts {kind}: in {local.component} a free step of {local.step:.1g} "
+            f"from {local.place} is off by O(h^{local.order + 1:.2f})."
         )
-    free, across, falls = found["free"], found["form"]["across"], LIMITS["falls"]
-    if free is not None and not free["defect"] <= free["limit"]:
+    free, falls = found.free, LIMITS["falls"]
+    across = [e for e in found.form.across or () if e is not None]
+    if free is not None and not free.defect <= free.limit:
         yield (
-            f"between impacts a step does not keep the form: the defect is {free['defect']:.2g} at "
-            f"{free['place']}."
+            f"between impacts a step does not keep the form: the defect is {free.defect:.2g} at "
+            f"{free.place}."
         )
-    if across and None not in across and across[-1] > max(LIMITS["form"], max(across[:-1]) / falls):
+    whole = len(across) == len(found.form.across or ())
+    if across and whole and across[-1] > max(LIMITS["form"], max(across[:-1]) / falls):
         yield (
             f"across an elastic impact the defect of Ω is {max(across[:-1]):.2g}, with an eighth "
             f"of the step {across[-1]:.2g}: that does not vanish with the step."

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from ..core.single_steps import SingleSteps
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,16 +19,57 @@ class Laws:
     slip: float | None = None
     impact_energy: float | None = None
     jump: float | None = None
+    restitution: float | None = None
+    course: float | None = None
+    friction: float | None = None
+    impact_friction: float | None = None
+    rises: Sequence[float] = ()
     impacts: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
-    """The laws of a stepped and of a located run, and the order of located impacts."""
+class Free:
+    """The largest defect of the form of a free step, the most that round-off leaves, the place."""
 
-    stepped: Laws | None = None
-    located: Laws | None = None
+    defect: float = 0.0
+    limit: float = 0.0
+    place: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """The defects of Ω across an impact at h, h/2 and h/8; None if it is not demanded."""
+
+    across: Sequence[float | None] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """The laws of a stepped and of a located run, and the order and error of located impacts.
+
+    late: the delay of the first stepped impact, in steps. rests: True if a gap stays closed.
+    touched: False if none closes. scaled, apart: sentences on gaps that are no distances, and on
+    impacts of one run alone. unsure: gaps whose round-off hides whether they were met.
+    """
+
+    stepped: Laws = field(default_factory=Laws)
+    located: Laws = field(default_factory=Laws)
     order: float | None = None
+    time_error: float | None = None
+    late: float | None = None
+    rests: bool = False
+    touched: bool = True
+    scaled: Sequence[str] = ()
+    apart: str = ""
+    unsure: Sequence[int] = ()
+    local: SingleSteps = field(default_factory=SingleSteps)
+    free: Free | None = None
+    form: Form = field(default_factory=Form)
+
+    @property
+    def modes(self) -> Sequence[tuple[str, Laws]]:
+        """The two runs by their names."""
+        return ("stepped", self.stepped), ("located", self.located)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,9 @@ Case = Shown[Measured, Expected, object]
 
 def _laws(case: Case) -> list[Laws]:
     """Return the laws of both modes; of a control those of its one run."""
-    modes = [case.measured.stepped, case.measured.located]
-    return [mode for mode in modes if mode is not None] or [decoded(Laws, case.figures, True)]
+    if "stepped" in case.figures:
+        return [laws for _, laws in case.measured.modes]
+    return [decoded(Laws, case.figures, True)]
 
 
 def _worst(case: Case, name: str) -> str:

@@ -6,8 +6,12 @@ another motion, such as studies that compare runs of the same rule.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from ..core.case import Measurement, Verdict
-from ..core.outcome import Row
+from ..core.records import decoded
+from ..core.single_steps import SingleSteps
 from . import NEAR
 from .consistency import CONSISTENCY
 
@@ -19,34 +23,39 @@ def demand_consistency(measurement: Measurement, verdict: Verdict) -> Verdict:
     single steps with, the verdict of the runs stands; if the rule makes no single step, it does not
     pass, for the motion that it approximates as the step goes to 0 is unknown.
     """
-    local = measurement.get(CONSISTENCY)
-    if local is None or (local["order"] is None and not local.get("refused")):
+    given = measurement.get(CONSISTENCY)
+    local = decoded(SingleSteps, given)
+    if given is None or (local.order is None and not local.refused):
         return verdict
-    if local["order"] is not None and local["order"] >= 1 - NEAR:
+    if local.order is not None and local.order >= 1 - NEAR:
         return verdict
-    return judge(local, verdict, None, "the scene")
+    return judge(given, verdict, None, "the scene")
 
 
-def judge(local: Row | None, verdict: Verdict, wanted: int | None, what: str) -> Verdict:
+def judge(
+    given: Mapping[str, Any] | None, verdict: Verdict, wanted: int | None, what: str
+) -> Verdict:
     """Return the verdict of the runs combined with the single steps: a pass needs both.
 
-    what: the name of the system that made the steps, for the reason.
+    given: the entries of `SingleSteps`. what: the name of the system that made the steps, for the
+    reason.
     """
-    if local is None or local.get("exact") or local.get("floats"):
+    local = decoded(SingleSteps, given)
+    if given is None or local.exact or local.floats:
         return verdict
-    order, least = local["order"], wanted or 1
+    order, least = local.order, wanted or 1
     if order is None:
         if verdict.verdict != "pass":
             return verdict
-        said = f"nothing is wrong with the runs, but no single step is judged: {local['unknown']}"
+        said = f"nothing is wrong with the runs, but no single step is judged: {local.unknown}"
         return Verdict("inconclusive", said.rstrip(".") + ".", verdict.expected)
     verdict = verdict.expecting(local_order=order)
     if order >= least - NEAR or verdict.verdict == "fail":
         return verdict
-    said = f"one step of {what} is of order {order:.2f} in {local['component']}, below "
-    where = local["place"] + (f", seed {local['seed']}" if "seed" in local else "")
+    said = f"one step of {what} is of order {order:.2f} in {local.component}, below "
+    where = local.place + ("" if local.seed is None else f", seed {local.seed}")
     said += f"{'the declared ' if wanted else ''}{least}: from an exact state ({where}) "
-    said += f"a step of {local['step']:.1g} is off by O(h^{order + 1:.2f})"
+    said += f"a step of {local.step:.1g} is off by O(h^{order + 1:.2f})"
     if order < 1 - NEAR:
         said += ", so the rule is not consistent: as h goes to 0 it follows another motion"
     return Verdict("fail", f"{said}.", verdict.expected)

@@ -16,6 +16,17 @@ class Found:
 
 
 @dataclass(frozen=True, slots=True)
+class Row:
+    """The same with its hω, and the difference from smaller steps."""
+
+    z: float = 0.0
+    outcome: str = ""
+    error: float | None = None
+    estimate: float | None = None
+    noticed: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Measured:
     """The runs with a step that resolves the fastest motion, and with one that does not."""
 

@@ -11,10 +11,12 @@ from ..core.case import (
     Measurement,
     Verdict,
 )
+from ..core.records import decoded
 from ..evidence.judging import demand_consistency
 from .cause import cause_of_drift
 from .limits import LIMITS
 from .measuring import _claimed, _epsilon, _over, limits_of, walks_of
+from .records import Found
 
 #: share of the terms of dJ/dt: a sum that is 0 to round-off, for up to 10⁶ sites, is far below
 NO_RATE = 2.0**-30
@@ -38,28 +40,29 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
 
 def _judge(case: Case, measurement: Measurement) -> Verdict:
-    steps, units = measurement["steps"], measurement.get("units", {})
-    over = measurement.get("over") or _over(case, steps)
-    limits = limits_of(case, measurement.get("walks") or walks_of(case, steps), units)
+    found = decoded(Found, measurement)
+    over = found.over or _over(case, found.steps)
+    limits = limits_of(case, found.walks or walks_of(case, found.steps), found.units)
     walk = _epsilon(case) * math.sqrt(max(over.values()))
-    expected = {"limit": max(limits.values(), default=0.0), "limits": limits,
-                "random_walk": walk, "over": over}  # fmt: skip
-    drift = measurement.measured["drift"]
+    limit = max(limits.values(), default=0.0)
+    expected: dict[str, Any] = {"limit": limit, "limits": limits, "random_walk": walk,
+                                "over": over}  # fmt: skip
+    drift = found.measured.drift
     judged = [*drift] if case.rule.claims is None else _claimed(case)
     if not judged:
         expected["not_demanded"] = f"{case.rule.name} claims to keep none of them: measured only"
     drifting = [k for k, v in drift.items()
-                if k in judged and not v <= limits.get(k, expected["limit"])]  # fmt: skip
+                if k in judged and not v <= limits.get(k, limit)]  # fmt: skip
     if not drifting:
-        return _judge_faults(measurement, judged, limits, expected)
+        return _judge_faults(found, judged, limits, expected)
     name = max(drifting, key=lambda k: drift[k])
     steps = f" in {over[name]} steps" if name in over else ""
-    allowed = limits.get(name, expected["limit"])
-    lost = {k: measurement.get("lost", 0.0) * max(1.0, units.get(k, (1.0,))[0]) for k in drifting}
+    allowed = limits.get(name, limit)
+    lost = {k: (found.lost or 0.0) * max(1.0, found.units.get(k, (1.0,))[0]) for k in drifting}
     if all(drift[k] <= lost[k] for k in drifting):
         return Verdict("inconclusive", why_unknown(name, drift[name], lost[name]), expected)
     said = f"{name} drifts by {drift[name]:.2g}, more than {allowed:.1e}{steps}."
-    rate = (measurement.measured.get("rate") or {}).get(name, 0.0)
+    rate = (found.measured.rate or {}).get(name, 0.0)
     if rate > NO_RATE:
         said += (
             " It is no symmetry of L: by the equations of motion its momentum changes, by "
@@ -69,29 +72,29 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
 
 
 def _judge_faults(
-    measurement: Measurement, judged: list[str], limits: dict[str, float], expected: Any
+    found: Found, judged: list[str], limits: dict[str, float], expected: Any
 ) -> Verdict:
     """Return the verdict without a drift: it depends on whether a fault would have shown."""
-    for name, one in (measurement.get("beside") or {}).items():
-        if name in judged and not one["change"] <= one["limit"]:
+    for name, one in (found.beside or {}).items():
+        if name in judged and not one.change <= one.limit:
             said = (
-                f"{name} stays along the run, and not beside it: one step of {one['step']:.3g} "
-                f"from {one['place']} changes it by {one['change']:.2g}, more than "
-                f"{one['limit']:.1e}."
+                f"{name} stays along the run, and not beside it: one step of {one.step:.3g} "
+                f"from {one.place} changes it by {one.change:.2g}, more than "
+                f"{one.limit:.1e}."
             )
             return Verdict("fail", said, expected)
     for name in judged:
-        limit, fault = limits.get(name, 0.0), (measurement.get("faults") or {}).get(name)
+        limit, fault = limits.get(name, 0.0), (found.faults or {}).get(name)
         if not limit <= LIMITS["blind"]:
             said = (
                 f"round-off alone may change {name} by {limit:.2g} of its terms: its formula "
                 "magnifies it; write it without large factors, or take more --digits."
             )
             return Verdict("inconclusive", said, expected)
-        if fault is not None and not fault["change"] > limit:
+        if fault is not None and not fault.change > limit:
             said = (
-                f"nothing could fail: a fault that moves x and μ by {fault['size']:.1e} of their "
-                f"size changes {name} by {fault['change']:.2g} only, and {limit:.1e} is allowed; "
+                f"nothing could fail: a fault that moves x and μ by {fault.size:.1e} of their "
+                f"size changes {name} by {fault.change:.2g} only, and {limit:.1e} is allowed; "
                 "it is a constant, or its large terms hide what moves."
             )
             return Verdict("inconclusive", said, expected)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,10 +36,11 @@ from ..core.runs import (
     usual_steps,
     with_terms,
 )
-from ..evidence.consistency import CONSISTENCY, consistency_of
+from ..evidence.consistency import consistency_of
 from ..systems import System, system_of
 from .limits import LIMITS
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
+from .records import Fault, Found, Measured, Row
 from .sight import beside, seen
 from .work import less_work
 
@@ -66,9 +69,8 @@ def cases(choice: Choice) -> list[Case]:
     return [c for c in found if measured_in(c)]
 
 
-def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Return rows {step, time, drift: {name: worst so far in its stretch}}; measured: the worst of
-    each.
+def measure(case: Case, progress: Progress = silent) -> Found:
+    """Return the worst drift of each quantity, in stretches of a run and along it.
 
     A drift is |J_k − J_0| over the sum of the absolute values of J's terms without constants.
     Quantities of the attitude run on the scene with the attitude as base; the others do without it.
@@ -81,7 +83,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     if not measured_in(case):
         raise BadInput(f"{case.scene.name} with {case.label}: momentum cannot be measured: {NEEDS}")
     if (system := system_of(case)).momenta is not None:
-        return {**_of_sums(case, system, progress), CONSISTENCY: consistency_of(case)}
+        return replace(_of_sums(case, system, progress), consistency=consistency_of(case))
     steps = case.steps or (usual_steps(case, bool(_claimed(case))) if case.digits == 16 else 100)
     apart, size = interval(steps), case.scene.step
     if (made := recorded_run(case)) is not None:
@@ -89,7 +91,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     kept, measured, walks = kept_in(case), measured_in(case), walks_of(case, steps)
     series: dict[str, np.ndarray] = {}
     units: dict[str, tuple[float, float]] = {}
-    faults: dict[str, dict[str, float]] = {}
+    faults: dict[str, Fault] = {}
 
     def look(q: Conserved, run: Any, rows_of: Any) -> None:
         limit = limits_of(case, walks, units)[q.name]
@@ -128,12 +130,11 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             name: _worst(values, first * each[name], last * each[name])
             for name, values in series.items()
         }
-        rows.append({"step": step, "time": float(step * size), "drift": drift})
+        rows.append(Row(step, float(step * size), drift))
     worst = {name: float(drift.max()) for name, drift in series.items()}
-    told = {"drift": worst, "fault": {name: f["change"] for name, f in faults.items()}}
-    result = {"rows": rows, "measured": told, "steps": steps, "units": units, "faults": faults,
-              "beside": beside(case, kept), "over": _over(case, steps), "walks": walks}  # fmt: skip
-    return {**result, CONSISTENCY: consistency_of(case)}
+    told = Measured(worst, {name: fault.change for name, fault in faults.items()})
+    return Found(rows, told, steps, units, faults, beside(case, kept), _over(case, steps), walks,
+                 consistency=consistency_of(case))  # fmt: skip
 
 
 def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[str, Any]:
@@ -143,7 +144,7 @@ def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[st
     return {"lost": lost_one_way(case, measurement["steps"])}
 
 
-def _of_sums(case: Case, system: System, progress: Progress) -> dict[str, Any]:
+def _of_sums(case: Case, system: System, progress: Progress) -> Found:
     """Return `measure` for momenta that are sums over sites, along a run of which few rows are
     kept.
 
@@ -152,15 +153,14 @@ def _of_sums(case: Case, system: System, progress: Progress) -> dict[str, Any]:
     steps = case.steps or system.usual_steps()
     run = system.long_run(steps, progress)
     series = {name: along.drifts for name, along in run.momenta.items()}
-    rows = [{"step": min((last - 1) * run.every, steps), "time": float(run.t[last - 1]),
-             "drift": {name: _worst(values, first, last) for name, values in series.items()}}
+    rows = [Row(min((last - 1) * run.every, steps), float(run.t[last - 1]),
+                {name: _worst(values, first, last) for name, values in series.items()})
             for first, last in bins(len(run.t), ROWS)]  # fmt: skip
     _, *state = run.states[-1]
-    told = {"drift": {name: float(values.max()) for name, values in series.items()},
-            "rate": system.rates(tuple(state))}  # fmt: skip
+    drifts = {name: float(values.max()) for name, values in series.items()}
     units = {name: along.units for name, along in run.momenta.items()}
-    return {"rows": rows, "measured": told, "steps": steps, "units": units,
-            "over": _over(case, steps), "walks": walks_of(case, steps)}  # fmt: skip
+    return Found(rows, Measured(drifts, rate=system.rates(tuple(state))), steps, units,
+                 over=_over(case, steps), walks=walks_of(case, steps))  # fmt: skip
 
 
 def depends_on(case: Case) -> str:
@@ -230,9 +230,9 @@ def walks_of(case: Case, steps: int) -> dict[str, int]:
 
 
 def limits_of(
-    case: Case, walks: dict[str, int], units: dict[str, tuple[float, float]]
+    case: Case, walks: Mapping[str, int], units: Mapping[str, Sequence[float]]
 ) -> dict[str, float]:
     """Return the effect of round-off on each quantity in so many roundings (`judge`)."""
-    units = dict.fromkeys(walks, (1.0, 1.0)) | units
+    units = {**dict.fromkeys(walks, (1.0, 1.0)), **units}
     return {name: _epsilon(case) * (LIMITS["walk"] / math.sqrt(3) * math.sqrt(n) * units[name][0]
                                     + 2 * units[name][1]) for name, n in walks.items()}  # fmt: skip

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
+
+from ..core.records import OPTIONAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,9 +20,53 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """The largest drift of each quantity along the run, relative to the sum of its terms."""
+    """By quantity the largest drift along the run, relative to the sum of its terms.
+
+    fault: the change by a seeded fault of one step. rate: the share of the terms of dJ/dt.
+    """
 
     drift: Mapping[str, float] = field(default_factory=dict)
+    fault: Mapping[str, float] | None = field(default=None, metadata=OPTIONAL)
+    rate: Mapping[str, float] | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """The relative size of a seeded fault of one step, and the change by it."""
+
+    size: float = 0.0
+    change: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """The change of a quantity in a step from a drawn place, and the most that round-off makes."""
+
+    change: float = 0.0
+    limit: float = 0.0
+    step: float = 0.0
+    place: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The drifts of a run of so many steps.
+
+    By quantity: units, the effect of round-off of a step and of the value, in ε; over, the steps
+    over which it was followed; walks, the roundings that it had. lost: the drift that lost digits
+    explain.
+    """
+
+    rows: Sequence[Row] = ()
+    measured: Measured = field(default_factory=Measured)
+    steps: int = 0
+    units: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    faults: Mapping[str, Fault] | None = field(default=None, metadata=OPTIONAL)
+    beside: Mapping[str, Beside] | None = field(default=None, metadata=OPTIONAL)
+    over: Mapping[str, int] | None = None
+    walks: Mapping[str, int] | None = None
+    lost: float | None = field(default=None, metadata=OPTIONAL)
+    consistency: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)

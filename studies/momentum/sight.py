@@ -19,6 +19,7 @@ from ..core.case import Case
 from ..core.runs import Rows, with_terms
 from ..evidence import evidence_of
 from .quantities import formula_of, round_offs, scheme_for
+from .records import Beside, Fault
 
 FAULT = 16  # relative size of the fault that a verdict has to see, in units of the limit
 DRAWS, PLACES = 4, 16  # directions of a fault, and the number of rows of a run at which it is made
@@ -28,8 +29,8 @@ DIGITS = 30  # digits of single steps
 ALLOWED = 2**10
 
 
-def seen(rows_of: Rows, run: Any, limit: float, digits: int, seed: str) -> dict[str, float]:
-    """Return {"size", "change"}: the effect of a fault of one step on a quantity, over its terms.
+def seen(rows_of: Rows, run: Any, limit: float, digits: int, seed: str) -> Fault:
+    """Return the effect of a fault of one step on a quantity, over its terms.
 
     The fault moves each entry of x and μ by `FAULT` limits of its size, up or down as the seed
     gives it. change: the median over rows of the run of the largest effect of `DRAWS` such faults.
@@ -53,7 +54,7 @@ def seen(rows_of: Rows, run: Any, limit: float, digits: int, seed: str) -> dict[
             scales = [max(t.max(), terms[0].max()) for t in terms]
             change = [float(g / s) if g else 0.0 for g, s in zip(gaps, scales, strict=True)]
             most = np.maximum(most, np.nan_to_num(np.array(change)))
-    return {"size": size, "change": float(np.median(most))}
+    return Fault(size, float(np.median(most)))
 
 
 def _moved(part: Any, size: float, drawn: random.Random, numbers: Any) -> Any:
@@ -65,15 +66,14 @@ def _moved(part: Any, size: float, drawn: random.Random, numbers: Any) -> Any:
     return part + numbers.number(size) * sizes * signs
 
 
-def beside(case: Case, quantities: Sequence[Conserved]) -> dict[str, dict[str, Any]]:
-    """Return the worst of single steps from drawn places, {name: {"change", "limit", "step",
-    "place"}}.
+def beside(case: Case, quantities: Sequence[Conserved]) -> dict[str, Beside]:
+    """Return by quantity the worst of single steps from drawn places.
 
     Places are on the motion and off it, with steps that no method can know (`evidence`), at 30
     digits; for quantities that no force changes and that need no attitude. It is empty without
     evidence.
     """
-    found: dict[str, dict[str, Any]] = {}
+    found: dict[str, Beside] = {}
     plain = [q for q in quantities if not q.attitude and q.stretch is None]
     if not plain or not case.rule.is_formula:
         return found
@@ -97,7 +97,6 @@ def beside(case: Case, quantities: Sequence[Conserved]) -> dict[str, dict[str, A
                 change = float(gap / scale) if gap else 0.0
             limit = ALLOWED * float(numbers.eps) * (1 + sum(units))
             worst = found.get(q.name)
-            if worst is None or change * worst["limit"] > worst["change"] * limit:
-                found[q.name] = {"change": change, "limit": limit, "step": float(place.step),
-                                 "place": str(place)}  # fmt: skip
+            if worst is None or change * worst.limit > worst.change * limit:
+                found[q.name] = Beside(change, limit, float(place.step), str(place))
     return found

@@ -5,26 +5,29 @@ from __future__ import annotations
 from itertools import pairwise
 
 from ..core.case import Case, Measurement, Verdict
+from ..core.records import decoded
 from ..evidence import judging as single_steps
 from ..order.limits import tolerance as of_orders
 from .limits import LIMITS
+from .records import Found
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the verdict of solutions and of the pushed scene's steps: a pass needs both."""
-    verdict, local = _judge_solutions(case, measurement), measurement.get("local")
-    return single_steps.judge(local, verdict, case.order, "the scene under its inputs")
+    found = decoded(Found, measurement)
+    verdict = _judge_solutions(case, found)
+    return single_steps.judge(found.local, verdict, case.order, "the scene under its inputs")
 
 
-def _judge_solutions(case: Case, measurement: Measurement) -> Verdict:
+def _judge_solutions(case: Case, found: Found) -> Verdict:
     """Judge that each kind has the order of the rule, or changes only by round-off."""
-    measured, tolerance = measurement.measured, of_orders(16)
+    measured, tolerance = found.measured, of_orders(16)
     wanted = case.order
     expected = {"order": wanted, "tolerance": tolerance}
-    orders = {k: p for k, p in measured["orders"].items() if k not in measured["exact"]}
+    orders = {k: p for k, p in measured.orders.items() if k not in measured.exact}
     if wanted is None:
         return Verdict("pass", "the rule declares no order: measured only.", expected)
-    last = [row["controls"] for row in measurement.get("rows", [])][-3:]
+    last = [row.controls for row in found.rows][-3:]
     grows = len(last) == 3 and all(b > LIMITS["grows"] * a for a, b in pairwise(last))
     if grows and "controls" in orders:  # not if they are exact, and changes are round-off
         return Verdict(
@@ -46,7 +49,7 @@ def _judge_solutions(case: Case, measurement: Measurement) -> Verdict:
         return Verdict(
             "inconclusive",
             f"fewer than four changes of the {' and '.join(unclear)} lie on a straight line above "
-            f"round-off, {measurement['floor']:.1g}: start with other --steps.",
+            f"round-off, {found.floor:.1g}: start with other --steps.",
             expected,
         )
     return Verdict("pass", "", expected)

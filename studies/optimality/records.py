@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -12,6 +13,7 @@ class Row:
 
     step: float | None = None
     error: float | None = None
+    controls: float = 0.0
     used: bool = False
     why_not: str | None = None
 
@@ -25,6 +27,16 @@ class Measured:
     orders: Mapping[str, float | None] = field(default_factory=dict)
     exact: Sequence[str] = ()
     corrections: Sequence[int] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The rows, the orders, the largest change that is round-off, and the order of single steps."""
+
+    rows: Sequence[Row] = ()
+    measured: Measured = field(default_factory=Measured)
+    floor: float = 0.0
+    local: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from discmech.studies.contact import judging as contact
+from discmech.studies.contact.measuring import MODES
 from discmech.studies.work_precision.limits import LIMITS as OF_RACES
 from discmech.tests.bench.savings.limits import LIMITS as OF_SAVINGS
 from tests.studies.judges.by_hand import ABOVE, case, judged
@@ -52,7 +53,7 @@ def bounce(**more):
              "touched": True, "apart": "", "scaled": [],
              "local": {"order": 2.0, "component": "x[0]", "place": "x = (1)", "step": 1e-15,
                        "exact": False, "unknown": "", "floats": False}}  # fmt: skip
-    found |= {mode_name: dict(mode) for mode_name in contact.MODES}
+    found |= {mode_name: dict(mode) for mode_name in MODES}
     for name, value in more.items():
         if name in found["stepped"]:
             found["located"][name] = value
