@@ -20,7 +20,7 @@ from discmech.integrators.rules import midpoint
 
 from ..core.case import Case, Measurement, in_chart, scheme_of
 from ..core.outcome import named
-from ..core.runs import gap
+from ..systems.runs import gap
 from .exact_path import Truncation, truncation
 from .points import MEANT, mean_of_points, sum_of_weights
 from .round_off import ROWS, residuals, size, unit

@@ -25,7 +25,7 @@ from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import arithmetic, mpmath
 
 from ..core.case import Case
-from ..core.runs import gap
+from ..systems.runs import gap
 
 ROWS = 16  # number of tested steps of a run
 #: factor of the shorter step at which F± are evaluated again

@@ -14,9 +14,9 @@ from discmech.integrators.geometry import StagesNotFound
 from discmech.integrators.numbers import arithmetic
 
 from .case import Case, Measurement, Progress, Verdict, silent
+from .ended import refuse_ended
 from .outcome import DETAILS, Found
 from .record import provenance
-from .runs import refuse_ended
 from .study import Study
 
 Made = TypeVar("Made")

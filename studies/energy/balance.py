@@ -38,8 +38,8 @@ from discmech.reference import ReferenceFailure
 
 from ..causes.round_off import unit
 from ..core.case import Case, Progress
-from ..core.moving_energy import motion, moving_energy
-from ..core.runs import in_rows, of_states
+from ..systems.moving_energy import motion, moving_energy
+from ..systems.runs import in_rows, of_states
 from .records import Found, Measured, Row
 
 HALVINGS, MOST_HALVINGS = 3, 5  # number of runs, and the most if their orders do not agree yet

@@ -10,7 +10,7 @@ from discmech.integrators.flows import Trajectory
 
 from ..core.case import Case
 from ..core.fitting import BATCHES, Line, batch_line, fit_line, steadiness
-from ..core.runs import bins
+from ..systems.runs import bins
 from .limits import LIMITS
 from .records import Found, Measured, Row
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..core.case import Case, Verdict
-from ..core.runs import FAR
+from ..systems.runs import FAR
 from .errors import allowed_rise, are_steady
 from .judging_modified import NOT_BACK
 from .limits import LIMITS

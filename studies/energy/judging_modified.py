@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..core.case import Verdict
-from ..core.modified_change import Change
+from ..systems.modified_change import Change
 from .limits import LIMITS
 from .modified import (
     certain_drift,

@@ -24,11 +24,12 @@ from ..core.case import (
     silent,
 )
 from ..core.claims import not_claimed
-from ..core.modified_change import Change
-from ..core.moving_energy import may_end
-from ..core.runs import FAR, refuse_ended
+from ..core.ended import refuse_ended
 from ..evidence.consistency import consistency_of
 from ..systems import System, system_of
+from ..systems.modified_change import Change
+from ..systems.moving_energy import may_end
+from ..systems.runs import FAR
 from . import balance, modified
 from .errors import LONGER, measured_errors, turns_of
 from .judging_errors import judge_errors

@@ -16,10 +16,10 @@ from discmech.integrators.flows import Trajectory
 
 from ..core.case import Case
 from ..core.fitting import steadiness
-from ..core.modified_change import Change
-from ..core.modified_energy import NUMBERS, STATES, changes, dual_of
-from ..core.moving_energy import moving_energy
-from ..core.runs import usual_steps
+from ..systems.modified_change import Change
+from ..systems.modified_energy import NUMBERS, STATES, changes, dual_of
+from ..systems.moving_energy import moving_energy
+from ..systems.runs import usual_steps
 from .limits import LIMITS
 from .records import Beside
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..core.modified_change import Change
 from ..core.records import OPTIONAL
+from ..systems.modified_change import Change
 
 
 @dataclass(frozen=True, slots=True)

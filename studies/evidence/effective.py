@@ -29,7 +29,7 @@ from discmech.integrators.errors import DiscmechError
 from discmech.integrators.numbers import arithmetic, jacobian, numeric, sympy
 from discmech.reference import ReferenceFailure, surroundings
 
-from ..core.modified_energy import mean_differences
+from ..systems.modified_energy import mean_differences
 from .places import Place
 
 #: a step is 10^-SMALL of the motion's time; one power more of it remains in each term of an error

@@ -16,7 +16,7 @@ from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.scene import Scene
 
 from ..core.case import Case, Choice, Progress, silent
-from ..core.runs import energy_with_terms, relative_drifts
+from ..systems.runs import energy_with_terms, relative_drifts
 from .edges import EXTREMES, Extreme
 
 NAME = "extremes"

@@ -21,7 +21,7 @@ from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.expansions import ModifiedEquation
 
 from ..core.case import Verdict
-from ..core.modified_energy import dual_of
+from ..systems.modified_energy import dual_of
 
 #: steps of the coarsest run, halvings, and states of each run that are looked at
 STEPS, HALVINGS, STATES = 16, 5, 32

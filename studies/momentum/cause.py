@@ -16,7 +16,7 @@ from discmech.integrators.numbers import arithmetic, first_violation
 from ..causes.round_off import ROWS, size
 from ..core.case import Case
 from ..core.outcome import named
-from ..core.runs import relative_drifts, with_terms
+from ..systems.runs import relative_drifts, with_terms
 from .quantities import formula_of, kept_in, scheme_for
 
 

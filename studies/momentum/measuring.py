@@ -27,7 +27,9 @@ from ..core.case import (
 )
 from ..core.claims import claimed_names
 from ..core.family import KEPT
-from ..core.runs import (
+from ..evidence.consistency import consistency_of
+from ..systems import System, system_of
+from ..systems.runs import (
     bins,
     interval,
     long_run,
@@ -36,8 +38,6 @@ from ..core.runs import (
     usual_steps,
     with_terms,
 )
-from ..evidence.consistency import consistency_of
-from ..systems import System, system_of
 from .limits import LIMITS
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
 from .records import Fault, Found, Measured, Row

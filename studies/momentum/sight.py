@@ -16,8 +16,8 @@ from discmech.integrators.scene import Conserved
 from discmech.reference import ReferenceFailure
 
 from ..core.case import Case
-from ..core.runs import Rows, with_terms
 from ..evidence import evidence_of
+from ..systems.runs import Rows, with_terms
 from .quantities import formula_of, round_offs, scheme_for
 from .records import Beside, Fault
 

@@ -13,7 +13,7 @@ from discmech.integrators.numbers import numeric
 from discmech.integrators.scene import Conserved
 
 from ..core.case import Case
-from ..core.runs import with_terms
+from ..systems.runs import with_terms
 from . import section
 from .quantities import formula_of, round_offs, scheme_for
 

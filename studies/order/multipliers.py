@@ -10,7 +10,7 @@ from discmech.integrators import StepFailure, mean_multipliers
 from discmech.integrators.flows import Flow, Trajectory
 
 from ..core.case import Case
-from ..core.runs import gap
+from ..systems.runs import gap
 from .records import Row
 from .window import floor, slope_of_multipliers
 

@@ -7,9 +7,8 @@ from base64 import b64decode, b64encode
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from hashlib import sha256
 from typing import Any
-
-from discmech.integrators.compiler import digest
 
 from ..core.study import view_of
 from .canvas import Drawing, render
@@ -92,7 +91,9 @@ def plates(
         own = {case.method: known[case.method] for case in cases}
         data = ""
         for sketch in _sketches(study, cases, own, titles, look):
-            data = data or digest(json.dumps([study, given, str(own), str(look)]))
+            data = (
+                data or sha256(json.dumps([study, given, str(own), str(look)]).encode()).hexdigest()
+            )
             shown = [panel.title for panel in sketch.panels]  # scenes by their titles
             make = partial(_render, study, sketch.name, given, own, titles, look)
             tasks.append(Task([data, sketch.name, shown], len(shown), make))

@@ -15,7 +15,7 @@ from discmech.integrators import Scheme, StepFailure
 from discmech.integrators.flows import side_by_side
 from discmech.integrators.numbers import arithmetic
 
-from ..core.runs import energy_with_terms, relative_drifts, with_terms
+from ..systems.runs import energy_with_terms, relative_drifts, with_terms
 from .records import Cell
 from .stiff import Family
 

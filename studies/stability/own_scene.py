@@ -22,7 +22,7 @@ from discmech.integrators.equations import SceneSymbols, momentum
 from discmech.integrators.errors import CannotMeasure, DiscmechError
 from discmech.integrators.numbers import arithmetic, exact, numeric
 
-from ..core.modified_energy import Dual, dual_of
+from ..systems.modified_energy import Dual, dual_of
 from .stiff import Family
 
 FARTHEST, PART = 6.0, 0.05  # the largest hω, and the spacing of the grid

@@ -21,12 +21,12 @@ from discmech.reference import ReferenceFailure
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
 from ..core.records import encoded
-from ..core.runs import energy_errors, interval
 from ..energy.errors import measured_errors, turns_of
 from ..energy.judging_errors import judge_errors
 from ..energy.limits import LIMITS as OF_ENERGY
 from ..evidence import evidence_of
 from ..evidence.consistency import of_evidence
+from ..systems.runs import energy_errors, interval
 from .extended import DIGITS as DIGITS_OF_FORM
 from .extended import form_defect
 

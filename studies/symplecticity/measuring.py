@@ -31,10 +31,10 @@ from ..core.case import (
     silent,
 )
 from ..core.family import KEPT
-from ..core.runs import follow, largest_stable_step
 from ..evidence import evidence_of
 from ..evidence.consistency import consistency_of
 from ..systems import system_of
+from ..systems.runs import follow, largest_stable_step
 from . import in_numbers
 from .constraints import constraint_defect
 from .limits import CHANGES, FORMS

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.modified_energy import STATES, Changes, changes
+from .modified_energy import STATES, Changes, changes
 from .quantities import energies
 from .reference import field_of
 
@@ -15,7 +15,7 @@ from .reference import field_of
 class LatticeDual:
     """H, its round-off, f and dH of a lattice in rows of z, all x and then all μ.
 
-    As `core.modified_energy.Dual` of a scene on a pair groupoid.
+    As `modified_energy.Dual` of a scene on a pair groupoid.
     """
 
     canonical = True

@@ -16,11 +16,11 @@ from discmech.integrators.lattices import poisson_defect, step_derivative
 from discmech.integrators.lattices import scene_of as scene_of_all
 
 from ..core.case import Progress, scheme_of
-from ..core.modified_change import Change
 from ..core.parts import is_built_in
 from .following import LongRun, followed
 from .known import Known, known_of
 from .lattice_modified import has_modified_energy, lattice_changes
+from .modified_change import Change
 from .one_bond import LARGE, scene_of
 from .quantities import change, energies, entries_of, of_symmetries
 from .reference import rates_at, solution

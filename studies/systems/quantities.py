@@ -30,7 +30,7 @@ from discmech.integrators.numbers import (
     with_running_errors,
 )
 
-from ..core.runs import of_states
+from .runs import of_states
 
 NUMBERS = Double()
 Part = Callable[[Any, Any, Any], list[Any]]  # of x, μ and the parameters of a site

@@ -13,7 +13,7 @@ from discmech.integrators.flows import restricted_form_defect
 from discmech.integrators.numbers import mpmath
 
 from ..core.case import Progress
-from ..core.runs import energy_errors, energy_with_terms, gap, long_run, usual_steps
+from .runs import energy_errors, energy_with_terms, gap, long_run, usual_steps
 from .system import End, System
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..core.case import Case, Progress
-from ..core.modified_change import Change
+from .modified_change import Change
 
 
 @dataclass(frozen=True)

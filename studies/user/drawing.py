@@ -197,7 +197,7 @@ def _name(letter: str, k: int | None) -> str:
 
 
 def _energy(runs: Sequence[Any]) -> list[Panel]:
-    from ..core.runs import energy_errors
+    from ..systems.runs import energy_errors
 
     errors = [energy_errors(run.scheme, run.run, 16) for run in runs]
 

@@ -11,7 +11,7 @@ import numpy as np
 from discmech import reference
 from discmech.integrators.errors import CannotMeasure
 
-from ..core.runs import energy_with_terms, relative_drifts, with_terms
+from ..systems.runs import energy_with_terms, relative_drifts, with_terms
 from .contestants import Problem, States
 
 UNIT = 2.0**-53

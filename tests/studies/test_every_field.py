@@ -278,8 +278,8 @@ def test_a_global_that_changes_in_one_process_is_seen(monkeypatch):
 
 def test_scales_and_references_in_one_process_see_a_changed_global():
     from discmech.reference import solution, surroundings
-    from discmech.studies.core.moving_energy import moving_energy
     from discmech.studies.energy.balance import acts
+    from discmech.studies.systems.moving_energy import moving_energy
 
     pushed = SCENE.with_values(force=lambda x, v, p: [STRENGTH[0] - 1], v0=[1])
     numeric = replace(NUMERIC, numeric_hamiltonian=lambda q, p: (p @ p + STRENGTH[0] * q @ q) / 2,

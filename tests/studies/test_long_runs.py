@@ -7,7 +7,7 @@ import numpy as np
 from discmech.integrators import Scheme, scenes
 from discmech.integrators.rules import midpoint
 from discmech.studies.core.case import Case, silent
-from discmech.studies.core.runs import long_run
+from discmech.studies.systems.runs import long_run
 
 
 def test_the_run_that_was_made_last_is_there_once():

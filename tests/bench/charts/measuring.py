@@ -23,8 +23,8 @@ from discmech.integrators.numbers import LazyModule, mpmath
 from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import OnGroup, Scene, remembered
 from discmech.studies.core.case import Case, Choice, Progress, plain_cases, scheme_of, silent
-from discmech.studies.core.runs import Rows, relative_drifts, with_terms
 from discmech.studies.evidence.places import seed_of
+from discmech.studies.systems.runs import Rows, relative_drifts, with_terms
 
 from .limits import FORMS, SOLVED
 

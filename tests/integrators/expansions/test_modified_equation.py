@@ -10,7 +10,7 @@ import sympy
 from discmech.integrators import BadInput, Scheme, retractions, rules, scenes
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import TooLong, laurent
-from discmech.studies.core.modified_energy import dual_of
+from discmech.studies.systems.modified_energy import dual_of
 
 slow = pytest.mark.slow
 

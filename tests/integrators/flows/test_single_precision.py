@@ -9,7 +9,7 @@ import pytest
 
 from discmech.integrators import BadInput, Scheme, rules, scenes
 from discmech.studies.command.entry import main
-from discmech.studies.core.modified_energy import FARTHEST, dual_of
+from discmech.studies.systems.modified_energy import FARTHEST, dual_of
 
 slow = pytest.mark.slow
 EPS = 2.0**-24

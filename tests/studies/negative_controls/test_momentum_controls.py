@@ -87,7 +87,7 @@ def test_a_quantity_in_stretches_says_over_how_many_steps_it_was_followed(monkey
     """On sl2 the spatial momentum: three stretches of 20 steps here, in the rows where they are."""
     monkeypatch.setattr(momentum, "MOST_STRETCHES", 3)
     monkeypatch.setattr(momentum, "interval", lambda steps: 5)
-    monkeypatch.setattr("discmech.studies.core.runs.interval", lambda steps: 5)
+    monkeypatch.setattr("discmech.studies.systems.runs.interval", lambda steps: 5)
     found = measured("momentum", "sl2", midpoint, 16, 100)
     over = found["expected"]["over"]
     assert over.pop("spatial momentum") == 60 and over and set(over.values()) == {100}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from copy import copy
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache, reduce
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from discmech.integrators import BadInput, Scheme, StepFailure
+from discmech.integrators import Scheme, StepFailure
 from discmech.integrators.equations import (
     DiscretisedScene,
     SceneSymbols,
@@ -24,15 +23,12 @@ from discmech.integrators.equations import (
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import Flow, Trajectory
 from discmech.integrators.numbers import Arithmetic, Double, arithmetic, mpmath, numeric
-from discmech.integrators.scene import remembered
 
-from .case import Case, Progress
+from ..core.case import Case, Progress
 from .moving_energy import moving_energy
-from .parts import parts_of
 
 if TYPE_CHECKING:
-    from discmech.integrators import Scene
-    from discmech.reference import MotionEnds
+    pass
 
 MOST_ROWS = 10**6
 FAR = 4  # an error of so many times the sum of the energy's terms at the start is an escape
@@ -158,35 +154,6 @@ def _same_place(run: Trajectory, other: Trajectory, row: int) -> bool:
         if not np.abs(here - there).max(initial=0) <= ALIKE * size:
             return False
     return True
-
-
-def refuse_ended(case: Case, time: float) -> None:
-    """Raise `MotionEnds` if the motion itself (to a collision, a pole) ends before twice that time.
-
-    A method that stops in the first half of the way there stops by itself. A reference that cannot
-    be computed, or takes too many steps beyond the scene's duration, decides nothing.
-    """
-    if "equations" not in parts_of(case.scene) or case.scene.lagrangian is None:
-        return
-    end = _end_of(case.scene, 2 * time)
-    if end is not None and end.time < 2 * time:
-        raise copy(end)  # a traceback would keep the run
-
-
-@remembered(maxsize=64)  # rules of one scene, and faults of one rule, ask for the same
-def _end_of(scene: Scene, time: float) -> MotionEnds | None:
-    """Return the end of the motion on the way to a time, if a reference finds one."""
-    from discmech import reference
-
-    try:
-        reference.solution(scene, scene.duration, digits=30, proof=False)
-        if time > scene.duration:
-            reference.follow(scene, time)
-    except reference.MotionEnds as end:
-        return copy(end)  # its traceback would keep the first caller
-    except (reference.ReferenceFailure, BadInput):
-        pass
-    return None
 
 
 def recorded_run(case: Case) -> Trajectory | None:
