@@ -48,11 +48,11 @@ from .identities import (
 )
 from .laurent import Atoms, TooLong
 from .lazy import LazyModule, mpmath, sympy, working_digits
-from .multi_output import InArithmetic, as_one_number, collect, entry, opaque
+from .multi_output import InArithmetic, as_one_number, entry, opaque
 from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
 from .operations import Operations, Value
-from .registered import register, with_tables
+from .registered import collect, register, with_tables
 from .running_error import (
     Tracked,
     inverse_sizes,

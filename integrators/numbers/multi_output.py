@@ -6,29 +6,13 @@ generated text calls f once and reads its numbers by index.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 from .evaluation import number
 from .lazy import sympy
 from .types import Expression, Letter
-
-#: functions ↦ {function: the entry of a table that computes several of them at once}
-Collector = Callable[[Iterable[Expression]], dict[Expression, Expression]]
-
-_COLLECTORS: list[Collector] = []
-
-
-def collect(collector: Collector) -> Collector:
-    """Decorator: the functions of every generated text are given to this together."""
-    _COLLECTORS.append(collector)
-    return collector
-
-
-def tabulated(functions: Iterable[Expression]) -> dict[Expression, Expression]:
-    """Return the entries of tables that take the place of some of the functions."""
-    return {f: e for collector in _COLLECTORS for f, e in collector(functions).items()}
 
 
 def entry(table: Expression, index: int) -> Expression:

@@ -29,8 +29,7 @@ from .graph import (
     slot,
 )
 from .lazy import sympy
-from .multi_output import tabulated
-from .registered import is_table
+from .registered import is_table, tabulated
 from .types import Expression
 
 #: kinds of operations; their `details`: the text of a LEAF, the expression or the name of a

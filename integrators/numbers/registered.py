@@ -7,11 +7,15 @@ The text of one is put before the text that calls it; its host supplies the deco
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from .types import Expression
 
 _TEXTS: dict[str, Callable[[], str]] = {}
+#: functions ↦ {function: the entry of a table that computes several of them at once}
+Collector = Callable[[Iterable[Expression]], dict[Expression, Expression]]
+
+_COLLECTORS: list[Collector] = []
 
 
 def register(name: str, text: Callable[[], str]) -> str:
@@ -42,3 +46,14 @@ def registered_names() -> list[str]:
 def is_table(function: Expression) -> bool:
     """True if generated text may call it by its name."""
     return type(function).__name__ in _TEXTS
+
+
+def collect(collector: Collector) -> Collector:
+    """Decorator: the functions of every generated text are given to this together."""
+    _COLLECTORS.append(collector)
+    return collector
+
+
+def tabulated(functions: Iterable[Expression]) -> dict[Expression, Expression]:
+    """Return the entries of tables that take the place of some of the functions."""
+    return {f: e for collector in _COLLECTORS for f, e in collector(functions).items()}
