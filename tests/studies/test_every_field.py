@@ -38,7 +38,13 @@ from discmech import (
 from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import Composition, Discretisation, OneStepMap, compose
 from discmech.integrators.rules.quadrature import Nodes
-from discmech.integrators.scene import Opaque, on_group, reads
+from discmech.integrators.scene import (
+    ConstraintKind,
+    Opaque,
+    on_group,
+    reads,
+    velocity_rows,
+)
 from discmech.studies import get
 from discmech.studies.core import fingerprint
 from discmech.studies.core.case import Case, scheme_of
@@ -73,6 +79,13 @@ PLANE = Scene(
     hamiltonian=lambda x, p: x[0] ** 2 + x[1] ** 2,
 )
 BY_H = Scene("s", pair(1), x0=[1], mu0=[0], hamiltonian=lambda x, mu, p: mu[0] ** 2 + x[0] ** 2)
+OWN_KIND = ConstraintKind("held", velocity_rows)
+#: by field: a kind of constraint with the change
+OF_A_KIND = {
+    "name": replace(OWN_KIND, name="tied"), "no_form": replace(OWN_KIND, no_form="none"),
+    "no_energy": replace(OWN_KIND, no_energy="none"),
+    "parts": replace(OWN_KIND, parts=lambda given, m: velocity_rows([given[0]], m)),
+}  # fmt: skip
 #: by field: a scene without and with the change
 SCENES = {
     "name": (SCENE, SCENE.with_values(name="t")),
@@ -93,6 +106,7 @@ SCENES = {
     "mu0": (GIVEN, replace(GIVEN, mu0=[2])),
     "holonomic": (SCENE, SCENE.with_values(holonomic=lambda x, p: [x[0] - 1])),
     "nonholonomic": (SCENE, SCENE.with_values(nonholonomic=lambda x, p: [[1]])),
+    "constraints": (SCENE, SCENE.with_values(constraints=[OWN_KIND(lambda x, p: [[1]])])),
     "contact": (TOUCHING, TOUCHING.with_values(contact=lambda x, p: [x[0] + 8])),
     "friction": (TOUCHING, TOUCHING.with_values(friction="1/5")),
     "restitution": (TOUCHING, TOUCHING.with_values(restitution="1/2")),
@@ -153,6 +167,14 @@ def test_every_field_of_a_scene_counts():
     for name, (one, another) in SCENES.items():
         assert [*fingerprint.of_scene(one)] != [*fingerprint.of_scene(another)], name
         assert [*fingerprint.of_scene(one)] == [*fingerprint.of_scene(replace(one))], name
+
+
+def test_every_field_of_a_kind_of_constraint_counts():
+    assert {f.name for f in fields(ConstraintKind)} == {*OF_A_KIND}
+    held = [
+        SCENE.with_values(constraints=[kind(other)]) for kind in (OWN_KIND, *OF_A_KIND.values())
+    ]
+    assert len({"".join(fingerprint.of_scene(e)) for e in held}) == 1 + len(OF_A_KIND)
 
 
 def test_every_field_of_a_lattice_counts():
