@@ -9,7 +9,7 @@ from functools import lru_cache, partial
 from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
-from ..numbers import Arithmetic, Double, Multiple, Number, Numbers, run_text
+from ..numbers import Arithmetic, Double, Multiple, Number, Numbers, run_text, uncollected
 from .cache import cached_text, digest, sources
 from .elimination import ADJUGATE
 from .known_zeros import KNOWN_ZEROS
@@ -120,6 +120,7 @@ def interpreted(text: str, numbers: Arithmetic, **given: Any) -> Kernels:
 
 
 @lru_cache(maxsize=512)
+@uncollected()
 def kernel_text(system: Step, omit: frozenset[str] = frozenset()) -> str:
     """Return the text of a system's kernels and driver, derived if the cache does not hold it."""
     # the constants' values may decide what is omitted (`omissions`)

@@ -9,7 +9,7 @@ from functools import cache
 from types import FunctionType
 from typing import Any
 
-from ..numbers import LazyModule
+from ..numbers import LazyModule, uncollected
 from .cache import cached, digest, sources
 from .llvm_values import Array
 from .llvm_writer import Module
@@ -46,6 +46,7 @@ def cores() -> int:
     return len(affinity(0)) if affinity else os.cpu_count() or 1
 
 
+@uncollected()
 def compiled(
     name: str,
     text: str,

@@ -29,13 +29,13 @@ def is_affine(step: Step) -> bool:
     Then one correction solves them. The test compares the slope at two random w, with x, h and
     parameters unchanged.
     """
-    nodes, graph = step.nodes, step.nodes.graph
+    nodes = step.nodes
     point, other = (_point(step, seed) for seed in (0, 1))
     entries = [e for row in nodes.slope for e in row]
-    unknown = set(nodes.w)
-    if any(e in unknown or e.kind == RESULT for e in graph.order(entries)):
-        second = {**point, **{u: other[u] for u in step.w}}
-        if not _same(step, entries, point, second):
+    moving = nodes.graph.depending(entries, set(nodes.w))
+    second = {**point, **{u: other[u] for u in step.w}}
+    for some in moving[:1], moving[1:]:  # one that changes tells
+        if not _same(step, some, point, second):
             return False
     at_zero = {**point, **dict.fromkeys(step.w, 0)}
     try:

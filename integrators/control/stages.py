@@ -66,7 +66,7 @@ class ControlStages:
         self._hamiltonian = self._checked(SceneSymbols(scene), cost, inputs or _itself)
         equations = DiscretisedScene(controlled, rule).equations
         self.s = s = equations.s
-        system = equations.step
+        system = equations.step.shown
         self.n, self.m = s.n, len(s.u)
         control = list(getattr(s.parameters, VALUES))
         w, kappa, p = system.w, vector("ka", len(system.w)), vector("pp", s.n + self.m)

@@ -17,17 +17,18 @@ are Schur complements: s follows x and u.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from functools import cached_property
 from typing import Any
 
-from ..numbers import Node, opaque, sympy
+from ..numbers import Node, NodeMatrix, opaque, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Discretisation
 from .checks import check_letters
 from .discrete_lagrangian import DiscreteLagrangian
 from .on_group import Element
 from .points import gradient_along
-from .symbols import SceneSymbols, column, vector
+from .symbols import SceneSymbols, vector
 
 
 class Arrows:
@@ -166,22 +167,35 @@ class Arrows:
         return sympy.Matrix.hstack(*[self.total(self.system, c) for c in columns])
 
     @cached_property
-    def rows(self) -> Column:
+    def rows(self) -> list[Node]:
         """E/h, in which powers of h cancel before they are ever rounded."""
-        return self.per_step(self.system)
+        return self._per_step([*self._nodes("minus"), *self._nodes("stages")])
 
     @cached_property
-    def slope_of_rows(self) -> SymbolicMatrix:
-        """∂(E/h)/∂w, square."""
-        if "slope" in self._altered:
-            return self.per_step(self.slope)
-        return self.total(self.rows, column([*self.s.u, *self.s.stages]))
+    def slope_of_rows(self) -> NodeMatrix:
+        """∂(E/h)/∂w, square; along e→, ∂F⁻/∂u · R, where L_d is given on the group."""
+        if self.element is not None:
+            given = self.minus_along_right
+        elif "slope" in self._altered:
+            given = self.slope
+        else:
+            return self.of.scope.jacobian(self.rows, [*self.of.u, *self.of.stages])
+        return [self._per_step(row) for row in self.of.graph.matrix(given)]
 
-    def per_step(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
-        """Return matrix/h, term by term."""
-        graph = self.of.graph
-        h = graph.letter(self.s.h)
-        return matrix.applyfunc(lambda e: graph.shown(graph.divided(graph.read(e), h)))
+    @cached_property
+    def gain_of_rows(self) -> list[Node]:
+        """(F⁺ − F⁻)/h."""
+        return self._per_step(self._nodes("gain"))
+
+    def _nodes(self, name: str) -> list[Node]:
+        if self.element is None and name not in self._altered:
+            return self._derived[name]
+        given = self.stage_equations if name == "stages" else getattr(self, name)
+        return self.of.graph.column(given)
+
+    def _per_step(self, nodes: Iterable[Node]) -> list[Node]:
+        """Return nodes/h, term by term."""
+        return [self.of.graph.divided(e, self.of.h) for e in nodes]
 
     def total(self, column: Column, variable: Column) -> SymbolicMatrix:
         """Return d(column)/d(variable) through all letters; the variable is x, u or s."""

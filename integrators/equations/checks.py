@@ -27,7 +27,6 @@ from ..numbers.types import (
     Expression,
     Letter,
     Numbers,
-    SymbolicMatrix,
 )
 from ..rules import Discretisation
 from ..scene import Scene
@@ -101,7 +100,7 @@ def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:
 
 
 def singular(
-    asked: dict[Any, SymbolicMatrix],
+    asked: dict[Any, Any],
     s: SceneSymbols,
     state: Column,
     w: Column,
@@ -109,8 +108,9 @@ def singular(
     graph: Graph | None = None,
     alike: Sequence[dict[Letter, Letter]] = (),
 ) -> dict[Any, Any]:
-    """Return {which: a direction that it maps to 0}, for matrices that are singular at three
-    points.
+    """Return {which: a direction that it maps to 0} of matrices that are singular at three points.
+
+    They are matrices of sympy, or of nodes of the graph.
 
     Two are random, without units. In the unit of a scene they may be so far from its motion that
     the matrix has lost all its digits there, so the third has the sizes of the start

@@ -9,7 +9,7 @@ from typing import Any
 from ..compiler import Step, kinds_of
 from ..errors import BadInput, line_of
 from ..groupoids import chart_extents
-from ..numbers import Scope, symbols_of, sympy
+from ..numbers import Scope, symbols_of, sympy, uncollected
 from ..numbers.types import Column, Expression, Letters, SymbolicMatrix
 from ..rules import Discretisation, adjoint
 from .arrows import Arrows
@@ -78,35 +78,34 @@ class DiscreteEquations(StepEquations):
     def rows(self) -> Column:
         """E/h − (μ, 0), which vanishes at w."""
         momenta = [*self.s.mu, *[sympy.Integer(0)] * len(self.s.stages)]
-        return column(e - mu for e, mu in zip(self.step.rows, momenta, strict=True))
+        return column(e - mu for e, mu in zip(self.step.shown.rows, momenta, strict=True))
 
     @property
     def slope(self) -> SymbolicMatrix:
         """∂(E/h)/∂w, square; along e→ if L_d is given on the group."""
-        return self.step.slope
+        return self.step.shown.slope
 
     @property
     def increment(self) -> Column:
         """(y − x, (F⁺ − F⁻)/h), (n+m)×1."""
-        return self.step.increment.col_join(self.step.gain)
+        return self.step.shown.increment.col_join(self.step.shown.gain)
 
     @cached_property
+    @uncollected()
     def step(self) -> Step:
         """The rows, their derivative and the update of a step, all divided by h."""
         maps, element = self.discrete, self.element
-        rows, gain = maps.rows, maps.per_step(maps.gain)
-        slope, on_group = maps.slope_of_rows, dict[str, Any]()
+        on_group = dict[str, Any]()
         if element is not None:
-            slope = maps.per_step(maps.minus_along_right)  # along e→, ∂F⁻/∂u · R
             on_group = {"along": self._along_group(), "branch": element.branch}
         used = self.discrete.L.free_symbols
         return self._step(
             w=tuple(self.w),
             kinds=kinds_of(*self.unknowns),
-            rows=rows,
-            slope=slope,
+            rows=maps.rows,
+            slope=[e for row in maps.slope_of_rows for e in row],
             increment=maps.increment,
-            gain=gain,
+            gain=maps.gain_of_rows,
             scaled=tuple(u for u in self.u if u in used),
             extents=tuple(chart_extents(self.groupoid, self.x, self.u, self.h)),
             **on_group,

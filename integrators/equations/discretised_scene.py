@@ -6,6 +6,7 @@ from typing import Any
 
 from ..errors import BadInput, CannotMeasure, brief_name, misplaced
 from ..groupoids import check_axioms
+from ..numbers import uncollected
 from ..numbers.types import Column
 from ..rules import Discretisation, check_rule, own
 from ..scene import Scene
@@ -50,6 +51,7 @@ class DiscretisedScene:
     #: what any other object is
     no_scene = "no scene"
 
+    @uncollected()
     def __init__(
         self,
         scene: Scene,

@@ -60,7 +60,10 @@ class Point:
         elif anchor.cols:
             columns = [list(c) for c in zip(*self.slope, strict=True)]
             matrix = [
-                [graph.sum((1, a * s) for a, s in zip(row, c, strict=True)) for c in columns]
+                [
+                    graph.sum((1, a * s) for a, s in zip(row, c, strict=True) if a and s)
+                    for c in columns
+                ]
                 for row in self.anchor
             ]
             partials.insert(0, (self.by, matrix))

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..compiler import Kind, Step, kinds_of
 from ..errors import CannotMeasure
-from ..numbers import Graph, Scope, sympy
+from ..numbers import Graph, Scope, sympy, uncollected
 from ..numbers.types import Column, SymbolicMatrix
 from .arrows import Arrows
 from .on_group import Element
@@ -103,6 +103,7 @@ class StepEquations:
         return self.groupoid.rho(self.x, self.h), *self.groupoid.structure_functions(self.x, self.h)
 
     @cached_property
+    @uncollected()
     def step(self) -> Step:
         """One step as data for the compiler."""
         n = len(self.x)

@@ -77,14 +77,14 @@ class BondConstraints:
         unknowns = s.u.col_join(of.multipliers)
         slope = of.total(rows, unknowns)
         gain = of.increment[len(s.x) :, :].xreplace(dict.fromkeys(of.w[len(unknowns) :], 0))
-        return (self._of_site(self.site.step),
-                self._of_bond(of.free.step, rows, slope, gain, unknowns))  # fmt: skip
+        return (self._of_site(self.site.step.shown),
+                self._of_bond(of.free.step.shown, rows, slope, gain, unknowns))  # fmt: skip
 
     def projection(self) -> tuple[Step, Step]:
         """Return the equations of v and ν of a site and of a bond, solved against μ; x stays."""
         s, own, of = self.s, self.site.s, self.of_step
         site, bond = (
-            replace(e.step, increment=0 * e.x, gain=0 * e.u) for e in (self.site, of.free)
+            replace(e.step.shown, increment=0 * e.x, gain=0 * e.u) for e in (self.site, of.free)
         )
         rows = momentum(own)
         site = self._of_site(replace(site, rows=rows, slope=jacobian(rows, own.u)))

@@ -353,7 +353,8 @@ def _by_ends(system: Step, m: int) -> Step:
     """
     order = [c + end * m + i for end in (0, 1) for c in range(0, len(system.w), 2 * m)
              for i in range(m)]  # fmt: skip
+    nodes = system.nodes
     return replace(
-        system, w=tuple(system.w[i] for i in order), rows=system.rows.extract(order, [0]),
-        slope=system.slope.extract(order, order),
+        system, w=tuple(system.w[i] for i in order), rows=[nodes.rows[i] for i in order],
+        slope=[nodes.slope[i][j] for i in order for j in order],
     )  # fmt: skip

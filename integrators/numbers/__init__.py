@@ -34,7 +34,7 @@ from .exact import (
     whole_number,
     within_doubles,
 )
-from .graph import Graph, Node, NodeMatrix, Nodes, Rational
+from .graph import Graph, Node, NodeMatrix, Nodes, Rational, ratio
 from .held import Frame, Scope, jacobian
 from .identities import (
     first_violation,
@@ -47,7 +47,7 @@ from .identities import (
     vanishes_as,
 )
 from .laurent import Atoms, TooLong
-from .lazy import LazyModule, mpmath, sympy, working_digits
+from .lazy import LazyModule, mpmath, sympy, uncollected, working_digits
 from .multi_output import InArithmetic, as_one_number, entry, opaque
 from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
@@ -86,9 +86,9 @@ __all__ = [
     "first_violation", "flatten", "floats_exact", "function_text", "inverse_sizes", "is_zero",
     "jacobian", "listed", "measure", "mpmath", "newton", "node_values", "null_direction", "number",
     "numeric", "numeric_function", "numeric_text", "opaque", "over", "parts_of", "random_columns",
-    "random_point", "refuse_large", "refuse_unwritten", "register", "registered_function",
+    "random_point", "ratio", "refuse_large", "refuse_unwritten", "register", "registered_function",
     "replaced", "rounded", "run_text", "series_namespace", "short_numbers", "shown", "solve",
     "steepness", "symbols_of", "sympy", "text_of", "to_sympy", "tracked", "tracked_later",
-    "vanishes", "vanishes_as", "whole_number", "with_arguments", "with_running_errors",
-    "with_tables", "within_doubles", "working_digits",
+    "uncollected", "vanishes", "vanishes_as", "whole_number", "with_arguments",
+    "with_running_errors", "with_tables", "within_doubles", "working_digits",
 ]  # fmt: skip

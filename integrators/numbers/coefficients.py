@@ -36,13 +36,15 @@ class Coefficients:
         for e in graph.order(nodes, known.__contains__):
             if e not in known:
                 free = e.kind == RESULT or (e.kind == LETTER and e.args not in self._parameters)
-                known[e] = not (free or self.plain) and all(known[a] for a in graph.below(e))
+                known[e] = not (free or self.plain) and all(map(known.get, graph.below(e)))
 
     def constant(self, e: Node) -> bool:
         """Return True if all letters in a node are of q."""
-        if e not in self._constant:
+        found = self._constant.get(e)
+        if found is None:
             self.look_at(e.graph, [e])
-        return self._constant[e]
+            found = self._constant[e]
+        return found
 
     def place(self, e: Node) -> tuple[int, bool]:
         """Return (i, True for a minus sign) of a constant node, which is c[i] or −c[i].

@@ -14,7 +14,20 @@ from operator import add, mul
 from typing import Any
 
 from .arithmetic import FUNCTIONS, arithmetic, refused
-from .graph import CALL, HELD, LETTER, NUMBER, PRODUCT, RESULT, SUM, Graph, Node, slot
+from .graph import (
+    CALL,
+    HELD,
+    LETTER,
+    NUMBER,
+    PRODUCT,
+    RESULT,
+    SUM,
+    Graph,
+    Node,
+    NodeMatrix,
+    Rational,
+    slot,
+)
 from .lazy import sympy
 from .types import Exact, Expression, Letter, Number, SymbolicMatrix
 
@@ -65,18 +78,17 @@ def _of_nodes(
             continue
         kind, args = e.kind, e.args
         if kind == NUMBER:
-            value = numbers.number(args)
+            value = _number(args, numbers)
         elif kind == LETTER:
             value = letters[args]
         elif kind == SUM:
-            terms = (known[i] * c.numerator / c.denominator if c.denominator != 1
-                     else known[i] * c if c != 1 else known[i] for i, c in args[1])  # fmt: skip
+            terms = (known[i] if c == 1 else known[i] * _number(c, numbers) for i, c in args[1])
             value = reduce(add, terms)
-            value = value + numbers.number(args[0]) if args[0] else value
+            value = value + _number(args[0], numbers) if args[0] else value
         elif kind == PRODUCT:
             powers = ((known[i], n) for i, n in args)
             value = reduce(mul, (
-                a if n == 1 else a ** (int(n) if n.denominator == 1 else numbers.number(n))
+                a if n == 1 else a ** (int(n) if n.denominator == 1 else _number(n, numbers))
                 for a, n in powers
             ))  # fmt: skip
         elif kind == HELD:
@@ -92,6 +104,11 @@ def _of_nodes(
             (value,) = _values([function], slots, numbers)
         known[e.index] = value
     return [known[e.index] for e in nodes]
+
+
+def _number(value: Rational, numbers: Any) -> Number:
+    whole = value.denominator == 1
+    return int(value) if whole else numbers.number(int(value.numerator)) / int(value.denominator)
 
 
 def _values(
@@ -133,20 +150,23 @@ def _values(
 
 
 def evaluate_matrix(
-    matrix: SymbolicMatrix,
+    matrix: SymbolicMatrix | NodeMatrix,
     digits: int,
     point: Mapping[Letter, Exact] | None = None,
     graph: Graph | None = None,
 ) -> SymbolicMatrix:
-    """Return a sympy matrix at a point (`evaluate_at`), with its entries as Floats."""
+    """Return a matrix of sympy, or of nodes of the graph, at a point (`evaluate_at`), with its
+    entries as Floats of sympy."""
 
     def decimal(value: Number) -> Expression:
-        parts = [sympy.Float(str(part), digits) for part in (value.real, value.imag)]
-        return parts[0] + sympy.I * parts[1] if value.imag != 0 else parts[0]
+        real, imag = sympy.Float(str(value.real), digits), value.imag
+        return real + sympy.I * sympy.Float(str(imag), digits) if imag != 0 else real
 
     with arithmetic(digits).working():
-        values = evaluate_at(matrix, point or {}, digits, graph)
-        return sympy.Matrix(*matrix.shape, list(map(decimal, values)))
+        rows = matrix if isinstance(matrix, list) else matrix.tolist()
+        values = evaluate_at([e for row in rows for e in row], point or {}, digits, graph)
+        width = len(rows[0]) if isinstance(matrix, list) else matrix.cols
+        return sympy.Matrix(len(rows), width, list(map(decimal, values)))
 
 
 def number(expression: Expression, bits: int) -> Number:

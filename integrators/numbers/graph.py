@@ -12,18 +12,19 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 from functools import lru_cache
 from hashlib import blake2b
 from math import gcd
 from typing import Any, TypeAlias
 
-from .lazy import sympy
+from .lazy import LazyModule, sympy
 from .types import Column, Expression, Letter, SymbolicMatrix
+
+gmpy2: Any = LazyModule("gmpy2")
 
 NUMBER, LETTER, CONSTANT, SUM, PRODUCT, CALL, HELD, RESULT = range(8)
 
-#: a rational number; a whole one may be an int
+#: a rational number: an int, or `ratio` of two
 Rational: TypeAlias = Any
 #: {place of a letter in a variable: derivative by it}, without zeros
 Row: TypeAlias = "dict[int, Node]"
@@ -216,7 +217,7 @@ class Graph:
         """Return a node as it is, a rational number or an expression of sympy as a node."""
         if isinstance(value, Node):
             return value
-        if isinstance(value, int | Fraction):
+        if isinstance(value, int):
             return self.number(value)
         return self.read(sympy.sympify(value))
 
@@ -250,7 +251,7 @@ class Graph:
             if not n:
                 continue
             if kind == NUMBER and whole and (e.args or n > 0):
-                coefficient *= Fraction(e.args) ** int(n) if n < 0 else e.args ** int(n)
+                coefficient *= ratio(e.args) ** int(n) if n < 0 else e.args ** int(n)
             elif kind == PRODUCT and whole:
                 pending += [(self.nodes[i], p * n) for i, p in e.args]
             elif kind == SUM and whole:
@@ -258,7 +259,7 @@ class Graph:
                     self._primitives[e.index] = self._primitive(e)
                 size, base = self._primitives[e.index]
                 if size != 1:
-                    coefficient *= Fraction(size) ** int(n) if n < 0 else size ** int(n)
+                    coefficient *= ratio(size) ** int(n) if n < 0 else size ** int(n)
                     pending.append((base, n))
                 else:
                     powers[e.index] = powers.get(e.index, 0) + n
@@ -296,7 +297,7 @@ class Graph:
         size *= sign
         if size == 1:
             return 1, e
-        scale = Fraction(1, size) if abs(size) != 1 else size
+        scale = ratio(1, size) if abs(size) != 1 else size
         return size, self.sum([(scale, e)])
 
     def divided(self, node: Node, by: Node) -> Node:
@@ -442,6 +443,14 @@ class Graph:
             return self.result(calls[call], number)
         return self.make(kind, args)
 
+    def depending(self, nodes: Sequence[Node], on: Collection[Node]) -> list[Node]:
+        """Return those of the nodes that depend on some of others, or on results of calls."""
+        found = set[Node]()
+        for e in self.order(nodes):
+            if e in on or e.kind == RESULT or any(a in found for a in self.below(e)):
+                found.add(e)
+        return [e for e in nodes if e in found]
+
     # -- letters that stand for nodes ------------------------------------------------------------
 
     def opened(self, result: Node) -> Node:
@@ -498,10 +507,12 @@ class Graph:
 
     def key(self, node: Node) -> str:
         """Return a digest of a node that does not depend on the order in which nodes were made."""
-        for e in self.order([node], lambda e: e.index in self._keys):
-            if e.index not in self._keys:
-                self._keys[e.index] = blake2b(self._text(e).encode(), digest_size=12).hexdigest()
-        return self._keys[node.index]
+        known = self._keys
+        if node.index not in known:
+            for e in self.order([node], lambda e: e.index in known):
+                if e.index not in known:
+                    known[e.index] = blake2b(self._text(e).encode(), digest_size=12).hexdigest()
+        return known[node.index]
 
     def _text(self, e: Node) -> str:
         kind, args, keys = e.kind, e.args, self._keys
@@ -561,7 +572,7 @@ class Graph:
 
     def _added(self, e: Expression, swap: dict[Expression, Node] | None) -> Node:
         if e.is_Rational:
-            return self.number(int(e.p) if e.q == 1 else Fraction(int(e.p), int(e.q)))
+            return self.number(int(e.p) if e.q == 1 else ratio(e.p, e.q))
         if e.is_Symbol:
             return self._read[e] if e in self._read else self.make(LETTER, e)
         if e.is_Add or e.is_Mul:
@@ -572,7 +583,7 @@ class Graph:
                 self.sum((1, a) for a in parts) if e.is_Add else self.product((a, 1) for a in parts)
             )
         if e.is_Pow and e.exp.is_Rational:
-            exponent = Fraction(int(e.exp.p), int(e.exp.q))
+            exponent = ratio(e.exp.p, e.exp.q)
             base = self.read(e.base, swap)
             if base.kind != NUMBER or (exponent.denominator == 1 and base.args):
                 return self.product([(base, exponent)])
@@ -707,11 +718,16 @@ def _with_slots(e: Expression) -> tuple[Expression, list[Expression]]:
     return function(e), arguments
 
 
+def ratio(above: Rational, below: int = 1) -> Rational:
+    """Return the rational number above/below, of which a graph hashes many."""
+    return gmpy2.mpq(above, below)
+
+
 def _whole(value: Rational) -> Rational:
     """Return a number, as an int if it is whole."""
-    return value.numerator if value.denominator == 1 else value
+    return int(value.numerator) if value.denominator == 1 else value
 
 
 @lru_cache(maxsize=4096)
 def _rational(value: Rational) -> Expression:
-    return sympy.Rational(value.numerator, value.denominator)
+    return sympy.Rational(int(value.numerator), int(value.denominator))

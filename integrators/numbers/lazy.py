@@ -6,6 +6,7 @@ threads. The studies set digits by mpmath itself: their cases run in processes o
 
 from __future__ import annotations
 
+import gc
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -29,6 +30,23 @@ class LazyModule:
 sympy: Any = LazyModule("sympy")
 mpmath: Any = LazyModule("mpmath")
 _turn = RLock()
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Put off Python's search for unreachable cycles.
+
+    One search through everything that sympy holds takes as long as all derivations of a scheme
+    (50 ms), and derivations make many objects, but few cycles.
+    """
+    if not gc.isenabled():
+        yield
+        return
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
 
 
 @contextmanager

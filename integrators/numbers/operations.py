@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from fractions import Fraction
 from typing import Any
 
 from .arithmetic import FUNCTIONS, refused
@@ -26,6 +25,7 @@ from .graph import (
     Graph,
     Node,
     Rational,
+    ratio,
     slot,
 )
 from .lazy import sympy
@@ -242,7 +242,7 @@ class Operations:
 
     def _power(self, base: Value, exponent: Rational) -> Value:
         whole, rest = divmod(abs(exponent), 1)
-        if whole > MOST or rest not in (0, Fraction(1, 2)):
+        if whole > MOST or rest not in (0, 0.5):
             size = self._operation(POWER, (base, self._value(self.graph.number(abs(exponent)))), "")
         else:
             root = [self._operation(FUNCTION, [base], "sqrt")] if rest else []
@@ -285,7 +285,7 @@ class Operations:
         if slots and not e.free_symbols:
             return self._value(self.graph.read(e))
         if e.is_Rational:
-            return self._rational(_exact(e))
+            return self._rational(ratio(e.p, e.q))
         if e.is_Float:
             return self._operation(LEAF, (), f"R('{_decimal(abs(e))}')") + bool(e < 0)
         if e.is_NumberSymbol or e is sympy.I:
@@ -296,7 +296,7 @@ class Operations:
             self._unknown.append(self.graph.shown(whole))  # such as a condition
             return self._operation(LEAF, (), str(e))
         if e.is_Pow and e.exp.is_Rational:
-            return self._power(self._of_sympy(e.base, slots, whole), _exact(e.exp))
+            return self._power(self._of_sympy(e.base, slots, whole), ratio(e.exp.p, e.exp.q))
         parts = [self._of_sympy(a, slots, whole) for a in e.args]
         if e.is_Pow:
             return self._operation(POWER, parts, "")
@@ -327,10 +327,6 @@ class Operations:
             pending += dict.fromkeys(p for p in parts if p not in counts)
             counts.update(parts)
         return counts
-
-
-def _exact(number: Expression) -> Fraction:
-    return Fraction(int(number.p), int(number.q))
 
 
 def _decimal(number: Expression) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -127,13 +128,28 @@ def _factors(algebra: MatrixAlgebra, xi: Column) -> tuple[Polynomials, Polynomia
 
 
 def _between(algebra: MatrixAlgebra, left: Polynomials, right: Polynomials) -> Polynomials:
-    """The m×m matrix of η ↦ left·η·right in coordinates, over the ring of the factors."""
-    real = algebra.real
-    read, *basis = (_over_ring(matrix) for matrix in (real.dual, *real.matrices))
-    left, right, read, *basis = left.unify(right, read, *basis, fmt="dense")
-    columns = [(left * e * right).to_list_flat() for e in basis]
-    flat = left.from_list(list(map(list, zip(*columns, strict=True))), left.domain)
-    return read * flat
+    """The m×m matrix of η ↦ left·η·right in coordinates, over the ring of the factors.
+
+    Only the entries of a product that are read are computed: there are few of them, and the basis
+    has few entries.
+    """
+    real, size = algebra.real, algebra.real.size
+    basis = [[(i, j, e[i, j]) for i, j in product(range(size), repeat=2) if e[i, j] != 0]
+             for e in real.matrices]  # fmt: skip
+    read = [[(*divmod(place, size), e) for place, e in enumerate(real.dual[k, :]) if e != 0]
+            for k in range(real.dim)]  # fmt: skip
+    scales = {a * b for row in read for *_, a in row for e in basis for *_, b in e}
+    known, found = sympy.polys.constructor.construct_domain(sorted(scales, key=str))
+    ring = left.domain.unify(right.domain).unify(known)
+    scale = {a: ring.convert(b, known) for a, b in zip(sorted(scales, key=str), found, strict=True)}
+    left, right = (m.convert_to(ring).to_list() for m in (left, right))
+    entries = [
+        [sum((scale[c * e] * left[a][i] * right[j][b]
+              for a, b, c in row for i, j, e in place if left[a][i] and right[j][b]), ring.zero)
+         for place in basis]
+        for row in read
+    ]  # fmt: skip
+    return sympy.polys.matrices.DomainMatrix(entries, (real.dim, real.dim), ring)
 
 
 def _quotient(numerators: Polynomials, denominator: Any) -> SymbolicMatrix:

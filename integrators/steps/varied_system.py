@@ -10,19 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from fractions import Fraction
 from typing import Any
 
 from ..compiler import Step
 from ..equations import SceneSymbols, vector_field
 from ..errors import BadInput
-from ..numbers import jacobian, sympy
+from ..numbers import jacobian, ratio, sympy
 from ..numbers.types import Expression, Letter
 
 #: names of this room's letters, which no parameter of a scene can have: the physical time, the
 #: density, and e, by which only the first substep changes the density
 TIME, DENSITY, CONTROL = (f"sd{i}" for i in range(3))
-HALF = Fraction(1, 2)
 
 
 def letter(name: str) -> Letter:
@@ -59,13 +57,13 @@ def controlled(
     if leading:
         value = graph.hold(graph.read(sigma))
         # a negative value has no real root: a run with such a σ or density ends there
-        root = graph.hold(graph.product([(value, HALF)]))
+        root = graph.hold(graph.product([(value, ratio(1, 2))]))
         over = graph.product([(root, -2)])
         grows = over - before
         if way == "reversible":
             grows = graph.read(logarithmic_rate(s, sigma) * sigma) * over
         change = may_change * graph.hold(grows)
-        after = graph.hold(graph.product([(before + change, HALF)]))
+        after = graph.hold(graph.product([(before + change, ratio(1, 2))]))
         step = graph.hold(graph.product([(h, 1), (after, -2)]))
     else:
         change, step = graph.number(0), graph.hold(graph.product([(h, 1), (before, -1)]))
