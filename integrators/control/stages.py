@@ -82,17 +82,13 @@ class ControlStages:
         of_step = _dot(kappa, rows) + _dot(p, after)
         self._data = [s.x[-1], *(q for q in s.q if q not in control)]
         graph = equations.graph
-        self._of_step = SecondDerivatives(
-            of_step, inputs_of_step, self._data, graph.letters_below([of_step])
-        )
+        self._of_step = SecondDerivatives(graph.node(of_step), inputs_of_step, self._data)
         self.cost_symbols = c = SceneSymbols(
             replace(controlled, lagrangian=_with_control(cost), force=None), rule.stages
         )
         of = DiscreteLagrangian(c, rule)
         of_cost = [c.x[-1], *(q for q in c.q if q not in control)]
-        self._of_cost = SecondDerivatives(
-            of.expression, inputs_of_step, of_cost, of.graph.letters_below([of.value])
-        )
+        self._of_cost = SecondDerivatives(of.value, inputs_of_step, of_cost)
         #: everything from which it was made
         self.formulas = [system, graph.key(graph.node(of_step)), of.graph.key(of.value)]
 

@@ -414,6 +414,8 @@ class Graph:
 
     def _rebuilt(self, e: Node, made: dict[int, Node], calls: dict[Any, Any]) -> Node:
         kind, args = e.kind, e.args
+        if kind == RESULT and e.graph is not self:
+            return self.rebuilt([e.graph.opened(e)], made)[0]
         if kind == RESULT:
             letters = (e.graph.nodes[i] for i in made)
             swapped = {a.args for a in letters if a.kind == LETTER and made[a.index] is not a}

@@ -91,5 +91,5 @@ def test_a_strictly_convex_cost_has_a_minimum(cost):
 
 
 def test_a_cost_that_is_flat_at_the_control_that_was_found_is_named():
-    with pytest.raises(BadInput, match="vanishes in step 10 of the motion that was found"):
-        Control(mass(duration=2), quartic, ([1], [0])).solve(21, midpoint)
+    with pytest.raises(BadInput, match="vanishes in step 20 of the motion that was found"):
+        Control(mass(duration=2), quartic, ([1], [0])).solve(41, midpoint)
