@@ -14,7 +14,7 @@ LIMITS = {
         "both are compared, is (1/8)^p of the first",
     ),
     "excess": Limit(
-        8, "what an order may have beyond the rule's",
+        8, "what the order of located impacts may have beyond the rule's",
         "set: an error that falls by 2⁸ more is of one step that went wrong; it errs towards "
         "inconclusive",
     ),

@@ -44,7 +44,7 @@ LIMITS = {
         "set: by chance 1.1 % of walks do so with 4 states, 8·10⁻⁴ with 8, 7·10⁻⁶ with 16",
     ),
     "straight": Limit(
-        0.1, "distance of these states from a line, over the last",
+        0.1, "distance of the states of a certain drift from a line, over the last of them",
         "set: by chance 8·10⁻⁴ of walks of 8 states, 2·10⁻⁵ at half of it, 5·10⁻³ at double",
     ),
     "whole": Limit(

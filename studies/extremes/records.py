@@ -17,7 +17,10 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """The same with its hω, and the difference from smaller steps."""
+    """A run at the edge of a scene: its hω, outcome and error, and the sign of a failure.
+
+    estimate: the difference from runs with smaller steps.
+    """
 
     z: float = 0.0
     outcome: str = ""

@@ -10,7 +10,7 @@ LIMITS = {
         "a missed condition costs a whole order",
     ),
     "more digits": Limit(
-        0.01, "the same with more digits",
+        0.01, "distance of an order with more digits than 16 from the expected one",
         "set: points within 0.005 of a line, without round-off; it errs towards a pass",
     ),
     "unresolved": Limit(

@@ -20,7 +20,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class OfReturn:
-    """The same for a step of a program from a place, or the reason why there is none.
+    """The distance after a step of a program forth and back, or the reason why there is none.
 
     certain: the part that no round-off explains. left: what a method of the order may leave.
     """

@@ -8,22 +8,27 @@ from typing import Any
 
 from ..core.case import Case, Measurement, Verdict, worst
 from ..core.records import decoded
+from ..core.single_steps import SingleSteps
 from ..energy.judging_errors import judge_errors
 from ..energy.records import Found as OfEnergy
 from ..evidence.judging import judge as judge_evidence
 from .limits import LIMITS
 from .measuring import BACK, rule_of
+from .records import Found
+
+Expecting = dict[str, Any]
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the worst verdict on order, way back, form and energy; the control must be caught."""
-    expected: dict[str, Any] = {"order": case.order, "tolerance": LIMITS["order"]}
+    expected: Expecting = {"order": case.order, "tolerance": LIMITS["order"]}
     judges = (_of_order, _of_back, _of_form, _of_energy)
-    parts = [judged(case, measurement, expected) for judged in judges]
+    found = decoded(Found, measurement)
+    parts = [judged(case, found, expected) for judged in judges]
     verdict = worst(part.verdict for part in parts)
     said = next((part.reason for part in parts if part.verdict == verdict), "")
     if case.control is None:
-        alone = rule_of(case).way == "naive" and measurement.measured["back"] > LIMITS["back"]
+        alone = rule_of(case).way == "naive" and (found.measured.back or 0.0) > LIMITS["back"]
         if verdict == "pass" and alone:
             said = "a step that follows the present state alone loses what its rule keeps, which "
             said += f"nothing shows here, since {rule_of(case).base.name} is not self-adjoint."
@@ -37,17 +42,17 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     return Verdict("fail", f"the naive step was not caught {missed}.", expected)
 
 
-def _of_order(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
-    order, wanted = measurement.measured["order"], case.order
+def _of_order(case: Case, found: Found, expected: Expecting) -> Verdict:
+    order, wanted = found.measured.order, case.order
     allowed = LIMITS["order"]
     verdict = Verdict("pass", "", expected)
-    if not math.isfinite(order):
+    if order is None or not math.isfinite(order):
         said = "every error is round-off, which says nothing of an order."
         verdict = Verdict("inconclusive", said, expected)
-    elif wanted is not None and order > wanted + allowed and _as_declared(measurement, wanted):
+    elif wanted is not None and order > wanted + allowed and _as_declared(found, wanted):
         pass  # errors cancel on this motion, as where K is 0; single steps lie beside it
     elif wanted is not None and not abs(order - wanted) <= allowed:
-        before = measurement["orders"][-2]
+        before = found.orders[-2]
         side = "below" if order < wanted else "above"
         said = f"order {order:.3f} in ε, at the times reached, is {side} the expected {wanted}"
         if abs(order - wanted) < abs(before - wanted) / 1.5:
@@ -56,59 +61,59 @@ def _of_order(case: Case, measurement: Measurement, expected: dict[str, Any]) ->
             )
         else:
             verdict = Verdict("fail", f"{said} by more than {allowed}.", expected)
-    return judge_evidence(measurement["local"], verdict, wanted, "the rule in its own time")
+    return judge_evidence(found.local, verdict, wanted, "the rule in its own time")
 
 
-def _as_declared(measurement: Measurement, wanted: int) -> bool:
+def _as_declared(found: Found, wanted: int) -> bool:
     """True if single steps beside the motion are of the declared order and of no higher one."""
-    found = (measurement["local"] or {}).get("order")
-    return found is not None and abs(found - wanted) <= LIMITS["order"]
+    order = decoded(SingleSteps, found.local).order
+    return order is not None and abs(order - wanted) <= LIMITS["order"]
 
 
-def _of_back(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
+def _of_back(case: Case, found: Found, expected: Expecting) -> Verdict:
     """Judge the way back where the rule is self-adjoint, or claims to be; the naive way fails."""
     claims = getattr(rule_of(case).base, "claims", None)
     claimed = claims is not None and claims.reversible is True
-    if not claimed and not measurement["self_adjoint"]:
+    if not claimed and not found.self_adjoint:
         expected["back"] = f"{rule_of(case).base.name} is not self-adjoint: measured only"
         return Verdict("pass")
     expected["back"] = LIMITS["back"]
-    found = measurement.measured["back"]
-    if found <= LIMITS["back"]:
+    back = found.measured.back or 0.0
+    if back <= LIMITS["back"]:
         return Verdict("pass")
-    said = f"{BACK} steps of ε and as many of −ε miss their start by {found:.2g}, where round-off "
+    said = f"{BACK} steps of ε and as many of −ε miss their start by {back:.2g}, where round-off "
     said += f"would leave at most {LIMITS['back']:.0e}"
     if rule_of(case).way == "naive":
         said += ": a step that follows the present state alone is another one on the way back"
     return Verdict("fail", f"{said}.")
 
 
-def _of_form(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
-    found = measurement.measured["form"]
-    if found is None:
+def _of_form(case: Case, found: Found, expected: Expecting) -> Verdict:
+    form = found.measured.form
+    if form is None:
         expected["form"] = "no form is kept, for the size of a step depends on the state"
         return Verdict("pass")
     expected["form"] = LIMITS["form"]
-    if found <= LIMITS["form"]:
+    if form <= LIMITS["form"]:
         return Verdict("pass")
-    said = f"the form of the extended phase space changes by {found:.2g} in a step, where "
+    said = f"the form of the extended phase space changes by {form:.2g} in a step, where "
     said += f"differences of 60 digits would leave at most {LIMITS['form']:.0e}."
     return Verdict("fail", said)
 
 
-def _of_energy(case: Case, measurement: Measurement, expected: dict[str, Any]) -> Verdict:
+def _of_energy(case: Case, found: Found, expected: Expecting) -> Verdict:
     """Judge the energy by Poincaré, where a modified K is kept, and of the naive step.
 
     A reversible method keeps the energy near an integrable reversible motion (Hairer, Lubich,
     Wanner, XI.3); in a chaotic one it may wander off (Faou, Hairer, Pham, BIT 44 (2004), 699).
     """
-    found = measurement["energy"]
-    if not found:
+    energy = found.energy
+    if not energy:
         expected["energy"] = "it is not constant"
         return Verdict("pass")
-    verdict = Verdict("inconclusive", f"no long run goes through: {found.get('failed')}")
-    if "failed" not in found:
-        verdict = judge_errors(replace(case, study="energy"), decoded(OfEnergy, found))
+    verdict = Verdict("inconclusive", f"no long run goes through: {energy.get('failed')}")
+    if "failed" not in energy:
+        verdict = judge_errors(replace(case, study="energy"), decoded(OfEnergy, energy))
     if rule_of(case).way != "reversible" or case.control is not None:
         expected |= verdict.expected
         return verdict

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
@@ -29,6 +29,7 @@ from ..evidence.consistency import of_evidence
 from ..systems.runs import energy_errors, interval
 from .extended import DIGITS as DIGITS_OF_FORM
 from .extended import form_defect
+from .records import Row
 
 NAME = "steps"
 NEEDS = (
@@ -90,7 +91,7 @@ def first_step(case: Case) -> Fraction:
     return Fraction(f"{float(case.scene.step) * scheme_of(case).density0:.3g}")
 
 
-def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+def measure(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
     """Return rows {step, steps, time, error} of the ladder and the measured numbers.
 
     measured: order, back, form, band, slope. back: the distance from the start after a run forth
@@ -103,7 +104,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     progress(f"{label}: order", 0.0)
     step = first_step(case)
     rows, orders = _ladder(case, step)
-    clear = [row["step"] for row in rows if row["error"] <= RESOLVED] or [rows[-1]["step"]]
+    clear = [row.step for row in rows if row.error <= RESOLVED] or [rows[-1].step]
     step = min(step, Fraction(f"{clear[0]:.3g}"))
     measured: dict[str, Any] = {"order": orders[-1]}
     progress(f"{label}: there and back", 0.4)
@@ -119,7 +120,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             "local": _local(case), "self_adjoint": scheme_of(case).inner.self_adjoint}  # fmt: skip
 
 
-def _ladder(case: Case, step: Fraction) -> tuple[list[dict[str, Any]], list[float]]:
+def _ladder(case: Case, step: Fraction) -> tuple[list[Row], list[float]]:
     """Return (rows, orders from row to row): errors at the times that runs of ε, ε/2, … reach.
 
     The reference is computed at these times. Runs that fail for their long steps are left out, and
@@ -128,7 +129,7 @@ def _ladder(case: Case, step: Fraction) -> tuple[list[dict[str, Any]], list[floa
     wanted = scheme_of(case).order or 1
     step = step * (1 if wanted <= 2 else 2 if wanted <= 4 else 4) * Fraction(913, 1000)
     runs: list[Any] = []
-    rows: list[dict[str, Any]] = []
+    rows: list[Row] = []
     orders: list[float] = []
     for k in range(MOST_RUNGS):
         n = FIRST * 2**k
@@ -141,7 +142,7 @@ def _ladder(case: Case, step: Fraction) -> tuple[list[dict[str, Any]], list[floa
         if len(runs) < RUNGS or (len(runs) - RUNGS) % 2:
             continue
         rows = _errors(case, runs)
-        orders = [math.log2(a["error"] / b["error"]) if a["error"] > 0 < b["error"] else math.nan
+        orders = [math.log2(a.error / b.error) if a.error > 0 < b.error else math.nan
                   for a, b in pairwise(rows)]  # fmt: skip
         if math.isnan(orders[-1]) or abs(orders[-1] - orders[-2]) < SETTLED:
             break
@@ -153,7 +154,7 @@ def _ladder(case: Case, step: Fraction) -> tuple[list[dict[str, Any]], list[floa
     return rows, orders
 
 
-def _errors(case: Case, runs: Sequence[Any]) -> list[dict[str, Any]]:
+def _errors(case: Case, runs: Sequence[Any]) -> list[Row]:
     """Return the rows of runs: the errors at their ends."""
     times = [exact_rational(run.t[-1], "t") for run in runs]
     exact = reference.solutions(case.scene, times, DIGITS + 5, proof=False)
@@ -163,8 +164,7 @@ def _errors(case: Case, runs: Sequence[Any]) -> list[dict[str, Any]]:
             off = [a - b for a, b in zip([*run.x[-1], *run.mu[-1]], [*at.x, *at.mu], strict=True)]
             size = mpmath.norm([*at.x, *at.mu], 2) or 1
             error = float(mpmath.norm(off, 2) / size)
-        rows.append({"step": float(run.step), "steps": run.steps, "time": float(run.t[-1]),
-                     "error": error})  # fmt: skip
+        rows.append(Row(float(run.step), run.steps, float(run.t[-1]), error))
     return rows
 
 
@@ -211,7 +211,7 @@ def _form(case: Case, step: Fraction, x: Any, mu: Any) -> float:
     return max(form_defect(case.scheme, step, *at, e) for e in (energy, energy * Fraction(9, 8)))
 
 
-def _energy(case: Case, step: Fraction) -> dict[str, Any]:
+def _energy(case: Case, step: Fraction) -> Mapping[str, Any]:
     """Measure the energy of a long run as the study of energy does; {} where it is not constant.
 
     ε is halved until a run goes through with a band that is not wide, since σ may be far too large
@@ -248,7 +248,7 @@ def _energy(case: Case, step: Fraction) -> dict[str, Any]:
     return found
 
 
-def _local(case: Case) -> dict[str, Any]:
+def _local(case: Case) -> Mapping[str, Any]:
     """Return the order that single steps of the rule show, in its own time."""
     try:
         return of_evidence(scheme_of(case).inner)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,6 +16,31 @@ class Measured:
     form: float | None = None
     band: float | None = None
     slope: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A run of the ladder with its ε, its end and its error there."""
+
+    step: float = 0.0
+    steps: int = 0
+    time: float = 0.0
+    error: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The numbers that were measured, and the orders from row to row.
+
+    energy: the entries of the study of energy, or why no run goes through (`failed`). local: the
+    order of single steps. self_adjoint: True if the rule is so in its own time.
+    """
+
+    measured: Measured = field(default_factory=Measured)
+    orders: Sequence[float] = ()
+    energy: Mapping[str, Any] = field(default_factory=dict)
+    local: Mapping[str, Any] | None = None
+    self_adjoint: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ LIMITS = {
     ),
     "digits of a form": Limit(
         5, "digits that the round-off of a form may take, with more digits",
-        "set: the same factor, 10⁵ times the last digit; it errs towards a pass",
+        "set: 10⁵ times the last digit, as in double precision; it errs towards a pass",
     ),
     "step": Limit(
         64, "round-offs of a step's residual and constraints, each over its own bound",

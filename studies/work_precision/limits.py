@@ -9,11 +9,11 @@ LIMITS = {
         "towards a pass",
     ),
     "floors": Limit(
-        1000, "the same in units of the floor that the rounded start leaves",
+        1000, "error at which a method may stop, over the floor that the rounded start leaves",
         "set: it errs towards a pass",
     ),
     "sinking": Limit(
-        0.7, "share of the best error before that one of the last two has to reach",
+        0.7, "share of the best earlier error that one of the last two runs has to reach",
         "set: half a step of a method of order 1 leaves 0.5; it errs towards a fail",
     ),
 }  # fmt: skip
