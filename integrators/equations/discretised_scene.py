@@ -113,6 +113,19 @@ class DiscretisedScene:
         """The unknowns of a step."""
         return self.equations.w
 
+    @property
+    def adjoint(self) -> Any:
+        """The adjoint; raises `CannotMeasure` where only a `Scheme` has one."""
+        raise self.refused("adjoint")
+
+    def modified_equation(self, *given: Any, **named: Any) -> Any:
+        """Raise `CannotMeasure`: only a `Scheme` has a modified equation."""
+        raise self.refused("modified equation")
+
+    def refused(self, name: str) -> CannotMeasure:
+        """Return the refusal of what only steps of one size, given by formulas, have."""
+        return self.equations.refused(name)
+
     rho, L, R = map(_on_arrows, ("rho", "L", "R"))
     FL, W, omega = map(_on_arrows, ("FL", "W", "omega"))
     legendre_minus, legendre_plus = map(_on_arrows, ("legendre_minus", "legendre_plus"))

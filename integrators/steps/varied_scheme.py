@@ -82,6 +82,13 @@ class VariedScheme(DiscretisedScene):
             )
         return 1 / sigma
 
+    def refused(self, name: str) -> CannotMeasure:
+        """Return the refusal of what only steps of one size have."""
+        return CannotMeasure(
+            f"{self.rule.name} has steps that vary, of which no {name} is known: ask that of "
+            f"{self.rule.base.name}."
+        )
+
     def __deepcopy__(self, memo: Any) -> VariedScheme:
         return self  # it never changes
 

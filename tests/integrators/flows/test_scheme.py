@@ -3,8 +3,18 @@
 import numpy as np
 import pytest
 
-from discmech.integrators import BadInput, Scheme, discretisation, midpoint, pair, scenes
+from discmech.integrators import (
+    BadInput,
+    Scheme,
+    black_box,
+    discretisation,
+    midpoint,
+    pair,
+    scenes,
+    vary,
+)
 from discmech.integrators import rules as discretisations
+from discmech.integrators.errors import CannotMeasure
 from tests.objects import ALIKE, PLAIN, SCENES, SCHEMES, flow, named, scheme, two_thirds
 
 # -- other values ---------------------------------------------------------------------------------
@@ -131,3 +141,25 @@ def test_velocities_of_a_rule_that_cannot_be_asked_by_answers_count_too():
 def test_an_order_that_is_not_stated_is_none():
     assert scheme("heavy-top", "two-thirds").order is None
     assert two_thirds.order is None
+
+
+#: what only a discrete Lagrangian, and what only steps of one size have
+OF_ARROWS = ("FL", "W", "omega", "residual", "legendre_minus", "legendre_plus", "rho", "L", "R",
+             "discrete_lagrangian")  # fmt: skip
+WITHOUT = {
+    "map": ("pendulum", discretisations.get("implicit-midpoint"), (*OF_ARROWS, "adjoint")),
+    "constraints": ("cartesian-pendulum", midpoint, OF_ARROWS),
+    "black box": ("pendulum", black_box(order=1)(lambda q, p, h: (q, p)),
+                  (*OF_ARROWS, "adjoint", "modified_equation")),
+    "steps that vary": ("pythagorean", vary(discretisations.get("trapezoidal"), way="naive"),
+                        ("adjoint", "modified_equation")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", WITHOUT)
+def test_a_thing_that_a_scheme_has_not_is_refused_in_a_sentence(case):
+    scene, rule, names = WITHOUT[case]
+    found = Scheme(scenes.get(scene), rule)
+    for name in names:
+        with pytest.raises(CannotMeasure, match=f"no {name.replace('_', '.')}"):
+            getattr(found, name)()  # one of them is a method
