@@ -102,6 +102,7 @@ ANYWHERE = [
 ]  # fmt: skip
 
 
+@pytest.mark.dear("by-constants", "pushed", "on-sphere")
 @pytest.mark.parametrize("scene", ANYWHERE, ids=lambda s: s.name)
 @pytest.mark.parametrize(("rule", "power"), [("midpoint", 2), ("trapezoidal", 2), ("rectangle", 1)])
 @pytest.mark.sampled
