@@ -77,21 +77,20 @@ class Race:
     def command(self) -> str:
         """The command of this race alone."""
         own = [w for r in self.choice.rules for w in ("--rule", shlex.quote(word_for(r)))]
-        return self._words(own, ())
+        return self._words(own)
 
     @property
     def settings(self) -> str:
-        """The words of the command that do not name methods."""
-        return self._words([], ("peer",))
+        """The words of the command without its rules; a ratio is to the best of its peers."""
+        return self._words([])
 
-    def _words(self, methods: list[str], without: Sequence[str]) -> str:
+    def _words(self, rules: list[str]) -> str:
         choice, chart = self.choice, self.scene.groupoid.retraction
-        words = ["discmech", NAME, shlex.quote(word_for(self.scene)), *methods]
+        words = ["discmech", NAME, shlex.quote(word_for(self.scene)), *rules]
         words += ["--retraction", chart] if chart in retractions.BUILT_IN else []
         words += [] if choice.steps is None else ["--steps", str(choice.steps)]
         asked = dict(choice.own) | {"periods": self.periods}
-        options = [o for o in STUDY.options if o.name not in without]
-        return " ".join(words + [w for o in options for w in o.words(asked.get(o.name))])
+        return " ".join(words + [w for o in STUDY.options for w in o.words(asked.get(o.name))])
 
     @cached_property
     def results(self) -> dict[str, dict[str, Any]]:

@@ -122,6 +122,8 @@ def test_of_some_methods_of_a_race_the_measurements_are_there():
     one = race("harmonic", store=store, rules=(BUILT_IN["midpoint"],), peers=("LSODA",))
     assert one["midpoint"]["rows"] == some["midpoint"]["rows"]
     assert one["midpoint"]["command"] != some["midpoint"]["command"]
+    alone = race("harmonic", store=store, rules=(BUILT_IN["midpoint"],), peers=("none",))
+    assert alone["midpoint"]["measured"]["ratio"]["1e-04"] is None  # it is to peers that were asked
 
 
 def test_a_method_that_solves_other_equations_is_found_out(monkeypatch):
