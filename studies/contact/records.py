@@ -70,10 +70,3 @@ class Measured:
     def modes(self) -> Sequence[tuple[str, Laws]]:
         """The two runs by their names."""
         return ("stepped", self.stepped), ("located", self.located)
-
-
-@dataclass(frozen=True, slots=True)
-class Expected:
-    """The largest defect of a law."""
-
-    limit: float | None = None

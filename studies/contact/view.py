@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from ..core.records import decoded
+from ..core.records import AtMost, decoded
 from ..report.case import NONE
 from ..report.case import Case as Shown
 from ..report.view import Column, View
 from ..report.wording import scientific
-from .records import Expected, Laws, Measured
+from .records import Laws, Measured
 
-Case = Shown[Measured, Expected, object]
+Case = Shown[Measured, AtMost, object]
 
 
 def _laws(case: Case) -> list[Laws]:
@@ -41,7 +41,7 @@ def _impacts(case: Case) -> str:
 
 
 VIEW = View(
-    measured=Measured, expected=Expected,
+    measured=Measured, expected=AtMost,
     columns=[
         ("Impacts, stepped and located", _impacts), _column("penetration", "Penetration"),
         _column("cone", "Cone"), _column("impact_energy", "Energy of impacts"),

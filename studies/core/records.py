@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -14,6 +14,13 @@ Reader = Callable[[Any], Any]
 #: metadata of a field that is left out of JSON while it is None, and of a field with a mapping of
 #: all entries that are no other field's
 OPTIONAL, SPREAD = {"optional": True}, {"key": "*"}
+
+
+@dataclass(frozen=True, slots=True)
+class AtMost:
+    """The expectation of a study that has one limit."""
+
+    limit: float | None = None
 
 
 def decoded(kind: type[Record], given: Any, finite: bool = False) -> Record:

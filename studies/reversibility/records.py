@@ -71,10 +71,3 @@ class FoundOfNumbers:
     rows: Sequence[OfReturn] = ()
     left: float | None = field(default=None, metadata=OPTIONAL)
     measured: Measured = field(default_factory=Measured)
-
-
-@dataclass(frozen=True, slots=True)
-class Expected:
-    """The largest that round-off leaves."""
-
-    limit: float | None = None

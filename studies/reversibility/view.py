@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..core.records import AtMost
 from ..report.canvas import Panel
 from ..report.grouping import figures_by_precision
 from ..report.palette import Mark
@@ -11,7 +12,7 @@ from ..report.view import Sketch, Titles, View
 from ..report.wording import limit
 from . import plot
 from .plot import Case
-from .records import Expected, Measured, Row
+from .records import Measured, Row
 
 REVERSIBILITY = (
     "How far a step back, Φ₋ₕ, misses the point that the step forth, Φₕ, has left: the worst "
@@ -28,4 +29,4 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
     return figures_by_precision(*words, cases, plot.SHEET, panels)
 
 
-VIEW = View(measured=Measured, expected=Expected, row=Row, wanted=limit, sketches=_sketches)
+VIEW = View(measured=Measured, expected=AtMost, row=Row, wanted=limit, sketches=_sketches)

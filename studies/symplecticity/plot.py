@@ -6,17 +6,18 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..core.records import number
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note, round_off
 from ..report.case import Case as Shown
 from ..report.labels import end_labels
 from ..report.palette import BLUE, GRID, INK, MUTED, PAPER, VERMILLION, WORDS, Mark
 from ..report.wording import scientific
-from .records import Expected, Measured, Row
+from .records import Defects, Expected, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Case = Shown[Measured, Expected, Row]
+Case = Shown[Defects, Expected, Row]
 KINDS = (("pullback", BLUE, "o", 0.14, BLUE), ("poisson", VERMILLION, "D", -0.14, PAPER))
 LEFT = 0.98
 RIGHTMOST = 0.8  # share of an axis beyond which words on the right of a line have no room
@@ -118,7 +119,7 @@ def _above(axes: Axes, x: float, words: str, side: str) -> None:
 def _values(case: Case, kind: str) -> list[float]:
     """Return all defects of a kind, including the measured worst."""
     found = [row.defects.get(kind) for row in case.rows]
-    found.append(getattr(case.measured, kind))
+    found.append(number(case.measured.get(kind)))
     return [abs(value) for value in found if value is not None]
 
 

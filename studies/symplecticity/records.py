@@ -114,20 +114,6 @@ class FoundOfNumbers:
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
-    """The figures of a view: the largest defect of each kind."""
-
-    pullback: float | None = None
-    poisson: float | None = None
-    change: float | None = None
-    volume: float | None = None
-    residual: float | None = None
-    constraint: float | None = None
-    hidden: float | None = None
-    contraction: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class Expected:
     """The largest defect of a form, the least of a control, and the kinds that are demanded.
 

@@ -13,7 +13,7 @@ from ..report.view import Sketch, Titles, View, measured_column
 from ..report.wording import largest, limit, scientific
 from . import plot
 from .plot import Case
-from .records import Expected, Measured, Row
+from .records import Expected, Row
 
 DEFECTS = (
     "Defect of the symplectic form under the pullback by the step (filled), and of the Poisson "
@@ -38,7 +38,7 @@ NAMES = {"pullback": "pullback", "poisson": "Poisson", "change": "change less dÎ
 
 
 def _got(case: Case) -> str:
-    found = ((name, getattr(case.measured, key)) for key, name in NAMES.items())
+    found = ((name, case.measured.get(key)) for key, name in NAMES.items())
     return ", ".join(f"{k} {scientific(v)}" for k, v in found if v is not None) or NONE
 
 
@@ -82,7 +82,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 VIEW = View(
-    measured=Measured, expected=Expected, row=Row,
+    expected=Expected, row=Row,
     columns=[
         measured_column(key)
         for key in ("pullback", "poisson", "change", "residual", "constraint", "contraction")

@@ -6,16 +6,17 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from ..core.records import AtMost
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
 from ..report.case import Case as Shown
 from ..report.labels import end_labels
 from ..report.palette import INK, MUTED, PAPER, Mark
-from .records import Expected, Measured, Row
+from .records import Measured, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Case = Shown[Measured, Expected, Row]
+Case = Shown[Measured, AtMost, Row]
 FLOOR = "rounding of the start"  # name of the floor's line
 SHEET = Sheet(width=3.5, height=2.75, right=1.0)
 WORK = {

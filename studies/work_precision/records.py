@@ -54,10 +54,3 @@ class Measured:
     ratio: Mapping[str, float | None] = field(default_factory=dict)
     cut: str | None = None
     setup: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Expected:
-    """The error at which a method may stop."""
-
-    limit: float | None = None

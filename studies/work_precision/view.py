@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from ..core.records import AtMost
 from ..report.case import NONE
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import duration, scientific
 from . import plot
 from .plot import Case
-from .records import Expected, Measured, Row
+from .records import Measured, Row
 
 WORK = (
     "Error against run time: the median of interleaved rounds, with its quartiles as a bar; hollow "
@@ -119,7 +120,7 @@ def _wanted(case: Case) -> str:
 
 
 VIEW = View(
-    measured=Measured, expected=Expected, row=Row,
+    measured=Measured, expected=AtMost, row=Row,
     columns=[
         ("Over", _span),
         *((f"to {scientific(a)} (× best peer)", _cost(f"{a:.0e}")) for a in (1e-4, 1e-8, 1e-12)),
