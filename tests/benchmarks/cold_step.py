@@ -1,81 +1,43 @@
-"""Count the files and lines of ours that one cold step runs, from the scene to the first numbers.
+"""Count the files and lines of the mathematics that one step runs through before its first number.
 
-    python -m tests.benchmarks.cold_step [SCENE RULE] [-v]
-
-The first process derives, writes and compiles the step with an empty cache and takes it; the second
-one finds the code in the cache. A file counts if one of its functions is called, by sys.setprofile,
-but not by the import of a module. -v lists the files.
+python -m tests.benchmarks.cold_step [SCENE RULE]   heavy-top midpoint by default, without a cache
 """
 
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
-from collections import Counter
-from pathlib import Path
-from tempfile import TemporaryDirectory
-from types import CodeType, FrameType
+import tempfile
+from collections import defaultdict
+from types import CodeType
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[2]
 
+def counted(scene: str, rule: str) -> dict[str, int]:
+    """Return {file: lines of the functions that were called}, for one step of a scene by a rule."""
+    from discmech.integrators import Scheme, rules, scenes
 
-class Calls:
-    """The functions of ours that are called while this listens, outside of imports."""
+    met: dict[str, set[CodeType]] = defaultdict(set)
 
-    def __init__(self) -> None:
-        self.importing, self.path_of = 0, dict[CodeType, Path | None]()
+    def seen(frame: Any, event: str, argument: Any) -> None:
+        if event == "call" and f"{os.sep}integrators{os.sep}" in frame.f_code.co_filename:
+            met[frame.f_code.co_filename].add(frame.f_code)
 
-    def __call__(self, frame: FrameType, event: str, _: Any) -> None:
-        code = frame.f_code
-        if code.co_name == "<module>":
-            self.importing += {"call": 1, "return": -1}.get(event, 0)
-        elif event == "call" and not self.importing and code not in self.path_of:
-            path = Path(code.co_filename).resolve()
-            self.path_of[code] = path if path.is_relative_to(ROOT / "integrators") else None
-
-    def lines(self) -> Counter[Path]:
-        """Return for each file the number of lines of its functions."""
-        found = Counter[Path]()
-        for code, path in self.path_of.items():
-            if path is not None:
-                found[path] += len({line for *_, line in code.co_lines() if line})
-        return found
-
-
-def count(scene: str, rule: str, names: bool) -> None:
-    """Take one step in this process and print the counts."""
-    from discmech import Scheme, scenes
-    from discmech.integrators import rules
-
-    calls = Calls()
-    sys.setprofile(calls)
-    mu = Scheme(scenes.get(scene), rules.get(rule)).flow("0.05").trajectory(1).mu
-    sys.setprofile(None)
-    assert abs(mu[-1]).max() > 0
-    found = calls.lines()
-    whole = sum(len(path.read_text("utf-8").splitlines()) for path in found)
-    print(
-        f"{len(found)} files of {whole:,} lines; their functions that ran: {found.total():,} lines"
-    )
-    for path, lines in found.most_common() if names else ():
-        print(f"  {lines:5} {path.relative_to(ROOT)}")
-
-
-def main(words: list[str]) -> None:
-    """Count in processes of their own, with one cache that begins empty."""
-    names = [word for word in words if word not in ("-v", "--here")] or ["heavy-top", "midpoint"]
-    if "--here" in words:
-        return count(*names, names="-v" in words)
-    command = [sys.executable, "-m", "tests.benchmarks.cold_step", "--here", *words]
-    with TemporaryDirectory() as folder:
-        for what in ("empty cache", "code in the cache"):
-            print(f"{' '.join(names)}, {what}: ", end="", flush=True)
-            own = {**os.environ, "DISCMECH_CACHE": folder}
-            subprocess.run(command, env=own, cwd=ROOT, check=True)
-    return None
+    given, by = scenes.get(scene), rules.get(rule)
+    sys.setprofile(seen)
+    try:
+        Scheme(given, by).flow(given.step).trajectory(1)
+    finally:
+        sys.setprofile(None)
+    return {
+        file: len({line for code in codes for *_, line in code.co_lines() if line})
+        for file, codes in met.items()
+    }
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    os.environ["DISCMECH_CACHE"] = tempfile.mkdtemp()
+    found = counted(*(sys.argv[1:3] or ("heavy-top", "midpoint")))
+    for file, lines in sorted(found.items(), key=lambda e: -e[1]):
+        print(f"{lines:5}  {file.rpartition(f'integrators{os.sep}')[2]}")
+    print(f"{sum(found.values())} lines in {len(found)} files")
