@@ -21,9 +21,11 @@ from .continuous import (
     energy_gradient,
     field_parts,
     initial_momentum,
+    inverse_two_form,
     mass_matrix,
     momentum,
     natural_structure,
+    orientation,
     poisson_tensor,
     power,
     rates,
@@ -36,7 +38,6 @@ from .dual_system import DualSystem
 from .legendre_inverse import legendre_inverse
 from .nonsmooth import blamed, check_finite
 from .one_step_equations import OneStepEquations
-from .phase_space import inverse_two_form, orientation
 from .rule_view import answers_of
 from .stage_equations import no_stages, stage_source
 from .step_equations import StepEquations, composed_step
@@ -44,11 +45,11 @@ from .symbols import SceneSymbols, times, vector
 from .virtual_work import discrete_force, force_points
 
 __all__ = [
-    "Arrows", "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian",
-    "DiscretisedScene", "DualSystem", "OneStepEquations", "SceneSymbols", "StepEquations",
-    "absolute_terms", "answers_of", "blamed", "check_finite", "check_force", "check_momentum",
-    "check_on_constraints", "check_regular", "check_start", "closed_velocity", "composed_step",
-    "constraint", "constraint_matrix", "constraint_power", "constraint_shift", "constraints_work",
+    "Arrows", "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian", "DiscretisedScene",
+    "DualSystem", "OneStepEquations", "SceneSymbols", "StepEquations", "absolute_terms",
+    "answers_of", "blamed", "check_finite", "check_force", "check_momentum", "check_on_constraints",
+    "check_regular", "check_start", "closed_velocity", "composed_step", "constraint",
+    "constraint_matrix", "constraint_power", "constraint_shift", "constraints_work",
     "discrete_force", "energy", "energy_gradient", "energy_terms", "field_parts", "force_points",
     "initial_momentum", "inverse_two_form", "legendre_inverse", "mass_matrix", "met_by_velocity",
     "momentum", "natural_structure", "nearest_start", "no_stages", "on_constraints", "orientation",

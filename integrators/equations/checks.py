@@ -30,9 +30,8 @@ from ..numbers.types import (
 )
 from ..rules import Discretisation
 from ..scene import Scene
-from .continuous import mass_matrix, momentum
+from .continuous import inverse_two_form, mass_matrix, momentum, two_form
 from .discrete_lagrangian import DiscreteLagrangian
-from .phase_space import inverse_two_form, two_form
 from .symbols import SceneSymbols
 
 

@@ -30,11 +30,11 @@ from .continuous import (
     closed_velocity,
     energy,
     energy_gradient,
+    inverse_two_form,
     momentum,
     poisson_tensor,
     rates,
 )
-from .phase_space import inverse_two_form
 from .symbols import SceneSymbols, column, vector
 
 MOST_TERMS = 6  # terms of the series of a part's flow

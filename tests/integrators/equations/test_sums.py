@@ -6,7 +6,7 @@ import sympy
 
 from discmech.integrators import BadInput, Scene, Scheme, midpoint, pair
 from discmech.integrators.equations import sums
-from discmech.integrators.equations.sums import at_once, summing_at_once
+from discmech.integrators.equations.symbols import at_once, summing_at_once
 
 x, y = sympy.symbols("x y", real=True)
 
