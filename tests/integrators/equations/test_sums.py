@@ -5,7 +5,7 @@ import pytest
 import sympy
 
 from discmech.integrators import BadInput, Scene, Scheme, midpoint, pair
-from discmech.integrators.equations import sums
+from discmech.integrators.equations import symbols
 from discmech.integrators.equations.symbols import at_once, summing_at_once
 
 x, y = sympy.symbols("x y", real=True)
@@ -74,7 +74,7 @@ def own(terms):
 
 def test_a_scene_is_evaluated_with_it(monkeypatch):
     seen = []
-    monkeypatch.setattr(sums, "at_once", lambda terms: seen.append(1) or at_once(terms))
+    monkeypatch.setattr(symbols, "at_once", lambda terms: seen.append(1) or at_once(terms))
     scene = Scene(
         "row", pair(3), lambda x, v, p: sum(e**2 for e in v) / 2 - sum(x), x0=[1, 0, 0], v0=[0] * 3
     )
