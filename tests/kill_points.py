@@ -2,7 +2,7 @@
 
 Begun again on what is left, it has to give the numbers of an undisturbed run, and leave no litter.
 
-    python -m tests.kill_points [publish|beside|lattice|study|baseline|report ...]
+    python -m tests.kill_points [publish|beside|lattice|motion|study|baseline|report ...]
                                 [--every N] [--first K] [--last L]
 """
 
@@ -171,6 +171,18 @@ def lattice() -> int:
     return 0
 
 
+def motion() -> int:
+    """The same of a scene with contact, to more digits than a double has."""
+    from discmech import Scheme, midpoint, scenes
+    from discmech.integrators.contact import contact_flow
+    from discmech.integrators.runs import checkpoint
+
+    checkpoint.SECONDS, contact_flow.MOST_AT_ONCE = 0, 8
+    flow = Scheme(scenes.get("bouncing-ball"), midpoint).flow("1/5", 30)
+    flow.trajectory(12, 4, checkpoint="run.npz")
+    return 0
+
+
 def publish() -> int:
     """A folder over an older one."""
     from discmech.studies.report.publish import published
@@ -196,7 +208,7 @@ def rows_of(folder: Path) -> Any:
     """The rows on disk."""
     import numpy as np
 
-    return [np.load(folder / f"run.npz.{word}.npy").tobytes() for word in ("x", "u", "mu")]
+    return [np.load(path).tobytes() for path in sorted(folder.glob("run.npz.*.npy"))]
 
 
 def entries_of(folder: Path) -> Any:
@@ -242,6 +254,7 @@ PROGRAMS: dict[str, tuple[Callable[[], int], Callable[[Path], Any]]] = {
     "publish": (publish, entries_of),
     "beside": (beside, entries_of),
     "lattice": (lattice, rows_of),
+    "motion": (motion, rows_of),
     "study": (command("--json", "found.json"), json_of("found.json")),
     "baseline": (command("--save-baseline", "main"), baseline_of),
     "report": (command("--folder", "page"), json_of("page/tables/order.json")),
@@ -249,7 +262,7 @@ PROGRAMS: dict[str, tuple[Callable[[], int], Callable[[Path], Any]]] = {
 
 
 #: programs whose kernels are compiled once for all kills
-WARM = (publish, beside, lattice)
+WARM = (publish, beside, lattice, motion)
 
 
 def every_point(

@@ -163,12 +163,15 @@ class KernelsAtStep:
     def start_at(self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers) -> ResumePoint:
         """Return (state, c) at (x, μ), with no rounding errors, `guess` each substep's u."""
         a, b, of, near, state = self._begun
-        if not (x is a and mu is b and c is of and guess is near):
-            at = self.layout
-            state = self.numbers.zeros(at.memory + len(self.qs) * at.row)
-            self.place(state, x, mu, c)
+        if not (c is of and guess is near):
+            state = self.numbers.zeros(self.layout.memory + len(self.qs) * self.layout.row)
             self.seed(state, guess)
-            self._begun = x, mu, c, guess, state
+        elif x is a and mu is b:
+            return state.copy(), c
+        else:
+            state = state.copy()
+        self.place(state, x, mu, c)
+        self._begun = x, mu, c, guess, state
         return state.copy(), c
 
     def place(self, state: Vector, x: Numbers, mu: Numbers, c: Matrix) -> None:

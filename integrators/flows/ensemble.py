@@ -61,7 +61,7 @@ def ensemble(
             return failure.trajectory
 
     runs = side_by_side(member, range(len(starts)), numbers)
-    t = max((r.t for r in runs), key=len)
+    t = max(runs, key=lambda r: len(r.x)).t
     x, u, mu = (
         np.array([_padded(getattr(r, name), len(t), numbers) for r in runs])
         for name in ("x", "u", "mu")

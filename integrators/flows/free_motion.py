@@ -29,6 +29,7 @@ from .initial_state import Start
 
 #: steps between two reports of progress, some hundredths of a second: compiled, and at many digits
 CHUNK, CHUNK_OF_DIGITS = 2**19, 64
+SHORT = 4096  # numbers of rows that are looked at by one sum
 WATCHED = 4096  # steps that are made again at once, to look at each
 STRETCH = 64  # steps by Newton's method before a fixed point is tried again
 
@@ -182,11 +183,13 @@ class FreeMotion:
     def _finite_rows(self, count: int) -> int | None:
         """Return the number of finite rows at the beginning, or None if all rows are finite."""
         states = self.arrays.states
-        # quick; a sum of squares is too large only beyond 1e154
-        if states is not None and states.dtype == np.float64 and isfinite(states.dot(states)):
+        # quick for a short run; a sum of squares is too large only beyond 1e154
+        if states is not None and states.size < SHORT and isfinite(states.dot(states)):
             return None
-        rows = np.hstack([finite(e[:count]) for e in (self.arrays.xs, self.arrays.mus)])
-        return None if rows.all() else int(np.flatnonzero(~rows.all(axis=1))[0])
+        columns = [finite(e[:count]) for e in (self.arrays.xs, self.arrays.mus)]
+        if all(e.all() for e in columns):
+            return None
+        return int(np.flatnonzero(~np.hstack(columns).all(axis=1))[0])
 
     def _no_longer_finite(self, good: int) -> StepFailure:
         """Return the failure of the first non-finite step, found again from the last finite row.

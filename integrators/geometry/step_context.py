@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -19,15 +20,18 @@ from .local_geometry import LocalGeometry, Maps, StagesNotFound
 from .one_step_geometry import OneStepGeometry
 from .transitions import Arrow
 
+DOUBLE = np.dtype(np.float64)
+
 
 def vector_in(numbers: Arithmetic, values: Any, length: int, what: str) -> Vector:
     """Return an array of numbers of an arithmetic, each rounded once; None is the empty vector.
 
     Raises `BadInput` (naming `what`) for anything but `length` numbers.
     """
-    doubles = type(values) is np.ndarray and values.dtype == numbers.dtype == np.float64
-    if doubles and values.shape == (length,) and np.isfinite(values).all():
-        return np.array(values)  # for many starts a Fraction for each entry would be slow
+    doubles = type(values) is np.ndarray and values.dtype is DOUBLE and numbers.dtype is np.float64
+    fits = doubles and values.shape == (length,)
+    if fits and (isfinite(values.dot(values)) or np.isfinite(values).all()):
+        return values.copy()  # for many starts a Fraction for each entry would be slow
     entries = listed(() if values is None else values, length, what)
     rounded = [numbers.number(e, f"{what}[{i}]") for i, e in enumerate(entries)]
     return np.array(rounded, dtype=numbers.dtype)

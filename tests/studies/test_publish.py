@@ -59,9 +59,11 @@ def test_things_of_others_stay_and_the_folder_that_one_is_in_is_not_moved(place,
 
 @pytest.mark.skipif(sys.platform != "linux", reason="forks, and exchanges folders in one step")
 @pytest.mark.slow
-@pytest.mark.parametrize("program", ["publish", "beside", "lattice", "study", "baseline", "report"])
+@pytest.mark.parametrize(
+    "program", ["publish", "beside", "lattice", "motion", "study", "baseline", "report"]
+)
 def test_a_kill_at_any_point_loses_nothing(program):
-    every = {"publish": 1, "beside": 1, "lattice": 1}.get(program, 5)
+    every = 1 if program in ("publish", "beside", "lattice", "motion") else 5
     words = [sys.executable, "-m", "tests.kill_points", program, "--every", str(every)]
     done = subprocess.run(words, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
