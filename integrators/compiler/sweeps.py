@@ -147,10 +147,9 @@ def sweep(a, weights, c, count, sizes):
         dw = times(weights, tuple([e[0] for e in moves]))
         new_w = at_nodes(MU, dw)
         changed = extremes(less(w, new_w)) + extremes(less(pi, new_pi))
-        moved = tuple([larger(e, most) for e, most in zip(changed, moved)])
+        moved = extended(changed, moved)
         if count < 2:
-            size = extremes(new_w) + extremes(new_pi)
-            found = tuple([larger(e, most) for e, most in zip(size, found)])
+            found = extended(extremes(new_w) + extremes(new_pi), found)
         put_lanes(work, 0, new_w)
         put_lanes(work, MOMENTA, new_pi)
         put_lanes(work, MOVES, dw)
@@ -167,6 +166,11 @@ def sweep(a, weights, c, count, sizes):
     if count < 2:
         sizes = tuple([largest(e) for e in found])
     return moved, sizes
+
+
+def extended(sizes, others):
+    """Return the largest sizes so far; those of other sites, if there are some, are `others`."""
+    return tuple([larger(e, most) for e, most in zip(sizes, others)]) if BONDED else sizes
 
 
 def still(a, moved):
