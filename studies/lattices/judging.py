@@ -7,7 +7,7 @@ from typing import Any
 from ..contact.judging import WORDS as OF_CONTACT
 from ..contact.judging import does_not_fall
 from ..core.case import Case, Measurement, Verdict
-from ..core.outcome import Row
+from ..core.records import decoded
 from ..evidence import judging as single_steps
 from ..order.limits import tolerance as of_orders
 from ..symplecticity.limits import LIMITS as OF_FORMS
@@ -15,6 +15,7 @@ from ..symplecticity.limits import limit, limits
 from ..systems.known import known_of
 from . import DAMPED, FLIPPED, RUNGE_KUTTA
 from .measuring import SPACE_ORDER
+from .records import Measured
 
 #: the measurements that must show each control
 SEEN = {DAMPED: ("poisson", "patch", "drift"), FLIPPED: ("poisson",), RUNGE_KUTTA: ("patch",)}
@@ -26,19 +27,21 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
     Times are not judged. A control has to show a thousandfold in all its measurements.
     """
-    found, allowed = measurement.measured, limit(16)
+    found, allowed = decoded(Measured, measurement.measured), limit(16)
     if case.control is not None:
-        missed = [k for k in SEEN[case.control] if not found[k] >= OF_FORMS["control"] * allowed]
+        wanted = OF_FORMS["control"] * allowed
+        defects = {name: getattr(found, name) for name in SEEN[case.control]}
+        missed = [k for k, v in defects.items() if v is None or not v >= wanted]
         said = f"the control was not caught: its {', '.join(missed)} is round-off."
         return Verdict("fail" if missed else "pass", said if missed else "",
                        {"at_least": OF_FORMS["control"] * allowed})  # fmt: skip
-    verdict = _judge_contact(found) if "contact" in found else _of_laws(case, found, allowed)
+    verdict = _judge_contact(found) if found.contact else _of_laws(case, found, allowed)
     what = "two neighbours and their bond"
-    return single_steps.judge(found.get("local"), verdict, case.order, what)
+    return single_steps.judge(found.local, verdict, case.order, what)
 
 
-def _of_laws(case: Case, found: Row, allowed: float) -> Verdict:
-    tolerance, order = of_orders(16), found["space_order"]
+def _of_laws(case: Case, found: Measured, allowed: float) -> Verdict:
+    tolerance, order = of_orders(16), found.space_order
     expected: dict[str, Any] = {"limit": allowed}
     residual = expected["residual"] = limits(16)["residual"]
     for name, words, most in (
@@ -48,8 +51,9 @@ def _of_laws(case: Case, found: Row, allowed: float) -> Verdict:
         ("bond", "one end of a bond gains what the other does not lose", allowed),
         ("patch", "what enters a patch neither stays nor leaves", allowed),
     ):
-        if found.get(name) is not None and not found[name] <= most:
-            return Verdict("fail", f"{words}: {name} is {found[name]:.2g}, where {most:.0e} is "
+        value = getattr(found, name)
+        if value is not None and not value <= most:
+            return Verdict("fail", f"{words}: {name} is {value:.2g}, where {most:.0e} is "
                            "allowed.", expected)  # fmt: skip
     if known_of(case.scene).refined is not None:  # type: ignore[arg-type]
         expected |= {"space_order": SPACE_ORDER, "tolerance": tolerance}
@@ -70,16 +74,17 @@ WORDS = {name: OF_CONTACT[name] for name in SHARED}
 WORDS |= {"missed": "a gap is closed and closing after a step"}
 
 
-def _judge_contact(measured: Row) -> Verdict:
+def _judge_contact(measured: Measured) -> Verdict:
     """Judge laws by round-off, and rises of energy by their fall with the step, not times."""
     allowed = limit(16)
-    expected = {"laws": allowed}
+    expected, laws = {"laws": allowed}, measured.contact or {}
     for name, words in WORDS.items():
-        if not measured["contact"][name] <= allowed:
-            return Verdict("fail", f"{words}: {name} is {measured['contact'][name]:.2g}, where "
+        defect = laws[name]
+        if not defect <= allowed:
+            return Verdict("fail", f"{words}: {name} is {defect:.2g}, where "
                            f"{allowed:.0e} is allowed.", expected)  # fmt: skip
-    if reason := does_not_fall(measured["rises"], allowed):
+    if reason := does_not_fall(measured.rises, allowed):
         return Verdict("fail", reason, expected)
-    if not measured["impacts"] and not measured["pushed"]:
+    if not measured.impacts and not measured.pushed:
         return Verdict("inconclusive", "no gap has closed; take more --steps.", expected)
     return Verdict("pass", "", expected)

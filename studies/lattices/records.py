@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,10 +40,16 @@ class Measured:
     poisson: float | None = None
     patch: float | None = None
     residual: float | None = None
+    constraint: float | None = None
+    hidden: float | None = None
+    bond: float | None = None
+    drift: float | None = None
     contact: Mapping[str, float] | None = None
     rises: Sequence[float] = ()
     impacts: int | None = None
+    pushed: bool = False
     grows: Grows | None = None
+    local: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
