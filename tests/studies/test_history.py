@@ -197,7 +197,7 @@ def test_a_report_joins_the_history_once_its_page_is_written(tmp_path, monkeypat
     from discmech.studies.command import report
 
     found = order(2.0001)
-    monkeypatch.setattr(report, "run_studies", lambda *a, **k: ([found], []))
+    monkeypatch.setattr(report, "run_plan", lambda *a, **k: ([found], []))
     monkeypatch.setattr("discmech.studies.report.page.machine", lambda _: 1 / 0)
     ask = Choice(digits=(16,))
     with pytest.raises(ZeroDivisionError):
