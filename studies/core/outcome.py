@@ -32,10 +32,12 @@ class Measurement(Mapping[str, Any]):
 
     @classmethod
     def of(cls, given: Any) -> Measurement:
-        """Return the measurement of a dictionary from JSON, or of a study's own record."""
-        if isinstance(given, Measurement):
-            return given
-        given = encoded(given)
+        """Return the measurement of a study's own record, or of a dictionary of any values."""
+        return given if isinstance(given, Measurement) else cls.of_json(encoded(given))
+
+    @classmethod
+    def of_json(cls, given: Mapping[str, Any]) -> Measurement:
+        """Return the measurement of a dictionary from JSON."""
         extras = {key: value for key, value in given.items() if key not in ("measured", "rows")}
         return cls(given.get("measured", {}), given.get("rows", []), extras)
 
@@ -108,7 +110,7 @@ class Found:
         """Return the object of a dictionary by `to_json`."""
         made = dict(given)
         if given["measurement"] is not None:
-            made["measurement"] = Measurement.of(given["measurement"])
+            made["measurement"] = Measurement.of_json(given["measurement"])
         if given["failed"] is not None:
             made["failed"] = Verdict(**given["failed"])
         return cls(**made)

@@ -49,6 +49,8 @@ def encoded(thing: Any) -> Any:
 
     A field that is `optional` is left out while it is None.
     """
+    if type(thing) in _SCALARS:  # most are, and a result has a million
+        return thing
     if is_dataclass(thing) and not isinstance(thing, type):
         made: dict[str, Any] = {}
         for one in fields(thing):
@@ -63,6 +65,9 @@ def encoded(thing: Any) -> Any:
     if isinstance(thing, list | tuple):
         return [encoded(value) for value in thing]
     return thing
+
+
+_SCALARS = frozenset((bool, float, int, str, NoneType))
 
 
 @cache
