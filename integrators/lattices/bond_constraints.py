@@ -45,7 +45,6 @@ linalg: Any = LazyModule("scipy.sparse.linalg")
 #: (`constrained_start`), and 16 of x that Newton's method leaves in a row of a run
 #: (`lattice_text.UNSEEN`)
 UNITS = 20
-EPS = 2.0**-53
 #: a row of A of length 1 counts as dependent if its squared distance from the others is smaller:
 #: this is far below 1/N, the value for N links between two fixed ends, and far above round-off
 DEPENDENT = 2.0**-40
@@ -132,12 +131,13 @@ def _letters(*names: str) -> tuple[Letter, ...]:
 
 
 def check_constraints(
-    lattice: Lattice, s: SceneSymbols, p: list[Number], x: np.ndarray, v: np.ndarray
-) -> None:
+    lattice: Lattice, s: SceneSymbols, p: list[Number], x: np.ndarray, v: np.ndarray,
+    eps: float,
+) -> None:  # fmt: skip
     """Raise `BadInput` unless x (N, n) and v (N, m) satisfy independent constraints on the bonds.
 
-    p: the parameters at the bonds, numbers or (B,). A row f may be off by UNITS round-offs of its
-    size: Σ |∂f/∂zᵢ| max |z| plus its absolute terms, where z is x and v of both ends.
+    p: the parameters at the bonds, numbers or (B,). A row f may be off by UNITS·eps of its
+    size, Σ |∂f/∂zᵢ| max |z| plus its absolute terms, where z is x and v of both ends.
     """
     pairs, free, N, m = lattice.pairs, lattice.free, lattice.sites, v.shape[1]
     (k, f), n = _of_start(s), len(s.x)
@@ -146,7 +146,7 @@ def check_constraints(
     size = size[:, 0] + abs(by[:, :n]).sum(axis=1) * abs(np.array(base)).max(axis=0)
     size = size + abs(by[:, n:]).sum(axis=1) * abs(np.array(velocity)).max(axis=0)
     active = free[pairs].any(axis=1)
-    for row, bond in zip(*np.nonzero(~(abs(off[:, 0]) <= UNITS * EPS * size)), strict=True):
+    for row, bond in zip(*np.nonzero(~(abs(off[:, 0]) <= UNITS * eps * size)), strict=True):
         what, start = ("φ", "x0") if row < k else ("A v", "v0")
         raise BadInput(
             f"{lattice.name}: {what} of the constraint of bond {bond}, between the sites "

@@ -188,9 +188,9 @@ class LatticeFlow:
         """Return μ = ∂l/∂ξ at rows of x (N, n) and v (N, m), including bonds with velocities."""
         moving, found = v * self.lattice.free[:, None], self.numbers.zeros(*v.shape)
         with self.numbers.working():
-            for s, p, ends in self.scheme.terms_at(self.numbers.number(t))[
-                : 1 + self.lattice.bonds_move
-            ]:
+            number = self.numbers.number
+            terms = self.scheme.terms_at(number(t), number)
+            for s, p, ends in terms[: 1 + self.lattice.bonds_move]:
                 # a bond sees both its ends; fixed ends are at rest
                 at = at_ends(ends, x, v if ends.shape[1] == 1 else moving)
                 values = [self.exact(e)[()] for e in p]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
 from fractions import Fraction
@@ -14,7 +15,7 @@ from ..compiler import LatticeStages, LatticeSystem
 from ..equations import SceneSymbols
 from ..errors import BadInput, CannotMeasure
 from ..geometry import order_of_step
-from ..numbers import Arithmetic, Number, flatten, working_digits
+from ..numbers import Arithmetic, Double, Number, flatten, working_digits
 from ..numbers.types import Given
 from ..rules import Discretisation, Substep, adjoint, check_rule
 from ..scene import Again
@@ -55,9 +56,13 @@ class LatticeScheme:
         """The rows and multipliers of the bonds' constraints, or None."""
         return self.equations.constraints
 
-    def check_start(self, x: np.ndarray, v: np.ndarray) -> None:
-        """Raise `BadInput` unless x (N, n) and v (N, m) satisfy independent constraints."""
-        check_constraints(self.lattice, *self.terms[1][:2], x, v)
+    def check_start(self, x: np.ndarray, v: np.ndarray, eps: float = Double.eps) -> None:
+        """Raise `BadInput` unless x (N, n) and v (N, m) satisfy independent constraints.
+
+        eps: the round-off of the numbers that they come from; they are checked as doubles.
+        """
+        x, v, eps = x.astype(float), v.astype(float), max(float(eps), float(Double.eps))
+        check_constraints(self.lattice, *self.terms[1][:2], x, v, eps)
 
     @cached_property
     def projection(self) -> LatticeScheme:
@@ -167,17 +172,21 @@ class LatticeScheme:
         """The `terms_at` the time 0, for terms that do not depend on it."""
         return self.terms_at(0)
 
-    def terms_at(self, t: Number) -> list[tuple[SceneSymbols, list[Number], np.ndarray]]:
+    def terms_at(
+        self, t: Number, number: Callable[[Any], Number] = float
+    ) -> list[tuple[SceneSymbols, list[Number], np.ndarray]]:
         """Return the terms of the sites and of the bonds at a time.
 
         Each is (symbols, parameter values as numbers or columns (r,), ends (r, 1 or 2)). The time
-        is the last parameter of a term that depends on it.
+        is the last parameter of a term that depends on it. number: makes a number of an exact one.
         """
-        return [(s, [*values, t] if timed else values, ends)
-                for s, values, ends, timed in self._terms]  # fmt: skip
+        return [
+            (s, [e if np.ndim(e) else number(e) for e in values] + [t] * timed, ends)
+            for s, values, ends, timed in self._terms
+        ]
 
     @cached_property
-    def _terms(self) -> list[tuple[SceneSymbols, list[Number], np.ndarray, bool]]:
+    def _terms(self) -> list[tuple[SceneSymbols, list[Any], np.ndarray, bool]]:
         equations, lattice = self.equations, self.lattice
         shared = flatten(tuple(lattice.split_parameters["shared"].values()))
         found = []
@@ -189,7 +198,7 @@ class LatticeScheme:
             strict=True,
         ):
             letters = [*(p for p in s.parameter_list if p not in own), *own]
-            values = dict(zip(letters, [*map(float, shared), *rows.T], strict=True))
+            values = dict(zip(letters, [*shared, *rows.T], strict=True))
             given = [values[p] for p in s.parameter_list]
             found.append((s.with_time_as_parameter(), given, ends, s.clocked))
         return found

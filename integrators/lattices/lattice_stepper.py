@@ -66,10 +66,10 @@ class LatticeStepper:
         `equations.check_momentum`) of the largest momentum, or of that of the velocity u.
         """
         run, flow = self.run, self.run.flow
-        flow.scheme.check_start(run.x, np.zeros_like(mu))
+        flow.scheme.check_start(run.x, np.zeros_like(mu), self.numbers.eps)
         off = abs(mu - run.mu)[flow.lattice.free].max()
         largest = max(abs(mu).max(), abs(flow.momenta(run.x, run.u, run.t)).max())
-        if not off <= 2.0**-26 * largest:
+        if not off <= max(2.0**-26, 64 * self.numbers.eps) * largest:
             raise BadInput(
                 f"{self.name}: mu0 is {float(off):.3g} from momenta that the constraints admit at "
                 "x0; give a row of a run, or a start with A(x0) v0 = 0."

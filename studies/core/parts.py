@@ -42,7 +42,10 @@ def _(thing: Lattice) -> frozenset[str]:
 
 def why_not(thing: Any) -> str:
     """Return the reason why a system lacks the other parts."""
-    return "has contact" if "contact" in parts_of(thing) else "is a lattice"
+    if "contact" in parts_of(thing):
+        return "has contact"
+    more = " with forces" if thing.forced else " with explicit time" if thing.timed else ""
+    return f"is a lattice{more}"
 
 
 def is_built_in(lattice: Lattice) -> bool:

@@ -6,8 +6,10 @@ import sympy
 
 from discmech import midpoint, rectangle, trapezoidal
 from discmech.integrators import rules
+from discmech.integrators.lattices import systems
+from discmech.integrators.lattices.linkages import linkage, rods
 from discmech.integrators.rules import compose, gauss, lobatto
-from tests.integrators.lattices.as_scenes import assert_same, assert_same_in_digits
+from tests.integrators.lattices.as_scenes import assert_same, assert_same_in_digits, slow
 from tests.integrators.lattices.test_bodies_as_sites import SITES
 from tests.integrators.lattices.test_bond_constraints import LATTICES
 from tests.integrators.lattices.test_contact_on_sites import balls, beads, discs, in_a_corner
@@ -141,3 +143,31 @@ def test_a_lattice_runs_as_its_scene_in_any_digits(lattice, rule):
     *((name, rule) for name in SITES for rule in (trapezoidal, midpoint, gauss(2)))])  # fmt: skip
 def test_every_lattice_runs_as_its_scene_in_any_digits(name, rule):
     assert_same_in_digits(SITES[name]() if name in SITES else fput(**CHAINS[name]), rule)
+
+
+#: every built-in lattice, small
+BUILT_IN = {
+    "fput": systems.fput(5), "toda": systems.toda(np.sin(np.arange(4.0)), np.cos(np.arange(4.0))),
+    "rotors": systems.rotors(4), "breather": systems.breather(8),
+    "breather-box": systems.breather(8, box=True), "kink": systems.kink(8),
+    "membrane": systems.membrane(3, 4), "bodies": systems.bodies(3), "beam": systems.beam(2),
+    "spaghetti": systems.spaghetti(2), "bead-chain": systems.bead_chain(4),
+    "cradle": systems.cradle(4, 2), "rods": rods(2), "links-spherical": linkage(1),
+    "links-revolute": linkage(1, "revolute"),
+}  # fmt: skip
+MANY = {"bead-chain": 60, "cradle": 400}  # steps until sites have struck
+DEAR = ("bodies", "beam", "spaghetti", "links-spherical", "links-revolute", "rods", "breather-box")
+
+
+def test_every_built_in_lattice_is_in_the_law():
+    assert set(BUILT_IN) == set(systems.NAMES)
+
+
+@pytest.mark.parametrize("rule", [trapezoidal, midpoint], ids=lambda rule: rule.name)
+@pytest.mark.parametrize("name", [slow(e) if e in DEAR else e for e in BUILT_IN])
+def test_every_built_in_lattice_runs_as_its_scene(name, rule):
+    lattice = BUILT_IN[name]
+    if name != "spaghetti":  # two elements of so soft a beam amplify round-off by thousands
+        assert_same(lattice, rule, MANY.get(name, 20), lattice.step)
+    if not lattice.has_contact:
+        assert_same_in_digits(lattice, rule, steps=3, step=lattice.step)

@@ -15,10 +15,10 @@ def begins(lattice):
     return "1/3" if any(map(lattice.takes_time, FUNCTIONS)) else 0
 
 
-def assert_same_in_digits(lattice, rule, digits=50, steps=6):
+def assert_same_in_digits(lattice, rule, digits=50, steps=6, step="1/50"):
     """In 50 digits, too, the lattice runs as its scene; in 7 nearly as in 16."""
     t0 = begins(lattice)
-    run, wanted = (Scheme(of, rule).flow("1/50", digits=digits).trajectory(steps, 3, t0=t0)
+    run, wanted = (Scheme(of, rule).flow(step, digits=digits).trajectory(steps, 3, t0=t0)
                    for of in (lattice, scene_of(lattice)))  # fmt: skip
     for word in ("x", "u", "mu"):
         got = getattr(run, word)[:, lattice.free].reshape(len(run.t), -1)
@@ -26,14 +26,15 @@ def assert_same_in_digits(lattice, rule, digits=50, steps=6):
     if lattice.constraint:
         tied = run.multipliers[:, lattice.free[lattice.pairs].any(axis=1)]
         assert abs(tied.reshape(len(run.t), -1) - wanted.multipliers).max() < 10.0 ** (6 - digits)
-    single = Scheme(lattice, rule).flow("1/50", digits=7).trajectory(steps, 3, t0=t0)
+    single = Scheme(lattice, rule).flow(step, digits=7).trajectory(steps, 3, t0=t0)
     assert single.x.dtype == np.float32
     assert abs(single.x - run.x.astype(float)).max() < 2.0**-17
 
 
-def assert_same(lattice, rule, steps=60):
+def assert_same(lattice, rule, steps=60, step=None):
     """The lattice runs as its scene, with multipliers and impacts, where there are any."""
-    step, every = ("1/20", 20) if not (lattice.has_contact or lattice.constraint) else ("1/50", 10)
+    usual, every = ("1/20", 20) if not (lattice.has_contact or lattice.constraint) else ("1/50", 10)
+    step = step or usual
     every = 1 if lattice.has_contact else every
     run, wanted = (Scheme(of, rule).flow(step).trajectory(steps, every, t0=begins(lattice))
                    for of in (lattice, scene_of(lattice)))  # fmt: skip
