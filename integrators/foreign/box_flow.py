@@ -223,12 +223,9 @@ class BoxFlow:
             times = numbers.multiples(self.step, np.arange(count, dtype=np.int64) * every)
             t = numbers.public(times + numbers.number(t0) if t0 else times)
         base = np.hstack([xs, t[:, None]]) if s.clocked else xs
-        return Trajectory(
-            scheme=self.scheme, t=t, x=xs, u=self._velocities(base, mus), mu=mus,
-            iterations=np.zeros(count, dtype=int), newton_mean=0.0, newton_max=0,
-            newton_residual=0.0, steps=steps, step=self.step, margin=1.0, edges=0,
-            translates=np.zeros(count, dtype=int), base=base,
-            multipliers=np.zeros((count, 0), self._type), solver="black box", contraction=0.0,
+        return Trajectory.of_rows(
+            t, xs, self._velocities(base, mus), mus, base=base, steps=steps, step=self.step,
+            solver="black box", scheme=self.scheme,
         )  # fmt: skip
 
     def _velocities(self, base: Any, mus: Any) -> Any:

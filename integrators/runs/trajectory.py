@@ -82,7 +82,7 @@ class Trajectory:
         """Return the trajectory of these rows, without counters and events except those given."""
         count = np.zeros(len(t), dtype=np.int64)
         given: dict[str, Any] = {
-            "iterations": count, "translates": count, "base": x, "multipliers": mu[:, :0],
+            "iterations": count, "translates": count.copy(), "base": x, "multipliers": mu[:, :0],
             "newton_mean": 0.0, "newton_max": 0, "newton_residual": 0.0, "margin": 1.0, "edges": 0,
             "solver": "Newton", "contraction": 0.0,
         }  # fmt: skip
