@@ -75,9 +75,7 @@ def unseen(a, h):
 
     If constraints join the sites, each site passes on the round-off of those before it.
     """
-    size = 0.0
-    for i in free_sites(a):
-        size = larger(norm(row(a.x, i, n)), size)
+    size = largest_row(a, a.x, n)
     if MOVING < S:
         size = size * (a.segments[a.pieces - 1, 2] + 1)
     return UNSEEN * EPS * size / abs(h)

@@ -226,14 +226,6 @@ def shift_on(a):
         put_lanes(work, MOMENTA, tuple([plus(part, more) for part in pi]))
 
 
-def largest_row(a, array, width):
-    """Return the largest norm of a free site's row, of the given width."""
-    size = 0.0
-    for i in free_sites(a):
-        size = larger(norm(row(array, i, width)), size)
-    return size
-
-
 # -- sums over the nodes ---------------------------------------------------------------------------
 
 

@@ -93,6 +93,14 @@ def copy(out, given, width, a):
         put(out, i, row(given, i, width))
 
 
+def largest_row(a, array, width):
+    """Return the largest norm of a free site's row, of the given width."""
+    size = 0.0
+    for i in free_sites(a):
+        size = larger(norm(row(array, i, width)), size)
+    return size
+
+
 @node
 def eliminate(a, m):
     """Solve by Gaussian elimination with row exchanges; `a` has m rows (entries, right side).
