@@ -53,6 +53,10 @@ FLOWS = {
     "located": (lambda: flow_of("bouncing-ball", impacts="located"), 400, 3),
     "located, 30 digits": (lambda: flow_of("bouncing-ball", digits=30, impacts="located"), 60, 3),
     "sites": (lambda: Scheme(systems.rotors(6), rules.get("midpoint")).flow("1/20"), 40, 3),
+    "sites, 30 digits": (
+        lambda: Scheme(systems.rotors(4), rules.get("midpoint")).flow("1/20", 30), 20, 3
+    ),
+    "degenerate": (lambda: flow_of("vortex-pair", "projected-gauss-1"), 40, 3),
     "sites with contact": (
         lambda: Scheme(systems.bead_chain(8), rules.get("midpoint")).flow("1/50"), 40, 3
     ),
