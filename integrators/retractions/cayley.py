@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, reduce
 from itertools import product
+from operator import mul
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -70,7 +72,8 @@ class Cayley(EquivariantRetraction):
                 f"the product τ(ξ)τ(η) lies outside the Cayley chart of {algebra.name}, as that of "
                 "two quarter turns about one axis does; take smaller elements, or the exponential."
             )
-        inverse = _quotient(first, over) * (a + b) * _quotient(second, under)
+        inverse = _quotient(first, (over, first.domain)) * (a + b)
+        inverse = inverse * _quotient(second, (under, second.domain))
         return 2 * real.coordinates(inverse * (e - a))
 
     def element_in(self, frame: AlgebraInNumbers, xi: Numbers) -> Matrix:
@@ -152,14 +155,35 @@ def _between(algebra: MatrixAlgebra, left: Polynomials, right: Polynomials) -> P
     return sympy.polys.matrices.DomainMatrix(entries, (real.dim, real.dim), ring)
 
 
-def _quotient(numerators: Polynomials, denominator: Any) -> SymbolicMatrix:
-    """Each entry over the denominator, in lowest terms, the square of a sum left as it is."""
-    field = numerators.domain.get_field()
-    factor = field.one / field.convert_from(denominator, numerators.domain)
-    entries = numerators.to_field().scalarmul(factor).to_Matrix()
-    below = {e.as_numer_denom()[1] for e in entries}
-    powers = {b**-1: sympy.sqf(b) ** -1 for b in below if b.is_Add}
-    return entries.applyfunc(lambda e: e.xreplace(powers))
+def _quotient(numerators: Polynomials, *denominators: tuple[Any, Any]) -> SymbolicMatrix:
+    """Each entry over the product of denominators, (polynomial, its ring) each, in lowest terms.
+
+    Denominators are factored, and entries divided by their factors as often as there is no rest:
+    that is faster than greatest common divisors.
+    """
+    ring = numerators.domain
+    over = [ring.convert_from(e, own) for e, own in denominators]
+    if not ring.is_PolynomialRing:
+        whole = ring.to_sympy(reduce(mul, over))
+        return numerators.to_Matrix().applyfunc(lambda e: sympy.cancel(e / whole))
+    scale, powers = sympy.Integer(1), Counter[Any]()
+    for e in over:
+        if not e:
+            raise ZeroDivisionError("the denominator vanishes everywhere.")
+        number, factors = e.factor_list()
+        scale *= ring.domain.to_sympy(number)
+        powers.update(dict(factors))
+    names = {f: ring.to_sympy(f) for f in powers}
+
+    def entry(e: Any) -> Expression:
+        below = sympy.Integer(1)
+        for f, power in powers.items() if e else ():
+            while power and not (parts := e.div([f]))[1]:
+                e, power = parts[0][0], power - 1
+            below *= names[f] ** power
+        return ring.to_sympy(e) / scale / below
+
+    return sympy.Matrix(*numerators.shape, [entry(e) for row in numerators.to_list() for e in row])
 
 
 # -- closed forms in letters, derived once: without the step the ring is smaller -------------------
@@ -183,7 +207,7 @@ def _displacement(algebra: MatrixAlgebra) -> SymbolicMatrix:
     """cay(ξ) − e in the algebra's real form."""
     minus, plus = _factors(algebra.real, _letters(algebra))
     inverse, det = _adj_det(minus)
-    return _quotient(inverse * (plus - minus), det)
+    return _quotient(inverse * (plus - minus), (det, inverse.domain))
 
 
 @lru_cache(maxsize=32)
@@ -191,8 +215,8 @@ def _inverse_left(algebra: MatrixAlgebra) -> SymbolicMatrix:
     """L⁻¹, which takes η to (e + ξ/2)⁻¹ η (e − ξ/2)⁻¹."""
     (right, under), (left, over) = map(_adj_det, _factors(algebra.real, _letters(algebra)))
     numerators = _between(algebra, left, right)  # over a ring that may be larger
-    denominator = numerators.domain.convert_from(over * under, left.domain)
-    return _quotient(numerators.scalarmul(numerators.domain(4)), denominator)
+    dets = (over, left.domain), (under, right.domain)
+    return _quotient(numerators.scalarmul(numerators.domain(4)), *dets)
 
 
 @lru_cache(maxsize=32)
@@ -205,8 +229,7 @@ def _lag(algebra: MatrixAlgebra, theta: Expression) -> SymbolicMatrix:
     between = _between(algebra, left, right)
     rest = _over_ring(4 * (theta - 1) * (sympy.eye(algebra.dim) + turned))
     between, rest = between.unify(rest, fmt="dense")
-    denominator = between.domain.convert_from(over * under, left.domain)
-    return _quotient(between * rest, denominator)
+    return _quotient(between * rest, (over, left.domain), (under, right.domain))
 
 
 cayley = Cayley()
