@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..numbers import Coefficients, Graph, Node, NodeMatrix
-from ..numbers.graph import PRODUCT, SUM
+from ..numbers.nodes import PRODUCT, SUM
 
 #: number of multiplications up to which a system is unrolled: a dense one of 12 unknowns
 UNROLLED = 600

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from ..numbers import Node, node_values, random_point, vanishes
-from ..numbers.graph import CALL, HELD, LETTER, PRODUCT, RESULT
+from ..numbers.nodes import CALL, HELD, LETTER, PRODUCT, RESULT
 from ..numbers.types import Exact, Letter, Number
 from .step import Step
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..numbers import Graph, Node, Scope, arithmetic, numeric, opaque, within_doubles
-from ..numbers.graph import CALL
+from ..numbers.nodes import CALL
 from ..numbers.types import Letter
 
 #: number of array entries that are computed at a time

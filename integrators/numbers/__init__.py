@@ -34,7 +34,7 @@ from .exact import (
     whole_number,
     within_doubles,
 )
-from .graph import Graph, Node, NodeMatrix, Nodes, Rational, ratio
+from .graph import Graph
 from .held import Frame, Scope, jacobian
 from .identities import (
     first_violation,
@@ -50,6 +50,7 @@ from .laurent import Atoms, TooLong
 from .lazy import LazyModule, mpmath, sympy, uncollected, working_digits
 from .multi_output import InArithmetic, as_one_number, entry, opaque
 from .newton import newton
+from .nodes import Node, NodeMatrix, Nodes, Rational, ratio
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
 from .operations import Operations, Value
 from .registered import collect, register, with_tables

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from .arithmetic import refused
-from .graph import CONSTANT, LETTER, NUMBER, RESULT, Graph, Node
+from .graph import Graph
 from .lazy import sympy
+from .nodes import CONSTANT, LETTER, NUMBER, RESULT, Node
 from .types import Letter, Letters
 
 

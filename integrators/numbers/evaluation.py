@@ -14,7 +14,9 @@ from operator import add, mul
 from typing import Any
 
 from .arithmetic import FUNCTIONS, arithmetic, refused
-from .graph import (
+from .graph import Graph
+from .lazy import sympy
+from .nodes import (
     CALL,
     HELD,
     LETTER,
@@ -22,13 +24,11 @@ from .graph import (
     PRODUCT,
     RESULT,
     SUM,
-    Graph,
     Node,
     NodeMatrix,
     Rational,
     slot,
 )
-from .lazy import sympy
 from .types import Exact, Expression, Letter, Number, SymbolicMatrix
 
 

@@ -12,7 +12,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .graph import (
+from .graph import Graph
+from .lazy import sympy
+from .nodes import (
     CALL,
     HELD,
     LETTER,
@@ -20,14 +22,12 @@ from .graph import (
     PRODUCT,
     RESULT,
     SUM,
-    Graph,
     Group,
     Node,
     NodeMatrix,
     Nodes,
     Row,
 )
-from .lazy import sympy
 from .types import Column, Expression, Letter, SymbolicMatrix
 
 

@@ -13,7 +13,9 @@ from typing import Any
 from .arithmetic import FUNCTIONS, refused
 from .coefficients import Coefficients
 from .exact import refuse_long
-from .graph import (
+from .graph import Graph
+from .lazy import sympy
+from .nodes import (
     CALL,
     CONSTANT,
     HELD,
@@ -22,13 +24,11 @@ from .graph import (
     PRODUCT,
     RESULT,
     SUM,
-    Graph,
     Node,
     Rational,
     ratio,
     slot,
 )
-from .lazy import sympy
 from .registered import is_table, tabulated
 from .types import Expression
 

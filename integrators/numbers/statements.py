@@ -12,7 +12,8 @@ from typing import Any, TypeAlias
 
 from .arithmetic import FUNCTIONS
 from .coefficients import Coefficients
-from .graph import Graph, Node
+from .graph import Graph
+from .nodes import Node
 from .operations import (
     ADD,
     CALLED,

@@ -18,7 +18,7 @@ from discmech.integrators import (
     se,
 )  # fmt: skip
 from discmech.integrators.numbers import arithmetic, evaluate_at, first_violation, random_point
-from discmech.integrators.numbers.graph import RESULT
+from discmech.integrators.numbers.nodes import RESULT
 from tests.objects import SCENES, SCHEMES, named, scheme
 
 

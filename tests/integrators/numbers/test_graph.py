@@ -88,3 +88,21 @@ def test_a_function_without_a_known_derivative_says_so_when_it_is_evaluated():
     graph, f = Graph(), sympy.Function("f", real=True)
     slope = Scope(graph).total([f(A**2)], [A])[0]
     assert slope.has(sympy.Derivative) and slope.free_symbols == {A}
+
+
+def test_a_node_has_one_key_in_every_order_of_making():
+    value = (A + 2 * B) * sin(C) / (1 + A**2)
+    one, other = Graph(), Graph()
+    other.read(sin(C) * B + C - A)
+    assert one.key(one.read(value)) == other.key(other.read(value))
+    assert one.key(one.read(value)) != one.key(one.read(2 * value))
+
+
+def test_held_values_are_rebuilt_with_others_in_place_of_letters():
+    graph = Graph()
+    held = graph.hold(graph.read(A**2 + B), symbols("e", real=True))
+    node = held * graph.read(C)
+    (found,) = graph.rebuilt([node], {graph.read(B).index: graph.read(C - A**2)})
+    assert graph.shown(found) == C**2
+    assert graph.written_out(graph.shown(node)) == (A**2 + B) * C
+    assert graph.symbols([node]) == {A, B, C}
