@@ -17,6 +17,8 @@ If LOCAL, the state is (x, ν), where ν = μ − F⁻/h of all terms without a 
 # ruff: noqa: F821, B905 (names are supplied; the compiled language has no strict=)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
+from .decorators import kernel
+
 
 def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficients, given, kinds,
             substeps, ranges, parts, segments, pieces, totals):  # fmt: skip

@@ -11,6 +11,7 @@ site's eliminated block. Only these entries are carried from one site to the nex
 # ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
+from .decorators import kernel
 
 # -- matrices as tuples of rows --------------------------------------------------------------------
 

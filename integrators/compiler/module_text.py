@@ -70,10 +70,13 @@ def driver_text() -> str:
 
 
 def texts_of(*names: str) -> str:
-    """Return the text of the named files of this room, and of the rule by which loops end."""
+    """Return the text of the named files of this room, and of the rule by which loops end.
+
+    What the files import, their decorators, is known wherever the text is run.
+    """
     files = (Path(__file__).with_name(f"{name}.py") for name in names)
     texts = [getsource(over), getsource(steepness), *(f.read_text(encoding="utf-8") for f in files)]
-    return "\n\n".join(texts)
+    return re.sub(r"^from \..*\n", "", "\n\n".join(texts), flags=re.MULTILINE)
 
 
 def with_names(text: str, own: Letters) -> str:

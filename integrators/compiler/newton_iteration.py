@@ -8,6 +8,8 @@ component hides a larger correction)`, `again(problem)`, the start of a second t
 # ruff: noqa: F821, B905, SIM102 (names are supplied; no strict=; `and` would compute `still`)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
+from .decorators import aside
+
 
 def newton(problem, w, kappa, scale, age):
     """Run Newton's method from the start w until the error is certainly below round-off.

@@ -20,6 +20,8 @@ from POINT on the points at all nodes; from SHIFT on the change of π₀ − μ.
 # ruff: noqa: F821, B905 (names are supplied; the compiled language has no strict=)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
+from .decorators import kernel, ordered
+
 
 def lanes_at(array, first, count):
     """Return `count` components at all nodes, from entry `first` of an array."""

@@ -6,6 +6,8 @@ Like `driver` this is text of every module: loops over tuples are unrolled for t
 # ruff: noqa: F821, B905 (lengths agree)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
+from .decorators import node
+
 
 def plus(a, b):
     """Return a + b."""

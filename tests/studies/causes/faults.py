@@ -38,9 +38,11 @@ class Broken(Case):
 def loose(flow):
     """Newton is content with a velocity that is off by a part in ten million."""
     edited(
-        flow, "w = plus(w, dw)", "w = tuple([(a + d) * (1 + R(1) / 10**7) for a, d in zip(w, dw)])"
+        flow,
+        "better = plus(w, dw)",
+        "better = tuple([(a + d) * (1 + R(1) / 10**7) for a, d in zip(w, dw)])",
     )
-    edited(flow, "if fine and total == 0 and", "if True or fine and total == 0 and")
+    edited(flow, "if fine and total == 1 and", "if True or fine and total == 1 and")
 
 
 def edited(flow, old, new):
