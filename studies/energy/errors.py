@@ -115,6 +115,7 @@ def _edge_slopes(times: np.ndarray, errors: np.ndarray) -> list[float] | None:
 
 
 def are_steady(edge_slopes: Sequence[float] | None, allowed: float) -> bool:
+    """True if both edges of the errors are known, and rise by at most `allowed` a unit of time."""
     return edge_slopes is not None and max(map(abs, edge_slopes)) <= allowed
 
 

@@ -43,6 +43,16 @@ def no_figures(cases: Sequence[AnyCase], known: dict[str, Mark], titles: Titles)
     return []
 
 
+def figures_in_line(case: Any) -> str:
+    """Return what was measured of a case in one line."""
+    return pairs(case.figures)
+
+
+def wanted_in_line(case: Any) -> str:
+    """Return what is expected of a case in one line."""
+    return pairs(case.wanted)
+
+
 @dataclass(frozen=True)
 class View:
     """A study's own way to show its cases (`case.Case`); omitted parts have a plain default.
@@ -60,8 +70,8 @@ class View:
     row: type[Any] = dict
     columns: Sequence[Column] | None = None
     whole: bool = False
-    got: Words = lambda case: pairs(case.figures)
-    wanted: Words = lambda case: pairs(case.wanted)
+    got: Words = figures_in_line
+    wanted: Words = wanted_in_line
     short: Words | None = None
     line: Words | None = None
     sketches: Callable[[Sequence[Any], dict[str, Mark], Titles], list[Sketch]] = no_figures

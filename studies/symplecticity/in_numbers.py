@@ -74,11 +74,19 @@ class Resolved(Protocol):
     """A row whose defect is certain, or whose resolution says what could be hidden."""
 
     @property
-    def certain(self) -> float | None: ...
+    def certain(self) -> float | None:
+        """The part of the defect that exceeds its errors; None where it was not measured."""
+        ...
+
     @property
-    def resolution(self) -> float | None: ...
+    def resolution(self) -> float | None:
+        """The largest defect that its errors may hide."""
+        ...
+
     @property
-    def left(self) -> float | None: ...
+    def left(self) -> float | None:
+        """The defect that a method of the same order without a form leaves there."""
+        ...
 
 
 def undecided(case: Case, rows: Sequence[Resolved]) -> bool:

@@ -66,9 +66,10 @@ def test_an_update_that_loses_a_thousandth_a_step_fails_in_order_and_energy(
     wrong_gain, monkeypatch, study, said
 ):
     def gain(self):
-        return self.plus * sympy.Rational(999, 1000) - self.minus
+        wrong = self.plus * sympy.Rational(999, 1000) - self.minus
+        return self._per_step(self.of.graph.column(wrong))
 
-    monkeypatch.setattr(Arrows, "gain", property(gain))
+    monkeypatch.setattr(Arrows, "gain_of_rows", property(gain))
     found = measured(study, scenes.get("pendulum").with_values(), midpoint, 50)
     assert found["verdict"] == "fail" and said in found["reason"]
 
