@@ -15,7 +15,6 @@ from .arithmetic import (
     arithmetic,
     finite,
 )
-from .coefficients import Coefficients
 from .evaluation import evaluate, evaluate_at, evaluate_matrix, node_values, number
 from .exact import (
     exact,
@@ -52,7 +51,7 @@ from .multi_output import InArithmetic, as_one_number, entry, opaque
 from .newton import newton
 from .nodes import Node, NodeMatrix, Nodes, Rational, ratio
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
-from .operations import Operations, Value
+from .operations import Coefficients, Operations, Value
 from .registered import collect, register, with_tables
 from .running_error import (
     Tracked,

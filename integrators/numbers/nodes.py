@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 from .lazy import LazyModule, sympy
 from .types import Expression, Letter
-
-if TYPE_CHECKING:
-    from .graph import Graph
 
 gmpy2: Any = LazyModule("gmpy2")
 
@@ -36,7 +33,7 @@ class Node:
 
     __slots__ = ("args", "graph", "index", "kind")
 
-    def __init__(self, graph: Graph, kind: int, args: Any, index: int) -> None:
+    def __init__(self, graph: Any, kind: int, args: Any, index: int) -> None:
         self.graph, self.kind, self.args, self.index = graph, kind, args, index
 
     def __add__(self, other: Any) -> Node:

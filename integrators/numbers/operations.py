@@ -7,11 +7,10 @@ partial sums and products that occur in several sums and products are looked for
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from typing import Any
 
 from .arithmetic import FUNCTIONS, refused
-from .coefficients import Coefficients
 from .exact import refuse_long
 from .graph import Graph
 from .lazy import sympy
@@ -30,7 +29,7 @@ from .nodes import (
     slot,
 )
 from .registered import is_table, tabulated
-from .types import Expression
+from .types import Expression, Letter, Letters
 
 #: kinds of operations; their `details`: the text of a LEAF, the expression or the name of a
 #: FUNCTION, the name of one with several results that is CALLED, the object that writes LINES, the
@@ -44,6 +43,63 @@ Value = int
 #: (caller, function, numbers of the results) ↦ (name of the function that has these results, names
 #: that it uses beside its arguments, with their nodes: None for a coefficient)
 Written = Callable[["Operations", Any, Sequence[int]], "tuple[str, dict[str, Node | None]]"]
+
+
+class Coefficients:
+    """Values of the step and the parameters `q` alone, each computed once per flow as c[i].
+
+    Sums are not multiplied out: c·(a − c′b) keeps its map volume-preserving in rounded numbers,
+    where c·a − (cc′)·b would let energy drift linearly (harmonic midpoint: 3e-19 a step). graph:
+    that of the values; those of other graphs are copied. plain: the parameters themselves are the
+    coefficients, and kernels compute the rest anew.
+    """
+
+    def __init__(self, q: Letters, graph: Graph | None = None, plain: bool = False) -> None:
+        self.q, self.graph, self.plain = list(q), graph or Graph(), plain
+        self.values: list[Node] = self.graph.letters(q) if plain else []
+        self._parameters = set(q)
+        self._places: dict[int, int] = {}
+        self._constant: dict[Node, bool] = {}
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the coefficients that have been asked for so far."""
+        return (f"c{i}" for i in range(len(self.values)))
+
+    def look_at(self, graph: Graph, nodes: Sequence[Node]) -> None:
+        """Find out which of these nodes, and of those below, are constant."""
+        known = self._constant
+        for e in graph.order(nodes, known.__contains__):
+            if e not in known:
+                free = e.kind == RESULT or (e.kind == LETTER and e.args not in self._parameters)
+                known[e] = not (free or self.plain) and all(map(known.get, graph.below(e)))
+
+    def constant(self, e: Node) -> bool:
+        """Return True if all letters in a node are of q."""
+        found = self._constant.get(e)
+        if found is None:
+            self.look_at(e.graph, [e])
+            found = self._constant[e]
+        return found
+
+    def place(self, e: Node) -> tuple[int, bool]:
+        """Return (i, True for a minus sign) of a constant node, which is c[i] or −c[i].
+
+        Raises `BadInput` for a complex coefficient.
+        """
+        if e.graph is not self.graph:
+            (e,) = self.graph.rebuilt([e], {})
+        minus = e.leads_negative or (e.kind == NUMBER and e.args < 0)
+        e = -e if minus else e
+        if e.index not in self._places:
+            if any(a.kind == CONSTANT and a.args.has(sympy.I) for a in self.graph.order([e])):
+                raise refused(sympy.I)
+            self._places[e.index] = len(self.values)
+            self.values.append(e)
+        return self._places[e.index], minus
+
+    def symbol(self, letter: Letter) -> int:
+        """Return the place of a parameter among the coefficients."""
+        return self.place(self.graph.letter(letter))[0]
 
 
 class Operations:

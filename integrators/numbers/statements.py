@@ -11,7 +11,6 @@ from itertools import count
 from typing import Any, TypeAlias
 
 from .arithmetic import FUNCTIONS
-from .coefficients import Coefficients
 from .graph import Graph
 from .nodes import Node
 from .operations import (
@@ -23,6 +22,7 @@ from .operations import (
     LINES,
     MULTIPLY,
     POWER,
+    Coefficients,
     Operations,
     Value,
 )

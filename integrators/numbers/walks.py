@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import lru_cache
 from hashlib import blake2b
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .lazy import sympy
 from .nodes import (
@@ -24,9 +24,6 @@ from .nodes import (
     slot,
 )
 from .types import Expression, Letter
-
-if TYPE_CHECKING:
-    pass
 
 
 class Walks:
