@@ -324,14 +324,15 @@ class LatticeGaps(Gaps):
         return P
 
     def energy(self, x: np.ndarray, xi: np.ndarray, mu: np.ndarray) -> float:
-        """Return H of all sites and bonds."""
-        pairs = self.lattice.pairs
+        """Return H of all sites and bonds that move: that of others may change with the time."""
+        pairs, free = self.lattice.pairs, self.lattice.free
         (_, p, _), (_, of_bond, _) = self.flow.scheme.terms_at(self.time(x))
         of_bonds = self._of_bond(*at_ends(pairs, self.of_sites(x)), of_bond)
         columns = (list(e.reshape(self.N, -1).T) for e in (self.of_sites(x), xi, mu))
         of_sites = self._energy(*columns, p)
-        return float(np.broadcast_to(of_sites, self.N).sum()
-                     + np.broadcast_to(of_bonds, len(pairs)).sum())  # fmt: skip
+        return float(np.broadcast_to(of_sites, self.N)[free].sum()
+                     + np.broadcast_to(of_bonds, len(pairs))[free[pairs].any(axis=1)].sum()
+                     )  # fmt: skip
 
     @cached_property
     def _of_bond(self) -> Any:

@@ -104,7 +104,7 @@ def test_balls_that_touch_are_struck_together():
 
 
 def test_a_time_dependent_table_under_beads_runs_as_its_scene():
-    shaken = beads("1/2", on_site=lambda x, v, p, t: (1 + t / 9) * v[0] ** 2 / 2
+    shaken = beads("1/2", fixed=[1], on_site=lambda x, v, p, t: (1 + t / 9) * v[0] ** 2 / 2
                    - (p.g + sympy.sin(3 * t) / 2) * x[0])  # fmt: skip
     assert_same(shaken, midpoint, 100)
 
