@@ -15,6 +15,7 @@ from discmech.studies import get as get_study
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.one_case import run_case
 from discmech.studies.lattices import STUDY, measuring
+from discmech.studies.report.case import case_of
 from discmech.studies.symplecticity.limits import LIMITS
 from discmech.studies.systems import reference, residual
 from discmech.studies.systems.joints import Joints
@@ -124,7 +125,7 @@ def test_what_errors_are_held_against_is_said(monkeypatch):
     found = run_case(order, Case("order", systems.get("rotors"), trapezoidal, 16))
     assert found["measured"]["held_against"] == "its own runs"
     assert "not followed" in found["measured"]["why_not"]
-    assert "(against its own runs)" in dict(order.view.columns)["Order"](found)
+    assert "(against its own runs)" in dict(order.view.columns)["Order"](case_of("order", found))
 
 
 def test_rules_that_constraints_do_not_take_are_left_out_with_a_note():
