@@ -27,6 +27,9 @@ TOLERANCE = 2.0**-45
 LOOSER = 8  # factor of the second run's tolerance; errors are in proportion to it
 # most evaluations of the vector field by both runs; known lattices take some hundreds
 MOST = 20_000
+# size of a start at rest at the origin, which has none: below all errors that doubles tell from the
+# motion, and its reciprocal can be squared, as scipy does for the first step
+NO_SIZE = 2.0**-256
 
 
 def solution(scheme: Any, duration: float) -> tuple[np.ndarray, np.ndarray, float]:
@@ -41,7 +44,7 @@ def solution(scheme: Any, duration: float) -> tuple[np.ndarray, np.ndarray, floa
     x, v = lattice.start
     mu = np.where(lattice.free[:, None], scheme.flow(lattice.step).momenta(x, v), 0)
     field = field_of(scheme, x.shape, v, MOST)
-    size = float(max(np.max(abs(x)), np.max(abs(mu))))
+    size = float(max(np.max(abs(x)), np.max(abs(mu)))) or NO_SIZE
     start, ends = np.concatenate([x.ravel(), mu.ravel()]), []
     for tolerance in (TOLERANCE, LOOSER * TOLERANCE):
         with np.errstate(all="ignore"):  # an end that is no number is reported below

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech import Scheme, trapezoidal
+from discmech import Lattice, Scheme, pair, trapezoidal
 from discmech.integrators.lattices import LatticeRun, RestrictedStep, poisson_defect, systems
 from discmech.integrators.rules import get
 from discmech.studies import get as get_study
@@ -126,6 +126,21 @@ def test_what_errors_are_held_against_is_said(monkeypatch):
     assert found["measured"]["held_against"] == "its own runs"
     assert "not followed" in found["measured"]["why_not"]
     assert "(against its own runs)" in dict(order.view.columns)["Order"](case_of("order", found))
+
+
+def test_what_begins_at_rest_at_the_origin_is_held_against_its_equations():
+    """Such a start has no size of its own: two sites that fall side by side, x = -t²/2."""
+    falling = Lattice(
+        name="falling",
+        site=pair(1),
+        sites=2,
+        on_site=lambda x, v, p: v[0] ** 2 / 2 - x[0],
+        on_bond=lambda x, y, p: -((y[0] - x[0]) ** 2) / 2,
+        x0=np.zeros((2, 1)),
+        v0=np.zeros((2, 1)),
+    )
+    x, mu, known = reference.solution(Scheme(falling, trapezoidal), 2.0)
+    assert np.allclose(x, -2, rtol=2 * known) and np.allclose(mu, -2, rtol=2 * known)
 
 
 def test_rules_that_constraints_do_not_take_are_left_out_with_a_note():
