@@ -92,8 +92,10 @@ def step_round_off(
 def in_round_offs(gap: Vector, bound: Vector) -> Number:
     """Return the largest |gap| over its bound, entry by entry; 0 without a gap, 1 without a bound.
 
+    It is nan if the bound of a gap is not finite: an infinite one would excuse any gap.
     With a `step_round_off` as bound it is at most ε if only round-off caused the gap.
     """
     pairs = zip(abs(gap), bound, strict=True)
-    found = [g / (b if b else g) for g, b in pairs if g != 0]
+    # b − b is nan for a bound that is not finite
+    found = [g / (b if b else g) + (b - b) for g, b in pairs if g != 0]
     return max(found, key=lambda d: (d != d, d), default=0 * abs(gap).sum())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -123,6 +124,17 @@ class _Run(ContactRun):
                 zip(scheme.terms, scheme.equations.contacts, strict=True) if given]  # fmt: skip
         words = self.run.digest.hexdigest(), lattice.shape, str(gaps), str(lattice.restitution)
         return text_key(scheme.system, *words)
+
+    @property
+    def state(self) -> dict[str, np.ndarray]:
+        # a free step begins its search for the unknowns from those of the step before
+        inner = {f"free {word}": array for word, array in self.run.state.items()}
+        return {**super().state, **inner}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        super().restore(state)
+        self.run.restore({word.removeprefix("free "): array for word, array in state.items()
+                          if word.startswith("free ")})  # fmt: skip
 
     def _free_step(
         self, share: Number, x: np.ndarray, mu: np.ndarray, near: np.ndarray

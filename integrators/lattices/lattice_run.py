@@ -77,8 +77,8 @@ class LatticeRun:
         if scheme.local and not several and len(self.x) >= LEAST:
             self.halves = TwoHalves(kernels.advance, self.arguments)
         #: the digest of the data of a run in its arrays
-        self.digest = hashlib.sha256()
-        for array in (self.x, self.mu, own, of_bond, c, ranges, segments):
+        self.digest = hashlib.sha256(str(self.t0).encode())
+        for array in (self.x, self.mu, self.u, own, of_bond, c, ranges, segments):
             exact = array if array.dtype != object else np.array([*map(str, array.flat)])
             self.digest.update(exact.tobytes())
         more = widths["w"] - self.u.shape[1] if scheme.constraints else 0

@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+import sympy
 from scipy.linalg import expm
 
 from discmech import BadInput, Scheme, scenes
@@ -30,6 +31,15 @@ def flow_of(scene, rule="midpoint", step=None, digits=16, edge="refuse", **how):
 
 def reversible():
     return vary(rules.get("trapezoidal"), radius, "reversible")
+
+
+def stiffening():
+    """Masses with gaps, whose free steps are solved by Newton's method."""
+    return replace(
+        systems.fput(6, beta=9), name="stiffening", fixed_ends=False, restitution="1/2",
+        bond_contact=lambda x, y, p: [y[0] - x[0] + sympy.Rational(1, 10)],
+        x0=np.zeros((6, 1)), v0=np.linspace(1, -1, 6)[:, None],
+    )  # fmt: skip
 
 
 #: a first step of a rigid body, farther than half of a quarter turn
@@ -59,6 +69,9 @@ FLOWS = {
     "degenerate": (lambda: flow_of("vortex-pair", "projected-gauss-1"), 40, 3),
     "sites with contact": (
         lambda: Scheme(systems.bead_chain(8), rules.get("midpoint")).flow("1/50"), 40, 3
+    ),
+    "sites with contact, stiffening": (
+        lambda: Scheme(stiffening(), rules.get("midpoint")).flow("1/10"), 60, 3
     ),
 }  # fmt: skip
 

@@ -59,6 +59,7 @@ def test_checkpoints_of_other_runs_are_refused(tmp_path):
     other = Scheme(systems.fput(12, beta=1), trapezoidal)
     for run in (lambda: scheme.flow("1/40").trajectory(STEPS, EVERY, checkpoint=path),
                 lambda: scheme.flow("1/20").trajectory(STEPS, 5, checkpoint=path),
+                lambda: scheme.flow("1/20").trajectory(STEPS, EVERY, t0=1, checkpoint=path),
                 lambda: scheme.flow("1/20").trajectory(
                     STEPS, EVERY, x0=np.ones((12, 1)), checkpoint=path),
                 lambda: other.flow("1/20").trajectory(STEPS, EVERY, checkpoint=path),
