@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..numbers import inverse_sizes, tracked
+from ..numbers import finite, inverse_sizes, tracked
 from ..numbers.types import Number, Vector
 from .local_geometry import LocalGeometry, Maps
 
@@ -95,7 +95,6 @@ def in_round_offs(gap: Vector, bound: Vector) -> Number:
     It is nan if the bound of a gap is not finite: an infinite one would excuse any gap.
     With a `step_round_off` as bound it is at most ε if only round-off caused the gap.
     """
-    pairs = zip(abs(gap), bound, strict=True)
-    # b − b is nan for a bound that is not finite
-    found = [g / (b if b else g) + (b - b) for g, b in pairs if g != 0]
+    triples = zip(abs(gap), bound, finite(bound), strict=True)
+    found = [g / (b if b else g) if known else np.nan for g, b, known in triples if g != 0]
     return max(found, key=lambda d: (d != d, d), default=0 * abs(gap).sum())
