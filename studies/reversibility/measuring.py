@@ -53,7 +53,7 @@ def measure(case: Case, progress: Progress = silent) -> Found | FoundOfNumbers:
         start = run.base[k], run.mu[k], run.u[k]
         again = back.trajectory(1, x0=run.base[k + 1], mu0=run.mu[k + 1], u0=run.u[k])
         defect = float(return_defect(forth, back, *start, (again.base[-1], again.mu[-1])))
-        worst = max(worst, defect)
+        worst = worst if defect <= worst else defect  # one that is not a number stays
         rows.append(Row(float(case.scene.step), k, float(run.t[k]), defect))
     return Found(rows, Measured(worst), _at_places(case))
 

@@ -43,8 +43,11 @@ def _got(case: Case) -> str:
 
 
 def _demanded(case: Case) -> dict[str, Any]:
-    """Return the figures that are demanded, by their names of JSON; all without a demand."""
-    asked = case.expected.demanded or case.figures
+    """Return the defects that are demanded, by their names of JSON; all without a demand.
+
+    A program's resolution is none.
+    """
+    asked = case.expected.demanded or NAMES
     return {k: v for k, v in case.figures.items() if k in asked and v is not None}
 
 

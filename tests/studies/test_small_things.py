@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
-from discmech import Scene, pair
+from discmech import Scene, midpoint, pair
 from discmech.integrators import rules as discretisations
 from discmech.integrators import scenes
 from discmech.studies import check, get
@@ -12,6 +14,7 @@ from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.lookup import rules
 from discmech.studies.core.one_case import run_case
 from discmech.studies.core.running import _dropped
+from discmech.studies.core.study import every_study
 from discmech.studies.report import tables
 
 ROUGH = """
@@ -96,3 +99,20 @@ def test_a_scene_at_rest_at_the_origin_is_exact(digits):
     found = run_case(get("order"), Case("order", rest, discretisations.get("midpoint"), digits))
     assert found["verdict"] == "pass" and "exact on this scene" in found["reason"]
     assert found["measured"]["order"] is None and {r["error"] for r in found["rows"]} == {0}
+
+
+def test_the_short_form_of_a_program_is_its_defect_and_not_the_resolution():
+    measured = {"pullback": None, "poisson": 3e-16, "certain": 0.0, "resolution": 1e-12,
+                "residual": 0.0}  # fmt: skip
+    assert tables.short("symplecticity", {"measured": measured}) == "3.0×10⁻¹⁶"
+    measured["residual"] = 1e-3
+    assert tables.short("symplecticity", {"measured": measured}) == "residual 10⁻³"
+
+
+def test_a_step_back_that_ends_at_no_number_is_not_passed(monkeypatch):
+    from discmech.studies.reversibility import measuring
+
+    monkeypatch.setattr(measuring, "return_defect", lambda *given: math.nan)
+    monkeypatch.setattr(measuring, "_at_places", lambda case: None)
+    case = Case("reversibility", scenes.get("pendulum"), midpoint, 16, 4)
+    assert run_case(every_study()["reversibility"], case, causes=False)["verdict"] == "fail"
