@@ -64,7 +64,8 @@ def fastest_peers(kept: Mapping[str, Mapping[str, Any]]) -> set[str]:
 def beside_each_other(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the cases with what is read off all methods of a race, even of several runs.
 
-    crossovers; measured: `equal_time`, and same_as: the first method with the same step.
+    crossovers; measured: `equal_time` of the methods of one run, since times of two runs differ,
+    and same_as: the first method with the same step.
     """
     races: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
     for case in cases:
@@ -73,13 +74,16 @@ def beside_each_other(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
             races.setdefault(key, []).append(case)
     found = {}
     for race in races.values():
-        measured, rows = race[0]["measured"], [case["rows"] for case in race]
+        measured, rows = race[0]["measured"], dict[str, list[Sequence[Row]]]()
+        for case in race:
+            rows.setdefault(case["race"]["run"], []).append(case["rows"])
         changes = crossovers(race, (measured["x"], measured["y"]))
         first: dict[str, str] = {}
         for case in race:
             step = case["race"]["step"]
             leader = first.setdefault(step, case["rule"]) if step else case["rule"]
-            more = {"equal_time": equal_time(case["rows"], rows, measured["y"]),
+            own = rows[case["race"]["run"]]
+            more = {"equal_time": equal_time(case["rows"], own, measured["y"]),
                     "same_as": None if leader == case["rule"] else leader}  # fmt: skip
             found[id(case)] = {"crossovers": changes, "measured": {**case["measured"], **more}}
     return [{**case, **found.get(id(case), {})} for case in cases]

@@ -66,3 +66,18 @@ def test_a_point_without_error_is_not_drawn():
         p[:2]
         for p in plot_work._points(case_of("work-precision", {"rows": rows}), "seconds", "error")
     ] == [(2.0, 1e-3)]
+
+
+def test_errors_at_equal_time_are_those_of_one_run():
+    """A rule that was timed later, on a machine ten times as fast, is beside its own run alone."""
+
+    def raced(rule, run, *seconds):
+        rows = [{"seconds": s, "seconds_low": s, "seconds_high": s, "error": 10.0**-k}
+                for k, s in enumerate(seconds)]  # fmt: skip
+        return {"scene": "pendulum", "retraction": None, "periods": None, "rule": rule,
+                "kind": "rule", "rows": rows, "measured": {"x": "seconds", "y": "error"},
+                "race": {"run": run, "peers": {}, "step": None}}  # fmt: skip
+
+    cases = [raced("a", "1", 1, 10, 100), raced("b", "1", 1, 10), raced("c", "2", 0.1, 1)]
+    found = [case["measured"]["equal_time"] for case in standings.beside_each_other(cases)]
+    assert [one["seconds"] for one in found] == [10, 10, 1]
