@@ -161,6 +161,11 @@ def verify(
     choice = request.choice()
     not_judged = _claims_of_nothing(choice)
     asked = [get(name) for name in request.studies or studies()]
+    of_lattices = get("lattices")
+    own = () if request.studies else of_lattices.cases(choice)
+    # of lattices of one's own it takes no times
+    if own and not any(map(of_lattices.timed, own)):
+        asked.append(of_lattices)
     if not request.studies and any(r.claims and r.claims.reversible for r in choice.rules):
         asked.append(every_study()["reversibility"])
     held = [study for study in asked if list(study.cases(choice))]

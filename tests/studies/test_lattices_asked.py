@@ -78,7 +78,8 @@ def test_a_lattice_of_one_s_own_is_judged_by_its_file(tmp_path, monkeypatch, cap
     assert len({of_case(STUDY, c, timed=False) for c in asked}) == 2
     assert asked[0].command == "discmech lattices mine.py:springs --rule midpoint --digits 16"
     assert main(["verify", "mine.py"]) == 0
-    assert "order: springs, midpoint" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "order: springs, midpoint" in said and "lattices: springs, midpoint" in said
 
 
 def test_arrays_of_a_lattice_are_in_its_fingerprint():
