@@ -42,6 +42,8 @@ class Checkpoint:
             raise BadInput(f"{name}: checkpoint is {shown(path)}; give the name of a file.")
         try:
             self.path, self.key, self.name, self.numbers = Path(path), key, name, numbers
+            if "\0" in str(path):  # of which `exists` says only that it is not there
+                raise ValueError("it has a zero byte")
             is_folder, is_there = self.path.parent.is_dir(), self.path.exists()
         # a zero byte in the name, bytes, a name that is too long
         except (ValueError, TypeError, OSError) as error:

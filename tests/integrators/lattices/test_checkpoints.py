@@ -113,5 +113,7 @@ def test_damaged_checkpoints_are_refused(tmp_path):
         flow.trajectory(STEPS, EVERY, checkpoint=path)
     with pytest.raises(BadInput, match="give the name of a file"):
         flow.trajectory(STEPS, EVERY, checkpoint=3)
+    with pytest.raises(BadInput, match="is no name of a file"):
+        flow.trajectory(4, checkpoint="a\0b")
     with pytest.raises(BadInput, match="there is no folder"):
         flow.trajectory(STEPS, EVERY, checkpoint=tmp_path / "none" / "run.npz")
