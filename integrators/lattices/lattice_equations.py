@@ -63,10 +63,9 @@ class LatticeEquations:
         if lattice.constraint is not None and (refusal := rule.refusal(bond)):
             raise CannotMeasure(refusal)
         self.bond_symbols = SceneSymbols(bond, rule.stages)
-        what = "on_bond" if lattice.constraint is None else "a bond"
-        self.bond_symbols.name = f"{what} of {lattice.name}"
+        self.bond_symbols.name = f"a bond of {lattice.name}"
         lagrangian = self.bond_symbols.lagrangian  # report a wrong one now
-        self.bond_symbols.scalars([lagrangian], "its value", lattice.on_bond)
+        self.bond_symbols.scalars([lagrangian], "on_bond", lattice.on_bond)
         self.bond_symbols.force  # noqa: B018 - so too
 
     @cached_property

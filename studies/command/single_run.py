@@ -177,10 +177,9 @@ def _print_doubts(flow: Any) -> None:
 def _print_run(run: dict[str, Any]) -> None:
     print(f"{run['scene']} by {run['rule']}: {run['steps']} steps of {run['step']:.6g} "
           f"in {run['seconds']:.3g} s (with compilation, if it was the first time)")  # fmt: skip
-    print(
-        f"{run['newton']['solver']}, corrections a step: "
-        f"{run['newton']['mean']:.3f} mean, {run['newton']['max']} most"
-    )
+    newton = run["newton"]  # with contact corrections are not counted
+    counted = f", corrections a step: {newton['mean']:.3f} mean, {newton['max']} most"
+    print(newton["solver"] + (counted if run["impacts"] is None else ""))
     if run["margin"] < 1:
         met = f"; its edge was met {run['edges']} times" if run["edges"] else ""
         print(f"smallest margin to the edge of the chart: {run['margin']:.3g}{met}")

@@ -195,6 +195,7 @@ def test_an_impulse_of_the_wrong_sign_between_balls_is_seen(monkeypatch):
         ({"contact": 1}, "contact is 1; give a function of"),
         ({"constraint": lambda x, y, p: [x[0] - y[0]]}, "contact is not taken together"),
         ({"contact": lambda x, p: x[0]}, "must give a list of gaps"),
+        ({"bond_contact": lambda x, y, p: [1]}, "a bond of table: gap 0 is 1, which no motion"),
         ({"contact": lambda x, p: [(x[0], [x[0]])]}, "the contact of a lattice has no friction"),
         ({"contact": lambda x, p: [p.g]}, "gap 0 is p.g, which no motion changes"),
         ({"x0": [[1], [1], [-0.5], [1], [1]]}, "site 2 is inside the obstacle: its gap 0 is -0.5"),

@@ -228,7 +228,7 @@ def test_what_a_lattice_cannot_do_is_told():
         Scheme(without, midpoint)
 
     for on_bond in (lambda x, y, p: float("nan"), lambda x, y, p: x[0] / Integer(0)):
-        with pytest.raises(BadInput, match="on_bond of fput: its value is not finite and real"):
+        with pytest.raises(BadInput, match="a bond of fput: on_bond is not finite and real"):
             Scheme(fput(on_bond=on_bond), midpoint)
     with pytest.raises(BadInput, match="fput: on_site is not finite and real"):
         Scheme(fput(on_site=lambda x, v, p: v[0] ** 2 + float("inf")), midpoint)
