@@ -57,8 +57,8 @@ def refused(e: Expression) -> NotComputed:
     if name in ("sign", "Heaviside", "DiracDelta"):
         return NotSmooth(
             "the derivative of Abs (of Max, Min, a step) cannot be put into a kernel: write the "
-            "Lagrangian, the force, the constraints and the rule without Abs and the like (the "
-            "root of a square is one too)."
+            "Lagrangian, the force, the constraints, the gaps and the rule without Abs and the "
+            "like (the root of a square is one too)."
         )
     known = ", ".join(FUNCTIONS)
     return NotComputed(f"{what} cannot be put into a kernel; there are {known}, powers and roots.")
