@@ -123,9 +123,7 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     add_choices(report)
     report.add_argument("--folder", metavar="DIR", help="default: reports/build")
     report.add_argument(
-        "--verbose",
-        action="store_true",
-        help="print whole tables, also of cases that passed",
+        "--verbose", action="store_true", help="print whole tables, also of cases that passed"
     )
     add_look(report)
     add_own(report, (THOROUGH,))

@@ -54,9 +54,7 @@ class History:
         del self.runs[:-MOST]
 
     def add(
-        self,
-        results: Iterable[Mapping[str, Any]],
-        figure: Callable[[str, dict[str, Any]], str],
+        self, results: Iterable[Mapping[str, Any]], figure: Callable[[str, dict[str, Any]], str]
     ) -> None:
         """Add this run; figure: (study, case) ↦ the result in words."""
         made = record(0.0, {})

@@ -202,11 +202,7 @@ def finished(
 
 
 def _in_turn(
-    plan: Plan,
-    tasks: list[Task],
-    also: Also,
-    progress: Progress,
-    store: Store | None,
+    plan: Plan, tasks: list[Task], also: Also, progress: Progress, store: Store | None
 ) -> Iterator[Finished]:
     """Yield the same in this process, case by case."""
     for task in tasks:

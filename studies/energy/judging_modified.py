@@ -7,14 +7,7 @@ from collections.abc import Sequence
 from ..core.case import Verdict
 from ..systems.modified_change import Change
 from .limits import LIMITS
-from .modified import (
-    certain_drift,
-    covers,
-    drift_beside,
-    goes_one_way,
-    resolved,
-    stands,
-)
+from .modified import certain_drift, covers, drift_beside, goes_one_way, resolved, stands
 from .records import Found
 
 NOT_BACK = (

@@ -18,15 +18,7 @@ from discmech.integrators.numbers import mpmath, sympy
 from discmech.integrators.rules import Discretisation
 from discmech.reference import surroundings
 
-from .order import (
-    GUARD,
-    NEAR,
-    ComponentOrder,
-    LocalOrder,
-    at_place,
-    digits_for,
-    names_of,
-)
+from .order import GUARD, NEAR, ComponentOrder, LocalOrder, at_place, digits_for, names_of
 from .places import Place
 
 # a fraction with a longer power of 2 as its denominator is a float that was written or computed

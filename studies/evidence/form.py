@@ -13,11 +13,7 @@ from typing import Any
 
 from discmech.integrators import Scheme, StepFailure
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.flows import (
-    Flow,
-    form_change_defects,
-    restricted_form_defect,
-)
+from discmech.integrators.flows import Flow, form_change_defects, restricted_form_defect
 
 from .places import Place, steps_from
 

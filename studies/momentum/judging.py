@@ -6,11 +6,7 @@ import math
 from typing import Any
 
 from ..causes.round_off import why_unknown
-from ..core.case import (
-    Case,
-    Measurement,
-    Verdict,
-)
+from ..core.case import Case, Measurement, Verdict
 from ..core.records import decoded
 from ..evidence.judging import demand_consistency
 from .cause import cause_of_drift

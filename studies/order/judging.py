@@ -7,11 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from ..core.case import (
-    Case,
-    Measurement,
-    Verdict,
-)
+from ..core.case import Case, Measurement, Verdict
 from ..core.records import decoded
 from ..evidence import NEAR as BESIDE
 from . import judging_steps, multipliers
@@ -19,13 +15,7 @@ from .limits import tolerance as allowed
 from .measuring import BESIDE_EARLY, LARGE, ladder, measure
 from .recorded import FEWEST
 from .records import Found, Local
-from .window import (
-    approaches,
-    departure,
-    finest_order,
-    floor,
-    not_converging,
-)
+from .window import approaches, departure, finest_order, floor, not_converging
 
 #: errors that stop sinking above this are no ordinary round-off
 STUCK = 1e-11

@@ -15,26 +15,11 @@ from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import mpmath
 
 from ..causes.round_off import measure_round_off
-from ..core.case import (
-    Case,
-    Choice,
-    Progress,
-    family_cases,
-    lattice_cases,
-    plain_cases,
-    silent,
-)
+from ..core.case import Case, Choice, Progress, family_cases, lattice_cases, plain_cases, silent
 from ..systems import End, Ladder, System, system_of
 from . import multipliers, recorded, single_steps
 from .records import Found, Row
-from .window import (
-    REACHED,
-    above_floor,
-    decided,
-    fit,
-    floor,
-    slope_of_multipliers,
-)
+from .window import REACHED, above_floor, decided, fit, floor, slope_of_multipliers
 
 NAME = "order"
 NEEDS = "it needs a Lagrangian, from which the reference is computed."

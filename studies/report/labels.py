@@ -13,10 +13,7 @@ if TYPE_CHECKING:
 
 
 def end_labels(
-    axes: Axes,
-    labels: Sequence[tuple[float, float, str, str]],
-    gap: float = 8.6,
-    indent: float = 9,
+    axes: Axes, labels: Sequence[tuple[float, float, str, str]], gap: float = 8.6, indent: float = 9
 ) -> None:
     """Write words (x, y, text, colour) right of the axes beside the line ends, without overlap."""
     if not labels:

@@ -25,10 +25,7 @@ from .stiff import FAMILIES
 NAME = "stability"
 LINEAR = "harmonic"  # the scene of the linear part
 DIGITS = (16,)
-CONTROLS = {
-    LINEAR: (EULER, RUNGE_KUTTA),
-    "spring-pendulum": (EULER,),
-}
+CONTROLS = {LINEAR: (EULER, RUNGE_KUTTA), "spring-pendulum": (EULER,)}
 NEEDS = (
     f"of the bench's own scenes it needs one of {LINEAR} (linear), {', '.join(FAMILIES)}, and of "
     "others, where it is asked for by name, one whose energy is kept, without constraints and "

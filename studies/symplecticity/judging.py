@@ -5,11 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from ..core.case import (
-    Case,
-    Measurement,
-    Verdict,
-)
+from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..core.records import decoded
 from ..evidence.judging import demand_consistency

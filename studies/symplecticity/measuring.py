@@ -21,15 +21,7 @@ from discmech.integrators.flows import form_change_defects, restricted_form_defe
 from discmech.reference import ReferenceFailure
 
 from ..core import controls
-from ..core.case import (
-    Case,
-    Choice,
-    Progress,
-    family_cases,
-    lattice_cases,
-    plain_cases,
-    silent,
-)
+from ..core.case import Case, Choice, Progress, family_cases, lattice_cases, plain_cases, silent
 from ..core.family import KEPT
 from ..evidence import evidence_of
 from ..evidence.consistency import consistency_of

@@ -8,12 +8,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators.equations import SceneSymbols, constraint, constraint_matrix, vector
-from discmech.integrators.numbers import (
-    Double,
-    numeric_text,
-    rounded,
-    with_running_errors,
-)
+from discmech.integrators.numbers import Double, numeric_text, rounded, with_running_errors
 
 Sums = tuple[np.ndarray, np.ndarray]  # values, and their errors in round-offs
 

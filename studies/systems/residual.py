@@ -15,12 +15,7 @@ import numpy as np
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.lattices import LatticeRun
 from discmech.integrators.lattices.lattice_run import segments_of
-from discmech.integrators.numbers import (
-    Double,
-    numeric_text,
-    rounded,
-    with_running_errors,
-)
+from discmech.integrators.numbers import Double, numeric_text, rounded, with_running_errors
 
 from .joints import Joints, Sums
 

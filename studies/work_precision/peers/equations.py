@@ -11,12 +11,7 @@ import numpy as np
 
 from discmech.integrators import Scheme
 from discmech.integrators.compiler import Array, address, compiled
-from discmech.integrators.equations import (
-    closed_velocity,
-    field_parts,
-    momentum,
-    vector_field,
-)
+from discmech.integrators.equations import closed_velocity, field_parts, momentum, vector_field
 from discmech.integrators.numbers import Double, function_text, run_text, sympy, with_tables
 
 #: ξ(x, μ) where it has no short closed form: Newton, halved until the rest shrinks; 1 if found

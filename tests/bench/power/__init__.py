@@ -50,9 +50,7 @@ STUDY = StudyFolder(
             _seed,
         ),
         Option(
-            "--only",
-            "faults and rules whose name holds these; 'valid rule': all of these",
-            "WORDS",
+            "--only", "faults and rules whose name holds these; 'valid rule': all of these", "WORDS"
         ),
     ),
 )

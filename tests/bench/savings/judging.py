@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from discmech.studies.core.case import (
-    Case,
-    Measurement,
-    Verdict,
-)
+from discmech.studies.core.case import Case, Measurement, Verdict
 
 from .limits import LIMITS
 

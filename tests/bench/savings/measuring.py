@@ -12,14 +12,7 @@ import numpy as np
 from discmech.integrators.compiler import SAVINGS
 from discmech.integrators.flows import Flow
 from discmech.integrators.groupoids import LieGroup
-from discmech.studies.core.case import (
-    Case,
-    Choice,
-    Progress,
-    plain_cases,
-    scheme_of,
-    silent,
-)
+from discmech.studies.core.case import Case, Choice, Progress, plain_cases, scheme_of, silent
 from discmech.studies.work_precision.kernel_work import operations, savings_made
 from discmech.studies.work_precision.racing import race
 
