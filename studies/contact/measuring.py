@@ -15,12 +15,14 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators.contact import TOUCHING, scaled_gaps
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
-from ..evidence import NEAR, evidence_of
+from ..evidence import evidence_of
+from ..evidence.consistency import of_evidence
 from ..symplecticity.limits import limit
 from .faults import CONTROLS, flow_with
 from .laws import defects, energies
 from .limits import LIMITS
 from .pieces import off_course
+from .records import Free
 
 NAME = "contact"
 NEEDS = "it needs a scene with contact, such as bouncing-ball."
@@ -280,24 +282,12 @@ def _times(case: Case, last: float | None, count: int, steps: int, unsure: float
 def _between(case: Case) -> dict[str, Any]:
     """Return {"local", "free"}: single steps of the same scene without contact.
 
-    local: {"order", "component", "place", "step", "exact", "unknown", "floats", "seed"}, free: the
-    largest defect of the form {"defect", "limit", "place"}, or None if none is kept.
+    free: the largest defect of the form, or None if none is kept.
     """
-    evidence = evidence_of(case.scheme_on(case.scene.with_values(contact=None)))
-    order, form = evidence.order, evidence.form
-    least = case.order or 1
-    low = order.order is not None and order.order < least - NEAR
-    worst = form.worst
-    return {
-        "local": {
-            "order": order.order, "component": order.component, "place": str(order.place or ""),
-            "step": order.step, "exact": order.exact, "unknown": order.unknown,
-            "floats": low and evidence.floats(least).explain, "seed": evidence.seed,
-        },
-        "free": worst and {
-            "defect": worst.defect, "limit": form.limit, "place": str(worst.place),
-        },
-    }  # fmt: skip
+    scheme = case.scheme_on(case.scene.with_values(contact=None))
+    form = evidence_of(scheme).form
+    free = form.worst and Free(form.worst.defect, form.limit, str(form.worst.place))
+    return {"local": of_evidence(scheme, case.order), "free": free}
 
 
 def _across(case: Case, located: Any) -> list[float | None] | None:

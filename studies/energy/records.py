@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..core.records import OPTIONAL
+from ..core.single_steps import SingleSteps
 from ..systems.modified_change import Change
 
 
@@ -71,7 +72,7 @@ class Found:
     way: float | None = field(default=None, metadata=OPTIONAL)
     steps: int | None = field(default=None, metadata=OPTIONAL)
     alone: Any = field(default=None, metadata=OPTIONAL)
-    consistency: Mapping[str, Any] | None = None
+    consistency: SingleSteps | None = None
 
     @property
     def band(self) -> float:

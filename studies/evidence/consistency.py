@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 from discmech.integrators import Scheme
 from discmech.integrators.errors import DiscmechError
 from discmech.reference import ReferenceFailure
 
 from ..core.case import Case
+from ..core.single_steps import SingleSteps
 from ..systems import system_of
 from . import NEAR, LocalOrder, evidence_of
 
@@ -17,7 +17,7 @@ from . import NEAR, LocalOrder, evidence_of
 CONSISTENCY = "consistency"
 
 
-def consistency_of(case: Case, least: int | None = 1) -> dict[str, Any] | None:
+def consistency_of(case: Case, least: int | None = 1) -> SingleSteps | None:
     """Return the order of a case's single steps, which `demand_consistency` judges, or None.
 
     Controls are judged by being caught, and a recorded run makes no single steps. Of a program only
@@ -31,11 +31,11 @@ def consistency_of(case: Case, least: int | None = 1) -> dict[str, Any] | None:
             None if scheme is None else of_evidence(scheme, least, settled=not case.rule.is_formula)
         )
     except (ReferenceFailure, DiscmechError) as failure:
-        return {"order": None, "unknown": " ".join(str(failure).split())}
+        return SingleSteps(unknown=" ".join(str(failure).split()))
 
 
-def of_evidence(scheme: Scheme, least: int | None = None, settled: bool = False) -> dict[str, Any]:
-    """Return the order of the single steps of a scheme, as a measurement keeps it.
+def of_evidence(scheme: Scheme, least: int | None = None, settled: bool = False) -> SingleSteps:
+    """Return the order of the single steps of a scheme.
 
     least: the order below which it is too low; the declared one if None. settled: True to count
     only components whose errors sink as one power of the step. floats: whether the last bits of a
@@ -44,17 +44,15 @@ def of_evidence(scheme: Scheme, least: int | None = None, settled: bool = False)
     evidence = evidence_of(scheme)
     found = _settled(evidence.order) if settled else evidence.order
     if found.unknown:
-        return {
-            "order": None, "unknown": found.unknown, "seed": evidence.seed,
-            "refused": found.refused and scheme.rule.is_formula,
-        }  # fmt: skip
+        refused = found.refused and scheme.rule.is_formula
+        return SingleSteps(seed=evidence.seed, unknown=found.unknown, refused=refused)
     least = least or scheme.order or 1
     low = found.order is not None and found.order < least - NEAR
-    return {
-        "floats": low and evidence.floats(least).explain,
-        "order": found.order, "component": found.component, "step": found.step,
-        "place": str(found.place or ""), "exact": found.exact, "seed": evidence.seed,
-    }  # fmt: skip
+    floats = low and evidence.floats(least).explain
+    place = str(found.place or "")
+    return SingleSteps(
+        found.order, found.component, found.step, place, found.exact, floats, evidence.seed
+    )
 
 
 def _settled(found: LocalOrder) -> LocalOrder:

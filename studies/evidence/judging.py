@@ -6,9 +6,6 @@ another motion, such as studies that compare runs of the same rule.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ..core.case import Measurement, Verdict
 from ..core.records import decoded
 from ..core.single_steps import SingleSteps
@@ -29,19 +26,15 @@ def demand_consistency(measurement: Measurement, verdict: Verdict) -> Verdict:
         return verdict
     if local.order is not None and local.order >= 1 - NEAR:
         return verdict
-    return judge(given, verdict, None, "the scene")
+    return judge(local, verdict, None, "the scene")
 
 
-def judge(
-    given: Mapping[str, Any] | None, verdict: Verdict, wanted: int | None, what: str
-) -> Verdict:
+def judge(local: SingleSteps | None, verdict: Verdict, wanted: int | None, what: str) -> Verdict:
     """Return the verdict of the runs combined with the single steps: a pass needs both.
 
-    given: the entries of `SingleSteps`. what: the name of the system that made the steps, for the
-    reason.
+    what: the name of the system that made the steps, for the reason.
     """
-    local = decoded(SingleSteps, given)
-    if given is None or local.exact or local.floats:
+    if local is None or local.exact or local.floats:
         return verdict
     order, least = local.order, wanted or 1
     if order is None:

@@ -106,7 +106,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     progress(f"{label}: single steps", 0.0)
     measured["local"] = local = consistency_of(case, None)
     if local is not None:
-        rows.append({"kind": "local", "step": local.get("step"), "order": local["order"]})
+        rows.append({"kind": "local", "step": local.step or None, "order": local.order})
     if known.refined is not None:
         progress(f"{label}: order in space", 0.2)
         spatial, measured["space_order"] = in_space(case.rule, known)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+
+from ..core.single_steps import SingleSteps
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +50,7 @@ class Measured:
     impacts: int | None = None
     pushed: bool = False
     grows: Grows | None = None
-    local: Mapping[str, Any] | None = None
+    local: SingleSteps | None = None
 
 
 @dataclass(frozen=True, slots=True)

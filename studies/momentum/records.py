@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from ..core.records import OPTIONAL
+from ..core.single_steps import SingleSteps
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ class Found:
     over: Mapping[str, int] | None = None
     walks: Mapping[str, int] | None = None
     lost: float | None = field(default=None, metadata=OPTIONAL)
-    consistency: Mapping[str, Any] | None = None
+    consistency: SingleSteps | None = None
 
 
 @dataclass(frozen=True, slots=True)

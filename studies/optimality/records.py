@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+
+from ..core.single_steps import SingleSteps
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,7 @@ class Found:
     rows: Sequence[Row] = ()
     measured: Measured = field(default_factory=Measured)
     floor: float = 0.0
-    local: Mapping[str, Any] | None = None
+    local: SingleSteps | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,6 @@ from typing import Any
 
 from ..core.case import Case, Measurement, Verdict, worst
 from ..core.records import decoded
-from ..core.single_steps import SingleSteps
 from ..energy.judging_errors import judge_errors
 from ..energy.records import Found as OfEnergy
 from ..evidence.judging import judge as judge_evidence
@@ -66,7 +65,7 @@ def _of_order(case: Case, found: Found, expected: Expecting) -> Verdict:
 
 def _as_declared(found: Found, wanted: int) -> bool:
     """True if single steps beside the motion are of the declared order and of no higher one."""
-    order = decoded(SingleSteps, found.local).order
+    order = None if found.local is None else found.local.order
     return order is not None and abs(order - wanted) <= LIMITS["order"]
 
 

@@ -21,6 +21,7 @@ from discmech.reference import ReferenceFailure
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
 from ..core.records import encoded
+from ..core.single_steps import SingleSteps
 from ..energy.errors import measured_errors, turns_of
 from ..energy.judging_errors import judge_errors
 from ..energy.limits import LIMITS as OF_ENERGY
@@ -248,9 +249,9 @@ def _energy(case: Case, step: Fraction) -> Mapping[str, Any]:
     return found
 
 
-def _local(case: Case) -> Mapping[str, Any]:
+def _local(case: Case) -> SingleSteps:
     """Return the order that single steps of the rule show, in its own time."""
     try:
         return of_evidence(scheme_of(case).inner)
     except (ReferenceFailure, DiscmechError) as failure:
-        return {"order": None, "unknown": " ".join(str(failure).split())}
+        return SingleSteps(unknown=" ".join(str(failure).split()))

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..core.single_steps import SingleSteps
+
 
 @dataclass(frozen=True, slots=True)
 class Measured:
@@ -39,7 +41,7 @@ class Found:
     measured: Measured = field(default_factory=Measured)
     orders: Sequence[float] = ()
     energy: Mapping[str, Any] = field(default_factory=dict)
-    local: Mapping[str, Any] | None = None
+    local: SingleSteps | None = None
     self_adjoint: bool = False
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from ..core.records import OPTIONAL, SPREAD
+from ..core.single_steps import SingleSteps
 
 Defects = Mapping[str, float | None]
 
@@ -46,7 +46,7 @@ class Found:
     measured: Defects = field(default_factory=dict)
     local: AtPlace | None = field(default=None, metadata=OPTIONAL)
     left_out_step: float | None = field(default=None, metadata=OPTIONAL)
-    consistency: Mapping[str, Any] | None = None
+    consistency: SingleSteps | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +110,7 @@ class FoundOfNumbers:
     rows: Sequence[OfNumbers] = ()
     measured: MeasuredOfNumbers = field(default_factory=MeasuredOfNumbers)
     local: Seed | None = None
-    consistency: Mapping[str, Any] | None = None
+    consistency: SingleSteps | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ import pytest
 
 from discmech import check, midpoint, scenes
 from discmech.studies import get
-from discmech.studies.core.case import Case, Choice, Verdict
+from discmech.studies.core.case import Case, Choice, Measurement, Verdict
 from discmech.studies.evidence.consistency import consistency_of
 from discmech.studies.evidence.judging import demand_consistency
 
@@ -46,8 +46,8 @@ def test_a_sound_step_leaves_the_verdict():
     told = Verdict("pass", "", {})
     case = Case("energy", scenes.get("pendulum"), midpoint, 16)
 
-    assert consistency_of(case)["order"] == pytest.approx(2, abs=0.01)
-    assert demand_consistency({"consistency": consistency_of(case)}, told) is told
+    assert consistency_of(case).order == pytest.approx(2, abs=0.01)
+    assert demand_consistency(Measurement.of({"consistency": consistency_of(case)}), told) is told
 
 
 @pytest.mark.parametrize("found", [
