@@ -122,7 +122,8 @@ class _Run(ContactRun):
         scheme, lattice = self.flow.scheme, self.flow.lattice
         gaps = [gap_expressions(s, given) for (s, *_), given in
                 zip(scheme.terms, scheme.equations.contacts, strict=True) if given]  # fmt: skip
-        words = self.run.digest.hexdigest(), lattice.shape, str(gaps), str(lattice.restitution)
+        values = gaps, lattice.restitution, lattice.split_parameters["shared"]
+        words = self.run.digest.hexdigest(), lattice.shape, *map(str, values)
         return text_key(scheme.system, *words)
 
     @property

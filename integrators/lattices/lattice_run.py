@@ -78,7 +78,7 @@ class LatticeRun:
             self.halves = TwoHalves(kernels.advance, self.arguments)
         #: the digest of the data of a run in its arrays
         self.digest = hashlib.sha256(str(self.t0).encode())
-        for array in (self.x, self.mu, self.u, own, of_bond, c, ranges, segments):
+        for array in (self.x, self.mu, self.u, own, of_bond, c, given, ranges, segments):
             exact = array if array.dtype != object else np.array([*map(str, array.flat)])
             self.digest.update(exact.tobytes())
         more = widths["w"] - self.u.shape[1] if scheme.constraints else 0

@@ -161,6 +161,21 @@ def test_gaps_and_restitution_belong_to_a_run(tmp_path):
             flow_of(other).trajectory(20, checkpoint=file)
 
 
+def test_parameters_that_only_gaps_or_the_time_use_belong_to_a_run(tmp_path):
+    def beads(gap, rate):
+        lattice = replace(
+            stiffening(), name="beads", parameters={"gap": gap, "rate": rate},
+            on_site=lambda x, v, p, t: v[0] ** 2 / 2 + sympy.sin(p.rate * t) * x[0],
+            on_bond=lambda x, y, p: 0, bond_contact=lambda x, y, p: [y[0] - x[0] + p.gap],
+        )  # fmt: skip
+        return Scheme(lattice, rules.get("trapezoidal")).flow("1/10")
+
+    beads(1, 1).trajectory(3, checkpoint=tmp_path / "run")
+    for gap, rate in ((2, 1), (1, 2)):
+        with pytest.raises(BadInput, match="checkpoint of another run"):
+            beads(gap, rate).trajectory(3, checkpoint=tmp_path / "run")
+
+
 def test_each_member_of_an_ensemble_has_its_own_file(tmp_path):
     flow = flow_of("kepler")
     run = flow.trajectory(6)
