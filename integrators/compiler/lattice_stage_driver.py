@@ -68,7 +68,7 @@ def update_sites(a, c):
     """Update x and μ at the end of a step."""
     for i in free_sites(a):
         here, given = row(a.x, i, n), row(a.nu, i, m)
-        end, last, sum_p, sum_f = shifted_ends(a, i)
+        end, last, sum_p, sum_f = ends_of(a, i)
         zero_x, zero = (0.0,) * n, (0.0,) * m
         dx, dmu = RULE.update(here, end, last, sum_p, sum_f, zero_x, zero, c)
         put(a.x, i, plus(here, dx))

@@ -14,7 +14,7 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
     weights = tuple([c[0] * e for e in WEIGHTS])
     a = Record(
         x=zeros(1, n), nu=zeros(1, m), w1=zeros(1, MOMENTA), w2=zeros(1, MOMENTA), w3=zeros(1, m),
-        work=zeros(1, SHIFT + m), p=xs, ranges={(0, 0): 0, (0, 1): 1}, parts=1, totals=totals,
+        work=zeros(1, WORK), p=xs, ranges={(0, 0): 0, (0, 1): 1}, parts=1, totals=totals,
     )  # fmt: skip
     at_xi = LAYOUT.memory + 1 + 2 * m
     at_mu = at_xi + m * LAYOUT.lanes
@@ -36,7 +36,7 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
         status, count = collocated(a, weights, c)
         if status != OK:
             break
-        end, last, sum_p, sum_f = shifted_ends(a, 0)
+        end, last, sum_p, sum_f = ends_of(a, 0)
         guard, status, near = watch(RULE, x, end, guard, c)
         if status != OK:
             break

@@ -56,7 +56,7 @@ def stage_text(system: StageSystem, lattice: LatticeStages | None = None) -> str
     widths = "xs=n, us=m, mus=m"
     if lattice:
         widths = ("x=n, nu=m, mu=m, p=SITES, q=BONDS, given=0, w1=MOMENTA, w2=MOMENTA, w3=m, "
-                  f"w=m * {system.nodes.unknown}, work=SHIFT + m, ties=1")  # fmt: skip
+                  f"w=m * {system.nodes.unknown}, work=WORK, ties=1")  # fmt: skip
     facts = [
         f"LAYOUT = {layout}",
         f"n, m, COUNT, PARTS = {n}, {m}, {system.count}, -(-{system.count} // WIDTH)",
@@ -71,6 +71,8 @@ def stage_text(system: StageSystem, lattice: LatticeStages | None = None) -> str
         "PULL = TURNS + TURNING * PARTS * WIDTH",
         "POINT = PULL + MOMENTA",
         "SHIFT = POINT + n * PARTS * WIDTH if BONDED else PULL",
+        "ENDS = SHIFT + m",
+        "WORK = ENDS + 3 * m + TURNING",
         f"WIDTHS = dict({widths}, coefficients=RULE.width)",
         # a component has one size on the whole lattice, so smaller sites need more sweeps than a
         # scene: with 1/4 energy drifts (chain of 6, gauss-4, 2·10⁵ steps: 5.8e-13, Newton 4.9e-14)

@@ -14,7 +14,8 @@ and OF_MOMENTUM (from the nodes of a step to those of the next).
 The arrays reach the functions as one record `a`. x, nu and w3 hold x, μ and π₀ − μ of a site; w1
 and w2 ξ and μ at its nodes. A row of `work` holds w, and from column MOMENTA on π, from MOVES on
 ẇ h b, from GAINS on π̇ h b, from TURNS on f h b, of a lattice from PULL on the bonds' forces and
-from POINT on the points at all nodes; from SHIFT on the change of π₀ − μ.
+from POINT on the points at all nodes; from SHIFT on the change of π₀ − μ, and from ENDS on the sums
+over the nodes, which are computed once a step or once a change of π₀ − μ.
 """
 
 # ruff: noqa: F821, B905 (names are supplied; the compiled language has no strict=)
@@ -113,13 +114,13 @@ def collocated(a, weights, c):
             going = False
         if settled or (RULE.shifted and change < gate):
             going = going and not settled
-            if RULE.shifted:
-                off = shift_sites(a, c) * whole
-                if (settled or 2 * change < off) and off > 8 * EPS and status == OK:
-                    shift_on(a)
-                    before, best, stale, gate = HUGE, HUGE, 0, off / 16
-                    going = count < most
-                    status = OK if going else NOT_CONVERGED
+            off = end_sites(a, c) * whole
+            wrong = (settled or 2 * change < off) and off > 8 * EPS and status == OK
+            if RULE.shifted and wrong:
+                shift_on(a)
+                before, best, stale, gate = HUGE, HUGE, 0, off / 16
+                going = count < most
+                status = OK if going else NOT_CONVERGED
     status = finite_ends(a, status)
     totals[CORRECTIONS] += count
     totals[LAST_SIZE] = change
@@ -180,42 +181,40 @@ def still(a, moved):
     return largest(largest_of(moved[:m])) <= UNSEEN * EPS * largest_row(a, a.x, n)
 
 
+def end_sites(a, c):
+    """Compute the end of each site's step (`ends_of`), with the error of π₀ − μ.
+
+    Returns the largest norm of such an error.
+    """
+    off = 0.0
+    for i in free_sites(a):
+        work, lost, given = a.work[i], row(a.w3, i, m), row(a.nu, i, m)
+        sum_p = totals_of(lanes_at(work, GAINS, m))
+        sum_f = totals_of(lanes_at(work, TURNS, TURNING))
+        end = totals_of(lanes_at(work, MOVES, m))
+        last = tuple([(e + off_by) + mu for e, off_by, mu in zip(sum_p, lost, given)])
+        if RULE.shifted:
+            more = RULE.shift(row(a.x, i, n), end, last, sum_p, sum_f, lost, c)
+            save(work, SHIFT, more)
+            off, last = larger(norm(more), off), plus(last, more)
+        save(work, ENDS, end + last + sum_p + sum_f)
+    return off
+
+
 def ends_of(a, i):
-    """Return (w₁, π₁, Σhbπ̇, Σhbf) of a site's last sweep."""
-    work = a.work[i]
-    sum_p, sum_f = totals_of(lanes_at(work, GAINS, m)), totals_of(lanes_at(work, TURNS, TURNING))
-    given = zip(sum_p, row(a.w3, i, m), row(a.nu, i, m))
-    last = tuple([(p + lost) + mu for p, lost, mu in given])
-    return totals_of(lanes_at(work, MOVES, m)), last, sum_p, sum_f
-
-
-def shifted_ends(a, i):
-    """Return the ends of a site's step, with the correction of π₀ − μ."""
-    end, last, sum_p, sum_f = ends_of(a, i)
-    if RULE.shifted:
-        last = plus(last, load(a.work[i], slice(SHIFT, SHIFT + m)))
-    return end, last, sum_p, sum_f
+    """Return (w₁, π₁, Σhbπ̇, Σhbf) of a site's last sweep, π₁ with the correction of π₀ − μ."""
+    found = load(a.work[i], slice(ENDS, WORK))
+    return found[:m], found[m : 2 * m], found[2 * m : 3 * m], found[3 * m :]
 
 
 def finite_ends(a, status):
     """Return the status, or SINGULAR if the end of some site's step is not finite."""
     for i in free_sites(a):
-        end, last, sum_p, sum_f = shifted_ends(a, i)
+        end, last, sum_p, sum_f = ends_of(a, i)
         if not norm(end) + norm(last) < HUGE:
             status = SINGULAR
             a.totals[PLACE] = i
     return status
-
-
-def shift_sites(a, c):
-    """Compute the error of π₀ − μ at each site; return the largest one."""
-    off = 0.0
-    for i in free_sites(a):
-        end, last, sum_p, sum_f = ends_of(a, i)
-        more = RULE.shift(row(a.x, i, n), end, last, sum_p, sum_f, row(a.w3, i, m), c)
-        save(a.work[i], SHIFT, more)
-        off = larger(norm(more), off)
-    return off
 
 
 def shift_on(a):
