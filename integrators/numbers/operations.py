@@ -35,6 +35,8 @@ from .types import Expression, Letter, Letters
 #: FUNCTION, the name of one with several results that is CALLED, the object that writes LINES, the
 #: number of a result as an ENTRY
 LEAF, ADD, MULTIPLY, INVERT, POWER, FUNCTION, CALLED, LINES, ENTRY = range(9)
+#: rough durations of operations in additions; those of all other kinds take LONG
+DURATIONS, LONG = {LEAF: 0, ADD: 1, MULTIPLY: 1, LINES: 0, ENTRY: 0}, 4
 MOST = 16  # the largest power that is a product; larger ones by the library's power
 _CONSTANTS = {"pi": "PI", "E": "exp(R(1))", "I": "1j"}
 
@@ -122,6 +124,8 @@ class Operations:
         self.kinds: list[int] = []
         self.parts: list[list[Value]] = []
         self.details: list[Any] = []
+        #: how long the result of each operation takes at least, in additions
+        self.depths: list[int] = []
         #: the nodes of letters, by name; None for a coefficient
         self.letters: dict[str, Node | None] = {}
         #: {index of a letter u: (the letter of h, the value hu)}: u is written as hu/h
@@ -249,6 +253,8 @@ class Operations:
             self.kinds.append(kind)
             self.parts.append(parts)
             self.details.append(detail)
+            longest = max([self.depths[p >> 1] for p in parts], default=0)
+            self.depths.append(longest + DURATIONS.get(kind, LONG))
         return 2 * self._numbers[by]
 
     # -- sums, products and powers ---------------------------------------------------------------

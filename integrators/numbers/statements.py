@@ -204,7 +204,7 @@ class Texts:
         operations = self.operations
         kind, parts = operations.kinds[number], operations.parts[number]
         if kind == ADD and len(parts) > 1:
-            return self._sum([p ^ minus for p in parts]), _TERMS
+            return self._sum(self._terms(number, minus)), _TERMS
         if kind == ADD:
             return self._text(parts[0] ^ minus, _TERMS), _TERMS
         if kind == LEAF:
@@ -219,8 +219,21 @@ class Texts:
             text, holds = self._call(kind, operations.details[number], parts), _ATOM
         return (f"-{text}", _TERMS) if minus else (text, holds)
 
+    def _terms(self, number: int, minus: int) -> list[Value]:
+        """Return the terms of a sum or of its opposite, and those of sums in it without a name."""
+        terms = list[Value]()
+        for term in self.operations.parts[number]:
+            inner = term >> 1
+            if inner in self.names or self.operations.kinds[inner] != ADD:
+                terms.append(term ^ minus)
+            else:
+                terms += self._terms(inner, (term ^ minus) % 2)
+        return terms
+
     def _sum(self, terms: list[Value]) -> str:
-        terms.sort(key=lambda term: term % 2)  # a positive term first
+        # a positive term first, and last the term that is known last: it then waits for no other
+        depths = self.operations.depths
+        terms.sort(key=lambda term: (term % 2, depths[term >> 1]))
         text = self._text(terms[0], _FACTORS if terms[0] % 2 == 0 else _TERMS)
         for term in terms[1:]:
             text += f" {'-' if term % 2 else '+'} {self._text(term & ~1, _FACTORS)}"
