@@ -199,4 +199,9 @@ class StepContext:
         """Return the failure of step `index` at a state of this arithmetic; `trajectory`: rows."""
         where = {name: self.numbers.public(value) for name, value in state.items()}
         names, time = (self.scene.name, self.scheme.rule.name), float(self.step * index)
+        n = self.equations.s.n
+        if len(x := where.get("x", ())) > n:  # with its time
+            time = float(x[n])
+        elif trajectory is not None and len(trajectory.t):
+            time += float(trajectory.t[0])
         return StepFailure(*names, index, time, where, cause, trajectory, fix, look=look)
