@@ -18,6 +18,7 @@ from discmech import (
     midpoint,
     one_step,
     pair,
+    rectangle,
     trapezoidal,
 )
 from discmech.integrators import rules
@@ -105,3 +106,17 @@ def test_json_has_no_nan():
     found = json.loads(strict_json({"x": [[float("nan"), 1.0]], "t": float("inf")}),
                        parse_constant=pytest.fail)  # fmt: skip
     assert found == {"x": [[None, 1.0]], "t": None}
+
+
+LATE = [
+    lambda x, v, p: v[0] ** 2 / 2 + x[0] ** 6,
+    lambda x, v, p, t: v[0] ** 2 / 2 - x[0] / (2 - t) ** 2,
+]
+
+
+@pytest.mark.parametrize("lagrangian", LATE)
+def test_the_time_of_a_failure_begins_at_t0(lagrangian):
+    scene = Scene("late", pair(1), lagrangian, x0=[1], v0=[1], duration=5)
+    with pytest.raises(StepFailure) as caught:
+        Scheme(scene, rectangle).flow("1/8").trajectory(99, t0=1)
+    assert caught.value.time == 1 + caught.value.step_index / 8
