@@ -48,10 +48,10 @@ def named(word: str) -> tuple[tuple[Discretisation, ...], tuple[Scene, ...]]:
     file, name = in_file(word)
     if file is None:
         return _rules(word), ()
-    if not name:
-        return tuple(file.rules.values()), tuple(file.scenes.values())
     both: dict[str, Any] = {**file.scenes, **file.rules}
     called = of_file(file, both, name, "rule or scene")[0].name
+    if not name:
+        return tuple(file.rules.values()), tuple(file.scenes.values())
     rule, scene = file.rules.get(called), file.scenes.get(called)
     return (rule,) if rule else (), (scene,) if scene else ()
 

@@ -271,6 +271,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(folder, ask, monkeypatch):
     [
         (["not_there.py"], "not_there.py cannot be read"),
         (["midpont"], "did you mean midpoint"),
+        (["own_study.py"], "own_study.py defines no rule or scene."),
         (["good.py", "--scene", "keplr"], "did you mean kepler"),
         (["good.py", "--digits", "5"], "--digits is 5"),
         (["good.py", "--html", "-"], "--html needs"),
@@ -279,6 +280,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(folder, ask, monkeypatch):
     ],
 )
 def test_bad_input_has_a_sentence_and_exit_code_2(folder, ask, words, message):
+    ask("new", "study", "own-study")  # a file without a rule
     code, out, err = ask("verify", *words)
     assert code == 2 and out == "" and message in err and err.count("\n") == 1
 
