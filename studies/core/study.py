@@ -347,13 +347,16 @@ def _within_limits(study: Study, measured: Mapping[str, Any]) -> Verdict:
     if not study.limits:
         said = f"the study {study.name} has no limits and no judge(), so nothing can fail."
         return Verdict("inconclusive", said, expected)
-    for name in study.limits:
-        value = measured.get(name)
-        if value is None or not math.isfinite(value):
-            return Verdict("inconclusive", f"{name} could not be measured.", expected)
-    above = [name for name, limit in study.limits.items() if measured[name] > limit]
-    said = " and ".join(f"{n} is {measured[n]:.3g}, above {study.limits[n]:.3g}" for n in above)
-    return Verdict("fail", f"{said}.", expected) if above else Verdict("pass", "", expected)
+    values = {name: measured.get(name) for name in study.limits}
+    known = {n: value for n, value in values.items() if value is not None and math.isfinite(value)}
+    above = [name for name, value in known.items() if value > study.limits[name]]
+    said = " and ".join(f"{n} is {known[n]:.3g}, above {study.limits[n]:.3g}" for n in above)
+    if above:
+        return Verdict("fail", f"{said}.", expected)
+    if lost := [name for name in values if name not in known]:
+        said = f"{' and '.join(lost)} could not be measured."
+        return Verdict("inconclusive", said, expected)
+    return Verdict("pass", "", expected)
 
 
 def counts(case: Mapping[str, Any]) -> bool:

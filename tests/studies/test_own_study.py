@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from importlib import invalidate_caches
+from typing import ClassVar
 
 import mpmath
 import pytest
@@ -125,6 +126,13 @@ def test_what_nothing_could_fail_is_inconclusive():
         limits = {}
 
     assert check(Nothing(), ["pendulum"], ["midpoint"])["verdict"] == "inconclusive"
+
+
+def test_what_is_above_its_limit_fails_though_another_is_missing():
+    class Both(Kept):
+        limits: ClassVar = {"missing": 1, "lost": -1}
+
+    assert check(Both(), ["pendulum"], ["midpoint"])["verdict"] == "fail"
 
 
 @pytest.mark.parametrize("value", [None, float("nan")])
