@@ -8,7 +8,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from ..errors import BadInput
+from ..errors import RAISED, BadInput, shown
 from ..numbers import jacobian, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..scene import Constraint, ConstraintParts
@@ -119,6 +119,15 @@ def _parts(s: SceneSymbols, x: Column, each: Constraint) -> ConstraintParts:
         parts = each.kind.parts(given, len(s.u))
     except BadInput as error:
         raise BadInput(f"{s.name}: {error}") from None
+    except RAISED as error:
+        wrong = f"raises {type(error).__name__}: {error}"
+    else:
+        wrong = "" if isinstance(parts, ConstraintParts) else f"gives {shown(parts)}"
+    if wrong:
+        raise BadInput(
+            f"{s.name}: parts= of its {each.kind.name} constraint {wrong}; give a function "
+            "(given, m) that returns ConstraintParts."
+        )
     pushing = None if parts.reactions is None else list(map(checked, parts.reactions))
     rows = list(map(checked, parts.rows))
     return ConstraintParts(checked(parts.positions), rows, checked(parts.shift), pushing)

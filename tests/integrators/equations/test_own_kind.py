@@ -93,6 +93,16 @@ def test_wrong_parts_are_said_in_a_sentence(given, said):
         Scheme(follower("wrong", SERVO(lambda x, p: given)), rules.get("midpoint"))
 
 
+@pytest.mark.parametrize(("parts", "said"), [
+    (lambda given, m: None, "gives None"), (lambda given, m: 1 / 0, "raises ZeroDivisionError"),
+    (lambda given: given, "raises TypeError"), (3, "raises TypeError"),
+])  # fmt: skip
+def test_a_wrong_function_of_a_kind_is_said_in_a_sentence(parts, said):
+    wrong = replace(SERVO, parts=parts)
+    with pytest.raises(BadInput, match=f"follower: parts= of its servo constraint {said}"):
+        Scheme(follower("follower", wrong(lambda x, p: [[1, 0]])), rules.get("midpoint"))
+
+
 def test_it_is_asked_for_as_constraint_only():
     with pytest.raises(CannotMeasure, match="without stages"):
         Scheme(held(), rules.get("gauss-2"))
