@@ -11,7 +11,7 @@ from ..report.grouping import by_scene
 from ..report.palette import Mark
 from ..report.plot_convergence import Line, Point
 from ..report.view import Sketch, Titles, View
-from ..report.wording import plus_minus
+from ..report.wording import plus_minus, scientific
 from .records import Expected, Measured, Row
 
 Case = Shown[Measured, Expected, Row]
@@ -53,6 +53,13 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
     ]
 
 
+def _wanted(case: Case) -> str:
+    expected = case.expected
+    if expected.order is None:
+        return "only measured"
+    return f"{expected.order:g} ± {scientific(expected.tolerance)}"
+
+
 VIEW = View(
     measured=Measured, expected=Expected, row=Row,
     columns=[
@@ -60,6 +67,5 @@ VIEW = View(
         ("Corrections", lambda case: ", ".join(map(str, case.measured.corrections))),
     ],
     got=lambda case: plus_minus(case.measured.order, case.measured.interval),
-    wanted=lambda case: f"{case.expected.order:g} ± {case.expected.tolerance:g}",
-    short=_short, sketches=_sketches,
+    wanted=_wanted, short=_short, sketches=_sketches,
 )  # fmt: skip

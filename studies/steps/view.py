@@ -16,7 +16,8 @@ def _order(case: Case) -> str:
 
 
 def _wanted(case: Case) -> str:
-    parts, expected = [f"order {case.expected.order}"], case.expected
+    expected = case.expected
+    parts = ["only measured" if expected.order is None else f"order {expected.order}"]
     for what, limit in (("back", expected.back), ("form", expected.form)):
         if limit is not None:
             parts.append(limit if isinstance(limit, str) else f"{what} ≤ {scientific(limit)}")

@@ -116,3 +116,11 @@ def test_a_step_back_that_ends_at_no_number_is_not_passed(monkeypatch):
     monkeypatch.setattr(measuring, "_at_places", lambda case: None)
     case = Case("reversibility", scenes.get("pendulum"), midpoint, 16, 4)
     assert run_case(every_study()["reversibility"], case, causes=False)["verdict"] == "fail"
+
+
+@pytest.mark.parametrize("study", ["order", "optimality", "steps"])
+def test_a_rule_that_declares_no_order_is_only_measured(study):
+    case = {"study": study, "expected": {"order": None, "tolerance": 0.05}, "measured": {}}
+    assert tables.wanted(tables.case_of(study, case)) == "only measured"
+    case["expected"]["order"] = 2
+    assert "2" in tables.wanted(tables.case_of(study, case))
