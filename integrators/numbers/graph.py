@@ -28,13 +28,13 @@ from .nodes import (
     NodeMatrix,
     Rational,
     Row,
+    Walks,
     ratio,
     rational,
     reduced,
     slot,
 )
 from .types import Column, Expression, Letter, SymbolicMatrix
-from .walks import Walks
 
 
 class Graph(Walks):

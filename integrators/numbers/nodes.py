@@ -1,10 +1,13 @@
-"""The nodes of a graph of expressions, and the numbers in them."""
+"""The nodes of a graph of expressions, the numbers in them, and walks through nodes below others:
+what is there, put in other places, or written out."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from hashlib import blake2b
 from typing import Any, TypeAlias
 
 from .lazy import LazyModule, sympy
@@ -168,3 +171,205 @@ def reduced(value: Rational) -> Rational:
 @lru_cache(maxsize=4096)
 def rational(value: Rational) -> Expression:
     return sympy.Rational(int(value.numerator), int(value.denominator))
+
+
+class Walks:
+    """The part of a `Graph` that goes through the nodes below others."""
+
+    # what the graph itself has
+    nodes: list[Node]
+    one: Node
+    _shown: dict[int, Expression]
+    sum: Any
+    product: Any
+    make: Any
+    hold: Any
+    read: Any
+    node: Any
+    result: Any
+    shown: Any
+
+    def __init__(self) -> None:
+        self._opened: dict[Any, dict[int, Node]] = {}
+        self._keys: dict[int, str] = {}
+
+    # -- all nodes below others ------------------------------------------------------------------
+
+    def below(self, node: Node) -> list[Node]:
+        """Return the nodes of which a node is computed."""
+        kind, args, nodes = node.kind, node.args, self.nodes
+        if kind == SUM:
+            return [nodes[i] for i, _ in args[1]]
+        if kind == PRODUCT:
+            return [nodes[i] for i, _ in args]
+        if kind == CALL:
+            return [nodes[i] for i in args[1]]
+        if kind == HELD:
+            return [args[0].values[args[1]]]
+        return list(args[0].arguments) if kind == RESULT else []
+
+    def order(
+        self, nodes: Iterable[Node], is_leaf: Callable[[Node], bool] = lambda e: False
+    ) -> list[Node]:
+        """Return the nodes and all below them, each after those of which it is computed.
+
+        is_leaf: nodes below which nothing is looked at.
+        """
+        found: list[Node] = []
+        seen = set[int]()
+        pending = [(e, False) for e in reversed(list(nodes))]
+        while pending:
+            e, done = pending.pop()
+            if done:
+                found.append(e)
+            elif e.index not in seen:
+                seen.add(e.index)
+                pending.append((e, True))
+                if not is_leaf(e):
+                    pending += [(a, False) for a in reversed(self.below(e)) if a.index not in seen]
+        return found
+
+    def rebuilt(self, nodes: Sequence[Node], swap: dict[int, Node]) -> list[Node]:
+        """Return nodes with others in place of those of `swap`; nodes may be of another graph.
+
+        Held values that change are not held any more if they become a number or a letter.
+        """
+        graph = nodes[0].graph if nodes else self
+        made = dict(swap)
+        calls: dict[Any, Any] = {}
+        for e in graph.order(nodes, lambda e: e.index in swap):
+            if e.index not in made:
+                made[e.index] = self._rebuilt(e, made, calls)
+        return [made[e.index] for e in nodes]
+
+    def _rebuilt(self, e: Node, made: dict[int, Node], calls: dict[Any, Any]) -> Node:
+        kind, args = e.kind, e.args
+        if kind == RESULT and e.graph is not self:
+            return self.rebuilt([e.graph.opened(e)], made)[0]
+        if kind == RESULT:
+            letters = (e.graph.nodes[i] for i in made)
+            swapped = {a.args for a in letters if a.kind == LETTER and made[a.index] is not a}
+            if swapped & self.symbols([args[0].function.results[args[1]]]):
+                return self.rebuilt([self.opened(e)], made)[0]
+        if e.graph is self and all(made[a.index] is a for a in self.below(e)):
+            return e
+        if kind == SUM:
+            terms = ((c, made[i]) for i, c in args[1])
+            return self.sum([(args[0], self.one), *terms])
+        if kind == PRODUCT:
+            return self.product((made[i], n) for i, n in args)
+        if kind == CALL:
+            given = [made[i] for i in args[1]]
+            if all(a.kind == NUMBER for a in given):
+                swap = {slot(k): rational(a.args) for k, a in enumerate(given)}
+                return self.read(args[0].xreplace(swap))
+            return self.make(CALL, (args[0], tuple(a.index for a in given)))
+        if kind == HELD:
+            value, name = made[args[0].values[args[1]].index], e.graph._shown.get(e.index)
+            own = None if name is None else sympy.Symbol(f"{name}_{len(self.nodes)}", real=True)
+            return self.hold(value, own)
+        if kind == RESULT:
+            call, number = args
+            if call not in calls:
+                calls[call] = Call(call.function, [made[a.index] for a in call.arguments])
+            return self.result(calls[call], number)
+        return self.make(kind, args)
+
+    def depending(self, nodes: Sequence[Node], on: Collection[Node]) -> list[Node]:
+        """Return those of the nodes that depend on some of others, or on results of calls."""
+        found = set[Node]()
+        for e in self.order(nodes):
+            if e in on or e.kind == RESULT or any(a in found for a in self.below(e)):
+                found.add(e)
+        return [e for e in nodes if e in found]
+
+    # -- letters that stand for nodes ------------------------------------------------------------
+
+    def opened(self, result: Node) -> Node:
+        """Return a result of a call, written out in the arguments of the call."""
+        call, number = result.args
+        value = call.function.results[number]
+        if call not in self._opened:
+            own = (e.index for e in call.function.arguments)
+            self._opened[call] = dict(zip(own, call.arguments, strict=True))
+        made = self._opened[call]
+        for e in self.order([value], lambda e: e.index in made):
+            if e.index not in made:
+                outside = e.kind == HELD and e.args[0].scope not in (None, call.function.scope)
+                made[e.index] = e if outside else self._rebuilt(e, made, {})
+        return made[value.index]
+
+    def letters_below(self, expressions: Iterable[Any]) -> dict[Letter, Expression]:
+        """Return the letters for held nodes and results on which expressions depend, with their
+        values in sympy, in an order in which they can be computed."""
+        found: dict[Letter, Expression] = {}
+        nodes = [self.node(e) for e in expressions]
+        for e in self._with_opened(nodes):
+            if e.kind >= HELD and (letter := self._shown.get(e.index)) is not None:
+                value = self.opened(e) if e.kind == RESULT else self.below(e)[0]
+                found[letter] = self.shown(value)
+        return found
+
+    def symbols(self, expressions: Iterable[Any], apart: Collection[Node] = ()) -> set[Letter]:
+        """Return the letters that stand for nothing else, on which expressions depend.
+
+        apart: nodes whose letters do not count.
+        """
+        nodes = self._with_opened([self.node(e) for e in expressions], apart)
+        return {e.args for e in nodes if e.kind == LETTER}
+
+    def _with_opened(self, nodes: Sequence[Node], apart: Collection[Node] = ()) -> list[Node]:
+        """Return the nodes below, with what results of calls are if they are written out."""
+        found: dict[Node, None] = {}
+        for e in self.order(nodes, apart.__contains__):
+            if e.kind == RESULT:
+                found |= dict.fromkeys(self._with_opened([self.opened(e)], apart))
+            found[e] = None
+        return list(found)
+
+    def written_out(self, given: Any, kept: Collection[Letter] = ()) -> Any:
+        """Return an expression or a matrix of sympy with the letters of held nodes replaced.
+
+        kept: letters that stay.
+        """
+        for letter, value in reversed(self.letters_below(_entries(given)).items()):
+            if letter not in kept:
+                given = given.xreplace({letter: value})
+        return given
+
+    def key(self, node: Node) -> str:
+        """Return a digest of a node that does not depend on the order in which nodes were made."""
+        known = self._keys
+        if node.index not in known:
+            for e in self.order([node], lambda e: e.index in known):
+                if e.index not in known:
+                    known[e.index] = blake2b(self._text(e).encode(), digest_size=12).hexdigest()
+        return known[node.index]
+
+    def _text(self, e: Node) -> str:
+        kind, args, keys = e.kind, e.args, self._keys
+        if kind == SUM:
+            return f"{args[0]} + {sorted((keys[i], str(c)) for i, c in args[1])}"
+        if kind == PRODUCT:
+            return f"{sorted((keys[i], str(n)) for i, n in args)}"
+        if kind == CALL:
+            return f"{_written(args[0])} {[keys[i] for i in args[1]]}"
+        if kind == HELD:
+            return f"held {keys[self.below(e)[0].index]}"
+        if kind == RESULT:
+            call, number = args
+            function = call.function
+            if function is None:
+                return f"{number} of {[keys[a.index] for a in call.arguments]}"
+            own = [*map(self.key, function.arguments)], self.key(function.results[number])
+            return f"{own} at {[keys[a.index] for a in call.arguments]}"
+        return f"{kind} {_written(args) if kind == CONSTANT else args}"
+
+
+def _entries(given: Any) -> list[Expression]:
+    return list(given) if hasattr(given, "__len__") else [given]
+
+
+@lru_cache(maxsize=4096)
+def _written(e: Expression) -> str:
+    return re.sub(r", dummy_index=\d+", "", sympy.srepr(e))
