@@ -28,12 +28,12 @@ def of_symplecticity(
 ) -> dict[str, Any] | None:
     """Return the cause of a change of Ω in the step of that index, or None.
 
-    It is the solver, the update or the structure. kind: "pullback", "poisson" or "residual", the
-    defect above its limit. The step and those before it are solved to round-off here, and then left
-    off by each of `TOLERANCES`. Raises the errors of runs.
+    It is the solver, the update or the structure. kind: "pullback", "poisson", "residual", or that
+    of constraints, the defect above its limit. The step and those before it are solved to round-off
+    here, and then left off by each of `TOLERANCES`. Raises the errors of runs.
     """
     if case.scheme.arrows is None:  # its step is given directly: there is nothing to distinguish
-        return None if kind == "residual" else named("structure", _OF_MAP, {})
+        return named("structure", _OF_MAP, {}) if kind in ("pullback", "poisson") else None
     flow = case.scheme.flow(step, case.digits)
     run = flow.trajectory(index + 1)
     places = range(max(0, index - BEFORE), index + 1)

@@ -10,6 +10,7 @@ from discmech.integrators import Conserved, Scene, discretisation, pair, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import midpoint
 from discmech.studies import check
+from discmech.studies.causes.solver_sweep import of_symplecticity
 from discmech.studies.core.case import Case
 from tests.studies.causes.faults import (
     Broken,
@@ -31,6 +32,12 @@ def test_a_residual_of_the_solver_is_told_from_structure():
     assert found["cause"] == "solver residual"
     sizes = [defect for _, defect in found["evidence"]["swept"]]
     assert sizes[0] > 1e3 * sizes[-1] and found["evidence"]["solved"] < 1e-25
+
+
+def test_a_defect_of_constraints_is_not_blamed_on_the_bracket():
+    """On a nonholonomic scene none is kept, by a sound step neither."""
+    case = Case("symplecticity", scenes.get("suslov"), midpoint, 16, 16)
+    assert of_symplecticity(case, "constraint", case.scene.step, 0, 1e-13) is None
 
 
 def test_structure_stays_however_well_steps_are_solved():
