@@ -134,10 +134,14 @@ def whys(cases: Sequence[AnyCase]) -> list[str]:
 
 
 def limit(case: AnyCase) -> str:
-    """Return the bound that a case has to meet, from above or from below."""
+    """Return the bound that a case has to meet, from above or from below; a program has none."""
     for key, sign in (("at_least", "≥"), ("limit", "≤")):
         if number(case.wanted.get(key)) is not None:
             return f"{sign} {scientific(case.wanted[key])}"
+    if case.wanted.get("not_demanded"):
+        return "only measured"
+    if (part := number(case.wanted.get("resolved"))) is not None:  # of a program
+        return f"no defect, seen to {scientific(part)} of what other methods of its order leave"
     return pairs(case.wanted)
 
 

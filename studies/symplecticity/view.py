@@ -55,7 +55,7 @@ def _short(case: Case) -> str:
     """Return the largest defect; one that is no defect of a form is named."""
     found = {k: v for k, v in _demanded(case).items() if number(v) is not None}
     worst = max(found, key=lambda k: found[k], default="")
-    return f"{NAMES[worst]} " * (worst in ("residual", "constraint")) + largest(found)
+    return (f"{NAMES[worst]} " if worst in ("residual", "constraint") else "") + largest(found)
 
 
 def _wanted(case: Case) -> str:

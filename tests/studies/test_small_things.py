@@ -107,6 +107,16 @@ def test_the_short_form_of_a_program_is_its_defect_and_not_the_resolution():
     assert tables.short("symplecticity", {"measured": measured}) == "3.0×10⁻¹⁶"
     measured["residual"] = 1e-3
     assert tables.short("symplecticity", {"measured": measured}) == "residual 10⁻³"
+    assert tables.short("symplecticity", {"measured": dict.fromkeys(measured)}) == "—"
+
+
+@pytest.mark.parametrize("study", ["symplecticity", "reversibility"])
+def test_the_expectation_of_a_program_is_said_in_words(study):
+    asked = {"resolved": 1e-9, "left": 0.05}
+    words = tables.wanted(tables.case_of(study, {"expected": asked}))
+    assert words == "no defect, seen to 10⁻⁹ of what other methods of its order leave"
+    free = {"expected": asked | {"not_demanded": "it does not claim to be symplectic"}}
+    assert tables.wanted(tables.case_of(study, free)) == "only measured"
 
 
 def test_a_step_back_that_ends_at_no_number_is_not_passed(monkeypatch):
