@@ -87,8 +87,7 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """The largest slope, or the least order of energy less work, or why nothing is demanded."""
+    """The largest slope, or the least order of energy less work."""
 
     slope_limit: float | None = None
     balance_order: float | None = None
-    not_demanded: str | None = None

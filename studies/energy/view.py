@@ -29,8 +29,6 @@ ENERGY = (
 
 def _wanted(case: Case) -> str:
     expected = case.expected
-    if expected.not_demanded is not None:
-        return "only measured"
     if expected.balance_order is not None:
         return f"energy less work: order ≥ {expected.balance_order}"
     if expected.slope_limit is None:

@@ -57,6 +57,8 @@ def filled(shown: list[Column], cases: Sequence[AnyCase]) -> list[Column]:
 
 def wanted(case: AnyCase) -> str:
     """Return the expectation of the case."""
+    if case.wanted.get("not_demanded") and not case.wanted.get("demanded"):
+        return "only measured"  # whatever limits stand beside it
     return view_of(case.study).wanted(case) if case.wanted else NONE
 
 

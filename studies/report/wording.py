@@ -138,8 +138,6 @@ def limit(case: AnyCase) -> str:
     for key, sign in (("at_least", "≥"), ("limit", "≤")):
         if number(case.wanted.get(key)) is not None:
             return f"{sign} {scientific(case.wanted[key])}"
-    if case.wanted.get("not_demanded"):
-        return "only measured"
     if (part := number(case.wanted.get("resolved"))) is not None:  # of a program
         return f"no defect, seen to {scientific(part)} of what other methods of its order leave"
     return pairs(case.wanted)

@@ -115,8 +115,15 @@ def test_the_expectation_of_a_program_is_said_in_words(study):
     asked = {"resolved": 1e-9, "left": 0.05}
     words = tables.wanted(tables.case_of(study, {"expected": asked}))
     assert words == "no defect, seen to 10⁻⁹ of what other methods of its order leave"
-    free = {"expected": asked | {"not_demanded": "it does not claim to be symplectic"}}
-    assert tables.wanted(tables.case_of(study, free)) == "only measured"
+
+
+@pytest.mark.parametrize("study", ["symplecticity", "momentum", "energy", "stability"])
+def test_a_limit_that_nothing_is_held_to_is_not_shown(study):
+    """A pass with a drift of 0.1 stood beside a limit of 10⁻¹⁴."""
+    free = {"limit": 1e-14, "not_demanded": "it claims to keep none of them: measured only"}
+    assert tables.wanted(tables.case_of(study, {"expected": free})) == "only measured"
+    some = {"expected": free | {"demanded": ["residual"]}}
+    assert tables.wanted(tables.case_of("symplecticity", some)) == "≤ 10⁻¹⁴ of residual alone"
 
 
 def test_a_step_back_that_ends_at_no_number_is_not_passed(monkeypatch):

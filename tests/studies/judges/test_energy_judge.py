@@ -8,8 +8,8 @@ import pytest
 from discmech.studies.energy import balance
 from discmech.studies.energy import errors as energy
 from discmech.studies.energy.limits import LIMITS
-from discmech.studies.energy.view import VIEW
 from discmech.studies.report.case import case_of
+from discmech.studies.report.tables import wanted
 from tests.studies.judges.by_hand import ABOVE, case, judged
 
 
@@ -60,7 +60,7 @@ def test_no_number_is_no_energy_and_nonholonomic_motion_has_no_band():
     verdict, reason, expected = energy_of(case(scene={"no_energy": "nonholonomic"}), slope=1.0)
     assert (verdict, reason, list(expected)) == ("pass", "", ["not_demanded"])
     shown = case_of("energy", {"expected": expected})
-    assert "nonholonomic" in expected["not_demanded"] and VIEW.wanted(shown) == "only measured"
+    assert "nonholonomic" in expected["not_demanded"] and wanted(shown) == "only measured"
 
 
 def test_a_certain_drift_is_told_inside_the_band():
