@@ -60,4 +60,5 @@ class Expected:
     laws: float | None = None
     at_least: float | None = None
     limit: float | None = None
+    residual: float | None = None
     space_order: int | None = None

@@ -59,6 +59,8 @@ def _wanted(case: Case) -> str:
         return f"≥ {scientific(expected.at_least)}"
     order = expected.space_order
     said = "" if order is None else f"order in space {order}, "
+    if case.measured.patch is None:  # with forces or constraints, or on groups
+        return f"{said}residual ≤ {scientific(expected.residual)}"
     return f"{said}law on patches ≤ {scientific(expected.limit)}"
 
 

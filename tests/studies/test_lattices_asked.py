@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -16,7 +17,9 @@ from discmech.studies.command.entry import main
 from discmech.studies.core import lookup
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.fingerprint import of_case
+from discmech.studies.core.one_case import run_case
 from discmech.studies.core.study import every_study
+from discmech.studies.report.case import case_of
 from discmech.studies.user.assertions import NotApplicable, _check_applies
 
 STUDY = get("lattices")
@@ -80,6 +83,14 @@ def test_a_lattice_of_one_s_own_is_judged_by_its_file(tmp_path, monkeypatch, cap
     assert main(["verify", "mine.py"]) == 0
     said = capsys.readouterr().out
     assert "order: springs, midpoint" in said and "lattices: springs, midpoint" in said
+
+
+def test_what_is_wanted_of_a_lattice_with_a_force_is_what_was_measured():
+    """Under a force variations have no law on patches."""
+    rubbed = replace(systems.fput(4), name="rubbed", force=lambda x, v, p: [-v[0] / 9])
+    found = run_case(STUDY, Case("lattices", rubbed, rules.get("midpoint"), 16, 50))
+    assert found["verdict"] == "pass", found["reason"]
+    assert STUDY.view.wanted(case_of("lattices", found)) == "residual ≤ 7.1×10⁻¹⁵"
 
 
 def test_arrays_of_a_lattice_are_in_its_fingerprint():
