@@ -17,7 +17,7 @@ import numpy as np
 from .arithmetic import Arithmetic
 from .graph import Graph
 from .operations import Operations
-from .registered import with_tables
+from .registered import registered_names, with_tables
 from .statements import body, define
 from .types import Assignment, Expression, Expressions, Letter, Letters, SymbolicMatrix
 
@@ -83,8 +83,27 @@ def numeric_text(
 def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> Callable[..., Any]:
     """Return the function of a text that `numeric_text` wrote, in an arithmetic."""
     namespace = getattr(numbers, "array_namespace" if columns else "namespace")()
+    start = text.rindex("def function(")
     with numbers.working():  # tables compute their constants first
+        if columns and start and numbers.dtype is not object:  # they compute on numbers alone
+            tables = run_text(text[:start], numbers.namespace())
+            namespace |= {name: _on_columns(tables[name])
+                          for name in registered_names() if name in tables}  # fmt: skip
+            text = text[start:]
         return run_text(text, namespace)["function"]
+
+
+def _on_columns(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function of numbers as one of columns; each of its results is a column."""
+
+    def on_columns(*arguments: Any) -> Any:
+        columns = np.broadcast_arrays(*arguments)
+        if not columns[0].ndim:
+            return function(*arguments)
+        found = np.array([function(*row) for row in zip(*columns, strict=True)])
+        return np.moveaxis(found, 0, -1)
+
+    return on_columns
 
 
 @lru_cache(maxsize=256)

@@ -9,9 +9,11 @@ from discmech import (
     Lattice,
     Scheme,
     action,
+    exponential,
     lie_group,
     pair,
     product,
+    rectangle,
     se,
     so,
     sp,
@@ -70,3 +72,15 @@ def test_what_is_no_element_is_refused_at_the_start_and_at_a_run():
         with pytest.raises(BadInput, match="x0 of site 2 is no element"):
             Scheme(bodies, trapezoidal).flow("1/20").trajectory(1, x0=wrong)
     assert np.array_equal(replace(bodies, x0=turned[[0, 1, 0]]).start[0][1], turned[1].ravel())
+
+
+def test_a_step_of_bodies_in_exponential_charts_is_a_poisson_map():
+    lattice = Lattice(
+        "bodies", lie_group(so(3), exponential), 3,
+        on_site=lambda A, w, p: turning(w),
+        on_bond=lambda A, B, p: (A.T * B).trace(), v0=np.cos(np.arange(9.0)).reshape(3, 3),
+    )  # fmt: skip
+    flow = Scheme(lattice, rectangle).flow("1/10")
+    x, mu = flow.start[0], flow.momenta(*flow.start)
+    assert flow.poisson_defect(x, mu) < 2.0**-48
+    assert flow.poisson_defect(x, mu, bracket_sign=-1) > 2.0**-20
