@@ -65,7 +65,9 @@ driven = Lattice(
     bond_force=lambda x, y, v, w, p: [(w[0] - v[0]) / 9, (v[0] - w[0]) / 9], fixed=[0],
     x0=np.sin(np.arange(8.0))[:, None], v0=np.zeros((8, 1)), step="1/10",
 )  # fmt: skip
-#: the same without the dampers
+#: the same at rest at the origin, so that its start has no size
+at_rest = replace(driven, name="at-rest", x0=np.zeros((8, 1)))
+#: the chain as at first, without the dampers
 shaken = replace(driven, name="shaken", bond_force=None)
 #: balls in a row that a first one strikes, of unequal masses
 balls = Lattice(
