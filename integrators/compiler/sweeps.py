@@ -13,7 +13,7 @@ and OF_MOMENTUM (from the nodes of a step to those of the next).
 
 The arrays reach the functions as one record `a`. x, nu and w3 hold x, μ and π₀ − μ of a site; w1
 and w2 ξ and μ at its nodes. A row of `work` holds w, and from column MOMENTA on π, from MOVES on
-ẇ h b, from GAINS on π̇ h b, from TURNS on f h b, of a lattice from PULL on the bonds' forces and
+ẇ h b, from GAINS on π̇ h b, from TURNS on f, of a lattice from PULL on the bonds' forces and
 from POINT on the points at all nodes; from SHIFT on the change of π₀ − μ, and from ENDS on the sums
 over the nodes, which are computed once a step or once a change of π₀ − μ.
 """
@@ -114,7 +114,7 @@ def collocated(a, weights, c):
             going = False
         if settled or (RULE.shifted and change < gate):
             going = going and not settled
-            off = end_sites(a, c) * whole
+            off = end_sites(a, weights, c) * whole
             wrong = (settled or 2 * change < off) and off > 8 * EPS and status == OK
             if RULE.shifted and wrong:
                 shift_on(a)
@@ -153,11 +153,8 @@ def sweep(a, weights, c, count, sizes):
         moved = extended(changed, moved)
         if count < 2:
             found = extended(extremes(new_w) + extremes(new_pi), found)
-        put_lanes(work, 0, new_w)
-        put_lanes(work, MOMENTA, new_pi)
-        put_lanes(work, MOVES, dw)
-        put_lanes(work, GAINS, gains)
-        put_lanes(work, TURNS, times(weights, tuple([e[1] for e in forces])))
+        turns = tuple([e[1] for e in forces])
+        put_lanes(work, 0, new_w + new_pi + dw + gains + turns)
         put_lanes(a.w1[i], 0, tuple([e[1] for e in moves]))
         put_lanes(a.w2[i], 0, tuple([e[2] for e in moves]))
         if BONDED:
@@ -181,7 +178,7 @@ def still(a, moved):
     return largest(largest_of(moved[:m])) <= UNSEEN * EPS * largest_row(a, a.x, n)
 
 
-def end_sites(a, c):
+def end_sites(a, weights, c):
     """Compute the end of each site's step (`ends_of`), with the error of π₀ − μ.
 
     Returns the largest norm of such an error.
@@ -190,7 +187,7 @@ def end_sites(a, c):
     for i in free_sites(a):
         work, lost, given = a.work[i], row(a.w3, i, m), row(a.nu, i, m)
         sum_p = totals_of(lanes_at(work, GAINS, m))
-        sum_f = totals_of(lanes_at(work, TURNS, TURNING))
+        sum_f = totals_of(times(weights, lanes_at(work, TURNS, TURNING)))
         end = totals_of(lanes_at(work, MOVES, m))
         last = tuple([(e + off_by) + mu for e, off_by, mu in zip(sum_p, lost, given)])
         if RULE.shifted:
