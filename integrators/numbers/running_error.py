@@ -66,7 +66,8 @@ class Tracked:
         )
 
     def __matmul__(self, other: Any) -> Tracked:
-        return _both(product, self, other)
+        # a ball that contains 0 is no zero: its error counts
+        return _both(product, self, other, on_balls=np.matmul)
 
     def __rmatmul__(self, other: Any) -> Tracked:
         return tracked(other) @ self
@@ -105,7 +106,9 @@ class Tracked:
     __radd__, __rmul__ = __add__, __mul__
 
 
-def _both(operation: Callable[..., Any], *parts: Any) -> Tracked:
+def _both(
+    operation: Callable[..., Any], *parts: Any, on_balls: Callable[..., Any] | None = None
+) -> Tracked:
     """Return the result of an operation on values, and on balls once they are used."""
     given = [tracked(part) for part in parts]
     value = np.asarray(operation(*(part.value for part in given)))
@@ -113,7 +116,7 @@ def _both(operation: Callable[..., Any], *parts: Any) -> Tracked:
 
     def balls() -> Any:
         with flint.ctx.workprec(bits):
-            return operation(*(part.balls for part in given))
+            return (on_balls or operation)(*(part.balls for part in given))
 
     return Tracked(value, balls)
 

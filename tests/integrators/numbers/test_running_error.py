@@ -92,3 +92,13 @@ def test_a_bound_of_a_solution_has_what_elimination_fills(digits):
         singular = np.ones((2, 2)) * numbers.number("0.1")
         singular[1, 1] += 3 * numbers.eps
         assert np.all(solve(numbers, rounded(singular), rounded(singular[0])).error != 0)
+
+
+@pytest.mark.parametrize("digits", [16, 50])
+def test_an_error_of_a_zero_goes_through_a_product(digits):
+    numbers = arithmetic(digits)
+    with numbers.working():
+        one = numbers.identity(2)
+        zeros = rounded(numbers.zeros(2, 2), np.array([[0, 5], [7, 0]]))
+        for found in (rounded(one) @ zeros, zeros @ rounded(one)):
+            assert np.allclose(found.error.astype(float), [[0, 5], [7, 0]], rtol=1e-6)
