@@ -14,7 +14,7 @@ from numpy.polynomial.polynomial import polyfromroots, polyint, polyval
 from ..numbers import Arithmetic, LazyModule, working_digits
 from ..numbers.types import Mpf, Number, Vector
 
-mpmath: Any = LazyModule("mpmath")
+mpmath = LazyModule("mpmath")
 
 #: digits ↦ [(node, weight)] in order, on [0, 1]
 Nodes: TypeAlias = Callable[[int], Sequence[tuple[Mpf, Mpf]]]

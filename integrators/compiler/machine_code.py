@@ -14,8 +14,8 @@ from .cache import cached, digest, sources
 from .llvm_values import Array
 from .llvm_writer import Module
 
-llvm: Any = LazyModule("llvmlite.binding")
-llvmlite: Any = LazyModule("llvmlite")
+llvm = LazyModule("llvmlite.binding")
+llvmlite = LazyModule("llvmlite")
 
 
 @cache

@@ -28,7 +28,7 @@ class LazyModule:
 
 
 sympy: Any = LazyModule("sympy")
-mpmath: Any = LazyModule("mpmath")
+mpmath = LazyModule("mpmath")
 _turn = RLock()
 
 

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 from .lazy import LazyModule, sympy
 from .types import Expression, Letter
 
-gmpy2: Any = LazyModule("gmpy2")
+gmpy2 = LazyModule("gmpy2")
 
 NUMBER, LETTER, CONSTANT, SUM, PRODUCT, CALL, HELD, RESULT = range(8)
 

@@ -22,8 +22,8 @@ from .numeric import run_text
 from .registered import registered_names
 from .types import Number
 
-flint: Any = LazyModule("flint")
-gmpy2: Any = LazyModule("gmpy2")
+flint = LazyModule("flint")
+gmpy2 = LazyModule("gmpy2")
 
 
 class Tracked:

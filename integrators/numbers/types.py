@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from types import SimpleNamespace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,6 +14,13 @@ Letter: TypeAlias = Any
 #: a sympy matrix; n×1, it is a column
 SymbolicMatrix: TypeAlias = Any
 Column: TypeAlias = Any
+#: a point x of the base, a velocity or element ξ of the algebroid, and a covector μ at a point:
+#: columns of letters in a derivation, of numbers where a formula is evaluated
+Point: TypeAlias = Column
+Velocity: TypeAlias = Column
+Covector: TypeAlias = Column
+#: the parameters of a scene as its functions read them: p.mass
+Parameters: TypeAlias = SimpleNamespace
 #: the matrices of two frames of fields: left- and right-invariant, or e→ and e← on a point
 FieldPair: TypeAlias = tuple[SymbolicMatrix, SymbolicMatrix]
 #: letters or expressions in order: a list, or a column
@@ -26,8 +34,16 @@ Replacement: TypeAlias = dict[Letter, Expression]
 Exact: TypeAlias = Any
 #: a number as a user gives it: exact, a float, or text such as "0.1"
 Given: TypeAlias = Any
+#: numbers as a user gives them: a list, a tuple, an array or a column
+GivenVector: TypeAlias = Iterable[Given]
 #: a number of an arithmetic: float or gmpy2's mpfr
 Number: TypeAlias = Any
+#: whatever a formula runs on, since it adds and multiplies: a number, an expression, a node of the
+#: graph, a power series, a ball
+Scalar: TypeAlias = Any
+Scalars: TypeAlias = Sequence[Scalar]
+#: a real ball of flint: a number with a bound of its error
+Ball: TypeAlias = Any
 #: a number of mpmath
 Mpf: TypeAlias = Any
 #: numbers of an arithmetic in an array, of one and of two dimensions
@@ -38,3 +54,7 @@ Matrix: TypeAlias = np.ndarray
 MatrixLike: TypeAlias = Any
 #: rows of numbers: nested sequences, or an array of two dimensions
 Rows: TypeAlias = Sequence[Numbers] | np.ndarray
+#: a function of a scene or a rule, or one made of a text; its place tells what it takes
+Function: TypeAlias = Callable[..., Any]
+#: the names that a text uses or defines, and what they stand for
+Namespace: TypeAlias = dict[str, Any]

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any
 
 import numpy as np
 
@@ -32,7 +31,7 @@ from .matrix_functions import DEXP, DEXP_INVERSE, DISPLACEMENT, MatrixFunction
 from .retraction import EquivariantRetraction, Extents, complex_form, hat_in_doubles
 from .stumpff import stumpff
 
-linalg: Any = LazyModule("scipy.linalg")
+linalg = LazyModule("scipy.linalg")
 
 
 @dataclass(frozen=True)
