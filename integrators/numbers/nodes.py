@@ -272,7 +272,9 @@ class Walks:
             call, number = args
             if call not in calls:
                 calls[call] = Call(call.function, [made[a.index] for a in call.arguments])
-            return self.result(calls[call], number)
+            found = self.result(calls[call], number)
+            known = all(a.kind == NUMBER for a in calls[call].arguments)
+            return self.opened(found) if known else found  # most of a function of numbers vanishes
         return self.make(kind, args)
 
     def depending(self, nodes: Sequence[Node], on: Collection[Node]) -> list[Node]:
