@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from ..errors import BadInput, arguments_checked, shown
+from ..numbers.types import Function, Vector
 from ..rules import Claims, Discretisation
 from ..rules.discretisation import checked
-from ..scene import reads
+from ..scene import Scene, reads
 from .box_scheme import BoxScheme
 from .signatures import METHODS, check_arguments
 
@@ -36,9 +37,9 @@ class BlackBox(Discretisation):
     state: str = "qp"
     runs: bool = False
     numbers: str = "double"
-    jacobian: Callable[..., Any] | None = None
-    read: Callable[..., Any] | None = None
-    write: Callable[..., Any] | None = None
+    jacobian: Function | None = None
+    read: Callable[[Vector, Vector], tuple[Vector, Vector]] | None = None
+    write: Callable[[Vector, Vector], tuple[Vector, Vector]] | None = None
     vectorised: bool = False
 
     @property
@@ -77,11 +78,11 @@ class BlackBox(Discretisation):
         """Return the unit of round-off of its numbers; in single precision it is 2⁻²⁴."""
         return 2.0**-24 if self.numbers == "float32" else super().unit(digits)
 
-    def applies(self, scene: Any) -> bool:
+    def applies(self, scene: Scene) -> bool:
         """Return True if the scene has the Hamiltonian system that a box integrates."""
         return not self.refusal(scene)
 
-    def refusal(self, scene: Any) -> str:
+    def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the box cannot run on the scene, or ""."""
         if scene.contact is not None:
             return f"{scene.name} has contact, of which the black box {self.name} knows nothing."
@@ -99,7 +100,7 @@ class BlackBox(Discretisation):
             )
         return super().refusal(scene)
 
-    def discretise(self, scene: Any) -> Any:
+    def discretise(self, scene: Scene) -> BoxScheme:
         """Return the box on a scene, the result of `Scheme(scene, box)`."""
         return BoxScheme(scene, self)
 
@@ -110,7 +111,7 @@ class BlackBox(Discretisation):
 
 @arguments_checked
 def black_box(
-    order: Any = None,
+    order: int | None = None,
     *,
     symplectic: bool | None = None,
     reversible: bool | None = None,
@@ -118,14 +119,14 @@ def black_box(
     state: str = "qp",
     runs: bool = False,
     numbers: str = "double",
-    jacobian: Callable[..., Any] | None = None,
+    jacobian: Function | None = None,
     vectorised: bool = False,
-    read: Callable[..., Any] | None = None,
-    write: Callable[..., Any] | None = None,
+    read: Callable[[Vector, Vector], tuple[Vector, Vector]] | None = None,
+    write: Callable[[Vector, Vector], tuple[Vector, Vector]] | None = None,
     name: str | None = None,
     source: str = "",
     groupoids: str | Sequence[str] = (),
-) -> Callable[[Callable[..., Any]], BlackBox]:
+) -> Callable[[Function], BlackBox]:
     """Decorator: judge a function of numbers (q, p, h, system) → (q, p) like a rule.
 
     q (n,) and p (m,) are numpy arrays: the scene's x and μ, p in the natural basis (on a pair
@@ -166,7 +167,7 @@ def black_box(
     if not isinstance(source, str):
         raise BadInput(f"black_box(source=...): source is a text, not {shown(source)}.")
 
-    def make(formula: Callable[..., Any]) -> BlackBox:
+    def make(formula: Function) -> BlackBox:
         label = _checked(formula, name, runs)
         about = source or (inspect.getdoc(formula) or "")
         return BlackBox(
@@ -177,13 +178,13 @@ def black_box(
     return make
 
 
-def _one_of(word: str, given: Any, known: Sequence[str]) -> None:
+def _one_of(word: str, given: object, known: Sequence[str]) -> None:
     if not isinstance(given, str) or given not in known:
         choices = " or ".join(map(repr, known))
         raise BadInput(f"black_box({word}={shown(given)}): {word} is {choices}.")
 
 
-def _checked(formula: Any, name: str | None, runs: bool) -> str:
+def _checked(formula: object, name: str | None, runs: bool) -> str:
     """Return the name of a box; raises `BadInput` unless it is a fit function or class."""
     if not callable(formula):
         raise BadInput(

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from ..equations import initial_momentum, legendre_inverse
 from ..errors import BadInput, StepFailure, arguments_checked, shown
-from ..flows import Trajectory
+from ..flows import StepChoice, Trajectory
 from ..numbers import Double, Matrix, Numbers, Vector, arithmetic, exact_rational, whole_number
-from .calls import BoxRaised, Calls
+from ..numbers.types import Exact, Given
+from .calls import Box, BoxRaised, Calls
 from .differences import Map, MapOfRows
+
+#: a `BoxScheme`, whose file comes after this one
+BoxOnScene: TypeAlias = Any
 
 CHUNK = 2**12  # number of steps between two reports of progress
 ALSO_ALONE = 2  # number of states of a vectorised call that are also computed one by one
@@ -30,12 +36,12 @@ class BoxFlow:
     """
 
     #: how the step was chosen: a program's step is always given
-    choice: Any = None
+    choice: StepChoice | None = None
 
     #: no fixed point of stages: a program solves its own equations
     stages = None
 
-    def __init__(self, scheme: Any, step: Any, digits: int = 16) -> None:
+    def __init__(self, scheme: BoxOnScene, step: Given, digits: int = 16) -> None:
         self.scheme, self.digits = scheme, digits
         self.step = exact_rational(step, "step")
         if self.step == 0:
@@ -43,7 +49,7 @@ class BoxFlow:
         self.numbers = arithmetic(digits)
         box = scheme.rule
         single = np.float32 if box.numbers == "float32" else None
-        self.kind: Any = single or (float if digits == 16 else object)
+        self.kind: type = single or (float if digits == 16 else object)
         self.system = scheme.in_numbers(self.numbers, single)
         with self.numbers.working():
             size = self.numbers.number(self.step)
@@ -55,8 +61,9 @@ class BoxFlow:
 
     @arguments_checked
     def trajectory(
-        self, steps: int, every: int = 1, *, x0: Any = None, mu0: Any = None, u0: Any = None,
-        t0: Any = 0, progress: Callable[[int], None] | None = None,
+        self, steps: int, every: int = 1, *, x0: Numbers | None = None,
+        mu0: Numbers | None = None, u0: Numbers | None = None, t0: Given = 0,
+        progress: Callable[[int], None] | None = None,
     ) -> Trajectory:  # fmt: skip
         """Run `steps` steps from the scene's start (or from x0, mu0), with a row every `every`
         steps.
@@ -71,7 +78,7 @@ class BoxFlow:
         xs, mus = np.empty((size, n), self._type), np.empty((size, m), self._type)
         count = 0
 
-        def row(k: int, q: Any, p: Any) -> None:
+        def row(k: int, q: Vector, p: Vector) -> None:
             nonlocal count
             xs[count], mus[count] = self._read(q, p, k, t0)
             count += 1
@@ -86,16 +93,16 @@ class BoxFlow:
                 raise self._failure(error, xs[:count], mus[:count], every, t0) from error
             return self._rows(xs, mus, steps, every, t0)
 
-    def dual_step(self, x: Numbers, mu: Numbers, t0: Any = 0) -> tuple[Vector, Vector]:
+    def dual_step(self, x: Numbers, mu: Numbers, t0: Given = 0) -> tuple[Vector, Vector]:
         """Return (x′, μ′), one step after (x, μ)."""
         return self.advance(x, mu, 1, t0)
 
-    def advance(self, x: Numbers, mu: Numbers, steps: int, t0: Any = 0) -> tuple[Vector, Vector]:
+    def advance(self, x: Numbers, mu: Numbers, steps: int, t0: Given = 0) -> tuple[Vector, Vector]:
         """Return (x, μ) after so many steps."""
         run = self.trajectory(steps, every=steps, x0=x, mu0=mu, t0=t0)
         return run.x[-1], run.mu[-1]
 
-    def map_of(self, steps: int = 1, t0: Any = 0) -> Map:
+    def map_of(self, steps: int = 1, t0: Given = 0) -> Map:
         """Return the map z ↦ Z of `steps` steps on states z = (x, μ), (n+m,), for differences.
 
         For a vectorised box it can map many states in one call (`MapOfRows`). It works in double
@@ -103,10 +110,10 @@ class BoxFlow:
         """
         n = self.system.n
 
-        def image(z: Any) -> Any:
-            found: list[Any] = []
+        def image(z: Vector) -> Vector:
+            found: list[Vector] = []
 
-            def row(k: int, q: Any, p: Any) -> None:
+            def row(k: int, q: Vector, p: Vector) -> None:
                 found[:] = self._read(q, p, k, t0)
 
             q, p = self._written(z[:n], z[n:], t0)
@@ -143,22 +150,23 @@ class BoxFlow:
     # -- states ----------------------------------------------------------------------------------
 
     @property
-    def _type(self) -> Any:
+    def _type(self) -> DTypeLike:
         return float if self.digits == 16 else object
 
-    def _working(self) -> Any:
+    def _working(self) -> AbstractContextManager[Any]:
         if self.digits == 16:
             return np.errstate(all="ignore")
         import mpmath
 
         return mpmath.workdps(self.digits + 15)
 
-    def _public(self, given: Any) -> Any:
+    def _public(self, given: Numbers) -> Vector:
         """Return numbers of the flow's own arithmetic in the form that the box and the user get."""
         return self.numbers.public(np.array(given, dtype=self.numbers.dtype))
 
-    def _start(self, x0: Any, mu0: Any, t0: Any) -> tuple[Vector, Vector, Any]:
-        given: Any
+    def _start(
+        self, x0: Numbers | None, mu0: Numbers | None, t0: Given
+    ) -> tuple[Vector, Vector, Exact]:
         scheme, numbers = self.scheme, self.numbers
         scene, s = scheme.scene, scheme.s
         t0 = t0 if type(t0) is int else exact_rational(t0, "t0")
@@ -180,7 +188,7 @@ class BoxFlow:
                 found.append(self._public(values).reshape(length))
         return found[0], found[1], t0
 
-    def _at(self, k: int, t0: Any) -> None:
+    def _at(self, k: int, t0: Exact) -> None:
         """Set the time of the scene in numbers to the beginning of step k."""
         time = t0 + k * self.step
         if self.digits == 16:
@@ -189,7 +197,7 @@ class BoxFlow:
         with self.numbers.working():
             self.system.t = self._public([self.numbers.number(time)])[0]
 
-    def _written(self, x: Vector, mu: Vector, t0: Any) -> tuple[Any, Any]:
+    def _written(self, x: Vector, mu: Vector, t0: Exact) -> tuple[Vector, Vector]:
         """Return (x, μ) in the box's own coordinates and numbers."""
         box = self.scheme.rule
         self._at(0, t0)
@@ -197,7 +205,7 @@ class BoxFlow:
         q, p = (x, second) if box.write is None else _checked(box, "write", box.write(x, second))
         return np.array(q, dtype=self.kind), np.array(p, dtype=self.kind)
 
-    def _read(self, q: Any, p: Any, k: int, t0: Any) -> tuple[Any, Any]:
+    def _read(self, q: Vector, p: Vector, k: int, t0: Exact) -> tuple[Vector, Vector]:
         """Return (x, μ) from the box's own coordinates."""
         box = self.scheme.rule
         if box.read is not None:
@@ -217,7 +225,7 @@ class BoxFlow:
 
     # -- rows ------------------------------------------------------------------------------------
 
-    def _rows(self, xs: Any, mus: Any, steps: int, every: int, t0: Any) -> Trajectory:
+    def _rows(self, xs: Matrix, mus: Matrix, steps: int, every: int, t0: Exact) -> Trajectory:
         numbers, s, count = self.numbers, self.scheme.s, len(xs)
         with numbers.working():
             times = numbers.multiples(self.step, np.arange(count, dtype=np.int64) * every)
@@ -228,7 +236,7 @@ class BoxFlow:
             solver="black box", scheme=self.scheme,
         )  # fmt: skip
 
-    def _velocities(self, base: Any, mus: Any) -> Any:
+    def _velocities(self, base: Matrix, mus: Matrix) -> Matrix:
         """Return ξ(x, μ) of rows, (r, m)."""
         numbers, scene = self.numbers, self.scheme.scene
         if scene.in_numbers:
@@ -240,7 +248,7 @@ class BoxFlow:
             inverse = legendre_inverse(self.scheme.s, numbers)
             p = [numbers.number(v) for v in scene.parameter_values]
 
-            def own(rows: Any) -> Any:
+            def own(rows: Matrix) -> Matrix:
                 if isinstance(numbers, Double):
                     return np.asarray(rows, dtype=float)
                 return np.array([[numbers.number(e) for e in row] for row in rows],
@@ -250,7 +258,9 @@ class BoxFlow:
             near = np.broadcast_to(near, (len(mus), len(near)))
             return numbers.public(inverse(own(base), own(mus), p, near))
 
-    def _failure(self, error: BoxRaised, xs: Any, mus: Any, every: int, t0: Any) -> StepFailure:
+    def _failure(
+        self, error: BoxRaised, xs: Matrix, mus: Matrix, every: int, t0: Exact
+    ) -> StepFailure:
         scheme, k = self.scheme, error.index
         rows = self._rows(xs, mus, (len(xs) - 1) * every, every, t0)
         last = {"x": xs[-1], "mu": mus[-1]}
@@ -266,11 +276,11 @@ class BoxFlow:
         return 2.0**-24 if self.kind is np.float32 else float(self.numbers.eps)
 
 
-def _length(given: Any) -> int:
-    return len(given) if np.iterable(given) else -1  # type: ignore[arg-type]
+def _length(given: Numbers) -> int:
+    return len(given) if np.iterable(given) else -1
 
 
-def _checked(box: Any, word: str, given: Any) -> tuple[Any, Any]:
+def _checked(box: Box, word: str, given: object) -> tuple[Vector, Vector]:
     if not isinstance(given, tuple | list) or len(given) != 2:
         raise BadInput(f"the black box {box.name}: {word}= must give a pair of arrays.")
     return np.asarray(given[0]), np.asarray(given[1])

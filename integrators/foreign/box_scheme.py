@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..equations import DiscretisedScene, SceneSymbols, StepEquations, check_finite
 from ..errors import BadInput, CannotMeasure, arguments_checked
 from ..groupoids import check_axioms
 from ..numbers import Arithmetic
+from ..numbers.types import Given
+from ..rules import Discretisation
 from ..scene import Scene
 from .box_flow import BoxFlow
 from .numeric_scene import check_gradient, system_of
@@ -33,10 +33,10 @@ class BoxScheme(DiscretisedScene):
 
     #: a step is a map (x, μ) ↦ (x′, μ′), not an arrow
     has_arrows = False
-    substeps: tuple[Any, ...] = ()
+    substeps: tuple[()] = ()
     no_scene = "no scene that a black box can be run on"
 
-    def derive(self, scene: Scene, rule: Any) -> BoxEquations:
+    def derive(self, scene: Scene, rule: Discretisation) -> BoxEquations:
         """Return the scene's letters; raises `CannotMeasure` if the box cannot run on the scene."""
         if refusal := rule.refusal(scene):
             raise CannotMeasure(refusal)
@@ -48,7 +48,7 @@ class BoxScheme(DiscretisedScene):
             check_finite(scene, s)
         return BoxEquations(s, rule)
 
-    def in_numbers(self, numbers: Arithmetic, kind: Any = None) -> SceneInNumbers:
+    def in_numbers(self, numbers: Arithmetic, kind: type | None = None) -> SceneInNumbers:
         """Return the scene as the last argument of a black box, in the given arithmetic."""
         return system_of(self.s, self.scene, numbers, kind)
 
@@ -67,7 +67,7 @@ class BoxScheme(DiscretisedScene):
         """The claim, which only steps there and back can test."""
         return None if self.rule.claims is None else self.rule.claims.reversible
 
-    def at(self, **values: Any) -> BoxScheme:
+    def at(self, **values: object) -> BoxScheme:
         """Return this box on the scene with other values; raises like `Scheme.at`."""
         functions = {"lagrangian", "groupoid", "discrete_lagrangian", "fast", "force", "contact"}
         if derived := set(values) & functions:
@@ -79,8 +79,9 @@ class BoxScheme(DiscretisedScene):
 
     @arguments_checked
     def flow(
-        self, step: Any = None, digits: int = 16, on_edge: str = "refuse", *, tolerance: Any = None
-    ) -> BoxFlow:
+        self, step: Given | None = None, digits: int = 16, on_edge: str = "refuse", *,
+        tolerance: Given | None = None,
+    ) -> BoxFlow:  # fmt: skip
         """Return the box at one step size.
 
         Raises `CannotMeasure` for digits that it does not have, and `BadInput` for a tolerance, for

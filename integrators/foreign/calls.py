@@ -5,12 +5,21 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..errors import RAISED, BadInput, line_of
+from ..numbers.types import Function, Number, Vector
 from .signatures import METHODS, takes_system
+
+#: a `BlackBox`, and a `SceneInNumbers`, whose files come after this one
+Box: TypeAlias = Any
+System: TypeAlias = Any
+#: sets the time before step k
+Begin: TypeAlias = Callable[[int], None]
+#: takes the number of a step, and the q and p after it
+Keep: TypeAlias = Callable[[int, Vector, Vector], None]
 
 DOUBLE = np.dtype(np.float64)
 
@@ -34,7 +43,7 @@ class Calls:
     coordinates). kind: the type of its numbers.
     """
 
-    def __init__(self, box: Any, system: Any, h: Any, kind: Any, scene: str) -> None:
+    def __init__(self, box: Box, system: System, h: Number, kind: type, scene: str) -> None:
         self.box, self.system, self.h, self.kind = box, system, h, np.dtype(kind)
         self.what = f"{_place(box)}{scene}: the black box {box.name}"
         if box.remembers:
@@ -48,8 +57,7 @@ class Calls:
             self._last = (system,) if takes_system(box.formula, wanted) else ()
 
     def run(
-        self, q: Any, p: Any, steps: int, every: int, at: Callable[[int], None],
-        row: Callable[[int, Any, Any], None],
+        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep
     ) -> None:  # fmt: skip
         """Make `steps` steps; call `row(k, q, p)` for the start and every `every`-th step.
 
@@ -66,7 +74,7 @@ class Calls:
         else:
             self._stepwise(q, p, steps, every, at, row)
 
-    def _stepwise(self, q: Any, p: Any, steps: int, every: int, at: Any, row: Any) -> None:
+    def _stepwise(self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep) -> None:
         function, h, last = self.box.formula, self.h, self._last
         shapes, kind = (q.shape, p.shape), self.kind
         plain, several = kind == DOUBLE and q.ndim == 1, q.ndim == 2
@@ -97,7 +105,9 @@ class Calls:
         except RAISED as error:
             raise self._raised(k, error) from error
 
-    def _with_memory(self, q: Any, p: Any, steps: int, every: int, at: Any, row: Any) -> None:
+    def _with_memory(
+        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep
+    ) -> None:
         shapes, k = (q.shape, p.shape), 0
         one = {name: (self.system,) if given else () for name, given in self._with.items()}
         timed = self.system._clocked
@@ -122,7 +132,7 @@ class Calls:
         except RAISED as error:
             raise self._raised(k, error) from error
 
-    def _whole(self, q: Any, p: Any, steps: int, every: int, at: Any, row: Any) -> None:
+    def _whole(self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep) -> None:
         at(0)
         try:
             given = self.box.formula(q.copy(), p.copy(), self.h, steps, every, *self._last)
@@ -145,13 +155,15 @@ class Calls:
 
     # -- its answers -----------------------------------------------------------------------------
 
-    def _pair(self, given: Any) -> tuple[Any, Any]:
+    def _pair(self, given: object) -> tuple[Vector, Vector]:
         if isinstance(given, tuple | list) and len(given) == 2:
             return given[0], given[1]
         shown = f"{len(given)} things" if isinstance(given, tuple | list) else _kind(given)
         raise BadInput(f"{self.what} gives {shown}, but must give the pair (q, p).")
 
-    def _arrays(self, q: Any, p: Any, shapes: Any) -> tuple[Any, Any]:
+    def _arrays(
+        self, q: object, p: object, shapes: tuple[tuple[int, ...], tuple[int, ...]]
+    ) -> tuple[Vector, Vector]:
         """Return answers as arrays of the given shapes; raises `BadInput` for anything else."""
         found = []
         for name, given, shape in zip("qv" if self.box.state == "qv" else "qp",
@@ -178,7 +190,7 @@ class Calls:
             found.append(given.astype(self.kind))
         return found[0], found[1]
 
-    def _check_finite(self, k: int, q: Any, p: Any) -> None:
+    def _check_finite(self, k: int, q: Vector, p: Vector) -> None:
         if self.kind.kind == "O":
             import mpmath
 
@@ -211,7 +223,7 @@ class Calls:
             )
         return BoxRaised(k, f"the black box raises {type(error).__name__}: {said}{where}")
 
-    def _function(self) -> Any:
+    def _function(self) -> Function:
         return _asked(self.box)
 
 
@@ -221,28 +233,27 @@ SLIPS = (TypeError, AttributeError, NameError, ImportError)
 ROUNDINGS = 8
 
 
-def _displaced(row: Any, start: Any) -> bool:
+def _displaced(row: Vector, start: Vector) -> bool:
     """Return True if a run's first row differs from its start by more than roundings."""
     unit = 2.0**-23 if start.dtype == np.float32 else 2.0**-52
     return bool(abs(row - start).max(initial=0) > ROUNDINGS * unit * abs(start).max(initial=0))
 
 
-def _place(box: Any) -> str:
+def _place(box: Box) -> str:
     place = line_of(_asked(box))
     return f"{place}: " if place else ""
 
 
-def _asked(box: Any) -> Any:
+def _asked(box: Box) -> Function:
     """Return the function whose line messages name."""
-    given: Any = box.formula
-    return given.step if box.remembers else given
+    return box.formula.step if box.remembers else box.formula
 
 
-def _bound(cls: Any, name: str) -> int:
+def _bound(cls: type, name: str) -> int:
     return int(not isinstance(inspect.getattr_static(cls, name), staticmethod))
 
 
-def _kind(given: Any) -> str:
+def _kind(given: object) -> str:
     if given is None:
         return "nothing (does it return what it computes?)"
     word = type(given).__name__

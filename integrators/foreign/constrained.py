@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from ..numbers import Vector
+from .scene_in_numbers import SceneInNumbers
 
 CORRECTIONS = 50  # largest number of Newton corrections; each doubles the digits
 
 
 def constrained_parameters(
-    system: Any, z: Vector, scale: Vector
+    system: SceneInNumbers, z: Vector, scale: Vector
 ) -> tuple[Callable[[Vector], Vector], Vector]:
     """Return (embedding, reach) of the constrained states near z.
 
@@ -51,7 +51,7 @@ def constrained_parameters(
     return embedding, np.repeat(size, n - k) / 4
 
 
-def constraint_defects(system: Any, x: Any, mu: Any) -> tuple[float, float]:
+def constraint_defects(system: SceneInNumbers, x: Vector, mu: Vector) -> tuple[float, float]:
     """Return the largest entries of |φ(q)| and of |φ′(q) q̇| at a state."""
     rate = system.constraint_jacobian(x) @ system.velocity(x, mu)
     return float(np.abs(system.constraint(x)).max()), float(np.abs(rate).max())

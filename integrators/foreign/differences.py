@@ -11,12 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import comb, factorial
-from typing import Any
 
 import numpy as np
 
 from ..errors import StepFailure
-from ..numbers import Matrix, Vector
+from ..numbers.types import Matrix, Rows, Vector
 
 Map = Callable[[Vector], Vector]
 #: weights of f(z + iw) − f(z − iw), over w: exact for polynomials of degree 8
@@ -76,7 +75,7 @@ class MapOfRows:
         return self.one(z)
 
 
-def images(f: Map, points: Any) -> Matrix:
+def images(f: Map, points: Rows) -> Matrix:
     """Return the images (r, k) of points (r, l), in one call if the map supports that."""
     rows = np.asarray(points, dtype=float)
     return f.rows(rows) if isinstance(f, MapOfRows) else np.array([f(z) for z in rows])
@@ -193,7 +192,7 @@ def derivative(
             ends = [images(f, origin + sign * ways) for sign in (1, -1)]
             seen = dict(zip(PARTS, ends[0] - ends[1], strict=True))
 
-        def pair(part: float, j: int = j, d: float = d, seen: dict[float, Any] = seen) -> Any:
+        def pair(part: float, j: int = j, d: float = d, seen: dict[float, Vector] = seen) -> Vector:
             if part not in seen:
                 way = np.zeros(len(scale))
                 way[j] = part * d

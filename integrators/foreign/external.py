@@ -9,13 +9,13 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..errors import arguments_checked
+from ..numbers.types import Matrix, Vector
 from ..scene import Opaque
 from .box import BlackBox, black_box
 from .caller import folder_of_caller
 from .program import RESTARTS, SECONDS, Program
+from .scene_in_numbers import SceneInNumbers
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,8 @@ class Runs:
     program: Program
 
     def __call__(
-        self, q: np.ndarray, p: np.ndarray, h: Any, steps: int, every: int, system: Any
-    ) -> tuple[np.ndarray, np.ndarray]:
+        self, q: Vector, p: Vector, h: float, steps: int, every: int, system: SceneInNumbers
+    ) -> tuple[Matrix, Matrix]:
         """Return arrays (rows, n) and (rows, m); raises `ProgramFailure` without any."""
         t = float(system.t) if system._clocked else None
         parameters = vars(system.parameters)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from ..numbers import Matrix, Vector
+from ..numbers.types import Matrix, Rows, Vector
 from .differences import EPS, FARTHEST, Derivative, Map, Noise, images
 
 LOOP = 64  # number of points of a closed curve
@@ -44,7 +43,7 @@ def form_defect(of: Derivative, before: Matrix, after: Matrix) -> Defect:
     return _worst(gap, unsure, np.maximum(size, _natural(size)))
 
 
-def pulled_back_defect(of: Derivative, start: Derivative, form: Any) -> Defect:
+def pulled_back_defect(of: Derivative, start: Derivative, form: Rows) -> Defect:
     """Return how far Dᵀ ω D is from Nᵀ ω N.
 
     D and N, (2n, l) each, are the derivatives of a map and of its start by parameters of the
@@ -151,7 +150,7 @@ def slopes_and_tail(rows: Matrix) -> tuple[Matrix, float]:
     return slopes, float(tail)
 
 
-def random_curve(random: Any, z: Vector, scale: Vector, reach: float) -> Matrix:
+def random_curve(random: np.random.Generator, z: Vector, scale: Vector, reach: float) -> Matrix:
     """Return a closed curve of `LOOP` points around z, (r, 2n), with three harmonics."""
     t = 2 * np.pi * np.arange(LOOP) / LOOP
     a, b, c = (random.standard_normal(len(z)) * scale * reach for _ in range(3))

@@ -12,13 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 
 from ..numbers import Matrix, Vector
 from .differences import EPS, FARTHEST, Map, Noise, images
 from .form_in_numbers import UNRESOLVED, Defect, slopes_and_tail
+
+#: B of r states at once, columns (l, r) ↦ (l, l, r)
+Tensor: TypeAlias = Callable[[Matrix], np.ndarray]
 
 NODES = 6  # Gauss nodes of a motion, of order 12; with one less, of order 10, they give the error
 MOST = 60  # largest number of corrections; each reduces the error by a factor as small as the curve
@@ -30,7 +33,7 @@ SETTLED = 8  # corrections below so many round-offs of a state, in natural units
 class Leaf:
     """The leaf through z (l,) of a tensor (l, r) ↦ (l, l, r); scale: the size of each entry."""
 
-    def __init__(self, tensor: Callable[[Matrix], Any], z: Vector, scale: Vector) -> None:
+    def __init__(self, tensor: Tensor, z: Vector, scale: Vector) -> None:
         self.tensor, self.z, self.scale = tensor, z, scale
         here = tensor(z[:, None])[:, :, 0] / np.outer(scale, scale)
         self.back = np.linalg.pinv(here, rcond=RANK) / np.outer(scale, scale)
@@ -41,7 +44,7 @@ class Leaf:
 
     def motions(
         self, a: Matrix, ends: Matrix | None = None, nodes: int = NODES
-    ) -> tuple[Matrix, Any, Matrix]:
+    ) -> tuple[Matrix, np.ndarray, Matrix]:
         """Return (a, Z at the Gauss nodes (nodes, r, l), Z(1; a) (r, l)).
 
         With `ends`, a is chosen so that Z(1; a) is nearest to them. All are nan if the iteration
@@ -99,7 +102,7 @@ def _gauss(nodes: int) -> tuple[Vector, Matrix]:
 
 
 def leaf_defect(
-    f: Map, tensor: Callable[[Matrix], Any], z: Vector, scale: Vector, ways: Matrix, noise: Noise
+    f: Map, tensor: Tensor, z: Vector, scale: Vector, ways: Matrix, noise: Noise
 ) -> Defect:
     """Return how far the area of a closed curve about z on its leaf is from that of its image by f.
 

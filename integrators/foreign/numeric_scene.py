@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..equations import SceneSymbols
 from ..errors import BadInput, shown
-from ..numbers import Arithmetic, Vector
+from ..numbers import Arithmetic, Number, Vector
 from ..scene import Scene
 from .differences import derivative, noise_of
 from .scene_in_numbers import SceneInNumbers, several
@@ -24,7 +25,7 @@ class NumericScene(SceneInNumbers):
     _double = True
 
     def __init__(
-        self, s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: Any = None
+        self, s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: type | None = None
     ) -> None:
         self._s, self._numbers, self._kind = s, numbers, kind
         self.name, self.n, self.m = scene.name, s.n, len(s.mu)
@@ -34,48 +35,50 @@ class NumericScene(SceneInNumbers):
         self._closed = True
         self._canonical = scene.groupoid.canonical
 
-    def _slopes(self, q: Any, p: Any) -> tuple[Any, Any]:
+    def _slopes(self, q: Vector, p: Vector) -> tuple[Vector, Vector]:
         if several(q, p):  # the user's functions are of one state
             both = [
                 self._slopes(*one) for one in zip(np.transpose(q), np.transpose(p), strict=True)
             ]
             return np.array([e[0] for e in both]).T, np.array([e[1] for e in both]).T
-        given: Any = self._scene.gradient(np.array(q, float), np.array(p, float))  # type: ignore[misc]
+        given = self._scene.gradient(np.array(q, float), np.array(p, float))  # type: ignore[misc]
         return np.asarray(given[0], float).reshape(self.n), np.asarray(given[1], float).reshape(
             self.m
         )
 
-    def f(self, q: Any, p: Any, t: Any = None) -> tuple[Vector, Vector]:
+    def f(self, q: Vector, p: Vector, t: Number | None = None) -> tuple[Vector, Vector]:
         of_q, of_p = self._slopes(q, p)
         if self._canonical:
             return self._given(of_p), self._given(-of_q)
         rates = np.einsum("ij...,j...->i...", self.tensor(q, p), np.concatenate([of_q, of_p]))
         return self._given(rates[: self.n]), self._given(rates[self.n :])
 
-    def H(self, q: Any, p: Any, t: Any = None) -> Any:
+    def H(self, q: Vector, p: Vector, t: Number | None = None) -> Number:
         if several(q, p):
             each = zip(np.transpose(q), np.transpose(p), strict=True)
             return np.array([self.H(*one) for one in each])
-        value: Any = self._scene.numeric_hamiltonian(np.array(q, float), np.array(p, float))  # type: ignore[misc]
+        value = self._scene.numeric_hamiltonian(np.array(q, float), np.array(p, float))  # type: ignore[misc]
         return self._given(np.float64(np.asarray(value, float).reshape(())))
 
-    def gradient(self, q: Any, p: Any, t: Any = None) -> Vector:
+    def gradient(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
         return self._given(self._slopes(q, p)[0])
 
-    def velocity(self, q: Any, p: Any, t: Any = None) -> Vector:
+    def velocity(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
         return self._given(self._slopes(q, p)[1])
 
-    def force(self, q: Any, p: Any, t: Any = None) -> Vector:
+    def force(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
         return self._given(np.zeros(np.shape(p)))
 
-    def momentum(self, q: Any, v: Any, t: Any = None) -> Vector:
+    def momentum(self, q: Vector, v: Vector, t: Number | None = None) -> Vector:
         raise BadInput(
             f"{self.name} is a Hamiltonian in numbers, so the momentum of a velocity is not known: "
             'take state="qp".'
         )
 
 
-def system_of(s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: Any) -> SceneInNumbers:
+def system_of(
+    s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: type | None
+) -> SceneInNumbers:
     """Return the scene in numbers, for symbolic and for numeric scenes."""
     return (NumericScene if scene.in_numbers else SceneInNumbers)(s, scene, numbers, kind)
 
@@ -122,7 +125,7 @@ def _asked(function: Any, z: Vector, n: int) -> Any:
         ) from error
 
 
-def _shape(given: Any) -> str:
+def _shape(given: ArrayLike) -> str:
     if isinstance(given, tuple | list):
         return f"{len(given)} parts of {', '.join(str(np.size(e)) for e in given)} numbers"
     return f"an array of {np.size(given)} numbers"

@@ -23,12 +23,18 @@ import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..errors import BadInput, shown
+from ..scene import Again
 from .process import Broken, Process, quoted
+
+#: what JSON can hold
+Json: TypeAlias = Any
+#: a parameter's value: a number, or nested sequences of numbers
+Parameter: TypeAlias = Any
 
 SECONDS = 60.0  # longest time for an answer
 RESTARTS = 3  # number of restarts after successive failures on one scene
@@ -71,7 +77,7 @@ class Program:
         self._failures: dict[str, list[str]] = {}
         self._turn = Lock()  # ensembles run in threads, but there is one pipe
 
-    def __reduce__(self) -> tuple[Any, ...]:  # another process starts its own program
+    def __reduce__(self) -> Again:  # another process starts its own program
         return Program, (self.words, self.folder, self.seconds, self.restarts, self.files)
 
     @property
@@ -94,7 +100,7 @@ class Program:
         steps: int,
         every: int,
         scene: str,
-        parameters: Mapping[str, Any],
+        parameters: Mapping[str, Parameter],
         t: float | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows (r, n) and (r, m) of a run, r = steps // every + 1.
@@ -106,7 +112,7 @@ class Program:
 
     def _run(
         self, x: np.ndarray, mu: np.ndarray, h: float, steps: int, every: int, scene: str,
-        parameters: Mapping[str, Any], t: float | None,
+        parameters: Mapping[str, Parameter], t: float | None,
     ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         asked, rows = f"{steps} steps of {scene}", steps // every + 1
         failures = self._failures.setdefault(scene, [])
@@ -154,7 +160,7 @@ class Program:
             self._ending = weakref.finalize(self, self._process.end)
         return self._process
 
-    def _answer(self, line: bytes) -> dict[str, Any]:
+    def _answer(self, line: bytes) -> dict[str, Json]:
         """Return the object in a line; raises `Broken` if it has none, for more may follow."""
         try:
             answer = json.loads(line.decode("utf-8", "replace"))
@@ -179,7 +185,7 @@ class _Wrong(Exception):
         self.fix = fix
 
 
-def _rows(name: str, answer: Mapping[str, Any], start: np.ndarray, rows: int) -> np.ndarray:
+def _rows(name: str, answer: Mapping[str, Json], start: np.ndarray, rows: int) -> np.ndarray:
     """Return the named rows, (rows, len(start)), finite, with the start as the first one.
 
     Raises `_Wrong` for anything else.
@@ -212,7 +218,7 @@ def _rows(name: str, answer: Mapping[str, Any], start: np.ndarray, rows: int) ->
     return found
 
 
-def _no_table(given: Any) -> str:
+def _no_table(given: Json) -> str:
     """Return what is wrong with a table of equally long rows of numbers, or ""."""
     if not isinstance(given, list):
         return f"{_brief(given)}, which is no list,"
@@ -227,7 +233,7 @@ def _no_table(given: Any) -> str:
     return ""
 
 
-def _brief(value: Any) -> str:
+def _brief(value: Json) -> str:
     text = json.dumps(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
 
@@ -235,14 +241,14 @@ def _brief(value: Any) -> str:
 # -- its input ------------------------------------------------------------------------------------
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Parameter) -> Json:
     """Return a parameter for JSON: a number, or lists of numbers."""
     if isinstance(value, tuple | list | np.ndarray):
         return [_plain(entry) for entry in value]
     return float(value)
 
 
-def _words(command: Any) -> list[str]:
+def _words(command: object) -> list[str]:
     """Return the command as a list of texts."""
     example = '["./my-code", "--json"]'
     if isinstance(command, str) or not isinstance(command, Sequence) or not command:
@@ -281,7 +287,7 @@ def _found(word: str, folder: Path) -> str:
     return str(file)
 
 
-def _files(files: Any, folder: Path) -> tuple[str, ...] | None:
+def _files(files: object, folder: Path) -> tuple[str, ...] | None:
     """Return the files that a program reads; raises `BadInput` unless they are a list of files."""
     if files is None:
         return None
@@ -302,14 +308,14 @@ def _below(path: Path) -> list[Path]:
 LONGEST = 1e9  # seconds, 30 years; a system clock cannot wait longer
 
 
-def _positive(seconds: Any) -> float:
+def _positive(seconds: float) -> float:
     real = isinstance(seconds, int | float) and not isinstance(seconds, bool)
     if not real or not 0 < seconds <= LONGEST:
         raise BadInput(f"external: seconds={shown(seconds)} is no time; give a positive number.")
     return float(seconds)
 
 
-def _count(restarts: Any) -> int:
+def _count(restarts: object) -> int:
     if type(restarts) is not int or restarts < 0:
         raise BadInput(f"external: restarts={shown(restarts)} is no count; give 0 or more.")
     return restarts

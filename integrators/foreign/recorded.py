@@ -6,14 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
 from ..equations import initial_momentum
 from ..errors import BadInput, CannotMeasure, arguments_checked, shown
-from ..flows import Trajectory
+from ..flows import StepChoice, Trajectory
 from ..numbers import arithmetic, exact_rational, mpmath, whole_number
+from ..numbers.types import Given, Number, Numbers, Vector
+from ..scene import Scene
 from .box import BlackBox, black_box
 from .box_flow import BoxFlow
 from .box_scheme import BoxScheme
@@ -54,7 +56,7 @@ class Recorded(BlackBox):
         """Return the unit of round-off, or of the written digits, relative to the motion."""
         return max(super().unit(digits), *(run.unit for run in self.recordings))
 
-    def refusal(self, scene: Any) -> str:
+    def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the runs cannot be those of the scene, or ""."""
         if self.scene not in ("", scene.name):
             return f"{self.name} are runs of {self.scene}, not of {scene.name}."
@@ -68,11 +70,11 @@ class Recorded(BlackBox):
             )
         return super().refusal(scene)
 
-    def begins_at(self, scene: Any) -> bool:
+    def begins_at(self, scene: Scene) -> bool:
         """Return True if the runs fit the scene and begin at its start."""
         return not self.refusal(scene) and RecordedScheme(scene, self).begins_there
 
-    def discretise(self, scene: Any) -> RecordedScheme:
+    def discretise(self, scene: Scene) -> RecordedScheme:
         """Return the runs on a scene, the result of `Scheme(scene, runs)`."""
         return RecordedScheme(scene, self)
 
@@ -82,7 +84,7 @@ class Recorded(BlackBox):
         return " ".join((self.said, *(run.digest for run in self.recordings)))
 
 
-def _no_step(q: Any, p: Any, h: Any, steps: Any, every: Any) -> Any:
+def _no_step(q: Vector, p: Vector, h: Number, steps: int, every: int) -> NoReturn:
     raise CannotMeasure("recorded runs are all there is: no further step can be made.")
 
 
@@ -111,8 +113,8 @@ def recorded(
     found = recordings(files, folder_of_caller(), state)
     pattern = str(files if isinstance(files, str | Path) else files[0])
     label = name or "-".join(filter(None, ["recorded", Path(pattern).parent.name]))
-    made: Any = black_box(order, runs=True, state=state, name=label,
-                          **{"source": f"recorded: {pattern}", **claims})(_no_step)  # fmt: skip
+    made = black_box(order, runs=True, state=state, name=label,
+                     **{"source": f"recorded: {pattern}", **claims})(_no_step)  # fmt: skip
     if not isinstance(scene, str):
         raise BadInput(f"recorded(scene={shown(scene)}): give the name of a scene.")
     return Recorded(**vars(made), recordings=found, scene=scene)
@@ -125,9 +127,9 @@ class RecordedScheme(BoxScheme):
     differ, or that the scene cannot have.
     """
 
-    rule: Any
+    rule: Recorded
 
-    def __init__(self, scene: Any, rule: Recorded) -> None:
+    def __init__(self, scene: Scene, rule: Recorded) -> None:
         super().__init__(scene, rule)
         self.given = self.scene
         first = rule.recordings[0]
@@ -140,7 +142,7 @@ class RecordedScheme(BoxScheme):
             velocity = second if rule.state == "qv" else system.velocity(x, second)
             v0 = [mpmath.nstr(mpmath.mpf(v), DIGITS) for v in velocity]
             own = [float(v) for v in initial_momentum(self.s, scene, numbers, first.start)]
-        starts: list[Any] = [self.scene.x0, own]
+        starts: list[Numbers] = [self.scene.x0, own]
         near = max(ALIKE, 8 * rule.unit(16))
         parts = [[getattr(run, name) for run in self.runs] for name in ("x", "mu")]
         sizes = [np.abs(part[0]).max(initial=0.0) for part in parts]
@@ -174,8 +176,9 @@ class RecordedScheme(BoxScheme):
         return tuple(found)
 
     def flow(
-        self, step: Any = None, digits: int = 16, on_edge: str = "refuse", *, tolerance: Any = None
-    ) -> Any:
+        self, step: Given | None = None, digits: int = 16, on_edge: str = "refuse", *,
+        tolerance: Given | None = None,
+    ) -> Any:  # fmt: skip
         """Return the recorded run with that step; raises `CannotMeasure` if there is none."""
         if step is None or tolerance is not None:
             raise BadInput(f"{self.rule.name}: give the step of a run that was recorded.")
@@ -194,7 +197,7 @@ class RecordedScheme(BoxScheme):
 class RecordedFlow:
     """A recorded run in the place of a flow: `trajectory` gives its rows."""
 
-    choice: Any = None
+    choice: StepChoice | None = None
 
     def __init__(self, scheme: RecordedScheme, run: Trajectory) -> None:
         self.scheme, self.step, self.digits, self._run = scheme, run.step, 16, run

@@ -12,11 +12,9 @@ import hashlib
 import itertools
 import math
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -79,7 +77,7 @@ class Recording:
         return self.every * (len(self.t) - 1)
 
 
-def recordings(pattern: Any, folder: Path, state: str = "qp") -> tuple[Recording, ...]:
+def recordings(pattern: object, folder: Path, state: str = "qp") -> tuple[Recording, ...]:
     """Return the runs in the files that a pattern (or several) names, the largest step first.
 
     Patterns are relative to the folder. Raises `BadInput` if no file is found, if a file cannot be
@@ -161,7 +159,7 @@ def _recording(path: Path, columns: Columns, state: str) -> Recording:
     return Recording(path, t, x, mu, _step(path, columns, interval), interval, rounding, late)
 
 
-def _lacking(path: Path, what: str, columns: Mapping[str, Any], fix: str = "") -> BadInput:
+def _lacking(path: Path, what: str, columns: Columns, fix: str = "") -> BadInput:
     names = list(columns)
     listed = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
     return BadInput(

@@ -20,7 +20,7 @@ from ..equations import (
     rates,
 )
 from ..numbers import Arithmetic, Double, jacobian, numeric, sympy
-from ..numbers.types import Vector
+from ..numbers.types import Assignment, Expression, Function, Matrix, Number, Numbers, Vector
 from ..scene import Scene
 
 
@@ -37,7 +37,7 @@ class SceneInNumbers:
     """
 
     def __init__(
-        self, s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: Any = None
+        self, s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: type | None = None
     ) -> None:
         self._s, self._numbers, self._kind = s, numbers, kind
         self.name, self.n, self.m = scene.name, s.n, len(s.mu)
@@ -45,7 +45,7 @@ class SceneInNumbers:
             self._p = [numbers.number(v) for v in scene.parameter_values]
             self._near = np.array([numbers.number(v) for v in scene.v0], dtype=numbers.dtype)
         self._double = isinstance(numbers, Double)
-        self.t: Any = 0.0 if self._double else numbers.public(np.array([numbers.number(0)]))[0]
+        self.t: Number = 0.0 if self._double else numbers.public(np.array([numbers.number(0)]))[0]
         self._clocked = s.clocked
         self._closed = closed_velocity(s) is not None
 
@@ -66,28 +66,28 @@ class SceneInNumbers:
 
     # -- public functions ------------------------------------------------------------------------
 
-    def f(self, q: Any, p: Any, t: Any = None) -> tuple[Vector, Vector]:
+    def f(self, q: Vector, p: Vector, t: Number | None = None) -> tuple[Vector, Vector]:
         """Return the vector field (q̇, ṗ), arrays (n,) and (m,)."""
         found = self._of_states("f", q, p, t)
         return found[: self.n], found[self.n :]
 
-    def H(self, q: Any, p: Any, t: Any = None) -> Any:
+    def H(self, q: Vector, p: Vector, t: Number | None = None) -> Number:
         """Return the energy H(q, p), a number."""
         return self._of_states("H", q, p, t)
 
-    def gradient(self, q: Any, p: Any, t: Any = None) -> Vector:
+    def gradient(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
         """Return ∂H/∂q at (q, p), (n,), without the scene's force (see `force`)."""
         return self._of_states("gradient", q, p, t)
 
-    def velocity(self, q: Any, p: Any, t: Any = None) -> Vector:
+    def velocity(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
         """Return ∂H/∂p at (q, p), (m,): the natural velocity."""
         return self._of_states("velocity", q, p, t)
 
-    def force(self, q: Any, p: Any, t: Any = None) -> Vector:
+    def force(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
         """Return the force beside the Hamiltonian, (m,); zeros if the scene has none."""
         return self._of_states("force", q, p, t)
 
-    def tensor(self, q: Any, p: Any) -> Any:
+    def tensor(self, q: Vector, p: Vector) -> Matrix:
         """Return the Poisson tensor B at (q, p), (n+m, n+m): f = B dH + force."""
         if several(q, p):
             base, rest = self._columns(q, p, None)
@@ -97,7 +97,7 @@ class SceneInNumbers:
             x, mu = self._base(q, None), self._list(p)
             return self._given(_tensor(self._s, self._numbers)(x, mu, self._p))
 
-    def momentum(self, q: Any, v: Any, t: Any = None) -> Vector:
+    def momentum(self, q: Vector, v: Vector, t: Number | None = None) -> Vector:
         """Return the momentum ∂L/∂v of a velocity v, (m,)."""
         if several(q, v):
             base, rest = self._columns(q, v, t)
@@ -108,17 +108,17 @@ class SceneInNumbers:
         with self._numbers.working():
             return self._given(function(self._base(q, t), self._list(v), self._p))
 
-    def constraint(self, q: Any) -> Vector:
+    def constraint(self, q: Vector) -> Vector:
         """Return φ(q) of the scene's holonomic constraints, (k,)."""
         return self._of_base("constraint", q)
 
-    def constraint_jacobian(self, q: Any) -> Any:
+    def constraint_jacobian(self, q: Vector) -> Matrix:
         """Return φ′(q) of the scene's holonomic constraints, (k, n)."""
         return self._of_base("constraint_jacobian", q)
 
     # -- their computation -----------------------------------------------------------------------
 
-    def _of_states(self, what: str, q: Any, p: Any, t: Any) -> Any:
+    def _of_states(self, what: str, q: Vector, p: Vector, t: Number | None) -> Any:
         numbers = self._numbers
         if several(q, p):
             return self._at_once(what, q, p, t)
@@ -129,12 +129,12 @@ class SceneInNumbers:
             x, mu = self._base(q, t), self._list(p)
             if self._closed:
                 return self._given(function(x, mu, self._p))
-            inverse: Any = legendre_inverse(self._s, numbers)
+            inverse: Function = legendre_inverse(self._s, numbers)
             rows = (np.array([part], dtype=numbers.dtype) for part in (x, mu))
             xi = inverse(*rows, self._p, self._near[None])[0]
             return self._given(function(x, list(xi), mu, self._p))
 
-    def _at_once(self, what: str, q: Any, p: Any, t: Any) -> Any:
+    def _at_once(self, what: str, q: Vector, p: Vector, t: Number | None) -> Vector:
         """Return the quantity for k states at once, along its last dimension."""
         function = _of_states(self._s, what, self._numbers, True)
         base, rest = self._columns(q, p, t)
@@ -142,14 +142,14 @@ class SceneInNumbers:
         if self._closed:
             found = function(base, rest, self._p)
         else:
-            inverse: Any = legendre_inverse(self._s, self._numbers)
+            inverse = legendre_inverse(self._s, self._numbers)
             near = np.broadcast_to(self._near, (count, len(self._near)))
             xi = inverse(np.array(base).T.reshape(count, -1), np.array(rest).T, self._p, near)
             found = function(base, list(xi.T), rest, self._p)
         shape = (count,) if what == "H" else (len(found), count)
         return self._given(np.broadcast_to(np.asarray(found).T, shape[::-1]).T)
 
-    def _columns(self, q: Any, p: Any, t: Any) -> tuple[list[Any], list[Any]]:
+    def _columns(self, q: Vector, p: Vector, t: Number | None) -> tuple[list[Vector], list[Vector]]:
         """Return the entries of k states, (k,) each: q, followed by the time, and p."""
         rest = list(np.asarray(p, dtype=float))
         base = list(np.asarray(q, dtype=float))
@@ -158,24 +158,24 @@ class SceneInNumbers:
             base.append(np.broadcast_to(time, rest[0].shape))
         return base, rest
 
-    def _of_base(self, what: str, q: Any) -> Any:
+    def _of_base(self, what: str, q: Vector) -> np.ndarray:
         if self._double and np.ndim(q) == 2:
             rows = [self._of_base(what, one) for one in np.asarray(q, dtype=float).T]
             return np.moveaxis(np.array(rows), 0, -1)
         with self._numbers.working():
             return self._given(_of_base(self._s, what, self._numbers)(self._base(q, None), self._p))
 
-    def _plain(self, q: Any, p: Any) -> bool:
+    def _plain(self, q: Vector, p: Vector) -> bool:
         return self._double and type(q) is type(p) is np.ndarray and q.dtype == p.dtype == float
 
-    def _base(self, q: Any, t: Any) -> list[Any]:
+    def _base(self, q: Vector, t: Number | None) -> list[Number]:
         """Return q in this arithmetic, followed by the time if the scene depends on it."""
         x = self._list(q)
         if not self._clocked:
             return x
         return [*x, *self._list([self.t if t is None else t])]
 
-    def _list(self, given: Any) -> list[Any]:
+    def _list(self, given: Numbers) -> list[Number]:
         if self._double:
             return np.asarray(given, dtype=float).tolist()
         return [self._numbers.number(e) for e in np.ravel(given)]
@@ -190,24 +190,24 @@ class SceneInNumbers:
         return shown if shown.shape else shown[()]
 
 
-def several(q: Any, p: Any) -> bool:
+def several(q: Vector, p: Vector) -> bool:
     """Return True if these are many states at once, each a column."""
     return getattr(q, "ndim", 1) == 2 or getattr(p, "ndim", 1) == 2
 
 
 @lru_cache(maxsize=512)
-def _of_states(s: SceneSymbols, what: str, numbers: Arithmetic, columns: bool = False) -> Any:
+def _of_states(s: SceneSymbols, what: str, numbers: Arithmetic, columns: bool = False) -> Function:
     """Return a quantity as a function of (x, μ, parameters), or of (x, ξ, μ, parameters)."""
     closed = closed_velocity(s)
-    letters: dict[str, Any] = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
-    known: list[Any] = []
+    letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
+    known: list[Assignment] = []
     if closed is not None:
         del letters["u"]
         known = [(list(s.u), list(closed))]
     return numeric(letters, [_formula(s, what)], numbers, known, columns)
 
 
-def _formula(s: SceneSymbols, what: str) -> Any:
+def _formula(s: SceneSymbols, what: str) -> Expression:
     if what == "f":
         field = list(rates(s))
         return field[: s.n] + field[len(s.x) :]  # without the rate of the time
@@ -222,7 +222,7 @@ def _formula(s: SceneSymbols, what: str) -> Any:
 
 
 @lru_cache(maxsize=128)
-def _tensor(s: SceneSymbols, numbers: Arithmetic, columns: bool = False) -> Any:
+def _tensor(s: SceneSymbols, numbers: Arithmetic, columns: bool = False) -> Function:
     """Return the Poisson tensor of (x, μ): that of the groupoid, or Dirac's."""
     whole = poisson_tensor(s, s.x, s.mu)
     if s.clocked:  # without the time
@@ -233,13 +233,13 @@ def _tensor(s: SceneSymbols, numbers: Arithmetic, columns: bool = False) -> Any:
 
 
 @lru_cache(maxsize=128)
-def _momentum(s: SceneSymbols, numbers: Arithmetic, columns: bool = False) -> Any:
+def _momentum(s: SceneSymbols, numbers: Arithmetic, columns: bool = False) -> Function:
     letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
     return numeric(letters, [list(momentum(s))], numbers, columns=columns)
 
 
 @lru_cache(maxsize=128)
-def _of_base(s: SceneSymbols, what: str, numbers: Arithmetic) -> Any:
+def _of_base(s: SceneSymbols, what: str, numbers: Arithmetic) -> Function:
     phi = constraint(s, s.x)
-    result: Any = list(phi) if what == "constraint" else jacobian(phi, s.position)
+    result: Expression = list(phi) if what == "constraint" else jacobian(phi, s.position)
     return numeric({"x": s.x, "p": s.parameter_list}, [result], numbers)

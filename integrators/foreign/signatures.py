@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import inspect
-from typing import Any
 
 from ..errors import BadInput, line_of
+from ..numbers.types import Function
 
 #: the names of a class's methods that begin, continue and read its memory
 METHODS = {"start": "(q, p, h, system)", "step": "(state, h, system)", "read": "(state, system)"}
 
 
-def takes_system(function: Any, wanted: str, bound: int = 0) -> bool:
+def takes_system(function: Function, wanted: str, bound: int = 0) -> bool:
     """Return True if a function also takes the last wanted argument, the scene in numbers."""
     full = wanted.count(",") + 1 + bound
     return _counts(function)[1] >= full
 
 
-def check_arguments(what: str, function: Any, wanted: str, bound: int = 0) -> None:
+def check_arguments(what: str, function: Function, wanted: str, bound: int = 0) -> None:
     """Raise `BadInput` unless it can be called with the wanted arguments, or all but the last."""
     full = wanted.count(",") + 1 + bound
     least, most = _counts(function)
@@ -36,7 +36,7 @@ def check_arguments(what: str, function: Any, wanted: str, bound: int = 0) -> No
     )
 
 
-def _only_named(function: Any) -> str:
+def _only_named(function: Function) -> str:
     """Return the arguments that must be given by name, or ""."""
     try:
         given = inspect.signature(function).parameters.values()
@@ -45,7 +45,7 @@ def _only_named(function: Any) -> str:
     return ", ".join(p.name for p in given if p.kind is p.KEYWORD_ONLY and p.default is p.empty)
 
 
-def _counts(function: Any) -> tuple[int, float]:
+def _counts(function: Function) -> tuple[int, float]:
     """Return the least and the largest number of positional arguments."""
     try:
         given = list(inspect.signature(function).parameters.values())
