@@ -11,14 +11,18 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from fractions import Fraction
 from functools import cache
-from typing import Any, TypeAlias
+from types import ModuleType
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from ..errors import BadInput, shown
 from .exact import exact
-from .lazy import sympy
-from .types import Exact, Expression, Matrix, Mpf, Number, Numbers, Vector
+from .lazy import LazyModule, sympy
+from .types import Exact, Expression, Function, Matrix, Mpf, Namespace, Number, Numbers, Vector
+
+if TYPE_CHECKING:
+    from numpy.typing import DTypeLike
 
 #: digits computed beyond the requested ones: a run loses fewer by cancellation
 MOST_DIGITS = 10_000
@@ -40,7 +44,7 @@ class NotSmooth(NotComputed):
     """An expression is the derivative of one that is not differentiable everywhere."""
 
 
-def finite(values: Matrix) -> Any:
+def finite(values: np.ndarray) -> np.ndarray:
     """Return for each number of an array, of any arithmetic, whether it is finite."""
     if values.dtype == object:
         return np.asarray(values - values == 0)
@@ -64,7 +68,7 @@ def refused(e: Expression) -> NotComputed:
     return NotComputed(f"{what} cannot be put into a kernel; there are {known}, powers and roots.")
 
 
-def _functions(library: Any, **others: str) -> dict[str, Any]:
+def _functions(library: ModuleType | LazyModule, **others: str) -> dict[str, Function]:
     """Return a library's functions by their names in generated text; `others`: its other names."""
     names = {*FUNCTIONS.values(), "sqrt"} - {"abs"}
     return {name: getattr(library, others.get(name, name)) for name in names}
@@ -75,16 +79,16 @@ class Double:
 
     digits, bits = 16, 53
     eps: Number = 2.0**-53
-    dtype: Any = np.float64
+    dtype: DTypeLike = np.float64
 
-    def namespace(self) -> dict[str, Any]:
+    def namespace(self) -> Namespace:
         """Return the names that generated text needs: functions, the number type R, constants."""
         return {**_functions(math), "R": float, "PI": math.pi, "constant": self.constant,
                 "EPS": self.eps, "ROOT_EPS": 2.0**-26, "HUGE": 1e300, "DECAY": 0.999,
                 "MARGIN": 8.0,
                 "array": self.array, **self.matrices()}  # fmt: skip
 
-    def matrices(self: Any) -> dict[str, Any]:
+    def matrices(self: Arithmetic) -> dict[str, Function]:
         """Return functions of generated text for N×N matrices: each writes into `out`."""
 
         def product(out: Matrix, a: Matrix, b: Matrix) -> None:
@@ -95,7 +99,7 @@ class Double:
 
         return {"zeros": self.zeros, "matrix_product": product, "matrix_quotient": quotient}
 
-    def array_namespace(self) -> dict[str, Any]:
+    def array_namespace(self) -> Namespace:
         """Return the names with which generated text computes on columns of numbers, by numpy."""
 
         def array(entries: Numbers, *shape: int) -> np.ndarray:
@@ -118,11 +122,11 @@ class Double:
                 f"{what} is larger than any double: choose units that fit the motion."
             ) from None
 
-    def constant(self: Any, name: str) -> Number:
+    def constant(self: Arithmetic, name: str) -> Number:
         """Return a number that sympy knows by that name: GoldenRatio, EulerGamma, Catalan, …"""
         return self.number(getattr(sympy, name))
 
-    def working(self) -> AbstractContextManager[Any]:
+    def working(self) -> AbstractContextManager[object]:
         """Return the context for computing in this arithmetic."""
         return np.errstate(all="ignore")
 
@@ -130,7 +134,7 @@ class Double:
         """Return an array in the form that the user gets: of floats, or of mpmath's numbers."""
         return np.asarray(array, dtype=np.float64)
 
-    def array(self: Any, entries: Numbers, *shape: int) -> np.ndarray:
+    def array(self: Arithmetic, entries: Numbers, *shape: int) -> np.ndarray:
         """Return an array of that shape from the entries, row by row."""
         return np.array(entries, dtype=self.dtype).reshape(shape)
 
@@ -146,7 +150,7 @@ class Double:
         """Return an array of zeros of this kind."""
         return np.zeros(shape)
 
-    def identity(self: Any, size: int) -> Matrix:
+    def identity(self: Arithmetic, size: int) -> Matrix:
         """Return the identity matrix of this kind."""
         return self.zeros(size, size) + np.eye(size, dtype=int)
 
@@ -167,16 +171,16 @@ class Single(Double):
 
     digits, bits = 7, 24
     eps: Number = 2.0**-24
-    dtype: Any = np.float32
+    dtype: DTypeLike = np.float32
 
-    def namespace(self) -> dict[str, Any]:
+    def namespace(self) -> Namespace:
         """Return what generated text needs: functions, the number type R, constants."""
         functions = self.array_namespace()
         return {**super().namespace(), **functions, "EPS": np.float32(self.eps),
                 "ROOT_EPS": np.float32(2.0**-12), "HUGE": np.float32(1e30),
                 "array": self.array}  # fmt: skip
 
-    def array_namespace(self) -> dict[str, Any]:
+    def array_namespace(self) -> Namespace:
         """Return what generated text needs to compute on whole columns of numbers."""
         return {**super().array_namespace(), "R": np.float32, "PI": np.float32(math.pi)}
 
@@ -196,7 +200,7 @@ class Single(Double):
         """Return an array of zeros of this kind."""
         return np.zeros(shape, dtype=np.float32)
 
-    def identity(self, size: int) -> Matrix:
+    def identity(self: Arithmetic, size: int) -> Matrix:
         """Return the identity matrix of this kind."""
         return np.eye(size, dtype=np.float32)
 
@@ -204,7 +208,7 @@ class Single(Double):
 class Multiple:
     """Any number of decimal digits, with guard digits, on gmpy2's binary floating point."""
 
-    dtype: Any = object
+    dtype: DTypeLike = object
     # these need only dtype, zeros, number, solve
     array, identity, matrices = Double.array, Double.identity, Double.matrices
     constant = Double.constant
@@ -218,7 +222,7 @@ class Multiple:
             self.eps: Number = gmpy2.mpfr(2) ** -self.bits
             self.imaginary_unit: Number = gmpy2.mpc(0, 1)
 
-    def namespace(self) -> dict[str, Any]:
+    def namespace(self) -> Namespace:
         g = self._gmpy2
         with self.working():
             return {**_functions(g), "R": g.mpfr, "PI": g.const_pi(), "constant": self.constant,
@@ -227,7 +231,7 @@ class Multiple:
                     "MARGIN": g.mpfr(2) ** 40,
                     "array": self.array, **self.matrices()}  # fmt: skip
 
-    def array_namespace(self) -> dict[str, Any]:
+    def array_namespace(self) -> Namespace:
         """Return what generated text needs to compute on whole columns, entry by entry."""
         own = {name: np.frompyfunc(f, 1 + (name == "atan2"), 1)
                for name, f in _functions(self._gmpy2).items()}  # fmt: skip

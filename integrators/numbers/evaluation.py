@@ -13,7 +13,7 @@ from functools import reduce
 from operator import add, mul
 from typing import Any
 
-from .arithmetic import FUNCTIONS, arithmetic, refused
+from .arithmetic import FUNCTIONS, Arithmetic, arithmetic, refused
 from .graph import Graph
 from .lazy import sympy
 from .nodes import (
@@ -67,7 +67,10 @@ def node_values(nodes: Sequence[Node], point: Mapping[Letter, Exact], digits: in
 
 
 def _of_nodes(
-    nodes: Sequence[Node], letters: Mapping[Letter, Number], known: dict[int, Number], numbers: Any
+    nodes: Sequence[Node],
+    letters: Mapping[Letter, Number],
+    known: dict[int, Number],
+    numbers: Arithmetic,
 ) -> list[Number]:
     """Return the values of nodes; known: values by the indices of nodes, to which others come."""
     if not nodes:
@@ -106,7 +109,7 @@ def _of_nodes(
     return [known[e.index] for e in nodes]
 
 
-def _number(value: Rational, numbers: Any) -> Number:
+def _number(value: Rational, numbers: Arithmetic) -> Number:
     whole = value.denominator == 1
     return int(value) if whole else numbers.number(int(value.numerator)) / int(value.denominator)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
 from numbers import Complex, Integral, Real
@@ -18,7 +18,7 @@ from typing import Any
 
 from ..errors import BadInput, shown
 from .lazy import sympy
-from .types import Exact, Expression
+from .types import Exact, Expression, Function, Given, GivenVector, Rows
 
 #: bits of a numerator or denominator: Python writes no integer of more than 4,300 digits
 LARGEST = 14_000
@@ -40,7 +40,7 @@ LARGEST_COUNT = 2**53  # the last whole number up to which double precision coun
 SMALLEST = Fraction(1, 10**300)  # its inverse and half are doubles, too
 
 
-def exact(value: Any, what: str) -> Exact:
+def exact(value: Given, what: str) -> Exact:
     """Return `value` as a Fraction, or unchanged if it is an exact sympy number.
 
     Raises `BadInput` (naming `what`) for text that is not a number, for nan and for infinities, and
@@ -95,7 +95,7 @@ def _inside(level: set[Expression]) -> set[Expression]:
     return found
 
 
-def _read(value: Any, what: str) -> Exact:
+def _read(value: Given, what: str) -> Exact:
     if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
         raise BadInput(f"{what} is {shown(value)}: give a number, not a truth value.")
     if isinstance(value, str):
@@ -132,7 +132,7 @@ def _read(value: Any, what: str) -> Exact:
         ) from None
 
 
-def exact_rational(value: Any, what: str) -> Fraction:
+def exact_rational(value: Given, what: str) -> Fraction:
     """Return a Fraction, for steps and durations; raises as `exact` does, and if irrational."""
     number = exact(value, what)
     if not isinstance(number, Fraction):
@@ -142,7 +142,7 @@ def exact_rational(value: Any, what: str) -> Fraction:
     return number
 
 
-def measure(value: Any, what: str) -> Fraction:
+def measure(value: Given, what: str) -> Fraction:
     """Return `exact_rational` of a number that is also a double: a time, a tolerance, a length.
 
     Raises `BadInput` beyond 1e-300 or 1e300, too.
@@ -166,13 +166,13 @@ def whole_number(name: str, value: object, least: int) -> int:
     return int(value)  # type: ignore[call-overload]
 
 
-def exact_vector(values: Any, length: int, what: str) -> tuple[Exact, ...]:
+def exact_vector(values: GivenVector, length: int, what: str) -> tuple[Exact, ...]:
     """Return a tuple of `length` exact numbers; raises `BadInput` for any other shape."""
     entries = listed(values, length, what)
     return tuple(exact(entry, f"{what}[{i}]") for i, entry in enumerate(entries))
 
 
-def listed(values: Any, length: int, what: str) -> list[Any]:
+def listed(values: GivenVector, length: int, what: str) -> list[Given]:
     """Return the `length` entries unchanged; raises `BadInput` (naming `what`) otherwise."""
     many = isinstance(values, Iterable) or hasattr(values, "shape")  # also a sympy column
     if isinstance(values, str) or not many or getattr(values, "shape", None) == ():
@@ -185,7 +185,7 @@ def listed(values: Any, length: int, what: str) -> list[Any]:
     return entries
 
 
-def exact_nested(value: Any, what: str) -> Any:
+def exact_nested(value: Given | Iterable[Given], what: str) -> Exact | tuple[Exact, ...]:
     """Return numbers, lists and lists of lists of numbers, all exact (tuples for lists)."""
     many = isinstance(value, Iterable) and getattr(value, "shape", None) != ()
     if many and not isinstance(value, str):
@@ -193,7 +193,7 @@ def exact_nested(value: Any, what: str) -> Any:
     return exact(value, what)
 
 
-def exact_matrices(values: Any, what: str) -> tuple[tuple[tuple[Exact, ...], ...], ...]:
+def exact_matrices(values: Iterable[Rows], what: str) -> tuple[tuple[tuple[Exact, ...], ...], ...]:
     """Return matrices as nested tuples of exact numbers: given as rows, or as numpy's or sympy's.
 
     Entries may be complex. Raises `BadInput` for anything but a list of matrices of numbers.
@@ -207,7 +207,7 @@ def exact_matrices(values: Any, what: str) -> tuple[tuple[tuple[Exact, ...], ...
     )
 
 
-def _list(values: Any, what: str) -> list[Any]:
+def _list(values: object, what: str) -> list[Any]:
     values = values.tolist() if hasattr(values, "tolist") else values
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise BadInput(
@@ -217,7 +217,7 @@ def _list(values: Any, what: str) -> list[Any]:
     return list(values)
 
 
-def _entry(value: Any, what: str) -> Exact:
+def _entry(value: Given, what: str) -> Exact:
     """Return an exact number, whole ones as int; Python's complex numbers and sympy's stay."""
     if isinstance(value, Complex) and not isinstance(value, Real) and value.imag:
         for part in (value.real, value.imag):
@@ -237,7 +237,7 @@ def to_sympy(value: Exact) -> Expression:
     return sympy.Rational(value) if isinstance(value, Fraction) else value
 
 
-def floats_exact(expression: Any) -> Expression:
+def floats_exact(expression: Expression) -> Expression:
     """Return a sympy expression with each float replaced by its exact binary value.
 
     Raises a `ValueError` for text: sympy would run it.
@@ -247,7 +247,7 @@ def floats_exact(expression: Any) -> Expression:
     return expression.xreplace(floats) if floats else expression
 
 
-def flatten(value: Any) -> list[Exact]:
+def flatten(value: Exact | tuple[Exact, ...]) -> list[Exact]:
     """Return the numbers of a nested tuple, in order."""
     return [n for entry in value for n in flatten(entry)] if isinstance(value, tuple) else [value]
 
@@ -314,7 +314,7 @@ def _size(number: Expression, bits: float) -> float:
 
 
 _lock, _watching = Lock(), [0]
-_before = list[tuple[Any, str, Any]]()  # class, name, and its original function
+_before = list[tuple[type, str, object]]()  # class, name, and its original function
 
 
 @contextmanager
@@ -348,8 +348,8 @@ def _watch(what: str) -> None:
         kind.eval = classmethod(_counting(kind.__dict__["eval"].__func__, what))
 
 
-def _power(function: Callable[..., Any], what: str) -> Callable[..., Any]:
-    def power(base: Any, exponent: Any) -> Any:
+def _power(function: Function, what: str) -> Function:
+    def power(base: Expression, exponent: Expression) -> Expression | None:
         if exponent.is_Rational and (bits := _bits_of(base)) > 1:
             _refuse(bits * _size(exponent, _bits_of(exponent)), what, LONGEST)
         return function(base, exponent)
@@ -357,8 +357,8 @@ def _power(function: Callable[..., Any], what: str) -> Callable[..., Any]:
     return power
 
 
-def _counting(function: Callable[..., Any], what: str) -> Callable[..., Any]:
-    def counting(kind: Any, *given: Any) -> Any:
+def _counting(function: Function, what: str) -> Function:
+    def counting(kind: type, *given: Expression) -> Expression | None:
         for number in given:
             if getattr(number, "is_Rational", False):
                 bits = _bits_of(number)

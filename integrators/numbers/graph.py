@@ -9,7 +9,7 @@ Nodes may stand for others (`held`), through which derivatives go.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from math import gcd
 from typing import Any
 
@@ -44,7 +44,7 @@ class Graph(Walks):
         super().__init__()
         self.nodes: list[Node] = []
         self.parts = 0  # number of groups and calls of all scopes
-        self._known: dict[Any, Node] = {}
+        self._known: dict[Hashable, Node] = {}
         self._read: dict[Expression, Node] = {}
         self._shown: dict[int, Expression] = {}
         self._slopes: dict[int, Row] = {}
@@ -94,7 +94,7 @@ class Graph(Walks):
         group, place = node.args
         return self.shown(group.values[place])
 
-    def node(self, value: Any) -> Node:
+    def node(self, value: Expression | Node) -> Node:
         """Return a node as it is, a rational number or an expression of sympy as a node."""
         if isinstance(value, Node):
             return value
@@ -377,7 +377,7 @@ class Graph(Walks):
         return sympy.Matrix(len(nodes), 1, [self.shown(e) for e in nodes])
 
 
-def _has_letters(e: Any) -> bool:
+def _has_letters(e: Expression) -> bool:
     return bool(e.free_symbols)
 
 

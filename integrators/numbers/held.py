@@ -8,7 +8,7 @@ where more is known (a point that moves along ρ, a gradient whose derivative is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +26,9 @@ from .nodes import (
     Node,
     NodeMatrix,
     Nodes,
+    Rational,
     Row,
+    Slopes,
 )
 from .types import Column, Expression, Letter, SymbolicMatrix
 
@@ -49,7 +51,7 @@ class Scope:
         self.frames: list[Frame] = []
         #: nodes that are held elsewhere and are letters here
         self.given: list[Node] = []
-        self._held: dict[Any, Node] = {}
+        self._held: dict[Hashable, Node] = {}
         #: known derivatives, by the variable
         self._rows: dict[tuple[int, ...], dict[int, Row]] = {}
 
@@ -57,7 +59,7 @@ class Scope:
         self,
         letters: Sequence[Letter],
         values: Sequence[Node],
-        partials: list[tuple[Nodes, Any]] | None = None,
+        partials: list[tuple[Nodes, Slopes]] | None = None,
         named: bool = True,
     ) -> list[Node]:
         """Hold values under letters and return the nodes that stand for them.
@@ -149,7 +151,7 @@ class Scope:
         rows = [self.row(e, seeds) for e in nodes]
         result = []
         for row in rows:
-            terms: list[list[Any]] = [[] for _ in by]
+            terms: list[list[tuple[Rational, Node]]] = [[] for _ in by]
             for j, e in row.items():
                 if j < width:
                     terms[j].append((1, e))
@@ -240,8 +242,8 @@ class Scope:
         return {j: e for j, e in zip(places, made, strict=True) if e}
 
 
-def _rows_of(matrix: Any, place: int) -> Callable[[], Sequence[Node]]:
-    """Return a function that gives a row of a matrix, which may have to be made first."""
+def _rows_of(matrix: Slopes, place: int) -> Callable[[], Sequence[Node]]:
+    """Return a function that gives a row of a matrix."""
 
     def row() -> Sequence[Node]:
         whole = matrix() if callable(matrix) else matrix

@@ -9,14 +9,18 @@ x₁² = r² − x₀² and cos² = 1 − sin².
 from __future__ import annotations
 
 import time
+from collections.abc import Hashable
+from contextlib import AbstractContextManager
 from fractions import Fraction
-from typing import Any
+from typing import TypeAlias
 
 from ..errors import BadInput
 from .lazy import sympy
-from .types import Expression
+from .types import Expression, Namespace, Number
 
 Monomial = tuple[tuple[int, Fraction], ...]
+#: a sum of terms, and 0 as the integer; a number for a constant one
+Formula: TypeAlias = "Laurent | Number"
 MOST_SECONDS = 15.0  # that formulas may take
 #: a coefficient that is no exact fraction and smaller is a zero
 NOTHING = 1e-40
@@ -41,9 +45,9 @@ class Atoms:
         self._until = time.monotonic() + MOST_SECONDS
         #: (an atom, an exponent, what that power of it is in other atoms)
         self._rules: list[tuple[int, Fraction, Laurent]] = []
-        self._known: dict[Any, int] = {}
+        self._known: dict[Hashable, int] = {}
 
-    def working(self) -> Any:
+    def working(self) -> AbstractContextManager[object]:
         """Return the context in which the arithmetic is done."""
         return self._gmpy2.context(self._gmpy2.context(), precision=220)
 
@@ -52,16 +56,16 @@ class Atoms:
         if time.monotonic() > self._until:
             raise TooLong("the formulas become too long: ask for fewer powers of the step.")
 
-    def number(self, top: Any, bottom: int = 1) -> Any:
+    def number(self, top: Number, bottom: int = 1) -> Number:
         """Return top/bottom as a coefficient."""
         q = self._gmpy2.mpq(top) / bottom if isinstance(top, int | float | Fraction) else top
         return q if self.exact else self._gmpy2.mpfr(q)
 
-    def constant(self, value: Any) -> Any:
+    def constant(self, value: Number) -> Formula:
         """Return a number as a formula, and 0 as the integer."""
         return self.made({(): self.number(value)})
 
-    def decimal(self, value: Expression) -> Any:
+    def decimal(self, value: Expression) -> Formula:
         """Return an irrational number of sympy's as a formula."""
         return self.made({(): self._gmpy2.mpfr(str(value.evalf(DIGITS + 5)), 220)})
 
@@ -69,26 +73,26 @@ class Atoms:
         """Return a letter as a formula."""
         return Laurent(self, {((self._atom(s, s), Fraction(1)),): self.number(1)})
 
-    def made(self, terms: dict[Monomial, Any]) -> Any:
+    def made(self, terms: dict[Monomial, Number]) -> Formula:
         """Return the sum of the terms that are not zero; 0 as the integer."""
         kept = {m: c for m, c in terms.items() if c and (self.exact or abs(c) > NOTHING)}
         for atom, power, value in self._rules:
             high = [m for m in kept if any(a == atom and e >= power for a, e in m)]
             if high:
-                rest: Any = 0
+                rest: Formula = 0
                 for m in high:
                     left = Laurent(self, {_product(m, ((atom, -power),)): kept.pop(m)})
                     rest = left * value + rest
                 return self.made(kept) + rest if kept else rest
         return Laurent(self, kept) if kept else 0
 
-    def _atom(self, key: Any, expression: Expression) -> int:
+    def _atom(self, key: Hashable, expression: Expression | None) -> int:
         if key not in self._known:
             self._known[key] = len(self.expressions)
             self.expressions.append(expression)
         return self._known[key]
 
-    def power(self, base: Any, exponent: Fraction) -> Any:
+    def power(self, base: Formula, exponent: Fraction) -> Formula:
         """Return base^exponent of a formula."""
         if not isinstance(base, Laurent):
             base = Laurent(self, {(): self.number(base)})
@@ -114,13 +118,13 @@ class Atoms:
         least = {a: min(m.get(a, Fraction(0)) for m in parts) for m in parts for a in m}
         return tuple(sorted((a, e) for a, e in least.items() if e))
 
-    def _normal(self, base: Laurent) -> tuple[Any, Laurent]:
+    def _normal(self, base: Laurent) -> tuple[Number, Laurent]:
         """Return (c, p) of a sum c p m, m the monomial that all terms share; p begins with 1."""
         inverse = tuple((a, -e) for a, e in self._shared(base))
         c = base.terms[min(base.terms)]
         return c, Laurent(self, {_product(m, inverse): e / c for m, e in base.terms.items()})
 
-    def function(self, name: str, argument: Any) -> Any:
+    def function(self, name: str, argument: Formula) -> Formula:
         """Return a function of a formula as an atom; of a number, the value."""
         if not isinstance(argument, Laurent):
             value = getattr(sympy, name)(self._rational(argument))
@@ -134,7 +138,7 @@ class Atoms:
                 self._rules.append((atom, Fraction(2), self.number(1) - sine * sine))
         return Laurent(self, {((atom, Fraction(1)),): self.number(1)})
 
-    def namespace(self) -> dict[str, Any]:
+    def namespace(self) -> Namespace:
         """Return the functions of these coefficients, by their names in generated text."""
         names = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log")
         own = {name: lambda e, name=name: self.function(name, e) for name in names}
@@ -153,7 +157,7 @@ class Atoms:
                 return [(m[0][0], Fraction(2), (own - rest) / c)]
         return []
 
-    def written(self, formula: Any) -> Expression:
+    def written(self, formula: Formula) -> Expression:
         """Return a formula as sympy's expression."""
         if not isinstance(formula, Laurent):
             return self._rational(formula)
@@ -164,7 +168,7 @@ class Atoms:
             ]) for m, c in formula.terms.items()
         ])  # fmt: skip
 
-    def _rational(self, c: Any) -> Expression:
+    def _rational(self, c: Number) -> Expression:
         if self.exact or isinstance(c, int):
             q = self._gmpy2.mpq(c)
             return sympy.Rational(int(q.numerator), int(q.denominator))
@@ -181,10 +185,10 @@ class Laurent:
     __slots__ = ("atoms", "terms")
     __array_ufunc__ = None
 
-    def __init__(self, atoms: Atoms, terms: dict[Monomial, Any]) -> None:
+    def __init__(self, atoms: Atoms, terms: dict[Monomial, Number]) -> None:
         self.atoms, self.terms = atoms, terms
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Formula) -> Formula:
         if hasattr(other, "coefficient"):  # a series, which has this among its coefficients
             return NotImplemented
         found = dict(self.terms)
@@ -198,19 +202,19 @@ class Laurent:
     def __neg__(self) -> Laurent:
         return Laurent(self.atoms, {m: -c for m, c in self.terms.items()})
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Formula) -> Formula:
         return self + (-other)
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Formula) -> Formula:
         return -self + other
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Formula) -> Formula:
         if hasattr(other, "coefficient"):
             return NotImplemented
         if not isinstance(other, Laurent):
             other = self.atoms.number(other)
             return self.atoms.made({m: c * other for m, c in self.terms.items()})
-        found: dict[Monomial, Any] = {}
+        found: dict[Monomial, Number] = {}
         self.atoms.check_time()
         for a, c in self.terms.items():
             for b, d in other.terms.items():
@@ -220,17 +224,17 @@ class Laurent:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Formula) -> Formula:
         if hasattr(other, "coefficient"):
             return NotImplemented
         if not isinstance(other, Laurent):
             return self * (self.atoms.number(1) / other)
         return self * self.atoms.power(other, Fraction(-1))
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Formula) -> Formula:
         return self.atoms.power(self, Fraction(-1)) * other
 
-    def __pow__(self, exponent: Any) -> Any:
+    def __pow__(self, exponent: Fraction | int) -> Formula:
         return self.atoms.power(self, Fraction(exponent))
 
 

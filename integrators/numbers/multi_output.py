@@ -6,13 +6,14 @@ generated text calls f once and reads its numbers by index.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
+from .arithmetic import Arithmetic
 from .evaluation import number
 from .lazy import sympy
-from .types import Expression, Letter
+from .types import Expression, Function, Letter, Number
 
 
 def entry(table: Expression, index: int) -> Expression:
@@ -37,7 +38,7 @@ class InArithmetic:
 
     is_number: bool
 
-    def _eval_is_real(self) -> Any:
+    def _eval_is_real(self) -> bool | None:
         return True
 
     def _eval_evalf(self, prec: int) -> Expression | None:
@@ -45,14 +46,14 @@ class InArithmetic:
 
 
 @cache
-def _classes() -> tuple[Any, Any]:
+def _classes() -> tuple[Function, Function]:
     class Entry(InArithmetic, sympy.Function):
         nargs = 2
 
         def _eval_derivative(self, s: Letter) -> Expression:
             return self.args[0].slope(int(self.args[1]), s)
 
-        def in_arithmetic(self, numbers: Any, values: Any) -> Any:
+        def in_arithmetic(self, numbers: Arithmetic, values: Sequence[Any]) -> Number:
             """Return the number itself, once the table is known."""
             return values[0][int(self.args[1])]
 
@@ -67,13 +68,13 @@ def _classes() -> tuple[Any, Any]:
         def eval(cls, value: Expression) -> Expression | None:
             return value if value.is_Rational else None
 
-        def _eval_is_real(self) -> Any:
+        def _eval_is_real(self) -> bool | None:
             return not self.args[0].has(sympy.I) or None  # sympy knows no quotient for real
 
         def _eval_derivative(self, s: Letter) -> Expression:
             return self.args[0].diff(s)
 
-        def in_arithmetic(self, numbers: Any, values: Any) -> Any:
+        def in_arithmetic(self, numbers: Arithmetic, values: Sequence[Any]) -> Number:
             """Return the number itself."""
             return values[0]
 

@@ -11,7 +11,7 @@ from hashlib import blake2b
 from typing import Any, TypeAlias
 
 from .lazy import LazyModule, sympy
-from .types import Expression, Letter
+from .types import Expression, Letter, SymbolicMatrix
 
 gmpy2 = LazyModule("gmpy2")
 
@@ -23,6 +23,8 @@ Rational: TypeAlias = Any
 Row: TypeAlias = "dict[int, Node]"
 Nodes: TypeAlias = "Sequence[Node]"
 NodeMatrix: TypeAlias = "list[list[Node]]"
+#: a matrix, or a function that makes it when it is asked for
+Slopes: TypeAlias = "NodeMatrix | Callable[[], NodeMatrix]"
 
 
 class Node:
@@ -36,19 +38,19 @@ class Node:
 
     __slots__ = ("args", "graph", "index", "kind")
 
-    def __init__(self, graph: Any, kind: int, args: Any, index: int) -> None:
+    def __init__(self, graph: Walks, kind: int, args: Any, index: int) -> None:
         self.graph, self.kind, self.args, self.index = graph, kind, args, index
 
-    def __add__(self, other: Any) -> Node:
+    def __add__(self, other: Expression | Node) -> Node:
         return self.graph.sum([(1, self), (1, self.graph.node(other))])
 
-    def __sub__(self, other: Any) -> Node:
+    def __sub__(self, other: Expression | Node) -> Node:
         return self.graph.sum([(1, self), (-1, self.graph.node(other))])
 
     def __neg__(self) -> Node:
         return self.graph.sum([(-1, self)])
 
-    def __mul__(self, other: Any) -> Node:
+    def __mul__(self, other: Expression | Node) -> Node:
         return self.graph.product([(self, 1), (self.graph.node(other), 1)])
 
     __radd__, __rmul__ = __add__, __mul__
@@ -122,7 +124,7 @@ class Group:
     """Nodes that are held together: `letters` are their names, `values` their values.
 
     partials: [(nodes that the values depend on, the matrix of derivatives by these)], where these
-    are not derived from the values; a matrix may be a function that makes it when it is asked for.
+    are not derived from the values.
     symmetry: where the values are ⟨g, A_i⟩, a gradient along directions: these, and the matrix C
     with A_a⟨g, A_i⟩ = A_i⟨g, A_a⟩ + C_ia for a < i, so that half of the derivatives are known.
     quotients: where the values are quotients, (N, D) of each. scope: None for values that are held
@@ -132,7 +134,7 @@ class Group:
     scope: Any
     letters: Sequence[Letter]
     values: list[Node]
-    partials: list[tuple[Nodes, Any]] | None = None
+    partials: list[tuple[Nodes, Slopes]] | None = None
     symmetry: tuple[list[Node], NodeMatrix] | None = None
     nodes: list[Node] = field(default_factory=list)
     quotients: list[tuple[Node, Node]] = field(default_factory=list)
@@ -180,17 +182,18 @@ class Walks:
     nodes: list[Node]
     one: Node
     _shown: dict[int, Expression]
-    sum: Any
-    product: Any
-    make: Any
-    hold: Any
-    read: Any
-    node: Any
-    result: Any
-    shown: Any
+    sum: Callable[[Iterable[tuple[Rational, Node]]], Node]
+    product: Callable[[Iterable[tuple[Node, Rational]]], Node]
+    make: Callable[[int, Any], Node]
+    hold: Callable[[Node, Letter | None], Node]
+    read: Callable[[Expression], Node]
+    node: Callable[[Expression | Node], Node]
+    result: Callable[[Any, int], Node]
+    define: Callable[[Iterable[Letter], Iterable[Node]], None]
+    shown: Callable[[Node], Expression]
 
     def __init__(self) -> None:
-        self._opened: dict[Any, dict[int, Node]] = {}
+        self._opened: dict[Call, dict[int, Node]] = {}
         self._keys: dict[int, str] = {}
 
     # -- all nodes below others ------------------------------------------------------------------
@@ -236,13 +239,13 @@ class Walks:
         """
         graph = nodes[0].graph if nodes else self
         made = dict(swap)
-        calls: dict[Any, Any] = {}
+        calls: dict[Call, Call] = {}
         for e in graph.order(nodes, lambda e: e.index in swap):
             if e.index not in made:
                 made[e.index] = self._rebuilt(e, made, calls)
         return [made[e.index] for e in nodes]
 
-    def _rebuilt(self, e: Node, made: dict[int, Node], calls: dict[Any, Any]) -> Node:
+    def _rebuilt(self, e: Node, made: dict[int, Node], calls: dict[Call, Call]) -> Node:
         kind, args = e.kind, e.args
         if kind == RESULT and e.graph is not self:
             return self.rebuilt([e.graph.opened(e)], made)[0]
@@ -301,7 +304,7 @@ class Walks:
                 made[e.index] = e if outside else self._rebuilt(e, made, {})
         return made[value.index]
 
-    def letters_below(self, expressions: Iterable[Any]) -> dict[Letter, Expression]:
+    def letters_below(self, expressions: Iterable[Expression | Node]) -> dict[Letter, Expression]:
         """Return the letters for held nodes and results on which expressions depend, with their
         values in sympy, in an order in which they can be computed."""
         found: dict[Letter, Expression] = {}
@@ -312,7 +315,9 @@ class Walks:
                 found[letter] = self.shown(value)
         return found
 
-    def symbols(self, expressions: Iterable[Any], apart: Collection[Node] = ()) -> set[Letter]:
+    def symbols(
+        self, expressions: Iterable[Expression | Node], apart: Collection[Node] = ()
+    ) -> set[Letter]:
         """Return the letters that stand for nothing else, on which expressions depend.
 
         apart: nodes whose letters do not count.
@@ -329,7 +334,9 @@ class Walks:
             found[e] = None
         return list(found)
 
-    def written_out(self, given: Any, kept: Collection[Letter] = ()) -> Any:
+    def written_out(
+        self, given: Expression | SymbolicMatrix, kept: Collection[Letter] = ()
+    ) -> Expression | SymbolicMatrix:
         """Return an expression or a matrix of sympy with the letters of held nodes replaced.
 
         kept: letters that stay.
@@ -368,7 +375,7 @@ class Walks:
         return f"{kind} {_written(args) if kind == CONSTANT else args}"
 
 
-def _entries(given: Any) -> list[Expression]:
+def _entries(given: Expression | SymbolicMatrix) -> list[Expression]:
     return list(given) if hasattr(given, "__len__") else [given]
 
 

@@ -7,7 +7,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from types import CodeType
 from typing import Any, TypeAlias
@@ -19,7 +19,18 @@ from .graph import Graph
 from .operations import Operations
 from .registered import registered_names, with_tables
 from .statements import body, define
-from .types import Assignment, Expression, Expressions, Letter, Letters, SymbolicMatrix
+from .types import (
+    Assignment,
+    Expression,
+    Expressions,
+    Function,
+    Letter,
+    Letters,
+    Namespace,
+    Number,
+    Numbers,
+    SymbolicMatrix,
+)
 
 #: a number, a vector, or an array of two or three dimensions as a result
 Result: TypeAlias = Expression | Expressions | SymbolicMatrix | Sequence[SymbolicMatrix]
@@ -34,7 +45,7 @@ def numeric(
     definitions: Sequence[Assignment] = (),
     columns: bool = False,
     graph: Graph | None = None,
-) -> Callable[..., Any]:
+) -> Function:
     """Return the results as a function of the arguments, in an arithmetic that must be active.
 
     arguments: name → a symbol, or a vector of symbols. results: an expression gives a number, a
@@ -80,7 +91,7 @@ def numeric_text(
     return with_tables("\n".join([head, *lines, tail]))
 
 
-def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> Callable[..., Any]:
+def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> Function:
     """Return the function of a text that `numeric_text` wrote, in an arithmetic."""
     namespace = getattr(numbers, "array_namespace" if columns else "namespace")()
     start = text.rindex("def function(")
@@ -93,10 +104,10 @@ def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> C
         return run_text(text, namespace)["function"]
 
 
-def _on_columns(function: Callable[..., Any]) -> Callable[..., Any]:
+def _on_columns(function: Function) -> Function:
     """Return a function of numbers as one of columns; each of its results is a column."""
 
-    def on_columns(*arguments: Any) -> Any:
+    def on_columns(*arguments: Numbers | Number) -> np.ndarray:
         columns = np.broadcast_arrays(*arguments)
         if not columns[0].ndim:
             return function(*arguments)
@@ -107,12 +118,12 @@ def _on_columns(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @lru_cache(maxsize=256)
-def registered_function(name: str, numbers: Arithmetic) -> Callable[..., Any]:
+def registered_function(name: str, numbers: Arithmetic) -> Function:
     """Return the function registered (`registered.register`) under a name, in an arithmetic."""
     return run_text(with_tables(f"# {name}()"), numbers.namespace())[name]
 
 
-def run_text(text: str, namespace: Mapping[str, Any]) -> dict[str, Any]:
+def run_text(text: str, namespace: Mapping[str, Any]) -> Namespace:
     """Return the names of a generated text after it was executed on numbers of any kind."""
     names = {**dict.fromkeys(_DECORATORS, lambda function: function), **namespace}
     exec(_code(text), names)

@@ -25,6 +25,7 @@ from .nodes import (
     SUM,
     Node,
     Rational,
+    Walks,
     ratio,
     slot,
 )
@@ -67,7 +68,7 @@ class Coefficients:
         """Iterate over the names of the coefficients that have been asked for so far."""
         return (f"c{i}" for i in range(len(self.values)))
 
-    def look_at(self, graph: Graph, nodes: Sequence[Node]) -> None:
+    def look_at(self, graph: Walks, nodes: Sequence[Node]) -> None:
         """Find out which of these nodes, and of those below, are constant."""
         known = self._constant
         for e in graph.order(nodes, known.__contains__):
@@ -117,7 +118,7 @@ class Operations:
         graph: Graph,
         coefficients: Coefficients | None = None,
         written: Written | None = None,
-        inside: Any = None,
+        inside: object = None,
     ) -> None:
         self.graph, self.coefficients = graph, coefficients
         self.written, self.inside = written, inside
@@ -133,7 +134,7 @@ class Operations:
         self._numbers: dict[Hashable, int] = {}
         self._known: dict[int, Value] = {}
         self._tables: dict[Expression, Expression] = {}
-        self._places: dict[Any, list[int]] = {}
+        self._places: dict[Hashable, list[int]] = {}
         self._unknown: list[Expression] = []
 
     def give(self, nodes: Iterable[Node], values: Iterable[Value]) -> None:
@@ -245,7 +246,9 @@ class Operations:
         self.letters[name] = node
         return self._operation(LEAF, (), name)
 
-    def _operation(self, kind: int, parts: Iterable[Value], detail: Any, key: Any = None) -> Value:
+    def _operation(
+        self, kind: int, parts: Iterable[Value], detail: Hashable, key: Hashable = None
+    ) -> Value:
         parts = list(parts)
         by = kind, key or detail, *(sorted(parts) if kind in (ADD, MULTIPLY) else parts)
         if by not in self._numbers:
@@ -399,7 +402,9 @@ def _decimal(number: Expression) -> str:
     return str(to_str(number._mpf_, bits + 3 * abs(exponent)))  # each bit is a decimal at most
 
 
-def _shared(groups: dict[int, set[Value]], made: Any) -> list[tuple[int, set[Value]]]:
+def _shared(
+    groups: dict[int, set[Value]], made: Callable[[list[Value]], Value]
+) -> list[tuple[int, set[Value]]]:
     """Return [(node, its parts)] of the sums, or the products, whose parts change.
 
     groups: the parts of each, the shortest first. Each is compared with the longer ones, and the

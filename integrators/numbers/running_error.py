@@ -10,9 +10,9 @@ first used.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache, cached_property, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,7 +20,10 @@ from .arithmetic import FUNCTIONS, Arithmetic
 from .lazy import LazyModule
 from .numeric import run_text
 from .registered import registered_names
-from .types import Number
+from .types import Array, Ball, Function, Namespace, Number, Numbers, Vector
+
+if TYPE_CHECKING:
+    from numpy.typing import DTypeLike
 
 flint = LazyModule("flint")
 gmpy2 = LazyModule("gmpy2")
@@ -50,7 +53,7 @@ class Tracked:
         unit = 2**self.bits
         return self._numbers([ball.rad() * unit for ball in self.balls.flat])
 
-    def _numbers(self, balls: list[Any]) -> np.ndarray:
+    def _numbers(self, balls: Iterable[Ball]) -> np.ndarray:
         """Return the middles of balls as numbers of the value's kind; nan where one is not finite.
 
         An infinite bound would excuse any gap.
@@ -58,39 +61,41 @@ class Tracked:
         kind = self.value.dtype if self.value.dtype.kind in "fO" else np.dtype(float)
         return np.array(plain(balls, kind), kind).reshape(np.shape(self.value))
 
-    def __array_function__(self, function: Any, types: Any, arguments: Any, more: Any) -> Tracked:
+    def __array_function__(
+        self, function: Function, types: object, arguments: Sequence[Any], more: Namespace
+    ) -> Tracked:
         values = _each(arguments, lambda e: tracked(e).value)
         return Tracked(
             function(*values, **more),
             lambda: function(*_each(arguments, lambda e: tracked(e).balls), **more),
         )
 
-    def __matmul__(self, other: Any) -> Tracked:
+    def __matmul__(self, other: Array) -> Tracked:
         # a ball that contains 0 is no zero: its error counts
         return _both(product, self, other, on_balls=np.matmul)
 
-    def __rmatmul__(self, other: Any) -> Tracked:
+    def __rmatmul__(self, other: Array) -> Tracked:
         return tracked(other) @ self
 
-    def __add__(self, other: Any) -> Tracked:
+    def __add__(self, other: Array) -> Tracked:
         return _both(np.add, self, other)
 
-    def __sub__(self, other: Any) -> Tracked:
+    def __sub__(self, other: Array) -> Tracked:
         return _both(np.subtract, self, other)
 
-    def __mul__(self, number: Any) -> Tracked:
+    def __mul__(self, number: Array) -> Tracked:
         return _both(np.multiply, self, number)
 
-    def __truediv__(self, number: Any) -> Tracked:
+    def __truediv__(self, number: Array) -> Tracked:
         return _both(np.divide, self, number)
 
     def __neg__(self) -> Tracked:
         return _both(np.negative, self)
 
-    def __rsub__(self, other: Any) -> Tracked:
+    def __rsub__(self, other: Array) -> Tracked:
         return -self + other
 
-    def __getitem__(self, place: Any) -> Tracked:
+    def __getitem__(self, place: int | slice | np.ndarray | tuple[int | slice, ...]) -> Tracked:
         return Tracked(self.value[place], lambda: self.balls[place])
 
     @property
@@ -106,15 +111,13 @@ class Tracked:
     __radd__, __rmul__ = __add__, __mul__
 
 
-def _both(
-    operation: Callable[..., Any], *parts: Any, on_balls: Callable[..., Any] | None = None
-) -> Tracked:
+def _both(operation: Function, *parts: Array, on_balls: Function | None = None) -> Tracked:
     """Return the result of an operation on values, and on balls once they are used."""
     given = [tracked(part) for part in parts]
     value = np.asarray(operation(*(part.value for part in given)))
     bits = bits_of(value)
 
-    def balls() -> Any:
+    def balls() -> np.ndarray:
         with flint.ctx.workprec(bits):
             return (on_balls or operation)(*(part.balls for part in given))
 
@@ -145,7 +148,7 @@ def exact_balls(array: np.ndarray) -> np.ndarray:
     return found
 
 
-def _ball(number: Number) -> Any:
+def _ball(number: Number) -> Ball:
     """Return a number of numpy, gmpy2 or Python as a ball of radius 0."""
     if not hasattr(number, "as_mantissa_exp"):
         return flint.arb(number.item() if isinstance(number, np.generic) else number)
@@ -155,38 +158,40 @@ def _ball(number: Number) -> Any:
     return flint.arb((int(mantissa), int(exponent)))
 
 
-def plain(balls: Iterable[Any], dtype: Any) -> list[Number]:
+def plain(balls: Iterable[Ball], dtype: DTypeLike) -> list[Number]:
     """Return the middles of balls as doubles, or as gmpy2's numbers for objects."""
     if np.dtype(dtype) != np.dtype(object):
         return [float(ball) if ball.is_finite() else np.nan for ball in balls]
     return list(map(_of_gmpy2, balls))
 
 
-def _of_gmpy2(ball: Any) -> Number:
+def _of_gmpy2(ball: Ball) -> Number:
     if not ball.is_finite():
         return gmpy2.nan()
     mantissa, exponent = ball.mid().man_exp()
     return gmpy2.mpfr(int(mantissa)) * gmpy2.mpfr(2) ** int(exponent)
 
 
-def _each(nested: Any, change: Callable[[Any], Any]) -> Any:
+def _each(nested: Any, change: Callable[[Array], np.ndarray]) -> Any:
     if isinstance(nested, list | tuple):
         return [_each(e, change) for e in nested]
     return change(nested) if isinstance(nested, np.ndarray | Tracked) else nested
 
 
-def tracked(array: Any) -> Tracked:
+def tracked(array: Array) -> Tracked:
     """Return an array, or a number, as `Tracked`; plain numbers are exact."""
     return array if isinstance(array, Tracked) else Tracked(np.asarray(array))
 
 
-def tracked_later(values: Iterable[Any], again: Callable[[], Iterable[Tracked]]) -> list[Tracked]:
+def tracked_later(
+    values: Iterable[Vector], again: Callable[[], Iterable[Tracked]]
+) -> list[Tracked]:
     """Return arrays as `Tracked`, with the balls of `again()`: the same ones, `Tracked`."""
     once = cache(lambda: list(again()))
     return [Tracked(e, partial(lambda k: once()[k].balls, k)) for k, e in enumerate(values)]
 
 
-def rounded(values: Any, errors: Any = None) -> Tracked:
+def rounded(values: Numbers | Number, errors: Numbers | Number = None) -> Tracked:
     """Return numbers with errors in units of round-off, by default one rounding each."""
     values = np.asarray(values)
     errors = abs(values) if errors is None else np.broadcast_to(errors, values.shape)
@@ -202,7 +207,7 @@ def rounded(values: Any, errors: Any = None) -> Tracked:
     return Tracked(values, balls)
 
 
-def solve(numbers: Arithmetic, a: Any, b: Any) -> Any:
+def solve(numbers: Arithmetic, a: Array, b: Array) -> Array:
     """Return a⁻¹ b of plain or tracked arrays (`Arithmetic.solve`); a is k×k, b has k rows."""
     if not isinstance(a, Tracked) and not isinstance(b, Tracked):
         return numbers.solve(a, b)
@@ -241,7 +246,7 @@ def inverse_sizes(a: np.ndarray) -> np.ndarray:
     return abs(np.array(plain(inverse, a.dtype), a.dtype).reshape(a.shape))
 
 
-def with_running_errors(text: str, numbers: Arithmetic) -> Callable[..., Any]:
+def with_running_errors(text: str, numbers: Arithmetic) -> Function:
     """Return the function of a text that `numeric_text` wrote, of numbers with errors.
 
     It takes plain and `Tracked` arrays and numbers, and returns `Tracked` arrays. Functions before
@@ -260,28 +265,28 @@ def with_running_errors(text: str, numbers: Arithmetic) -> Callable[..., Any]:
         # only the function: the text before it was run on plain numbers
         function = run_text(text[text.rindex("def function(") :], names)["function"]
 
-    def on_balls(*arguments: Any) -> Any:
+    def on_balls(*arguments: Array) -> Tracked:
         with numbers.working(), flint.ctx.workprec(bits):
             return function(*(tracked(e).balls[()] for e in arguments))
 
     return on_balls
 
 
-def _function(name: str) -> Callable[..., Any]:
+def _function(name: str) -> Function:
     """Return a function of generated text on balls."""
 
-    def function(*arguments: Any) -> Any:
+    def function(*arguments: Ball) -> Ball:
         first, *others = map(flint.arb, arguments)
         return getattr(flint.arb, name)(first, *others)  # atan2 is static in flint 0.8
 
     return function
 
 
-def _rounded(number: Number) -> Any:
+def _rounded(number: Number) -> Ball:
     return rounded(number).balls[()]
 
 
-def _of_entries(numbers: Arithmetic, entries: list[Any], *shape: int) -> Tracked:
+def _of_entries(numbers: Arithmetic, entries: list[Ball], *shape: int) -> Tracked:
     """Return balls, or whole numbers, as an array of that shape, row by row."""
     balls = np.empty(shape, dtype=object)
     balls[...] = np.array([flint.arb(e) for e in entries], dtype=object).reshape(shape)
@@ -289,11 +294,11 @@ def _of_entries(numbers: Arithmetic, entries: list[Any], *shape: int) -> Tracked
     return Tracked(middles.reshape(shape), lambda: balls)
 
 
-def _as_one(function: Callable[..., Any], numbers: Arithmetic) -> Callable[..., Any]:
+def _as_one(function: Function, numbers: Arithmetic) -> Function:
     """Return a function of numbers as one operation on balls."""
     nearby = numbers.eps**0.5
 
-    def whole(*arguments: Any) -> Any:
+    def whole(*arguments: Ball) -> Ball | np.ndarray:
         flat = [flint.arb(e) for e in arguments]
         values = plain(flat, numbers.dtype)
         found = np.array(function(*values), dtype=numbers.dtype)

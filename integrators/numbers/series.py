@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,8 +19,9 @@ from ..errors import BadInput
 from .arithmetic import FUNCTIONS, Arithmetic, Double
 from .laurent import Atoms, Laurent
 from .lazy import sympy
+from .types import Function, Namespace, Number, Scalar
 
-Coefficient = Any
+Coefficient: TypeAlias = Scalar
 
 
 class NotKnown(BadInput):
@@ -37,7 +38,7 @@ def _vanishes(e: Coefficient) -> bool:
     return not e.any() if isinstance(e, np.ndarray) else not isinstance(e, Laurent) and e == 0
 
 
-def _told(found: Any) -> bool:
+def _told(found: bool | np.ndarray) -> bool:
     """Return whether a comparison holds; raise `ValueError` if rows of a column differ."""
     if np.all(found) == np.any(found):
         return bool(np.all(found))
@@ -68,10 +69,10 @@ class Series:
             raise NotKnown(f"of a series up to the power {self.end - 1} the power {k} is asked.")
         return self.c[k - self.start] if 0 <= k - self.start < len(self.c) else 0
 
-    def _as_series(self, other: Any) -> Series:
+    def _as_series(self, other: Scalar) -> Series:
         return other if isinstance(other, Series) else Series((other,), 0, max(self.end, 1))
 
-    def __add__(self, other: Any) -> Series:
+    def __add__(self, other: Scalar) -> Series:
         if _none(other):
             return self
         if not isinstance(other, Series):
@@ -91,13 +92,13 @@ class Series:
     def __pos__(self) -> Series:
         return self
 
-    def __sub__(self, other: Any) -> Series:
+    def __sub__(self, other: Scalar) -> Series:
         return self + (-other)
 
-    def __rsub__(self, other: Any) -> Series:
+    def __rsub__(self, other: Scalar) -> Series:
         return -self + other
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Scalar) -> Scalar:
         if not isinstance(other, Series):
             if _none(other):
                 return 0
@@ -116,18 +117,18 @@ class Series:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Scalar) -> Scalar:
         if isinstance(other, Series):
             return _quotient(self, other._led())
         return Series([e if _none(e) else e / other for e in self.c], self.start, self.end)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Scalar) -> Scalar:
         led = self._led()
         return _quotient(Series((other,), 0, led.end - led.start), led)
 
-    def __pow__(self, power: Any) -> Any:
+    def __pow__(self, power: Number) -> Scalar:
         if type(power) is int:
-            found: Any = 1
+            found: Scalar = 1
             for _ in range(abs(power)):
                 found = self * found
             return found if power >= 0 else 1 / found
@@ -167,16 +168,16 @@ class Series:
     def __abs__(self) -> Series:
         return self if self >= 0 else -self
 
-    def __lt__(self, other: Any) -> bool:
+    def __lt__(self, other: Scalar) -> bool:
         return _told(self.constant() < other)
 
-    def __le__(self, other: Any) -> bool:
+    def __le__(self, other: Scalar) -> bool:
         return _told(self.constant() <= other)
 
-    def __gt__(self, other: Any) -> bool:
+    def __gt__(self, other: Scalar) -> bool:
         return _told(self.constant() > other)
 
-    def __ge__(self, other: Any) -> bool:
+    def __ge__(self, other: Scalar) -> bool:
         return _told(self.constant() >= other)
 
 
@@ -195,16 +196,16 @@ def _quotient(a: Series, b: Series) -> Series:
     return Series(found, a.start - b.start, a.start - b.start + terms)
 
 
-def _composed(coefficients: Callable[[int], Coefficient], d: Series) -> Any:
+def _composed(coefficients: Callable[[int], Coefficient], d: Series) -> Scalar:
     """Return Σ coefficients(k) d^k of a series d without a constant term."""
     most = 1 if d.start >= d.end else (d.end - 1) // max(d.start, 1)
-    found: Any = coefficients(most)
+    found: Scalar = coefficients(most)
     for k in range(most - 1, -1, -1):
         found = d * found + coefficients(k)
     return found
 
 
-def _power(a: Series, power: Any, of_number: Callable[[Any], Any]) -> Any:
+def _power(a: Series, power: Number, of_number: Callable[[Coefficient], Coefficient]) -> Scalar:
     """Return a^power by the binomial series; of_number: the power of a coefficient."""
     led = a._led()
     raised = led.start * power
@@ -218,56 +219,58 @@ def _power(a: Series, power: Any, of_number: Callable[[Any], Any]) -> Any:
     return Series(found.c, found.start + int(raised), found.end + int(raised))
 
 
-def series_functions(own: Mapping[str, Any], ratio: Callable[[int, int], Any]) -> dict[str, Any]:
+def series_functions(
+    own: Mapping[str, Function], ratio: Callable[[int, int], Coefficient]
+) -> dict[str, Function]:
     """Return functions of numbers and of series, by their names in generated text.
 
     own: those of the coefficients; ratio: (a, b) → a/b among them.
     """
 
-    def split(x: Series) -> tuple[Any, Series]:
+    def split(x: Series) -> tuple[Coefficient, Series]:
         first = x.constant()
         return first, x if x.start > 0 else Series((0, *x.c[1:]), 0, x.end)
 
-    def cycle(x: Series, sign: int, odd: int) -> Any:
+    def cycle(x: Series, sign: int, odd: int) -> Scalar:
         """Return Σ (sign)^(k//2) d^k/k! over k of the parity `odd`: the cosine or the sine."""
         return _composed(
             lambda k: ratio(sign ** (k // 2), math.factorial(k)) if k % 2 == odd else 0, x
         )
 
-    def exp(x: Series) -> Any:
+    def exp(x: Series) -> Scalar:
         first, d = split(x)
         return _composed(lambda k: ratio(1, math.factorial(k)), d) * own["exp"](first)
 
-    def turned(x: Series, names: tuple[str, str], sign: int) -> tuple[Any, Any]:
+    def turned(x: Series, names: tuple[str, str], sign: int) -> tuple[Scalar, Scalar]:
         """Return (cosine, sine) of the circle (sign −1) or the hyperbola (sign 1)."""
         first, d = split(x)
         c, s = (own[name](first) for name in names)
         near, over = cycle(d, sign, 0), cycle(d, sign, 1)
         return near * c + over * (sign * s), near * s + over * c
 
-    def quotient(bottom: Any, top: Any) -> Any:
+    def quotient(bottom: Scalar, top: Scalar) -> Scalar:
         return top / bottom
 
-    def log(x: Series) -> Any:
+    def log(x: Series) -> Scalar:
         first, d = split(x)
         return _composed(lambda k: ratio((-1) ** (k + 1), k) if k else 0, d / first) + own["log"](
             first
         )
 
-    def integrated(name: str, slope: Callable[[Series], Any]) -> Callable[[Series], Any]:
+    def integrated(name: str, slope: Callable[[Series], Scalar]) -> Callable[[Series], Scalar]:
         return lambda x: (slope(x) * x.slope()).primitive() + own[name](x.constant())
 
-    def root(x: Any) -> Any:
+    def root(x: Series) -> Scalar:
         return _power(x, ratio(1, 2), own["sqrt"])
 
-    def atan2(y: Any, x: Any) -> Any:
+    def atan2(y: Scalar, x: Scalar) -> Scalar:
         some = y if isinstance(y, Series) else x
         y, x = some._as_series(y), some._as_series(x)
         turning = (x * y.slope() - y * x.slope()) / (x * x + y * y)
         return turning.primitive() + own["atan2"](y.constant(), x.constant())
 
     circle, hyperbola = ("cos", "sin"), ("cosh", "sinh")
-    of_series: dict[str, Callable[..., Any]] = {
+    of_series: dict[str, Function] = {
         "exp": exp, "log": log, "sqrt": root,
         "cos": lambda x: turned(x, circle, -1)[0], "sin": lambda x: turned(x, circle, -1)[1],
         "tan": lambda x: quotient(*turned(x, circle, -1)),
@@ -279,8 +282,8 @@ def series_functions(own: Mapping[str, Any], ratio: Callable[[int, int], Any]) -
         "atan2": atan2,
     }  # fmt: skip
 
-    def either(name: str, of: Callable[..., Any]) -> Callable[..., Any]:
-        def function(*given: Any) -> Any:
+    def either(name: str, of: Function) -> Function:
+        def function(*given: Scalar) -> Scalar:
             return (of if any(isinstance(e, Series) for e in given) else own[name])(*given)
 
         return function
@@ -288,7 +291,7 @@ def series_functions(own: Mapping[str, Any], ratio: Callable[[int, int], Any]) -
     return {name: either(name, of) for name, of in of_series.items()}
 
 
-def series_namespace(numbers: Arithmetic | Atoms) -> dict[str, Any]:
+def series_namespace(numbers: Arithmetic | Atoms) -> Namespace:
     """Return the names that generated text needs to compute on series of one kind of coefficient.
 
     Of an arithmetic a coefficient may be a column of numbers; it has to be at work.
@@ -309,7 +312,7 @@ def series_namespace(numbers: Arithmetic | Atoms) -> dict[str, Any]:
     return {**plain, **functions, "array": _array}
 
 
-def _array(entries: Sequence[Any], *shape: int) -> np.ndarray:
+def _array(entries: Sequence[Scalar], *shape: int) -> np.ndarray:
     found = np.empty(len(entries), dtype=object)
     found[:] = list(entries)
     return found.reshape(shape)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from .arithmetic import FUNCTIONS
 from .graph import Graph
@@ -26,12 +26,12 @@ from .operations import (
     Operations,
     Value,
 )
-from .types import Assignment, Expression, Expressions
+from .types import Assignment, Expression, Expressions, Letter
 
 #: the binding strength of a text; one that is weaker than needed gets parentheses
 _TERMS, _FACTORS, _FACTOR, _RAISED, _ATOM = range(5)
 #: vectors of letters, or of the names of coefficients, by the name of the vector
-Arguments: TypeAlias = Mapping[str, Iterable[Any]]
+Arguments: TypeAlias = Mapping[str, Iterable[Letter | str]]
 
 
 def code(expression: Expression) -> str:
@@ -89,7 +89,9 @@ def define(graph: Graph, assignments: Iterable[Assignment]) -> None:
 def with_arguments(operations: Operations, arguments: Arguments) -> None:
     """Let the letters of arguments stand for themselves, whatever they are elsewhere."""
     for letters in arguments.values():
-        named: Iterable[tuple[Any, str]] = ((e, str(e)) for e in letters if not isinstance(e, str))
+        named: Iterable[tuple[Letter, str]] = (
+            (e, str(e)) for e in letters if not isinstance(e, str)
+        )
         if isinstance(letters, Coefficients):
             named = zip(letters.q, letters, strict=True) if letters.plain else ()
         for letter, name in named:
@@ -254,7 +256,7 @@ class Texts:
             text += f"/{texts[0]}" if len(texts) == 1 else f"/({'*'.join(texts)})"
         return text
 
-    def _call(self, kind: int, e: Any, parts: list[Value]) -> str:
+    def _call(self, kind: int, e: Expression, parts: list[Value]) -> str:
         if kind == ENTRY:
             several = self.operations.kinds[parts[0] >> 1] == CALLED
             place = f"[{e}]" if several else self.operations.details[parts[0] >> 1].place(e)

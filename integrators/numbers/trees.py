@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 from .types import Expression, Letter, Replacement
 
 
 def parts_of(expressions: Iterable[Expression]) -> set[Expression]:
     """Return all subexpressions, each visited once: sympy's `atoms` visits shared ones again."""
-    seen, pending = set[Any](), list(expressions)
+    seen, pending = set[Expression](), list(expressions)
     while pending:
         e = pending.pop()
         if e not in seen:

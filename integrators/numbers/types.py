@@ -42,6 +42,9 @@ Number: TypeAlias = Any
 #: graph, a power series, a ball
 Scalar: TypeAlias = Any
 Scalars: TypeAlias = Sequence[Scalar]
+#: an array, or what numpy makes one of: plain, or with bounds of errors (`Tracked`), which numpy's
+#: functions take, too, but their types do not say so
+Array: TypeAlias = Any
 #: a real ball of flint: a number with a bound of its error
 Ball: TypeAlias = Any
 #: a number of mpmath
