@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 import traceback
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import fields
 from difflib import get_close_matches
@@ -120,7 +120,11 @@ def remedy(error: BaseException) -> str:
 
 
 def check_function(function: Any, what: str, *wanted: str) -> None:
-    """Raise `BadInput` unless it can be called with the arguments of one of the `wanted`."""
+    """Raise `BadInput` unless it can be called with the arguments of one of the `wanted`.
+
+    Also if an argument has the name of another one: a constraint (x, v, p) would get the parameters
+    as its v and the time as its p.
+    """
     words = " or ".join(wanted)
     if not callable(function):
         raise BadInput(f"{what} is {shown(function)}; give a function of {words}.")
@@ -128,15 +132,27 @@ def check_function(function: Any, what: str, *wanted: str) -> None:
         signature = inspect.signature(function)
     except (TypeError, ValueError):  # a callable without a signature
         return
+    stray = ""
     for arguments in wanted:
         with suppress(TypeError):
-            signature.bind(*arguments.split(","))
-            return
+            given = signature.bind(*arguments.strip("()").split(", ")).arguments
+            wrong = [(own, word) for own, word in given.items() if _is_stray(own, word, given)]
+            if not wrong:
+                return
+            stray = stray or ", whose {} would be {}".format(*wrong[0])
     place = line_of(function)
     raise BadInput(
         (f"{place}: " if place else "")
-        + f"{what} is a function of {signature}; write it with {words}."
+        + f"{what} is a function of {signature}{stray}; write it with {words}."
     )
+
+
+def _is_stray(own: str, word: Any, given: Container[str]) -> bool:
+    """Return True if a function calls p, t or v what is handed in as something else.
+
+    Of a Hamiltonian the momentum may be called p, and v may be the second of two points u and v.
+    """
+    return word not in (own, "mu") and (own in ("p", "t") or (own == "v" and "x" in given))
 
 
 def shown(value: Any) -> str:

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from ..errors import BadInput, CannotMeasure, names_checked, shown
+from ..errors import BadInput, CannotMeasure, check_function, names_checked, shown
 from ..numbers import exact_vector, measure
 from ..rules import Discretisation, check_rule, midpoint
-from ..scene import Scene, arguments_of
+from ..scene import Scene
 from .boundary_problem import Optimum, solve
 from .stages import ControlStages, stages_of
 
@@ -56,10 +56,10 @@ class Control:
                 f"{name}: controls is {shown(self.controls)}; give their number, a whole number "
                 f"from 1, and inputs=, which makes {m} components of force of them."
             )
-        if arguments_of(self.cost) not in (4, 5):
-            raise BadInput(f"{name}: cost= is a function of (x, v, f, p) or (x, v, f, p, t).")
-        if self.inputs is not None and arguments_of(self.inputs) not in (4, 5):
-            raise BadInput(f"{name}: inputs= is a function of (x, v, f, p) or (x, v, f, p, t).")
+        for word in ("cost", "inputs"):
+            if word == "cost" or self.inputs is not None:
+                function = getattr(self, word)
+                check_function(function, f"{name}: {word}=", "(x, v, f, p)", "(x, v, f, p, t)")
         if not isinstance(self.end, (tuple, list)) or len(self.end) != 2:
             raise BadInput(
                 f"{name}: end is {shown(self.end)}; give (x1, v1), None for what is free."

@@ -107,6 +107,7 @@ def _given(s: SceneSymbols, point: tuple[Expression, ...]) -> _Given:
 def _parts(s: SceneSymbols, x: Column, each: Constraint) -> ConstraintParts:
     """Return the parts of a constraint at a column x, as checked expressions."""
     time = (x[s.n],) if each.timed else ()
+    s.refuse_attitude(each.function, "its constraint", s.parameters, *time)
     given = s.evaluated(each.function, "its constraint", x[: s.n, :], s.parameters, *time)
     words = "x, p and t" if each.timed else "x and p"
 
@@ -129,5 +130,10 @@ def _parts(s: SceneSymbols, x: Column, each: Constraint) -> ConstraintParts:
             "(given, m) that returns ConstraintParts."
         )
     pushing = None if parts.reactions is None else list(map(checked, parts.reactions))
-    rows = list(map(checked, parts.rows))
-    return ConstraintParts(checked(parts.positions), rows, checked(parts.shift), pushing)
+    rows, shift = list(map(checked, parts.rows)), checked(parts.shift)
+    if any(len(row) != len(s.u) for row in rows) or len(shift) != len(rows):
+        raise BadInput(
+            f"{s.name}: parts= of its {each.kind.name} constraint gives {len(rows)} rows and "
+            f"{len(shift)} right sides; give rows of {len(s.u)} entries, and as many right sides."
+        )
+    return ConstraintParts(checked(parts.positions), rows, shift, pushing)

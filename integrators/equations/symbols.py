@@ -24,7 +24,7 @@ from ..numbers import (
     to_sympy,
 )
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
-from ..scene import OnGroup, Scene, entries_of, takes_fourth
+from ..scene import Conserved, OnGroup, Scene, entries_of, takes_fourth
 
 #: names of coordinates, coefficients and intermediate results
 _TAKEN = re.compile(
@@ -280,7 +280,9 @@ class SceneSymbols:
     @cached_property
     def lagrangian(self) -> Expression:
         """l(x, u); raises `CannotMeasure` if the scene has only a discrete one."""
-        self._refuse_attitude(self._lagrangian, "its Lagrangian")
+        if self._lagrangian is not None:
+            _, *rest = self._at_point(self._lagrangian, self.x, self.u)
+            self.refuse_attitude(self._lagrangian, "its Lagrangian", *rest)
         return self.lagrangian_at(self.x, self.u)
 
     @cached_property
@@ -340,27 +342,30 @@ class SceneSymbols:
         time = (x[self.n],) if takes_fourth(function) else ()
         return x[: self.n, :], v, self.parameters, *time
 
-    def _refuse_attitude(self, function: Any, what: str) -> None:
-        """Raise `BadInput` if a function on a Lie group, which has no x, depends on it."""
-        algebra = getattr(self.groupoid, "algebra", None)
-        if self.n or algebra is None or function is None:
+    def refuse_attitude(self, function: Any, what: str, *rest: Any) -> None:
+        """Raise `BadInput` if a function of (x, *rest) depends on x where the base has no point.
+
+        rest: the other arguments, with letters in the place of x.
+        """
+        if self.n or function is None:
             return
-        size = algebra.real.size
+        algebra = getattr(self.groupoid, "algebra", None)
+        size = 8 if algebra is None else algebra.real.size
         pose = vector("pose", size * size)
-        time = (self.h,) if takes_fourth(function) else ()
         for x in (pose, pose.reshape(size, size)):
             try:
-                given = summing_at_once(function)(x, self.u, self.parameters, *time)
-                found = sympy.Matrix(entries_of(given))
+                given = summing_at_once(function)(x, *rest)
             except Exception:  # a call with the empty x reports any error
                 continue
-            if found.free_symbols & {*pose}:
-                raise BadInput(
-                    f"{self._at(function, what)} asks for x, which is empty on a Lie group, whose "
-                    "state is the momentum; if the energy depends on the attitude A, give this "
-                    f"Lagrangian to scene.with_attitude(), where x[{size}*i + j] is A[i, j] and "
-                    "A(0) = e."
-                )
+            if _letters_in(given) & {*pose}:
+                here = "this groupoid, which has no base; write it without x."
+                if algebra is not None:
+                    here = (
+                        "a Lie group, whose state is the momentum; for what depends on the "
+                        f"attitude A take scene.with_attitude(), where x[{size}*i + j] is A[i, j] "
+                        "and A(0) = e."
+                    )
+                raise BadInput(f"{self._at(function, what)} asks for x, which is empty on {here}")
 
     @cached_property
     def force(self) -> Column:
@@ -370,8 +375,8 @@ class SceneSymbols:
         """
         if self._force is None:
             return column(())
-        self._refuse_attitude(self._force, "its force")
         arguments = self._at_point(self._force, self.x, self.u)
+        self.refuse_attitude(self._force, "its force", *arguments[1:])
         return self._components(self._force, "its force", "x, v, p and t", *arguments)
 
     def _components(self, function: Any, what: str, words: str, *arguments: Any) -> Column:
@@ -384,6 +389,19 @@ class SceneSymbols:
                 f"{len(self.u)}: give one for each."
             )
         self.refuse_unknown(found, {*self.x, *self.u}, what, function, words)
+        return found
+
+    def conserved(self, quantity: Conserved, x: Any = None, h: Any = None) -> list[Expression]:
+        """Return the entries of a quantity at (x, μ), x by default `position`, and a step h.
+
+        Raises `BadInput` as `call` does, and for unknown letters.
+        """
+        x, h = self.position if x is None else x, self.h if h is None else h
+        given = self.evaluated(quantity.at, quantity.name, x, self.mu, self.parameters, h)
+        entries = list(given) if hasattr(given, "shape") else [given]
+        found = [self.scalar(e, quantity.name, quantity.formula) for e in entries]
+        known, words = {*x, *self.mu, self.h}, "x, mu, p and h"
+        self.refuse_unknown(column(found), known, quantity.name, quantity.formula, words)
         return found
 
     def refuse_unknown(
@@ -404,6 +422,13 @@ class SceneSymbols:
             )
         function = self.given.formula if isinstance(self.given, OnGroup) else self.given
         return self.call(function, "its discrete Lagrangian", x, arrow, h, self.parameters)
+
+
+def _letters_in(value: Any) -> set[Letter]:
+    """Return the symbols in an expression, or in lists and arrays of them."""
+    if not isinstance(value, str) and hasattr(value, "__iter__"):
+        return {letter for e in value for letter in _letters_in(e)}
+    return set(getattr(value, "free_symbols", ()))
 
 
 # -- Python's `sum` over expressions, with all terms added at once ---------------------------------

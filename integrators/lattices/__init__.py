@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .lattice_scheme import LatticeScheme
     from .restricted_step import Linearised, RestrictedStep, step_derivative
     from .site_velocities import velocities
+    from .symmetries import rows_of
 else:
     __getattr__ = on_demand(
         __name__,
@@ -30,10 +31,11 @@ else:
         lattice_scheme="LatticeScheme",
         restricted_step="Linearised RestrictedStep step_derivative",
         site_velocities="velocities",
+        symmetries="rows_of",
     )  # fmt: skip
 
 __all__ = [
     "DualStep", "Lattice", "LatticeFlow", "LatticeRun", "LatticeScheme",
     "Linearised", "RestrictedStep", "LatticeImpacts", "at_ends", "of_all",
-    "poisson_defect", "scene_of", "step_derivative", "velocities",
+    "poisson_defect", "rows_of", "scene_of", "step_derivative", "velocities",
 ]  # fmt: skip

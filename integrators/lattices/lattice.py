@@ -132,6 +132,8 @@ class Lattice:
             raise BadInput(f"{self.name}: symmetries is {shown(named)}; give a dictionary "
                            f"of functions "
                            "ξ(x, p) by name.")  # fmt: skip
+        for key, xi in named.items():
+            check_function(xi, f"{self.name}: the symmetry {key}", "(x, p)")
         duration = measure(self.duration, f"{self.name}: duration")
         step = duration / 1000 if self.step is None else self.step
         object.__setattr__(self, "duration", duration)

@@ -32,6 +32,7 @@ from ..scene import Scene, entries_of
 from .as_scene import with_arguments
 from .bond_constraints import BondConstraints
 from .lattice import Lattice, no_term
+from .symmetries import check_symmetries
 
 
 class LatticeEquations:
@@ -48,7 +49,8 @@ class LatticeEquations:
         if refusal := rule.refusal(scene):
             raise CannotMeasure(refusal)
         s = SceneSymbols(scene, rule.stages)
-        s.scalars([s.lagrangian], "on_site", lattice.on_site)  # check that it is finite and real
+        _check_lagrangian(s, "on_site", lattice.on_site, "x, v, p and t")
+        check_symmetries(s, lattice)
         # with velocities in bonds a site may have none: only the mass matrix of all must be regular
         of = DiscreteLagrangian(s, rule) if lattice.bonds_move else None
         self.site = DiscreteEquations(s, rule, of)
@@ -64,8 +66,7 @@ class LatticeEquations:
             raise CannotMeasure(refusal)
         self.bond_symbols = SceneSymbols(bond, rule.stages)
         self.bond_symbols.name = f"a bond of {lattice.name}"
-        lagrangian = self.bond_symbols.lagrangian  # report a wrong one now
-        self.bond_symbols.scalars([lagrangian], "on_bond", lattice.on_bond)
+        _check_lagrangian(self.bond_symbols, "on_bond", lattice.on_bond, "x, y, v, w, p and t")
         self.bond_symbols.force  # noqa: B018 - so too
 
     @cached_property
@@ -248,6 +249,12 @@ class LatticeEquations:
             return is_self_adjoint(self.site) and self.end_weights[0] == self.end_weights[1]
         terms = [self.bond] if self.lattice.on_site is no_term else [self.site, self.bond]
         return all(map(is_self_adjoint, terms))
+
+
+def _check_lagrangian(s: SceneSymbols, word: str, function: Any, letters: str) -> None:
+    """Raise `BadInput` unless a term is finite and real, and holds known letters alone."""
+    found = s.scalars([s.lagrangian], word, function)
+    s.refuse_unknown(found, {*s.x, *s.u}, word, function, letters)
 
 
 def _at_time(step: Step, s: SceneSymbols) -> Step:

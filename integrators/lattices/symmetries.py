@@ -4,10 +4,33 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..equations import SceneSymbols
+from ..errors import BadInput
 from ..numbers import sympy
 from ..numbers.types import Column, Expression
+from ..scene import entries_of
+from .lattice import Lattice
 
 Rows = list[list[Expression]]
+
+
+def rows_of(given: Any) -> Rows:
+    """Return the natural velocities that a symmetry's function gives, one row each."""
+    entries = entries_of(given)
+    return entries if entries and isinstance(entries[0], list) else [entries]
+
+
+def check_symmetries(s: SceneSymbols, lattice: Lattice) -> None:
+    """Raise `BadInput` unless each symmetry gives natural velocities of a site, one or several."""
+    for name, xi in lattice.symmetries.items():
+        what = f"the symmetry {name}"
+        given = s.evaluated(xi, what, lattice.shaped(s.x), s.parameters)
+        for row in rows_of(given):
+            found = s.scalars(row, what, xi)
+            s.refuse_unknown(found, {*s.x}, what, xi, "x and p")
+            if len(found) != len(s.mu):
+                raise BadInput(f"{lattice.name}: {what} gives {len(found)} entries; give a list of "
+                               f"{len(s.mu)}, a natural velocity, or several.")  # fmt: skip
 
 
 def along(x: Column, p: Any) -> list[Expression]:

@@ -70,7 +70,7 @@ def entries_of(given: Any) -> list[Any]:
     """Return the given value as a list; of one entry if it is no collection."""
     shape = getattr(given, "shape", None)
     many = hasattr(given, "__iter__") if shape is None else shape != ()
-    return list(given) if many else [given]
+    return list(given) if many and not isinstance(given, str | dict) else [given]
 
 
 def _positions(given: Any, m: int) -> ConstraintParts:

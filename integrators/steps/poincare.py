@@ -105,8 +105,7 @@ def _has(s: SceneSymbols, sigma: Expression, quantity: Any) -> bool:
     """True if the motion that a quantity generates keeps σ: {σ, J} = 0."""
     if quantity.kind not in ("momentum map", "Casimir") or quantity.of_step:
         return False
-    value = quantity.at(s.position, s.mu, s.parameters, s.h)
     z = [*s.x, *s.mu]
-    slope = jacobian(list(value) if hasattr(value, "shape") else [value], z)
+    slope = jacobian(s.conserved(quantity), z)
     bracket = jacobian([sigma], z) * poisson_tensor(s, s.x, s.mu) * slope.T
     return first_violation(bracket) is None

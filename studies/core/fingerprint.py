@@ -178,8 +178,7 @@ def _derived(scheme: Scheme) -> str:
             whole = scheme_of(groups, scheme.rule).s
             size = scene.groupoid.algebra.size  # type: ignore[attr-defined]
             x = whole.x.reshape(size, size)
-        found = q.at(x, s.mu, s.parameters, s.h)
-        parts += [q.name, list(found) if hasattr(found, "shape") else [found]]
+        parts += [q.name, s.conserved(q, x)]
     return text_key(*parts)
 
 

@@ -82,9 +82,7 @@ def formula_of(scheme: Scheme, q: Conserved, step: Any) -> Any:
         size = scheme.scene.groupoid.algebra.size  # type: ignore[attr-defined]
         x = x.reshape(size, size)
     h = to_sympy(exact_rational(step, "step"))
-    given = scheme.s.evaluated(q.at, q.name, x, scheme.s.mu, scheme.s.parameters, h)
-    entries = [scheme.s.scalar(e, q.name, q.formula) for e in
-               (list(given) if hasattr(given, "shape") else [given])]  # fmt: skip
+    entries = scheme.s.conserved(q, x, h)
     return sympy.Matrix([_varying(e, [*scheme.x, *scheme.s.mu]) for e in entries])
 
 

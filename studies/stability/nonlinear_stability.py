@@ -96,8 +96,7 @@ def _measures(family: Family, scheme: Scheme) -> dict[str, Any]:
     found = {"energy": energy_with_terms(scheme, 16)}
     for quantity in scheme.scene.symmetries:
         if quantity.name == family.adiabatic:
-            expression = quantity.at(s.x, s.mu, s.parameters, s.h)
-            found["adiabatic"] = with_terms(scheme, expression, 16)
+            found["adiabatic"] = with_terms(scheme, s.conserved(quantity), 16)
     return found
 
 

@@ -18,8 +18,7 @@ from discmech.integrators.equations import (
     vector,
 )
 from discmech.integrators.equations import momentum as momentum_of
-from discmech.integrators.errors import BadInput
-from discmech.integrators.lattices import of_all, velocities
+from discmech.integrators.lattices import of_all, rows_of, velocities
 from discmech.integrators.numbers import (
     Double,
     jacobian,
@@ -218,19 +217,14 @@ def entries_of(scheme: Any, part: Part) -> list[Any]:
 def of_symmetries(lattice: Any) -> dict[str, Part]:
     """Return name → the part of a site, μ·ξ(x), of the momenta that a lattice's symmetries keep."""
 
-    def part(xi: Callable[..., Any], name: str) -> Part:
+    def part(xi: Callable[..., Any]) -> Part:
         def product(x: Any, mu: Any, p: Any) -> list[Any]:
-            given = list(xi(x, p))
-            rows = given if given and isinstance(given[0], list) else [given]
-            for row in rows:
-                if len(row) != len(mu):
-                    raise BadInput(f"{lattice.name}: the symmetry {name} gives {len(row)} entries; "
-                                   f"give {len(mu)}, a natural velocity.")  # fmt: skip
+            rows = rows_of(xi(x, p))
             return [sum(m * e for m, e in zip(mu, row, strict=True)) for row in rows]
 
         return product
 
-    return {name: part(xi, name) for name, xi in lattice.symmetries.items()}
+    return {name: part(xi) for name, xi in lattice.symmetries.items()}
 
 
 def _summed(f: Any, p: list[Any], ends: np.ndarray, *rows: np.ndarray) -> np.ndarray:

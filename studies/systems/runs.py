@@ -178,13 +178,11 @@ def usual_steps(case: Case, claimed: bool = True) -> int:
 Rows = Callable[[Trajectory], tuple[np.ndarray, np.ndarray]]
 
 
-def with_terms(scheme: DiscretisedScene, quantity: Any, digits: int) -> Rows:
+def with_terms(scheme: DiscretisedScene, entries: Any, digits: int) -> Rows:
     """Return a function of a run: (components, sums of absolute terms) of a quantity, (r, k) each.
 
-    The quantity is given in x, μ and the parameters.
+    entries: those of the quantity, in x, μ and the parameters.
     """
-    entries = list(quantity) if hasattr(quantity, "shape") else [quantity]
-    entries = [scheme.s.scalar(e, "conserved quantity") for e in entries]
     numbers = arithmetic(digits)
     f = of_states(scheme.s, entries, list(map(absolute_terms, entries)), numbers)
     return lambda run: in_rows(scheme, f, run, numbers)

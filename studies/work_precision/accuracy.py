@@ -38,8 +38,7 @@ class Yardstick:
         self.energy = energy_with_terms(problem.scheme, 16)
         exact = (q for q in problem.scene.symmetries if q.to_roundoff)
         kept = [q for q in exact if not (q.attitude or q.of_step)]
-        at = s.position, s.mu, s.parameters, s.h
-        self.momenta = [with_terms(problem.scheme, q.at(*at), 16) for q in kept]
+        self.momenta = [with_terms(problem.scheme, s.conserved(q), 16) for q in kept]
         for name in ("energy", "momentum") if kept else ("energy",):
             self.floors |= {name: UNIT, f"{name}-max": UNIT}
 

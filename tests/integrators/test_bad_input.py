@@ -26,7 +26,10 @@ from discmech.integrators import (
     sl,
     so,
 )
+from discmech.integrators.control import Control
+from discmech.integrators.equations import SceneSymbols
 from discmech.integrators.groupoids import check_axioms
+from discmech.integrators.lattices import Lattice
 from discmech.integrators.numbers import code
 from discmech.integrators.rules import get as rule_called
 from tests.objects import SCENES, flow, scheme
@@ -107,6 +110,24 @@ CASES = {
         lambda: Scheme(Scene("turned", lie_group(so(3)), lambda x, v, p: v.dot(v) / 2,
                              force=lambda x, v, p: [x[0], 0, 0], v0=[1, 0, 0]), midpoint),
         "its force asks for x, which is empty on a Lie group"),
+    "attitude, of rows of the velocity": (
+        lambda: Scheme(Scene("turned", lie_group(so(3)), lambda x, v, p: v.dot(v) / 2,
+                             nonholonomic=lambda x, p: [[x[0], 0, 1]], v0=[1, 0, 0]), midpoint),
+        r"its constraint asks for x, which is empty on a Lie group.*take scene.with_attitude\(\)"),
+    "x without a base": (
+        lambda: Scheme(Scene("turned", product(lie_group(so(3)), lie_group(so(3))),
+                             lambda x, v, p: v.dot(v) / 2 + x[0], v0=[1] * 6), midpoint),
+        "its Lagrangian asks for x, which is empty on this groupoid.* write it without x"),
+    **{f"{name} on a group": (
+        lambda given=given: Scheme(Scene("turned", lie_group(so(3)), v0=[1, 0, 0],
+                                         **{"lagrangian": lambda x, v, p: v.dot(v), **given}),
+                                   midpoint),
+        "is None, not an expression in its arguments; does it return")
+       for name, given in (
+           ("no Lagrangian returned", {"lagrangian": lambda x, v, p: None}),
+           ("no force returned", {"force": lambda x, v, p: None}),
+           ("no component returned", {"force": lambda x, v, p: [None, 0, 0]}),
+       )},
     "force as a formula in quotes": (
         lambda: Scheme(plain(force=lambda x, v, p: ["-v[0]"]), midpoint),
         "its force is the text '-v.0.': a number may be text.* a formula is written without"),
@@ -127,6 +148,33 @@ CASES = {
     "a force's arguments": (lambda: plain(force=lambda x, v: [0]), r"force= .*\(x, v, p\) or"),
     "a constraint of x, v, p and t": (
         lambda: plain(holonomic=lambda x, v, p, t: [t]), r"with \(x, p\) or \(x, p, t\)\."),
+    **{f"an argument that another has the place of: {word}": (
+        lambda word=word, f=f: plain(**{word: f}), rf"bad: {word}= is .*, whose {stray}; write it")
+       for word, f, stray in (
+           ("holonomic", lambda x, v, p: [x[0]], "p would be t"),
+           ("holonomic", lambda x, v: [x[0]], "v would be p"),
+           ("nonholonomic", lambda x, t, p: [[1]], "t would be p"),
+           ("force", lambda x, v, t: [0], "t would be p"),
+           ("lagrangian", lambda x, v, t, p: v[0] ** 2, "t would be p"),
+           ("lagrangian", lambda t, x, v, p: v[0] ** 2, "t would be x"),
+           ("contact", lambda p, x: [x[0]], "p would be x"),
+       )},
+    "a time in a quantity": (
+        lambda: Conserved("J", lambda x, mu, p, t: mu[0]), "J is .*, whose t would be h; write it"),
+    "a velocity in a bond": (
+        lambda: Lattice("bad", pair(1), 2, on_site=kinetic, on_bond=lambda x, v, p: v[0] ** 2),
+        r"on_bond is a function of \(x, v, p\), whose v would be y; write it with \(x, y, p\)"),
+    "a cost in another order": (
+        lambda: Control(plain(), lambda x, v, p, f: f[0] ** 2, ([1], [0])),
+        r"cost= is a function of \(x, v, p, f\), whose p would be f; write it"),
+    **{f"a quantity {words}": (
+        lambda f=f: SceneSymbols(plain()).conserved(Conserved("J", f)), rf"bad: J {words}")
+       for f, words in (
+           (lambda x, mu, p: None, "is None, not an expression"),
+           (lambda x, mu, p: mu[5], "could not be evaluated .*IndexError"),
+           (lambda x, mu, p: sympy.Symbol("z") * mu[0],
+            "holds the unknown symbol z; write it with x, mu, p and h"),
+       )},
     "a quantity's arguments": (lambda: Conserved("J", lambda x, v: 0), r"J is .*\(x, mu, p\) or"),
     "p as a dictionary": (lambda: with_lagrangian(lambda x, v, p: p["m"]), "of them is p.name"),
     "forces": (lambda: plain(forces=0), r"Scene\(forces=...\): there is no forces=; say force="),
@@ -157,7 +205,7 @@ CASES = {
         .flow(1).trajectory(1),
         "bad: its Lagrangian is no finite real number at x0, v0; begin elsewhere, or give other"),
     "time where the parameters are": (
-        lambda: with_lagrangian(lambda x, v, t: v[0] ** 2 / 2 - t * x[0]).flow(1),
+        lambda: with_lagrangian(lambda x, v, s: v[0] ** 2 / 2 - s * x[0]).flow(1),
         "the third argument is p, the parameters, one of them p.name; the time is a fourth, t"),
     "damping": (
         lambda: Scene("bad", pair(1), lambda x, v, p: v[0] ** 2, x0=[0], v0=[0], dissipation=1),

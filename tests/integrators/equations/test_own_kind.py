@@ -13,7 +13,7 @@ import sympy
 
 from discmech.integrators import BadInput, Scene, Scheme, mean_multipliers, pair, rules
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.scene import ConstraintKind, velocity_rows
+from discmech.integrators.scene import ConstraintKind, ConstraintParts, velocity_rows
 from discmech.reference import multipliers, solution
 from discmech.studies import check
 
@@ -96,6 +96,8 @@ def test_wrong_parts_are_said_in_a_sentence(given, said):
 @pytest.mark.parametrize(("parts", "said"), [
     (lambda given, m: None, "gives None"), (lambda given, m: 1 / 0, "raises ZeroDivisionError"),
     (lambda given: given, "raises TypeError"), (3, "raises TypeError"),
+    (lambda given, m: ConstraintParts(rows=[[1, 2, 3]], shift=[0]), "gives 1 rows and 1 right s"),
+    (lambda given, m: ConstraintParts(rows=[[1, 0]]), "gives 1 rows and 0 right sides; give rows"),
 ])  # fmt: skip
 def test_a_wrong_function_of_a_kind_is_said_in_a_sentence(parts, said):
     wrong = replace(SERVO, parts=parts)

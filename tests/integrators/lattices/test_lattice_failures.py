@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy
 
 from discmech import BadInput, Lattice, Scheme, midpoint, pair, so, trapezoidal
 from discmech.integrators.errors import StepFailure
@@ -80,3 +81,27 @@ def test_an_algebra_is_no_site():
 def test_what_flows_of_scenes_take_is_refused_in_a_sentence(words):
     with pytest.raises(BadInput, match=r"is for scenes; a lattice has flow\(step\)"):
         Scheme(fput(), midpoint).flow(**words)
+
+
+@pytest.mark.parametrize(
+    "given, words",
+    [
+        ({"on_site": lambda x, v, p: v[0] ** 2 + sympy.Symbol("z")}, "on_site holds .* symbol z"),
+        ({"on_bond": lambda x, y, p: sympy.Symbol("z") * x[0]}, "on_bond holds .* symbol z; write"),
+        *(({"symmetries": {"a": xi}}, f"the symmetry a {words}") for xi, words in (
+            (lambda x: [1], r"is a function of \(x\); write it with \(x, p\)"),
+            (lambda x, p: None, "is None, not an expression"),
+            (lambda x, p: [1, 2], "gives 2 entries; give a list of 1"),
+            (lambda x, p: [sympy.Symbol("z")], "holds the unknown symbol z"),
+        )),
+    ],
+)  # fmt: skip
+def test_what_a_function_of_a_lattice_may_not_give(given, words):
+    """Equations of a bond are otherwise written with a letter that no kernel has."""
+    with pytest.raises(BadInput, match=words):
+        Scheme(fput(**given), midpoint)
+
+
+def test_a_symmetry_of_one_number_is_that_of_a_list():
+    """A site of one coordinate has one velocity."""
+    assert Scheme(fput(symmetries={"a": lambda x, p: 1}), midpoint).flow(1)
