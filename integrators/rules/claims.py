@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ..errors import BadInput, shown
 
@@ -22,12 +21,13 @@ class Claims:
     keeps: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, who: str, symplectic: Any, reversible: Any, keeps: Any) -> Claims:
+    def of(cls, who: str, symplectic: bool | None, reversible: bool | None,
+           keeps: str | Sequence[str]) -> Claims:  # fmt: skip
         """Return the claims given to a decorator; raises `BadInput` for those of another kind."""
         for word, given in (("symplectic", symplectic), ("reversible", reversible)):
             if given not in (None, True, False):
                 raise BadInput(f"{who}({word}=...): {word} is True or False, not {shown(given)}.")
-        names: Sequence[Any] = (keeps,) if isinstance(keeps, str) else keeps
+        names = (keeps,) if isinstance(keeps, str) else keeps
         if not isinstance(names, list | tuple) or not all(isinstance(e, str) for e in names):
             raise BadInput(
                 f"{who}(keeps={shown(keeps)}): give names such as "

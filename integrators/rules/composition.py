@@ -18,16 +18,19 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial, wraps
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..errors import BadInput, arguments_checked, shown, unknown
 from ..numbers import LazyModule, sympy, working_digits
-from ..numbers.types import Column, Expression, Letter, Mpf
-from ..scene import Again
-from .discretisation import Discretisation
+from ..numbers.types import Column, Expression, GivenVector, Letter, Mpf
+from ..scene import Again, Scene
+from .discretisation import Discretisation, GroupoidForRule, LagrangianForRule
 from .order_conditions import MOST_ORDER, OwnNumbers, check_sum, read, said
 
-mpmath: Any = LazyModule("mpmath")
+mpmath = LazyModule("mpmath")
+
+#: the name of a published method, or one's own coefficients
+Coefficients: TypeAlias = Any
 
 
 @dataclass(frozen=True)
@@ -133,11 +136,11 @@ class Composition(Discretisation):
         """The base."""
         return self.base
 
-    def applies(self, scene: Any) -> bool:
+    def applies(self, scene: Scene) -> bool:
         """Return True if the base can be used."""
         return self.base.applies(scene)
 
-    def refusal(self, scene: Any) -> str:
+    def refusal(self, scene: Scene) -> str:
         """Return why the base does not exist on the scene."""
         return self.base.refusal(scene)
 
@@ -151,7 +154,7 @@ class Composition(Discretisation):
 def _halves(formula: Callable[..., list[Mpf]]) -> Callable[..., Callable[[int], list[Mpf]]]:
     """Decorator: `Method.halves` from a formula, which is evaluated with ten guard digits."""
 
-    def with_arguments(*arguments: Any) -> Callable[[int], list[Mpf]]:
+    def with_arguments(*arguments: int) -> Callable[[int], list[Mpf]]:
         def halves(digits: int) -> list[Mpf]:
             with working_digits(max(digits, 64) + 10):
                 return formula(*arguments)
@@ -254,9 +257,9 @@ METHODS = {method.name: method for method in (
 @arguments_checked
 def compose(
     rule: Any,
-    method: Any,
+    method: Coefficients,
     *,
-    adjoint: Any = None,
+    adjoint: GivenVector | None = None,
     order: int | None = None,
     name: str | None = None,
     source: str = "",
@@ -275,7 +278,7 @@ def compose(
     complex, 0 or do not add up to 1, and for a wrong order, with the first violated condition.
     """
     if isinstance(getattr(rule, "rule", None), Discretisation):  # a scheme
-        given = {"adjoint": adjoint, "order": order, "name": name, "source": source}
+        given: dict[str, Any] = {"adjoint": adjoint, "order": order, "name": name, "source": source}
         return type(rule)(rule.scene, compose(rule.rule, method, **given))
     named = isinstance(method, str)
     if named and method not in METHODS:
@@ -312,7 +315,7 @@ def compose(
     return with_own(what, rule, own, order, name, source)
 
 
-def _check_base(rule: Any) -> None:
+def _check_base(rule: object) -> None:
     """Raise `BadInput` for a rule that cannot be composed."""
     if not isinstance(rule, Discretisation) or isinstance(rule, Composition):
         what = "a composition already" if isinstance(rule, Composition) else "no rule"
@@ -328,8 +331,9 @@ def _check_base(rule: Any) -> None:
 
 
 def with_own(
-    what: str, rule: Discretisation, own: OwnNumbers, order: Any, name: Any, source: str
-) -> Composition:
+    what: str, rule: Discretisation, own: OwnNumbers, order: int | None, name: str | None,
+    source: str,
+) -> Composition:  # fmt: skip
     """Return the composition with a user's own numbers; a given order is checked against them."""
     found = Method("own", own.order_over(own.over), own, source, own.in_turn)
     reached = found.order_over(rule.order or 1, not own.in_turn)
@@ -339,7 +343,7 @@ def with_own(
 
 
 def described_own(
-    what: str, own: OwnNumbers, reached: int, order: Any, name: Any
+    what: str, own: OwnNumbers, reached: int, order: int | None, name: str | None
 ) -> tuple[str, str]:
     """Return (name, the first violated condition) of a user's own method with the order `reached`.
 
@@ -379,7 +383,10 @@ def adjoint(rule: Discretisation) -> Discretisation:
     """Return the adjoint rule, L_d*(x, u; h) = −L_d(b(x, u), −ι(x, u); −h): Φ* = (Φ₋ₕ)⁻¹."""
 
     @wraps(rule.formula)
-    def formula(L: Any, G: Any, x: Column, u: Column, h: Letter, *s: list[Column]) -> Expression:
+    def formula(
+        L: LagrangianForRule, G: GroupoidForRule, x: Column, u: Column, h: Letter,
+        *s: list[Column],
+    ) -> Expression:  # fmt: skip
         # substitute after the rule has used letters: with expressions it might read other
         # coefficients
         value = sympy.sympify(rule.formula(L, G, x, u, h, *s)).doit()

@@ -15,19 +15,18 @@ T*Q is put back to φ = μ − ϑ(x) = 0 along the Hamiltonian fields of φ, (λ
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
 
 from ..errors import BadInput, shown
-from ..numbers.types import Column, Letter
+from ..numbers.types import Column, Expression, Letter
 from .galerkin import MOST_NODES, collocation_weight, node_value
-from .one_step import OneStepMap, one_step
+from .one_step import DualSystem, OneStepMap, Staged, one_step
 
 _ELLISON = "Ellison, Finn, Burby, Kraus, Qin, Tang, Phys. Plasmas 25 (2018), 052502"
 _KRAUS = "Kraus, Projected Variational Integrators for Degenerate Lagrangian Systems, "
 _KRAUS += "arXiv:1708.07356 (2017)"
 
 
-def _slope(s: Any, at: Column, v: Column) -> Column:
+def _slope(s: DualSystem, at: Column, v: Column) -> Column:
     """∂L/∂x = ϑ′ᵀv − ∂H at (x, v)."""
     return s.dtheta(at).T * v - s.dH(at)
 
@@ -35,7 +34,7 @@ def _slope(s: Any, at: Column, v: Column) -> Column:
 @one_step(
     order=1, stages=2, name="degenerate-euler", one_form="half", symplectic=True, source=_ELLISON
 )
-def degenerate_euler(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
+def degenerate_euler(s: DualSystem, z: Column, h: Letter, K: list[Column]) -> Staged:
     """L_d = ϑ(q′, y)·(q′ − q) − h H(q′, y), in position-momentum form from p = ϑ(q, y).
 
     The published (q′, y) is the internal stage; the state has the y′ with ϑ(q′, y′) = p′, so that
@@ -68,7 +67,7 @@ def _degenerate_gauss(nodes: int) -> OneStepMap:
         order=2 * nodes, stages=nodes + 1, name=f"degenerate-gauss-{nodes}", one_form="half",
         symplectic=True, reversible=True, source=f"{_ELLISON}; with one node: {_KRAUS}",
     )  # fmt: skip
-    def method(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
+    def method(s: DualSystem, z: Column, h: Letter, K: list[Column]) -> Staged:
         (q, y), (*stages, end) = s.halves, K
         at, new = _nodes(s, nodes, z, h, stages), z + h * end
         slopes = [_slope(s, point, v) for point, v in zip(at, stages, strict=True)]
@@ -114,7 +113,7 @@ def _projected_gauss(nodes: int, projection: str) -> OneStepMap:
         order=2 * nodes, stages=nodes + 2, name=name, one_form="any", reversible=both,
         source=f"{_KRAUS}: the {projection} projection",
     )  # fmt: skip
-    def method(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
+    def method(s: DualSystem, z: Column, h: Letter, K: list[Column]) -> Staged:
         *stages, multiplier, end = K
         lam, new = multiplier - s.f(z), z + h * end  # Newton begins at λ = 0
         ends = (z, new) if projection != "midpoint" else ((z + new) / 2,) * 2
@@ -142,17 +141,17 @@ def _projected_gauss(nodes: int, projection: str) -> OneStepMap:
     return method
 
 
-def _count(name: str, nodes: Any) -> int:
+def _count(name: str, nodes: int) -> int:
     if type(nodes) is not int or not 1 <= nodes <= MOST_NODES:
         raise BadInput(f"{name} with {shown(nodes)} nodes: give a whole number from 1 to 20.")
     return nodes
 
 
-def _weights(s: Any, nodes: int) -> list[Any]:
+def _weights(s: DualSystem, nodes: int) -> list[Expression]:
     return [node_value(s, "gauss", nodes, j, "b") for j in range(nodes)]
 
 
-def _nodes(s: Any, nodes: int, z: Column, h: Letter, slopes: list[Column]) -> list[Column]:
+def _nodes(s: DualSystem, nodes: int, z: Column, h: Letter, slopes: list[Column]) -> list[Column]:
     """The states at the nodes of the collocation with these slopes."""
 
     def moved(i: int) -> Column:

@@ -12,13 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import wraps
-from typing import Any
 
 from ..errors import BadInput, arguments_checked, shown
 from ..numbers import jacobian, sympy
-from ..numbers.types import Column, Expression, Letter
+from ..numbers.types import Column, Expression, Function, Letter
 from .discretisation import checked, described
-from .one_step import OneStepMap
+from .one_step import DualSystem, OneStepMap, Staged
 
 
 class Asked:
@@ -29,7 +28,7 @@ class Asked:
         self.values: list[Letter] = []
         self.states: list[Column] = []
 
-    def __call__(self, x: Any, mu: Any) -> Letter:
+    def __call__(self, x: Column | Expression, mu: Column | Expression) -> Letter:
         state = [e for part in (x, mu) for e in (part if hasattr(part, "__len__") else [part])]
         if len(state) != 2 * self.n:
             raise BadInput(
@@ -48,7 +47,7 @@ def discrete_hamiltonian(
     stages: int = 0,
     name: str | None = None,
     source: str = "",
-) -> Callable[[Callable[..., Any]], OneStepMap]:
+) -> Callable[[Function], OneStepMap]:
     """Decorator: make a one-step map of a discrete Hamiltonian (H, x, mu, h).
 
     The function gives H_d as an expression in x and mu, sympy columns n×1, h and values H(x, mu) of
@@ -64,11 +63,11 @@ def discrete_hamiltonian(
     checked("discrete_hamiltonian", "discrete Hamiltonian", order, stages, "pair")
     wanted = "(H, x, mu, h, s)" if stages else "(H, x, mu, h)"
 
-    def make(given: Callable[..., Any]) -> OneStepMap:
+    def make(given: Function) -> OneStepMap:
         label, about = described("discrete Hamiltonian", given, wanted, name, source)
 
         @wraps(given)
-        def formula(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
+        def formula(s: DualSystem, z: Column, h: Letter, K: list[Column]) -> Staged:
             return _equations(given, kind, s, z, h, K)
 
         del formula.__dict__["__wrapped__"]
@@ -78,8 +77,8 @@ def discrete_hamiltonian(
 
 
 def _equations(
-    given: Callable[..., Any], kind: str, s: Any, z: Column, h: Letter, K: list[Column]
-) -> tuple[Column, list[Column]]:
+    given: Function, kind: str, s: DualSystem, z: Column, h: Letter, K: list[Column]
+) -> Staged:
     """Return the new state z + h K₀, and equations that vanish there and at stages z + h K_j."""
     if s.n != s.m or any(s.force(z)):
         raise BadInput("a discrete Hamiltonian knows no time and no force: take another method.")
@@ -125,7 +124,9 @@ def _equations(
     return new, [part.applyfunc(lambda e: _over(e, h)) for part in residuals]
 
 
-def _check_identity(value: Expression, kind: str, h: Letter, letters: list[Any]) -> None:
+def _check_identity(
+    value: Expression, kind: str, h: Letter, letters: list[tuple[Column, Column]]
+) -> None:
     """Raise `BadInput` where H_d is not μ·x, or −μ·x, at h = 0 and at stages of no length."""
     (x, mu), *inside = letters
     at = {h: 0} | {a: b for part in inside

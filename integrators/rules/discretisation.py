@@ -10,13 +10,17 @@ import inspect
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 from ..errors import BadInput, arguments_checked, brief_name, shown, unknown
-from ..numbers.types import Column, Expression, Letter
-from ..scene import Again, again
+from ..numbers.types import Column, Expression, Function, Letter
+from ..scene import Again, Scene, again
 from .claims import Claims
 from .quadrature import Nodes
+
+#: the Lagrangian and the groupoid as a rule gets them; equations/ has the classes of these names
+LagrangianForRule: TypeAlias = Any
+GroupoidForRule: TypeAlias = Any
 
 #: name ↦ (kind, name in messages) of the groupoids on which a rule may exist
 GROUPOIDS = {
@@ -41,7 +45,7 @@ class Discretisation:
     """
 
     name: str
-    formula: Callable[..., Any]
+    formula: Function
     order: int | None = None
     source: str = ""
     stages: int = 0
@@ -108,13 +112,13 @@ class Discretisation:
         """Return the unit of round-off of its numbers at so many digits."""
         return 2.0**-53 if digits == 16 else 10.0**-digits
 
-    def applies(self, scene: Any) -> bool:
+    def applies(self, scene: Scene) -> bool:
         """True if the scene has all that the rule needs; `own` needs a discrete Lagrangian."""
         if (scene.discrete_lagrangian is not None) != (self.formula is own.formula):
             return False
         return (scene.fast is not None or not self.splits) and not self.refusal(scene)
 
-    def refusal(self, scene: Any) -> str:
+    def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the rule has no meaning for the scene, or ""."""
         if scene.in_numbers and self.is_formula:
             return (
@@ -144,12 +148,13 @@ class Discretisation:
         """Return the pickled form; a rule's functions are pickled by their place in a module."""
         return again(self, (self.formula, getattr(self, "base", None)))
 
-    def __deepcopy__(self, memo: Any) -> Discretisation:
+    def __deepcopy__(self, memo: object) -> Discretisation:
         return self  # a rule is immutable
 
     def __call__(
-        self, L: Any, G: Any, x: Column, u: Column, h: Letter, *s: list[Column]
-    ) -> Expression:
+        self, L: LagrangianForRule, G: GroupoidForRule, x: Column, u: Column, h: Letter,
+        *s: list[Column],
+    ) -> Expression:  # fmt: skip
         return self.formula(L, G, x, u, h, *s)
 
 
@@ -163,7 +168,7 @@ def discretisation(
     splits: bool = False,
     groupoids: str | Sequence[str] = (),
     effective: int | None = None,
-) -> Callable[[Callable[..., Any]], Discretisation]:
+) -> Callable[[Function], Discretisation]:
     """Decorator: make a rule from a function (L, G, x, u, h), or (L, G, x, u, h, s) with stages.
 
     `splits`: True if the rule treats the scene's fast potential, L.fast(x), separately. groupoids:
@@ -176,7 +181,7 @@ def discretisation(
     check_effective("rule", order, effective)
     wanted = "(L, G, x, u, h, s)" if stages else "(L, G, x, u, h)"
 
-    def make(formula: Callable[..., Any]) -> Discretisation:
+    def make(formula: Function) -> Discretisation:
         label, about = described("rule", formula, wanted, name, source)
         return Discretisation(label, formula, order, about, stages, splits, where,
                               effective=effective)  # fmt: skip
@@ -184,7 +189,7 @@ def discretisation(
     return make
 
 
-def check_rule(thing: Any) -> None:
+def check_rule(thing: object) -> None:
     """Raise `BadInput` unless it is a rule."""
     if isinstance(thing, Discretisation):
         return
@@ -195,7 +200,7 @@ def check_rule(thing: Any) -> None:
 
 
 def checked(
-    decorator: str, what: str, order: Any, stages: Any, groupoids: str | Sequence[str]
+    decorator: str, what: str, order: object, stages: object, groupoids: str | Sequence[str]
 ) -> tuple[str, ...]:
     """Return the groupoids as a tuple; raises `BadInput` for invalid arguments of a decorator."""
     if callable(order):
@@ -216,7 +221,7 @@ def checked(
     return where
 
 
-def check_effective(what: str, order: int | None, effective: Any) -> None:
+def check_effective(what: str, order: int | None, effective: object) -> None:
     """Raise `BadInput` for an invalid effective order, or one without an order."""
     if effective is None:
         return
@@ -237,7 +242,7 @@ def check_effective(what: str, order: int | None, effective: Any) -> None:
 
 
 def described(
-    what: str, formula: Any, wanted: str, name: str | None, source: str
+    what: str, formula: object, wanted: str, name: str | None, source: str
 ) -> tuple[str, str]:
     """Return (name, source) of a function with the `wanted` arguments, or raise `BadInput`."""
     if not callable(formula):
@@ -258,7 +263,7 @@ def described(
     return label, source or inspect.getdoc(formula) or ""
 
 
-def _given(L: Any, G: Any, x: Column, u: Column, h: Letter) -> Expression:
+def _given(L: LagrangianForRule, G: GroupoidForRule, x: Column, u: Column, h: Letter) -> Expression:
     return L.discrete(x, u, h)
 
 

@@ -15,12 +15,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
 
 from ..errors import BadInput, shown
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, Letter
-from .discretisation import Discretisation
+from .discretisation import Discretisation, GroupoidForRule, LagrangianForRule
 from .quadrature import Nodes, NodeValue
 
 MOST_NODES = 20
@@ -51,7 +50,7 @@ FAMILIES: dict[str, tuple[Callable[[int], Discretisation], int]] = {
 }
 
 
-def _checked(family: str, nodes: Any) -> int:
+def _checked(family: str, nodes: int) -> int:
     least = FAMILIES[family][1]
     if type(nodes) is not int or not least <= nodes <= MOST_NODES:
         raise BadInput(
@@ -66,8 +65,9 @@ def _galerkin(family: str, nodes: int) -> Discretisation:
     order = 2 * degree
 
     def formula(
-        L: Any, G: Any, x: Column, u: Column, h: Letter, s: Sequence[Column] = ()
-    ) -> Expression:
+        L: LagrangianForRule, G: GroupoidForRule, x: Column, u: Column, h: Letter,
+        s: Sequence[Column] = (),
+    ) -> Expression:  # fmt: skip
         total = 0
         for i in range(nodes):
             w, dw = node_value(G, family, nodes, i, "c") * u, u
@@ -90,7 +90,7 @@ def _galerkin(family: str, nodes: int) -> Discretisation:
     )
 
 
-def collocation_weight(G: Any, nodes: int, i: int, j: int) -> Expression:
+def collocation_weight(G: GroupoidForRule, nodes: int, i: int, j: int) -> Expression:
     """a_ij = ∫₀^{c_i} of node j's polynomial, on Gauss nodes, in Legendre's basis."""
 
     def value(k: int, what: str, degree: int = 0) -> Expression:
@@ -100,7 +100,9 @@ def collocation_weight(G: Any, nodes: int, i: int, j: int) -> Expression:
     return value(j, "b") * (value(i, "c") + sum(higher))
 
 
-def node_value(G: Any, family: str, nodes: int, i: int, what: str, degree: int = 0) -> Expression:
+def node_value(
+    G: GroupoidForRule, family: str, nodes: int, i: int, what: str, degree: int = 0
+) -> Expression:
     """Return a number at node i: exact at the ends and the middle, mirrored in the right half.
 
     `quadrature.NodeValue` explains `what`; G.constant gives letters for irrational numbers.

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..numbers.types import Column, Expression, Letter
-from .discretisation import discretisation
+from .discretisation import GroupoidForRule, LagrangianForRule, discretisation
 
 
 @discretisation(
@@ -14,7 +12,7 @@ from .discretisation import discretisation
     source="Stern, Grinspun, Multiscale Model. Simul. 7 (2009), 3: implicit-explicit, variational; "
     "McLachlan, Stern, SIAM J. Numer. Anal. 52 (2014): a modified trigonometric integrator",
 )
-def imex(L: Any, G: Any, x: Column, u: Column, h: Letter) -> Expression:
+def imex(L: LagrangianForRule, G: GroupoidForRule, x: Column, u: Column, h: Letter) -> Expression:
     """The fast part of the potential at the middle of the step, all else by the trapezoidal rule.
 
     Linearly implicit where the fast part is quadratic: its step is never bound by the fast

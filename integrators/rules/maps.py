@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import cache
-from typing import Any
 
 from ..errors import BadInput, shown
 from ..numbers import measure, sympy
-from ..numbers.types import Column, Letter
+from ..numbers.types import Column, Given, Letter
 from .degenerate import degenerate_euler, degenerate_gauss, projected_gauss
 from .galerkin import MOST_NODES, collocation_weight, node_value
-from .one_step import OneStepMap, one_step
+from .one_step import DualSystem, OneStepMap, Staged, one_step
 
 _HNW = "Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.1"
 _HLW = "Hairer, Lubich, Wanner, Geometric Numerical Integration"
@@ -24,20 +23,20 @@ NODES = 6
 
 
 @one_step(order=1, source=_HNW)
-def explicit_euler(s: Any, z: Column, h: Letter) -> Column:
+def explicit_euler(s: DualSystem, z: Column, h: Letter) -> Column:
     """One step along the vector field."""
     return z + h * s.f(z)
 
 
 @one_step(order=2, source=_HNW)
-def heun(s: Any, z: Column, h: Letter) -> Column:
+def heun(s: DualSystem, z: Column, h: Letter) -> Column:
     """The explicit trapezoidal rule."""
     k = s.f(z)
     return z + h * (k + s.f(z + h * k)) / 2
 
 
 @one_step(order=4, name="runge-kutta-4", source=_HNW)
-def runge_kutta_4(s: Any, z: Column, h: Letter) -> Column:
+def runge_kutta_4(s: DualSystem, z: Column, h: Letter) -> Column:
     """The classical Runge–Kutta method."""
     k1 = s.f(z)
     k2 = s.f(z + h * k1 / 2)
@@ -47,7 +46,7 @@ def runge_kutta_4(s: Any, z: Column, h: Letter) -> Column:
 
 
 @one_step(order=2, implicit=True, source=f"{_HLW}, II.1.1")
-def implicit_midpoint(s: Any, z: Column, Z: Column, h: Letter) -> Column:
+def implicit_midpoint(s: DualSystem, z: Column, Z: Column, h: Letter) -> Column:
     """The field at the mean of both states: symplectic where the bracket is canonical."""
     return Z - z - h * s.f((z + Z) / 2)
 
@@ -67,7 +66,7 @@ def dual_gauss(nodes: int) -> OneStepMap:
 @cache
 def _dual_gauss(nodes: int) -> OneStepMap:
     @one_step(order=2 * nodes, stages=nodes, name=f"dual-gauss-{nodes}", source=f"{_HLW}, II.1.3")
-    def collocation(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
+    def collocation(s: DualSystem, z: Column, h: Letter, K: list[Column]) -> Staged:
         each = range(nodes)
         at = [z + h * sum((collocation_weight(s, nodes, i, j) * K[j] for j in each), 0 * z)
               for i in each]  # fmt: skip
@@ -82,7 +81,7 @@ def _dual_gauss(nodes: int) -> OneStepMap:
 @one_step(
     order=2, stages=1, name="stoermer-verlet", groupoids="pair", source=f"{_HLW}, I.1.4, VI.3"
 )
-def stoermer_verlet(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
+def stoermer_verlet(s: DualSystem, z: Column, h: Letter, K: list[Column]) -> Staged:
     """Störmer–Verlet on T*Q, for any H(x, μ): the stage holds the slopes of x and of half μ."""
     (x, mu), (of_x, of_mu) = s.split(z), s.split(K[0])
     half, new = mu + h * of_mu / 2, x + h * of_x
@@ -91,7 +90,7 @@ def stoermer_verlet(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
     return s.join(new, half + h * end_force / 2), [residual]
 
 
-def newmark(gamma: Any = "1/2", beta: Any = "1/4") -> OneStepMap:
+def newmark(gamma: Given = "1/2", beta: Given = "1/4") -> OneStepMap:
     """Return Newmark's method with γ and β (exact numbers), of order 2 if γ = 1/2, else 1.
 
     With forces f in place of accelerations, the velocity that moves x belongs to the momentum μ +
@@ -110,7 +109,7 @@ def _newmark(g: Fraction, b: Fraction) -> OneStepMap:
         order=2 if 2 * g == 1 else 1, implicit=True, name=name, groupoids="pair",
         source="Kane, Marsden, Ortiz, West, Int. J. Numer. Meth. Engng. 49 (2000), 1295",
     )  # fmt: skip
-    def method(s: Any, z: Column, Z: Column, h: Letter) -> Column:
+    def method(s: DualSystem, z: Column, Z: Column, h: Letter) -> Column:
         gamma, beta = map(sympy.sympify, (g, b))
         (x, mu), (X, M) = s.split(z), s.split(Z)
         force, end_force = (s.split(s.f(at))[1] for at in (z, Z))
@@ -133,7 +132,7 @@ def _decimal(value: Fraction) -> str:
     implicit=True,
     source="Cohen, Hairer, BIT 51 (2011), 91; Quispel, McLaren, J. Phys. A 41 (2008), 045206",
 )
-def average_vector_field(s: Any, z: Column, Z: Column, h: Letter) -> Column:
+def average_vector_field(s: DualSystem, z: Column, Z: Column, h: Letter) -> Column:
     """B at the middle times the mean of dH along the straight step: energy is kept exactly.
 
     The mean is by Gauss quadrature: exact where H is a polynomial, else with 6 nodes.
@@ -150,7 +149,7 @@ def average_vector_field(s: Any, z: Column, Z: Column, h: Letter) -> Column:
 @one_step(
     order=2, implicit=True, source="Gonzalez, J. Nonlinear Sci. 6 (1996), 449: the midpoint one"
 )
-def discrete_gradient(s: Any, z: Column, Z: Column, h: Letter) -> Column:
+def discrete_gradient(s: DualSystem, z: Column, Z: Column, h: Letter) -> Column:
     """B at the middle times a discrete gradient ∇̄H with ∇̄H·(Z − z) = H(Z) − H(z).
 
     It is singular at equilibria, where Z = z. A time in H is that of the middle.
@@ -170,7 +169,7 @@ def discrete_gradient(s: Any, z: Column, Z: Column, h: Letter) -> Column:
     source=f"{_HLW}, IV.8; Munthe-Kaas, Appl. Numer. Math. 29 (1999), 115; "
     "Engø, Faltinsen, SIAM J. Numer. Anal. 39 (2001), 128: by the coadjoint action",
 )
-def rkmk_4(s: Any, z: Column, h: Letter) -> Column:
+def rkmk_4(s: DualSystem, z: Column, h: Letter) -> Column:
     """The classical Runge–Kutta method for σ and p, where x·τ(σ) and Ad*_τ(σ) p are the state.
 
     On a group p is constant, and coadjoint orbits are kept. Beside a base p is moved by the force
@@ -179,7 +178,7 @@ def rkmk_4(s: Any, z: Column, h: Letter) -> Column:
     x, mu = s.split(z)
     clock = s.split(s.force(z))[0]  # how x moves beside the group: as time does
 
-    def state(after: Any, sigma: Column, p: Column) -> Column:
+    def state(after: DualSystem, sigma: Column, p: Column) -> Column:
         return s.join(s.act(x, sigma) + after * clock, s.coadjoint(sigma, p))
 
     def force(at: Column) -> Column:

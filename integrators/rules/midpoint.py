@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..numbers.types import Column, Expression, Letter
-from .discretisation import discretisation
+from .discretisation import GroupoidForRule, LagrangianForRule, discretisation
 
 
 @discretisation(order=2, source="paper, section 3.6.1: the implicit midpoint rule")
-def midpoint(L: Any, G: Any, x: Column, u: Column, h: Letter) -> Expression:
+def midpoint(
+    L: LagrangianForRule, G: GroupoidForRule, x: Column, u: Column, h: Letter
+) -> Expression:
     """The Lagrangian at the middle of the step."""
     return h * L(G.target(x, u, h / 2), u)

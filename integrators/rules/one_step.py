@@ -10,11 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..errors import BadInput, arguments_checked, shown
+from ..numbers.types import Column, Function
+from ..scene import Scene
+from ..scene.affine import AffineLagrangian
 from .claims import Claims
 from .discretisation import Discretisation, check_effective, checked, described
+
+#: the scene as a map gets it, s; equations/ has the class of this name
+DualSystem: TypeAlias = Any
+#: (Z, residuals) of a map with stages
+Staged: TypeAlias = tuple[Column, list[Column]]
 
 
 @dataclass(frozen=True)
@@ -38,11 +46,11 @@ class OneStepMap(Discretisation):
         """False: it follows the vector field."""
         return False
 
-    def applies(self, scene: Any) -> bool:
+    def applies(self, scene: Scene) -> bool:
         """True if the scene has a vector field on the dual, and a groupoid on which it exists."""
         return not self.refusal(scene)
 
-    def refusal(self, scene: Any) -> str:
+    def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the map has no meaning for the scene, or ""."""
         if scene.all_constraints:
             return (
@@ -59,7 +67,8 @@ class OneStepMap(Discretisation):
                 f"{self.name} is a method for Lagrangians ϑ(x)·v − H(x), given by one_form= and "
                 f"hamiltonian=, and that of {scene.name} is none."
             )
-        if self.one_form == "half" and not scene.lagrangian.halved(scene):
+        of = scene.lagrangian
+        if self.one_form == "half" and isinstance(of, AffineLagrangian) and not of.halved(scene):
             return (
                 f"{self.name} needs coordinates in which half of the components of ϑ vanish, and "
                 f"those of {scene.name} do not: add the differential of a function to its one-form "
@@ -87,7 +96,7 @@ def one_step(
     keeps: str | Sequence[str] = (),
     effective: int | None = None,
     one_form: str = "",
-) -> Callable[[Callable[..., Any]], OneStepMap]:
+) -> Callable[[Function], OneStepMap]:
     """Decorator: make a one-step map from a function (s, z, h).
 
     With implicit=True the function is (s, z, Z, h) and gives the residual in the new Z; with
@@ -113,7 +122,7 @@ def one_step(
     said = None if claims == Claims() else claims
     wanted = "(s, z, Z, h)" if implicit else "(s, z, h, K)" if stages else "(s, z, h)"
 
-    def make(formula: Callable[..., Any]) -> OneStepMap:
+    def make(formula: Function) -> OneStepMap:
         label, about = described("one-step map", formula, wanted, name, source)
         return OneStepMap(label, formula, order, about, stages, groupoids=where, implicit=implicit,
                           claims=said, effective=effective, one_form=one_form)  # fmt: skip

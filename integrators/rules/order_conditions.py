@@ -15,15 +15,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from math import factorial
-from typing import Any
 
 import numpy as np
 
 from ..errors import BadInput
 from ..numbers import LazyModule, exact, sympy, working_digits
-from ..numbers.types import Mpf
+from ..numbers.types import Exact, Given, GivenVector, Mpf, Scalar, Scalars
 
-mpmath: Any = LazyModule("mpmath")
+mpmath = LazyModule("mpmath")
 Word = tuple[int, ...]
 
 MOST_ORDER = 10  # there are too many conditions of higher orders
@@ -57,7 +56,7 @@ def conditions(order: int, over: int, odd: bool) -> list[Word]:
     return [w for weight in range(1, order + 1) for w in lyndon_words(weight, over, odd)]
 
 
-def gap(word: Word, sizes: Sequence[Any], in_turn: bool) -> Any:
+def gap(word: Word, sizes: Scalars, in_turn: bool) -> Scalar:
     """Return the word's coefficient in the composition minus the required one.
 
     in_turn: True if the first, third, … of the sizes are steps of the adjoint.
@@ -66,7 +65,7 @@ def gap(word: Word, sizes: Sequence[Any], in_turn: bool) -> Any:
     for i, size in enumerate(sizes):
         powers = [size**k if k % 2 or not in_turn or i % 2 else -(size**k) for k in word]
         for j in range(len(word), 0, -1):
-            term: Any = 1
+            term: Scalar = 1
             for first in range(j - 1, -1, -1):
                 term *= powers[first]
                 found[j] += found[first] * term / factorial(j - first)
@@ -98,7 +97,7 @@ class OwnNumbers:
     method. Exact numbers stay unchanged.
     """
 
-    numbers: tuple[Any, ...]
+    numbers: tuple[Exact, ...]
     rounded: tuple[Fraction, ...]
     in_turn: bool = False
     over: int = 2  # the order of the composed steps
@@ -200,17 +199,17 @@ def _slopes(word: Word, sizes: tuple[float, ...], in_turn: bool) -> tuple[float,
     return tuple(found)
 
 
-def _mpf(value: Any, digits: int) -> Mpf:
+def _mpf(value: Exact, digits: int) -> Mpf:
     if isinstance(value, Fraction):
         return mpmath.mpf(value.numerator) / value.denominator
     return mpmath.mpf(value._to_mpmath(mpmath.mp.prec + 20))
 
 
-def read(values: Any, what: str) -> tuple[list[Any], list[Fraction]]:
+def read(values: GivenVector, what: str) -> tuple[list[Exact], list[Fraction]]:
     """Return exact numbers and the largest error of each; raises `BadInput` unless real."""
     if isinstance(values, str | bytes) or not hasattr(values, "__iter__"):
         raise BadInput(f"{what}: give a list of coefficients, such as [1/4, 1/2, 1/4].")
-    found, rounded = list[Any](), list[Fraction]()
+    found, rounded = list[Exact](), list[Fraction]()
     for i, value in enumerate(values):
         name = f"{what}: coefficient {i + 1}"
         complex_ = getattr(value, "is_real", None) is False or hasattr(value, "_mpc_")
@@ -226,7 +225,7 @@ def read(values: Any, what: str) -> tuple[list[Any], list[Fraction]]:
     return found, rounded
 
 
-def check_sum(what: str, numbers: Sequence[Any], rounded: Sequence[Fraction]) -> None:
+def check_sum(what: str, numbers: Sequence[Exact], rounded: Sequence[Fraction]) -> None:
     """Raise `BadInput` unless the numbers add up to 1, as far as they are known."""
     total = sum(numbers, Fraction(0))
     missing = total - 1
@@ -241,7 +240,7 @@ def check_sum(what: str, numbers: Sequence[Any], rounded: Sequence[Fraction]) ->
         )
 
 
-def _rounded(value: Any) -> Fraction:
+def _rounded(value: Given) -> Fraction:
     if isinstance(value, str):
         decimals = re.fullmatch(r"\s*[+-]?\d*\.(\d+)\s*", value)
         places = len(decimals[1]) if decimals else 0

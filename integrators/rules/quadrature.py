@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 from ..numbers import LazyModule, working_digits
 from ..numbers.types import Mpf
 
-mpmath: Any = LazyModule("mpmath")
+mpmath = LazyModule("mpmath")
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..numbers.types import Column, Expression, Letter
-from .discretisation import discretisation
+from .discretisation import GroupoidForRule, LagrangianForRule, discretisation
 
 
 @discretisation(order=1, source="paper, section 3.7 (heavy top): L_d = h L(x, u)")
-def rectangle(L: Any, G: Any, x: Column, u: Column, h: Letter) -> Expression:
+def rectangle(
+    L: LagrangianForRule, G: GroupoidForRule, x: Column, u: Column, h: Letter
+) -> Expression:
     """The Lagrangian at the start of the step; symplectic Euler on the pair groupoid."""
     return h * L(x, u)

@@ -11,19 +11,18 @@ Wanner, III.3).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import wraps
 from itertools import accumulate
-from typing import Any
 
 from ..errors import BadInput, arguments_checked, check_function, shown
 from ..numbers import to_sympy, working_digits
-from ..numbers.types import Column, Letter, Mpf
+from ..numbers.types import Column, Exact, Expression, Function, GivenVector, Letter, Mpf
 from .composition import described_own, with_own
 from .discretisation import Discretisation
-from .one_step import OneStepMap
+from .one_step import DualSystem, OneStepMap
 from .order_conditions import OwnNumbers, check_sum, read
 from .rectangle import rectangle
 
@@ -43,11 +42,11 @@ class Share:
             return sum(sizes[i] for i in self.places)
 
     @property
-    def exact(self) -> Any:
+    def exact(self) -> Exact:
         """The sum of the numbers as they were given."""
         return sum((self.own.numbers[i] for i in self.places), Fraction(0))
 
-    def letter(self, s: Any) -> Any:
+    def letter(self, s: DualSystem) -> Expression:
         """Return an exact number, or a letter if it was rounded."""
         rounded = any(self.own.rounded[i] for i in self.places)
         return s.constant(self) if rounded else to_sympy(self.exact)
@@ -55,9 +54,9 @@ class Share:
 
 @arguments_checked
 def splitting(
-    coefficients: Any,
+    coefficients: GivenVector,
     *,
-    parts: Sequence[Callable[..., Any]] | None = None,
+    parts: Sequence[Function] | None = None,
     first: str = "kinetic",
     order: int | None = None,
     name: str | None = None,
@@ -105,7 +104,7 @@ def splitting(
     return OneStepMap(label, _formula(given, own), reached, about)
 
 
-def _functions(parts: Any) -> tuple[Callable[..., Any], ...]:
+def _functions(parts: Sequence[Function]) -> tuple[Function, ...]:
     if not isinstance(parts, list | tuple) or len(parts) < 2:
         raise BadInput("splitting: parts= is a list of two or more functions (x, mu, p).")
     for i, part in enumerate(parts):
@@ -113,7 +112,7 @@ def _functions(parts: Any) -> tuple[Callable[..., Any], ...]:
     return tuple(parts)
 
 
-def _formula(parts: tuple[Callable[..., Any], ...], own: OwnNumbers) -> Callable[..., Any]:
+def _formula(parts: tuple[Function, ...], own: OwnNumbers) -> Function:
     """Return the map, as a function of the module of the first part."""
     legs: list[tuple[int, tuple[int, ...]]] = []  # (part, places of the coefficients)
     for i in range(len(own.numbers)):
@@ -126,7 +125,7 @@ def _formula(parts: tuple[Callable[..., Any], ...], own: OwnNumbers) -> Callable
     shares = [(part, Share(own, places)) for part, places in legs]
 
     @wraps(parts[0])
-    def formula(s: Any, z: Column, h: Letter) -> Column:
+    def formula(s: DualSystem, z: Column, h: Letter) -> Column:
         s.check_parts(parts)
         for part, share in shares:
             if share.exact:

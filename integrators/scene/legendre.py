@@ -11,7 +11,7 @@ from ..errors import CannotMeasure
 from ..numbers import LazyModule, jacobian, to_sympy
 from ..numbers.types import Column, Expression
 
-mpmath: Any = LazyModule("mpmath")
+mpmath = LazyModule("mpmath")
 sympy: Any = LazyModule("sympy")
 
 # largest number of momenta that the equation v = ∂H/∂μ couples, solved for as letters
