@@ -6,20 +6,19 @@ values add up without it, since |a b| = |a| |b| and the terms of (a + b)^k add u
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..numbers import jacobian, sympy
+from ..numbers.types import Expression, Letter
 from .symbols import SceneSymbols
 
 #: degree → sum of the absolute values of the terms of that degree
-Degrees = dict[int, Any]
+Degrees = dict[int, Expression]
 
 
 class _NoPolynomial(Exception):
     """A function, a root or a quotient of letters in which degrees are counted."""
 
 
-def absolute_terms(e: Any) -> Any:
+def absolute_terms(e: Expression) -> Expression:
     """Return the sum of the absolute values of an expression's terms, products multiplied out."""
     if e.is_Add or e.is_Mul:
         return e.func(*map(absolute_terms, e.args))
@@ -28,7 +27,7 @@ def absolute_terms(e: Any) -> Any:
     return sympy.Abs(e, evaluate=bool(e.is_Atom))
 
 
-def energy_terms(s: SceneSymbols) -> Any:
+def energy_terms(s: SceneSymbols) -> Expression:
     """Return the sum of the absolute values of the terms of H at (x, ξ), ξ in the letters `s.u`.
 
     A term t of l has the part ξ·∂t/∂ξ − t in H: (k − 1) t, if it is of degree k in ξ. For degree 1
@@ -40,7 +39,7 @@ def energy_terms(s: SceneSymbols) -> Any:
     return sympy.Add(*[_in_energy(t, s) for t in sympy.Add.make_args(s.lagrangian)])
 
 
-def _in_energy(t: Any, s: SceneSymbols) -> Any:
+def _in_energy(t: Expression, s: SceneSymbols) -> Expression:
     if not t.free_symbols & set(s.u):
         return absolute_terms(t)
     try:
@@ -53,12 +52,12 @@ def _in_energy(t: Any, s: SceneSymbols) -> Any:
     return sympy.Add(*[max(1, abs(k - 1)) * size for k, size in found.items()])
 
 
-def _degrees(e: Any, letters: frozenset[Any]) -> Degrees:
+def _degrees(e: Expression, letters: frozenset[Letter]) -> Degrees:
     """Return {k: sum of the absolute terms of degree k in the letters}; raises `_NoPolynomial`."""
     if e in letters:
         return {1: sympy.Abs(e)}
     if e.is_Add:
-        found: dict[int, list[Any]] = {}
+        found: dict[int, list[Expression]] = {}
         for part in e.args:
             for k, size in _degrees(part, letters).items():
                 found.setdefault(k, []).append(size)
@@ -82,7 +81,7 @@ def _degrees(e: Any, letters: frozenset[Any]) -> Degrees:
 
 
 def _product(one: Degrees, other: Degrees) -> Degrees:
-    found: dict[int, list[Any]] = {}
+    found: dict[int, list[Expression]] = {}
     for j, a in one.items():
         for k, b in other.items():
             found.setdefault(j + k, []).append(a * b)

@@ -19,8 +19,8 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable
 from functools import cached_property
-from typing import Any
 
+from ..groupoids.groupoid import Groupoid
 from ..numbers import Node, NodeMatrix, opaque, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Discretisation
@@ -209,7 +209,7 @@ class Arrows:
         return self._cancelled(self.minus.jacobian(list(element.g)) * element.fields[0])
 
     @property
-    def _arrow(self) -> tuple[Any, Any]:
+    def _arrow(self) -> tuple[Groupoid | Element, Column]:
         """The object that knows the target, and an arrow in its letters: u in the chart, or g."""
         element = self.element
         return (self.groupoid, self.s.u) if element is None else (element, element.g)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 from ..errors import BadInput, line_of
 from ..numbers import (
@@ -25,14 +25,19 @@ from ..numbers.types import (
     Column,
     Exact,
     Expression,
+    Expressions,
     Letter,
     Numbers,
+    SymbolicMatrix,
 )
 from ..rules import Discretisation
 from ..scene import Scene
 from .continuous import inverse_two_form, mass_matrix, momentum, two_form
 from .discrete_lagrangian import DiscreteLagrangian
 from .symbols import SceneSymbols
+
+#: what a matrix is called, in a dictionary of several
+Which = TypeVar("Which")
 
 
 def check_letters(of: DiscreteLagrangian, rule: Discretisation) -> None:
@@ -99,14 +104,14 @@ def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:
 
 
 def singular(
-    asked: dict[Any, Any],
+    asked: Mapping[Which, SymbolicMatrix],
     s: SceneSymbols,
     state: Column,
     w: Column,
     scene: Scene,
     graph: Graph | None = None,
     alike: Sequence[dict[Letter, Letter]] = (),
-) -> dict[Any, Any]:
+) -> dict[Which, Column]:
     """Return {which: a direction that it maps to 0} of matrices that are singular at three points.
 
     They are matrices of sympy, or of nodes of the graph.
@@ -139,7 +144,7 @@ def singular(
     return found
 
 
-def start_sizes(s: SceneSymbols, scene: Scene) -> dict[Letter, Any]:
+def start_sizes(s: SceneSymbols, scene: Scene) -> dict[Letter, Expression]:
     """Return the sizes of x, ξ, μ and h at the start of a scene, in its units, exact or of 30
     digits.
 
@@ -148,7 +153,7 @@ def start_sizes(s: SceneSymbols, scene: Scene) -> dict[Letter, Any]:
     """
     time = to_sympy(scene.duration)
 
-    def filled(values: Sequence[Any], otherwise: Any) -> list[Any]:
+    def filled(values: Expressions, otherwise: Expression) -> list[Expression]:
         sizes = [abs(e) for e in values]
         largest = max(sizes, default=0) or otherwise
         return [e or largest for e in sizes]
@@ -157,7 +162,7 @@ def start_sizes(s: SceneSymbols, scene: Scene) -> dict[Letter, Any]:
     v = filled(list(map(to_sympy, scene.v0)), max(x, default=sympy.Integer(1)) / time)
     found = dict(zip([*s.position, *s.u, s.h], [*x, *v, to_sympy(scene.step)], strict=True))
     found |= {e: time for e in [*s.x] if e not in found}
-    mu: Sequence[Any] = [] if scene.mu0 is None else list(map(to_sympy, scene.mu0))
+    mu: Expressions = [] if scene.mu0 is None else list(map(to_sympy, scene.mu0))
     if scene.lagrangian is not None and scene.mu0 is None:
         given = zip([*s.x], map(to_sympy, s.with_time(scene.x0)), strict=True)
         at = dict(given) | {e: found[e] for e in s.u} | s.exact_parameters(scene)

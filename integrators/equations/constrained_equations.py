@@ -15,11 +15,11 @@ A step so is a map on (x, μ); u, both impulses and the velocity at the end are 
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..errors import BadInput, CannotMeasure
 from ..numbers import evaluate_matrix, null_direction, shown, sympy, to_sympy
+from ..numbers.types import Expression
 from ..rules import Discretisation
+from ..scene.scene import Scene
 from .absolute_terms import absolute_terms
 from .checks import named, singular
 from .constraints import (
@@ -84,7 +84,7 @@ class ConstrainedEquations(StepEquations):
     @property
     def symmetric(self) -> bool:
         """True if a step meets the constraints in the same way from both of its ends."""
-        thetas: dict[Any, Any] = {}
+        thetas: dict[Expression, Expression] = {}
         for weight, point in self.asked:
             block = next((b for b in self.of.points if b.letters == point), None)
             theta = sympy.Integer(0) if block is None else block.theta
@@ -114,7 +114,7 @@ class ConstrainedEquations(StepEquations):
                 "composition of one that is its own adjoint."
             )
 
-    def check_regular(self, scene: Any, rule: Discretisation) -> None:
+    def check_regular(self, scene: Scene, rule: Discretisation) -> None:
         """Raise `BadInput` for redundant constraints, and if ∂²l/∂ξ² is singular everywhere.
 
         Redundant are those that follow from others, or vanish, at the start. Constraints may fix a

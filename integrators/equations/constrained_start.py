@@ -7,14 +7,14 @@ terms. At a row (x, μ) of a run ξ = M⁻¹(μ − …) is known to M⁻¹ time
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from ..errors import BadInput
 from ..numbers import Arithmetic, arithmetic, jacobian, numeric, sympy
-from ..numbers.types import Exact, Number, Vector
+from ..numbers.types import Exact, Function, Matrix, Number, Numbers, Vector
 from ..scene import Scene
 from .constraints import constraint, constraint_matrix, constraint_shift
 from .continuous import initial_momentum, mass_matrix
@@ -141,8 +141,8 @@ def _projected(
 
 
 def _gap(
-    what: str, values: Any, n: int, z: list[Vector], of_xi: Number
-) -> tuple[_Gap, Vector, Any]:
+    what: str, values: Sequence[Matrix], n: int, z: list[Vector], of_xi: Number
+) -> tuple[_Gap, Vector, Matrix]:
     """Return how far a constraint is off, its rows and their slope, from values of `_constraints`.
 
     z: x with any time, and ξ. An entry of x is known to the round-off of the largest of n, the time
@@ -155,7 +155,7 @@ def _gap(
     return _Gap(what, _largest(off), max(parts)), off, slope
 
 
-def _in(numbers: Arithmetic, values: Any) -> Vector:
+def _in(numbers: Arithmetic, values: Numbers) -> Vector:
     """Return a vector of an arithmetic's numbers."""
     return numbers.array([numbers.number(e) for e in values], len(values))
 
@@ -165,13 +165,13 @@ def _largest(entries: Vector) -> Number:
 
 
 @lru_cache(maxsize=64)
-def _mass(s: SceneSymbols, numbers: Arithmetic) -> Callable[..., Any]:
+def _mass(s: SceneSymbols, numbers: Arithmetic) -> Function:
     """Return ∂²l/∂ξ² as f(x, ξ, parameters)."""
     return numeric({"x": s.x, "u": s.u, "p": s.parameter_list}, [mass_matrix(s)], numbers)
 
 
 @lru_cache(maxsize=64)
-def _constraints(s: SceneSymbols, numbers: Arithmetic) -> list[tuple[str, Callable[..., Any], int]]:
+def _constraints(s: SceneSymbols, numbers: Arithmetic) -> list[tuple[str, Function, int]]:
     """Return for each constraint (its name; a function; 0 or 1 if x or ξ is to be changed).
 
     The function gives rows, their slope and terms, at x, ξ, any h and parameters.

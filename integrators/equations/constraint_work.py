@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
 
 from ..numbers import Arithmetic, jacobian, numeric
-from ..numbers.types import Number, Vector
+from ..numbers.types import Number, Numbers, Vector
 from .constraints import constraint_matrix, constraint_shift, reaction_matrix
 from .continuous import mass_matrix, momentum, rates
 from .symbols import SceneSymbols
@@ -35,7 +34,7 @@ def constraint_power(s: SceneSymbols, numbers: Arithmetic) -> Callable[..., Numb
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "h": s.h, "p": s.parameter_list}
     f = numeric(letters, [A, B, mass_matrix(s), list(free), list(turning)], numbers)
 
-    def power(x: Vector, xi: Vector, mu: Vector, p: Any) -> Number:
+    def power(x: Vector, xi: Vector, mu: Vector, p: Numbers) -> Number:
         rows, reactions, mass, force, turned = f(x, xi, mu, 1, p)
         left = rows @ numbers.solve(mass, reactions.T)
         multipliers = numbers.solve(left, -rows @ numbers.solve(mass, force) - turned)

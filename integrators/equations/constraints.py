@@ -5,8 +5,9 @@ The rows of φ come first, of all constraints of the scene, then those given for
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ..errors import RAISED, BadInput, shown
 from ..numbers import jacobian, sympy
@@ -72,7 +73,7 @@ def vanishing_in_a_step(of: DiscreteLagrangian) -> Column:
     return met_by_velocity(of.s, points)
 
 
-def met_by_velocity(s: SceneSymbols, points: list[tuple[Any, Column]]) -> Column:
+def met_by_velocity(s: SceneSymbols, points: list[tuple[Expression, Column]]) -> Column:
     """Return Σ ω/h (A(x) u − a(x)) over points (ω, x), of the rows given for the velocity."""
     found = [(weight / s.h, _given(s, tuple(x))) for weight, x in points]
     terms = [weight * (given.rows * s.u - given.shift) for weight, given in found]
@@ -111,7 +112,7 @@ def _parts(s: SceneSymbols, x: Column, each: Constraint) -> ConstraintParts:
     given = s.evaluated(each.function, "its constraint", x[: s.n, :], s.parameters, *time)
     words = "x, p and t" if each.timed else "x and p"
 
-    def checked(entries: Any) -> list[Expression]:
+    def checked(entries: Iterable[Expression]) -> list[Expression]:
         found = s.scalars(entries, "its constraint", each.function)
         s.refuse_unknown(found, x.free_symbols, "its constraint", each.function, words)
         return list(found)

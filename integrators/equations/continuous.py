@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
 
 from ..errors import BadInput, CannotMeasure
 from ..numbers import Arithmetic, jacobian, numeric, sympy
@@ -125,7 +124,7 @@ def rates(s: SceneSymbols) -> Column:
     return x_dot.col_join(mu_dot + s.force if s.forced else mu_dot)
 
 
-def field_parts(s: SceneSymbols) -> list[Any]:
+def field_parts(s: SceneSymbols) -> list[SymbolicMatrix]:
     """Return the parts of the field at (x, ξ, μ), ξ in the letters `s.u`, as columns of sympy.
 
     They are f = (ẋ, μ̇), its derivatives by z = (x, μ) and by ξ, ∂ξ/∂z·M = (−∂²l/∂ξ∂x, 1), and M,

@@ -10,8 +10,9 @@ from ..compiler import Step, kinds_of
 from ..errors import BadInput, line_of
 from ..groupoids import chart_extents
 from ..numbers import Scope, symbols_of, sympy, uncollected
-from ..numbers.types import Column, Expression, Letters, SymbolicMatrix
+from ..numbers.types import Column, Expression, Expressions, Letters, SymbolicMatrix
 from ..rules import Discretisation, adjoint
+from ..scene.scene import Scene
 from .arrows import Arrows
 from .checks import check_known, check_regular
 from .discrete_lagrangian import DiscreteLagrangian
@@ -60,7 +61,7 @@ class DiscreteEquations(StepEquations):
         """The equations of the adjoint rule, whose step is the inverse of Φ₋ₕ."""
         return DiscreteEquations(self.s.for_another_rule(), adjoint(self.rule))
 
-    def check_regular(self, scene: Any, rule: Discretisation) -> None:
+    def check_regular(self, scene: Scene, rule: Discretisation) -> None:
         """Raise `BadInput` if FL or the mass matrix is singular everywhere (`checks`)."""
         check_regular(self, scene, rule)
 
@@ -95,7 +96,7 @@ class DiscreteEquations(StepEquations):
     def step(self) -> Step:
         """The rows, their derivative and the update of a step, all divided by h."""
         maps, element = self.discrete, self.element
-        on_group = dict[str, Any]()
+        on_group = dict[str, Expressions]()
         if element is not None:
             on_group = {"along": self._along_group(), "branch": element.branch}
         used = self.discrete.L.free_symbols

@@ -7,7 +7,7 @@ way. A change of L_d is then a sum of covectors applied to the changes of nodes.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Hashable
 
 from ..errors import BadInput
 from ..groupoids import Clocked
@@ -48,8 +48,8 @@ class DiscreteLagrangian:
         #: (weight, L at a point and a velocity) wherever the rule asks for L
         self.asked: list[tuple[Expression, Expression]] = []
         self._points: dict[Expression, Point] = {}
-        self._charts: dict[Any, list[Node]] = {}
-        self._curves: dict[tuple[Any, ...], CurveTerm] = {}
+        self._charts: dict[Hashable, list[Node]] = {}
+        self._curves: dict[tuple[Hashable, ...], CurveTerm] = {}
         self.weighted = False  # True if L_d is a weighted sum of values of L, and nothing else
         self.element: Element | None = None
         self.L, self.G = LagrangianForRule(s), GroupoidForRule(s)

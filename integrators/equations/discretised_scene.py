@@ -22,7 +22,7 @@ from .step_equations import StepEquations
 from .symbols import SceneSymbols
 
 
-def _on_arrows(name: str) -> Any:
+def _on_arrows(name: str) -> property:
     """Return the property of that name of the arrows; without arrows it raises `CannotMeasure`."""
     doc = getattr(Arrows, name).__doc__
     return property(lambda of: getattr(of.equations.arrows_for(name), name), doc=doc)

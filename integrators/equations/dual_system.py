@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import Any, cast
+from typing import TypeAlias, cast
 
 from ..errors import BadInput, shown
 from ..groupoids import RetractionGroupoid
@@ -24,7 +24,16 @@ from ..numbers import (
     symbols_of,
     sympy,
 )
-from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
+from ..numbers.nodes import Nodes, Slopes
+from ..numbers.types import (
+    Column,
+    Expression,
+    Expressions,
+    Function,
+    Letter,
+    Letters,
+    SymbolicMatrix,
+)
 from ..scene import halves
 from .continuous import (
     closed_velocity,
@@ -37,14 +46,17 @@ from .continuous import (
 )
 from .symbols import SceneSymbols, column, vector
 
+#: letters, each with the matrix of derivatives by them
+Partials: TypeAlias = Iterable[tuple[Letters, SymbolicMatrix]]
+
 MOST_TERMS = 6  # terms of the series of a part's flow
 
 
 @cache
-def _answer() -> Any:
+def _answer() -> type:
     """Return the class of functions, without formulas, of a letter and its unknowns and states."""
 
-    def derivative(self: Any, s: Letter) -> Expression:
+    def derivative(self: Expression, s: Letter) -> Expression:
         raise BadInput(
             "it differentiates an answer of s, which has no formula; s.df is the derivative of "
             "s.f, s.dH that of s.H."
@@ -92,7 +104,7 @@ class DualSystem:
         self.velocity_rows: list[Column] = []
         self._points: dict[tuple[Expression, ...], Point] = {}
         self._charts: dict[tuple[Expression, ...], Column] = {}
-        self._parts: dict[Callable[..., Any], list[Column]] = {}
+        self._parts: dict[Function, list[Column]] = {}
 
     # -- what a map may ask ----------------------------------------------------------------------
 
@@ -168,7 +180,7 @@ class DualSystem:
         self._one_form(self._at(self._s.x))
         return halves(self._s.one_form)  # the map's refusal has seen that they are halves
 
-    def flow(self, part: Callable[..., Any], z: Column, h: Expression) -> Column:
+    def flow(self, part: Function, z: Column, h: Expression) -> Column:
         """Return the flow from z of a part(x, mu, p) of H for the time h: its series in h, if that
         ends.
 
@@ -185,7 +197,7 @@ class DualSystem:
             new += size * self._shown(self._named("zt", column(replaced(term, swap))))
         return new
 
-    def check_parts(self, parts: Sequence[Callable[..., Any]]) -> None:
+    def check_parts(self, parts: Sequence[Function]) -> None:
         """Raise `BadInput` unless the parts add up to H, except for a constant."""
         s = self._s
         if s.forced or s.clocked or s.degenerate:
@@ -207,13 +219,13 @@ class DualSystem:
                 f"{text}, which depends on the state."
             )
 
-    def _part(self, part: Callable[..., Any]) -> Expression:
+    def _part(self, part: Function) -> Expression:
         s = self._s
         found = s.call(part, "a part of H", s.position, s.mu, s.parameters)
         s.refuse_unknown(column([found]), {*s.x, *s.mu}, "a part of H", part, "x, mu and p")
         return found
 
-    def _series(self, part: Callable[..., Any]) -> list[Column]:
+    def _series(self, part: Function) -> list[Column]:
         """Return the derivatives of z along the field of a part of H, up to the last non-zero."""
         s = self._s
         if part not in self._parts:
@@ -322,7 +334,7 @@ class DualSystem:
             pending = symbols_of(v for v in values if v is not None) - seen
         return seen & {e for part in self._given for e in part}
 
-    def _check(self, z: Any) -> None:
+    def _check(self, z: Column) -> None:
         shape = getattr(z, "shape", None)
         if shape != (self.n + self.m, 1):
             given = f"a {shape[0]}×{shape[1]} matrix" if shape and len(shape) == 2 else shown(z)
@@ -369,7 +381,9 @@ class DualSystem:
             )
         return self._placed(at, "zo", lambda: self._s.one_form)
 
-    def _placed(self, at: Point, name: str, entries: Callable[[], Any], by: Any = None) -> Column:
+    def _placed(
+        self, at: Point, name: str, entries: Callable[[], Expressions], by: Partials | None = None
+    ) -> Column:
         """Return letters for entries in (x, ξ, μ) at a point, the same for each call."""
         if name not in at.answers:
             values = column(replaced(entries(), self._letters(at)))
@@ -380,12 +394,12 @@ class DualSystem:
         s = self._s
         return dict(zip([*s.x, *s.u, *self._mu], [*at.x, *at.xi, *at.mu], strict=True))
 
-    def _named(self, name: str, values: Column, by: Any = None) -> Column:
+    def _named(self, name: str, values: Column, by: Partials | None = None) -> Column:
         """Return letters for the values. by: their derivatives, where these are known."""
         letters = vector(f"{name}{self.graph.parts}", len(values))
         if len(values):
             graph = self.graph
-            slopes: Any = None if by is None else [
+            slopes: list[tuple[Nodes, Slopes]] | None = None if by is None else [
                 (graph.letters(letters), graph.matrix(matrix)) for letters, matrix in by
             ]  # fmt: skip
             self.scope.group(list(letters), graph.column(values), slopes)

@@ -8,11 +8,10 @@ this Hamilton–Pontryagin form): nothing else changes.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 from ..errors import BadInput, CannotMeasure
 from ..numbers import sympy
-from ..numbers.types import Column, Expression
+from ..numbers.types import Column, Expression, Letter
 from ..rules import Discretisation
 from .rule_view import GroupoidForRule, LagrangianForRule
 from .symbols import SceneSymbols
@@ -53,7 +52,9 @@ def with_momenta(s: SceneSymbols, rule: Discretisation) -> Discretisation:
         ) from error
     own = rule.stages
 
-    def formula(L: LagrangianForRule, G: Any, x: Column, u: Column, h: Any, s: Any) -> Expression:
+    def formula(
+        L: LagrangianForRule, G: GroupoidForRule, x: Column, u: Column, h: Letter, s: list[Column]
+    ) -> Expression:
         given = [s[:own]] if own else []
         return rule.formula(_Stationary(L.s, s[own:]), G, x, u, h, *given)
 

@@ -7,11 +7,12 @@ factorial of its size, and exists for a Lagrangian that is quadratic in the velo
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from ..numbers import Double, newton, numeric
+from ..numbers.arithmetic import Arithmetic
+from ..numbers.types import Matrix, Numbers, Vector
 from .continuous import closed_velocity, mass_matrix, momentum
 from .symbols import SceneSymbols
 
@@ -28,7 +29,7 @@ class LegendreInverse:
     start: ξ nearby, (r, m). A row without a solution is not a number.
     """
 
-    def __init__(self, s: SceneSymbols, numbers: Any) -> None:
+    def __init__(self, s: SceneSymbols, numbers: Arithmetic) -> None:
         self.numbers, self.double = numbers, isinstance(numbers, Double)
         #: True if ξ is given by a Hamiltonian, as ∂H/∂μ, or B ∂H for a degenerate Lagrangian
         self.closed = s.hamiltonian is not None
@@ -43,7 +44,7 @@ class LegendreInverse:
         letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
         self._maps = numeric(letters, [list(momentum(s)), mass], numbers, columns=self.double)
 
-    def __call__(self, x: Any, mu: Any, p: Any, start: Any) -> np.ndarray:
+    def __call__(self, x: Matrix, mu: Matrix, p: Numbers, start: Matrix) -> np.ndarray:
         if self.closed and self.double:
             found = np.asarray(self._maps(x.T, mu.T, p), dtype=float)
             return np.broadcast_to(found.T, mu.shape)
@@ -59,10 +60,10 @@ class LegendreInverse:
             found[part] = self._rows(x[part], mu[part], _of(p, part), start[part])
         return found
 
-    def _row(self, x: Any, mu: Any, start: Any, p: Any) -> Any:
+    def _row(self, x: Vector, mu: Vector, start: Vector, p: Numbers) -> Vector:
         """Solve one row, in any arithmetic."""
 
-        def change(xi: Any) -> Any:
+        def change(xi: Vector) -> Vector:
             value, mass = self._maps(x, xi, p)
             return self.numbers.solve(mass, mu - value)
 
@@ -70,7 +71,7 @@ class LegendreInverse:
         found = newton(change, start, max(map(abs, start), default=0), eps)
         return start * np.inf * 0 if found is None else found
 
-    def _rows(self, x: Any, mu: Any, p: Any, start: Any) -> np.ndarray:
+    def _rows(self, x: Matrix, mu: Matrix, p: Numbers, start: Matrix) -> np.ndarray:
         """Solve many rows in doubles: corrections are halved until the remainder shrinks."""
         left, mass = self._left(x, start, mu, p)
         if self.quadratic:
@@ -100,14 +101,14 @@ class LegendreInverse:
             size = np.maximum(size, np.abs(xi).sum(axis=1))
         return found
 
-    def _left(self, x: Any, xi: Any, mu: Any, p: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _left(self, x: Matrix, xi: Matrix, mu: Matrix, p: Numbers) -> tuple[np.ndarray, np.ndarray]:
         """Return μ − ∂l/∂ξ (r, m) and the mass matrix, (r, m, m), or (m, m) if it is constant."""
         # constant entries are integers, which beyond 2⁶³ numpy takes for objects
         value, mass = (np.asarray(e, dtype=float) for e in self._maps(x.T, xi.T, p))
         return mu - np.broadcast_to(value.T, mu.shape), np.moveaxis(mass, (0, 1), (-2, -1))
 
 
-def _of(p: Any, rows: Any) -> list[Any]:
+def _of(p: Numbers, rows: np.ndarray | slice) -> Numbers:
     """Return the parameters of some rows: those of a lattice may differ by row."""
     return [e[rows] if np.ndim(e) else e for e in p]
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from ..errors import BadInput, line_of
 from ..numbers import NotComputed, NotSmooth, sympy
+from ..numbers.types import Expression, Function, Letter
 from .checks import named
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def _blame(scheme: Any) -> BadInput:
     return _refusal(what, function)
 
 
-def check_finite(scene: Scene, s: SceneSymbols) -> tuple[str, Any]:
+def check_finite(scene: Scene, s: SceneSymbols) -> tuple[str, Expression]:
     """Raise `BadInput` if the Lagrangian (or Hamiltonian) is not finite and real.
 
     Returns its name, and the expression.
@@ -69,7 +70,7 @@ def check_smooth(scene: Scene, s: SceneSymbols) -> None:
         raise _refusal(f"the force of {scene.name}", scene.force)
 
 
-def _refusal(what: str, function: Callable[..., Any] | None) -> BadInput:
+def _refusal(what: str, function: Function | None) -> BadInput:
     place = _line(function)
     return BadInput(
         (f"{place}: " if place else "")
@@ -79,13 +80,13 @@ def _refusal(what: str, function: Callable[..., Any] | None) -> BadInput:
     )
 
 
-def _breaks(e: Any, letters: set[Any] | None = None) -> bool:
+def _breaks(e: Expression, letters: set[Letter] | None = None) -> bool:
     """True if the expression is made of pieces, of functions of the letters if some are given."""
     found = e.atoms(sympy.Abs, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside, sympy.Piecewise)
     return any(letters is None or part.free_symbols & letters for part in found)
 
 
-def _line(function: Callable[..., Any] | None) -> str:
+def _line(function: Function | None) -> str:
     """Return the first possible line of a user's function, or its start; "" for ours."""
     place = line_of(function)
     with suppress(OSError, TypeError):

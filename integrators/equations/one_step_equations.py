@@ -16,6 +16,7 @@ from ..errors import BadInput, CannotMeasure, line_of
 from ..numbers import replaced, shown, symbols_of, sympy
 from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
 from ..rules import Discretisation
+from ..scene.scene import Scene
 from .checks import singular
 from .dual_system import DualSystem
 from .step_equations import StepEquations
@@ -89,7 +90,7 @@ class OneStepEquations(StepEquations):
             wanted=tuple(0 * w), explicit=True,
         )  # fmt: skip
 
-    def check_regular(self, scene: Any, rule: Discretisation) -> None:
+    def check_regular(self, scene: Scene, rule: Discretisation) -> None:
         """Raise `BadInput` if the rows do not determine w: ∂rows/∂w singular at two points."""
         slopes = (part for kind, part in self.unknowns if kind == "slope")
         alike = [dict(zip(part, self.state, strict=True)) for part in slopes]
@@ -104,7 +105,7 @@ class OneStepEquations(StepEquations):
 
     # -- asking the map --------------------------------------------------------------------------
 
-    def _asked(self, *arguments: Any) -> Any:
+    def _asked(self, *arguments: Column | Letter) -> Any:
         return self.s.evaluated(self.rule.formula, f"map {self.rule.name}", self.view, *arguments)
 
     def _state(self, given: Any, what: str) -> Column:

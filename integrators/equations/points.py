@@ -5,10 +5,10 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
 
 from ..groupoids import Motion
 from ..numbers import Frame, Node, NodeMatrix, Scope, symbols_of
+from ..numbers.nodes import Nodes, Slopes
 from ..numbers.types import Column, Expression
 from .symbols import column
 
@@ -80,7 +80,7 @@ def place_point(
     def slopes(nodes: list[Node]) -> NodeMatrix:
         return Scope(graph).jacobian(values, nodes)
 
-    partials: list[Any] = [
+    partials: list[tuple[Nodes, Slopes]] = [
         (nodes, partial(slopes, nodes))
         for nodes in (graph.letters(c) for c in further if len(c) and symbols & set(c))
     ]

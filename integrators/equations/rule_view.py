@@ -25,10 +25,10 @@ from .symbols import SceneSymbols, column
 def answer(name: str, value: Callable[..., Expression]) -> Any:
     """Return a class of sympy functions whose applications stand for value(*arguments)."""
 
-    def written_out(self: Any) -> Expression:
+    def written_out(self: Expression) -> Expression:
         return value(*self.args)
 
-    def derivative(self: Any, s: Letter) -> Expression:
+    def derivative(self: Expression, s: Letter) -> Expression:
         return written_out(self).diff(s)
 
     members = {
@@ -53,10 +53,10 @@ class GroupoidForRule:
         self.groupoid, self.s, self.written = s.groupoid, s, written
         n, m = s.groupoid.dim_x, s.groupoid.dim_u
 
-        def target(i: Any, *a: Expression) -> Expression:
+        def target(i: Expression, *a: Expression) -> Expression:
             return s.groupoid.target(column(a[:n]), column(a[n:-1]), a[-1])[int(i)]
 
-        def velocity(i: Any, *a: Expression) -> Expression:
+        def velocity(i: Expression, *a: Expression) -> Expression:
             x, w, dw = (column(part) for part in (a[:n], a[n : n + m], a[n + m : -1]))
             return (s.groupoid.inverse_left(x, w, a[-1]) * dw)[int(i)]
 
@@ -98,7 +98,7 @@ class GroupoidForRule:
                     f"but {length} are needed."
                 )
 
-    def _each(self, kind: Any, length: int, *arguments: Expression) -> Column:
+    def _each(self, kind: type, length: int, *arguments: Expression) -> Column:
         given = [floats_exact(a) for a in arguments]
         answers = (kind(i, *given) for i in range(length))
         return column(a.written_out() if self.written else a for a in answers)
@@ -220,7 +220,7 @@ def written(e: Expression) -> Expression:
     return e
 
 
-def answers_of(args: Expressions, kind: Any) -> Expressions | None:
+def answers_of(args: Expressions, kind: type) -> Expressions | None:
     """Return the arguments after the index if they are entries 0, 1, … of one answer, or None."""
     if not args or not all(isinstance(a, kind) for a in args):
         return None

@@ -14,6 +14,8 @@ from ..compiler import Kind, Step, kinds_of
 from ..errors import CannotMeasure
 from ..numbers import Graph, Scope, sympy, uncollected
 from ..numbers.types import Column, SymbolicMatrix
+from ..rules.discretisation import Discretisation
+from ..scene.scene import Scene
 from .arrows import Arrows
 from .on_group import Element
 from .symbols import SceneSymbols, column
@@ -36,11 +38,11 @@ class StepEquations:
     #: a mark of equations that share step and groupoid with others (`DiscreteEquations.altered`)
     mark = ""
     unknowns: Sequence[tuple[Kind, Column]]
-    rows: Any
-    increment: Any
+    rows: Column
+    increment: Column
     scope: Scope
 
-    def __init__(self, s: SceneSymbols, rule: Any) -> None:
+    def __init__(self, s: SceneSymbols, rule: Discretisation) -> None:
         self.s, self.rule, self.groupoid = s, rule, s.groupoid
         self.x, self.u, self.y, self.v, self.h = s.x, s.u, s.y, s.v, s.h
         self.z = column([*s.x, *s.mu])
@@ -70,7 +72,7 @@ class StepEquations:
         """Return the refusal of `name`, an attribute of arrows."""
         raise NotImplementedError
 
-    def check_regular(self, scene: Any, rule: Any) -> None:
+    def check_regular(self, scene: Scene, rule: Discretisation) -> None:
         """Raise `BadInput` if a step does not determine its unknowns anywhere."""
 
     @property
@@ -98,7 +100,7 @@ class StepEquations:
         return self.scope.graph
 
     @cached_property
-    def fields(self) -> tuple[Any, ...]:
+    def fields(self) -> tuple[SymbolicMatrix, ...]:
         """The groupoid's own matrices: those of the Poisson tensor, or ρ, L, R of the arrows."""
         return self.groupoid.rho(self.x, self.h), *self.groupoid.structure_functions(self.x, self.h)
 

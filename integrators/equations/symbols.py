@@ -23,7 +23,19 @@ from ..numbers import (
     sympy,
     to_sympy,
 )
-from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
+from ..numbers.types import (
+    Column,
+    Exact,
+    Expression,
+    Function,
+    Given,
+    GivenVector,
+    Letter,
+    Mpf,
+    Number,
+    Replacement,
+    SymbolicMatrix,
+)
 from ..scene import Conserved, OnGroup, Scene, entries_of, takes_fourth
 
 #: names of coordinates, coefficients and intermediate results
@@ -97,7 +109,7 @@ class SceneSymbols:
         self.x, self.u, self.v, self.h = own["x"], own["u"], own["v"], own["h"]
         self.y = vector("y", self.groupoid.dim_x)
         self.mu = vector("mu", m)
-        self.constants: dict[Letter, Callable[[int], Any]] = {}
+        self.constants: dict[Letter, Callable[[int], Mpf]] = {}
         self.parameters = SimpleNamespace()
         self.parameter_list: list[Letter] = []
         for name, value in scene.parameters.items():
@@ -134,7 +146,7 @@ class SceneSymbols:
         """Return letters of a square matrix."""
         return sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"{letter}_{i}_{j}", real=True))
 
-    def _parameter(self, name: str, value: Any) -> Letter | SymbolicMatrix:
+    def _parameter(self, name: str, value: Exact) -> Letter | SymbolicMatrix:
         if _TAKEN.fullmatch(name):
             name = f"p.{name}"  # no identifier, so no other symbol has it
         if not isinstance(value, tuple):
@@ -174,7 +186,9 @@ class SceneSymbols:
         m = len(self.u)
         return [self.stages[i : i + m, :] for i in range(0, len(self.stages), m)]
 
-    def q_values(self, step: Any, parameters: Sequence[Any], numbers: Arithmetic) -> list[Number]:
+    def q_values(
+        self, step: Exact, parameters: Sequence[Exact], numbers: Arithmetic
+    ) -> list[Number]:
         """Return the values of `q` at B = e, as numbers of an arithmetic.
 
         parameters: their values in the order of `parameter_list` (`Scene.parameter_values`).
@@ -183,7 +197,7 @@ class SceneSymbols:
         e = [int(entry) for entry in self.identity_translate.values()]
         return [numbers.number(v) for v in (step, *parameters, *constants, *e)]
 
-    def constant(self, value: Callable[[int], Any]) -> Letter:
+    def constant(self, value: Callable[[int], Mpf]) -> Letter:
         """Return a letter for a number that `value(digits)` computes to any number of digits."""
         for symbol, known in self.constants.items():
             if known == value:
@@ -205,14 +219,14 @@ class SceneSymbols:
         """x without the time, n×1."""
         return self.x[: self.n, :]
 
-    def with_time(self, x: Any, t: Any = 0) -> Any:
+    def with_time(self, x: Given, t: Given = 0) -> Given:
         """Return a point of `position` with the time t behind it if x contains one."""
         if not self.clocked or not np.iterable(x):  # other values are refused elsewhere
             return x
         given = list(x)
         return [*given, t] if len(given) == self.n else given
 
-    def call(self, function: Callable[..., Any], what: str, *arguments: Any) -> Expression:
+    def call(self, function: Function, what: str, *arguments: Any) -> Expression:
         """Return the scalar that a user's function gives for symbols.
 
         what: its name in messages. Raises `BadInput`, one sentence with the line, for any error of
@@ -220,7 +234,7 @@ class SceneSymbols:
         """
         return self.scalar(self.evaluated(function, what, *arguments), what, function)
 
-    def evaluated(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
+    def evaluated(self, function: Function, what: str, *arguments: Any) -> Any:
         """Return the result of a user's function for symbols; raises as `call` does."""
         try:
             with short_numbers(f"{self.name}: {what}"):
@@ -241,11 +255,11 @@ class SceneSymbols:
                 f"({type(error).__name__}: {error}); {remedy(error)}."
             ) from error
 
-    def _at(self, function: Any, what: str, error: BaseException | None = None) -> str:
+    def _at(self, function: Function | None, what: str, error: BaseException | None = None) -> str:
         place = line_of(function, error)
         return (f"{place}: " if place else "") + f"{self.name}: {what}"
 
-    def scalar(self, value: Any, what: str, function: Any = None) -> Expression:
+    def scalar(self, value: Given, what: str, function: Function | None = None) -> Expression:
         """Return a sympy scalar of an expression or a 1×1 matrix, with floats made exact.
 
         Raises `BadInput` for anything else, naming the function that gave it.
@@ -270,7 +284,7 @@ class SceneSymbols:
         refuse_large(expression, place)
         return floats_exact(expression)
 
-    def scalars(self, values: Iterable[Any], what: str, function: Any) -> Column:
+    def scalars(self, values: GivenVector, what: str, function: Function | None) -> Column:
         """Return a column of `scalar`s; raises `BadInput` also if one is not finite and real."""
         found = column(self.scalar(e, what, function) for e in values)
         if found.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I):
@@ -337,12 +351,12 @@ class SceneSymbols:
         arguments = self._at_point(self._lagrangian, x, v)
         return self.call(self._lagrangian, "its Lagrangian", *arguments)
 
-    def _at_point(self, function: Callable[..., Any], x: Column, v: Column) -> tuple[Any, ...]:
+    def _at_point(self, function: Function, x: Column, v: Column) -> tuple[Any, ...]:
         """Return the arguments of a function of (x, v, p) or (x, v, p, t)."""
         time = (x[self.n],) if takes_fourth(function) else ()
         return x[: self.n, :], v, self.parameters, *time
 
-    def refuse_attitude(self, function: Any, what: str, *rest: Any) -> None:
+    def refuse_attitude(self, function: Function | None, what: str, *rest: Any) -> None:
         """Raise `BadInput` if a function of (x, *rest) depends on x where the base has no point.
 
         rest: the other arguments, with letters in the place of x.
@@ -391,7 +405,9 @@ class SceneSymbols:
         self.refuse_unknown(found, {*self.x, *self.u}, what, function, words)
         return found
 
-    def conserved(self, quantity: Conserved, x: Any = None, h: Any = None) -> list[Expression]:
+    def conserved(
+        self, quantity: Conserved, x: Column | None = None, h: Letter | None = None
+    ) -> list[Expression]:
         """Return the entries of a quantity at (x, μ), x by default `position`, and a step h.
 
         Raises `BadInput` as `call` does, and for unknown letters.
@@ -405,7 +421,7 @@ class SceneSymbols:
         return found
 
     def refuse_unknown(
-        self, given: SymbolicMatrix, known: set[Letter], what: str, function: Any, words: str
+        self, given: Column, known: set[Letter], what: str, function: Function | None, words: str
     ) -> None:
         """Raise `BadInput` for letters beside the known ones and parameters."""
         if foreign := given.free_symbols - known - {*self.parameter_list}:
@@ -414,7 +430,7 @@ class SceneSymbols:
                 f"write it with {words}."
             )
 
-    def discrete_lagrangian_at(self, x: Column, arrow: Any, h: Expression) -> Expression:
+    def discrete_lagrangian_at(self, x: Column, arrow: Column, h: Expression) -> Expression:
         """Return L_d(x, u; h), or L_d(x, g; h) on the group, as the scene gives it."""
         if self.given is None:
             raise BadInput(
@@ -451,7 +467,7 @@ def at_once(terms: Iterable[Any], /, start: Any = 0) -> Any:
     return sum(given, start)
 
 
-def summing_at_once(function: Callable[..., Any]) -> Callable[..., Any]:
+def summing_at_once(function: Function) -> Function:
     """Return the function with `at_once` as its `sum`, or itself if `sum` is not Python's.
 
     Functions that it calls are not changed, nor is a function that writes names of its module: it
