@@ -115,8 +115,6 @@ class Gaps:
 
     def phi(self, rows: np.ndarray) -> np.ndarray:
         """Return φ at rows of x, (r, K)."""
-        if self.numbers.dtype is object:
-            return np.array([self._phi(x, self.p) for x in rows])
         return np.array(np.broadcast_to(self._phi(rows.T, self.p).T, (len(rows), self.count)))
 
     def _made(self, x: Vector) -> list[Matrix]:
@@ -269,8 +267,7 @@ def gap_functions(
 ) -> tuple[Any, ...]:
     """Return the coordinates (`gap_expressions`) and two compiled functions.
 
-    They give the inputs of `Gaps.at`; and φ, on columns in double precision. columns: True if both
-    of them work on columns.
+    They give the inputs of `Gaps.at`; and φ on columns. columns: True if both work on columns.
     """
     phi, coordinates = gap_expressions(s, contact)
     own = sympy.Matrix([e for part in coordinates for e in part or ()])
@@ -292,7 +289,7 @@ def gap_functions(
     return (
         coordinates,
         numeric(given, results, numbers, columns=columns),
-        numeric(given, [list(phi)], numbers, columns=numbers.dtype is not object),
+        numeric(given, [list(phi)], numbers, columns=True),
     )
 
 

@@ -35,9 +35,9 @@ class GapImpact(NamedTuple):
     site: int
     bond: int
     gap: int
-    impulse: float
-    approach: float
-    rebound: float
+    impulse: Number
+    approach: Number
+    rebound: Number
 
 
 @dataclass(frozen=True)
@@ -65,13 +65,17 @@ class ContactLatticeFlow(LatticeFlow):
 
     def __init__(self, scheme: Any, step: Given, digits: int = 16) -> None:
         super().__init__(scheme, step, digits)
-        if digits != 16:
-            raise BadInput(f"{self.lattice.name}: a lattice with contact runs in double precision; "
-                           "leave digits= out, or run its scene, lattices.scene_of.")  # fmt: skip
         if self.step < 0:
             raise BadInput(f"{self.lattice.name}: an impact has no unique past, so a lattice with "
                            "contact takes positive steps only.")  # fmt: skip
-        self.gaps.check(self.lattice.start[0])
+        self._check(self.lattice.start[0])
+
+    def _check(self, x: np.ndarray) -> None:
+        """Raise `BadInput` unless x (N, n) is outside the obstacle, as seen by doubles."""
+        if self.numbers.digits == 16:
+            self.gaps.check(x)
+        else:
+            ContactLatticeFlow(self.scheme, self.step)._check(x.astype(float))
 
     @cached_property
     def gaps(self) -> LatticeGaps:
@@ -83,14 +87,15 @@ class ContactLatticeFlow(LatticeFlow):
     ) -> tuple[np.ndarray, np.ndarray]:
         x, mu = super()._start(x0, mu0, t0)
         if x0 is not None:
-            self.gaps.check(x)
+            self._check(x)
         return x, mu
 
     def _run(
         self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress,
         t0: Number = 0,
     ) -> Any:  # fmt: skip
-        return run(_Run(self, x, mu, t0), steps, every, progress, checkpoint)
+        with self.numbers.working():
+            return run(_Run(self, x, mu, t0), steps, every, progress, checkpoint)
 
     def _refused(self, *given: Any, **named: Any) -> Any:
         """Raise `CannotMeasure`: no form is defined if a step has impulses, no block is kept."""
@@ -107,11 +112,11 @@ class _Run(ContactRun):
     counters = ("index", "ended", "made")
 
     def __init__(self, flow: ContactLatticeFlow, x: Matrix, mu: Matrix, t0: Number) -> None:
-        self.flow, self.h, self.made, gaps = flow, float(flow.step), 0, flow.gaps
-        self.name = flow.lattice.name
+        self.flow, self.made, gaps, number = flow, 0, flow.gaps, flow.numbers.number
+        self.name, self.h = flow.lattice.name, number(flow.step)
         self.run = LatticeRun(flow, x.copy(), mu.copy(), t0)
         free = FreeSteps(self.h, self._free_step)
-        contact = ContactSteps(gaps, free, float(flow.lattice.restitution))
+        contact = ContactSteps(gaps, free, number(flow.lattice.restitution))
         mu = (mu * flow.lattice.free[:, None]).ravel()
         moment = Moment(gaps.at_start(self._with_time(x)), mu, 0 * mu, contact.no_noise())
         super().__init__(contact, moment)
@@ -155,7 +160,7 @@ class _Run(ContactRun):
         """Return x of the present state as a vector of `LatticeGaps`."""
         if not self.flow.scheme.timed:
             return x.ravel().copy()
-        return np.append(x.ravel(), float(self.run.t))
+        return np.append(x.ravel(), self.run.t).astype(x.dtype, copy=False)
 
     def component(self, name: str, k: int) -> str:
         """Return the name of entry k of x or mu, with its site."""
@@ -182,15 +187,16 @@ class _Run(ContactRun):
                            getattr(failure, "state", here), cause, rows)  # fmt: skip
 
     def rows_of(self, count: int) -> Trajectory:
-        flow, gaps, rows = self.flow, self.flow.gaps, self.rows
+        flow, gaps, rows, public = self.flow, self.flow.gaps, self.rows, self.numbers.public
         x = rows["x"][:count, : gaps.N * gaps.n].reshape(count, gaps.N, gaps.n)
         mu, u = (rows[word][:count].reshape(count, gaps.N, gaps.m) for word in ("mu", "u"))
         numbers = np.arange(count, dtype=np.int64)
-        phi = {term.word: term.phi(x) for term in gaps.terms}
-        P = gaps.by_terms(rows["impulses"][:count, :, 0])
+        phi = {term.word: public(term.phi(x)) for term in gaps.terms}
+        P = {word: public(e) for word, e in gaps.by_terms(rows["impulses"][:count, :, 0]).items()}
+        t = flow.numbers.multiples(flow.step, numbers * self.every) + self.run.t0
         return Trajectory.of_rows(
-            flow.numbers.multiples(flow.step, numbers * self.every) + float(self.run.t0), x, u, mu,
-            steps=self.index, step=flow.step, scheme=flow.scheme, impacts=self._impacts(),
+            *map(public, (t, x, u, mu)), steps=self.index, step=flow.step, scheme=flow.scheme,
+            impacts=self._impacts(),
             newton_mean=self.made / max(1, self.index), solver="Newton, contacts in cones",
             multipliers=np.zeros((count, len(flow.lattice.pairs), 0)),
             gaps=phi.get("site"), bond_gaps=phi.get("bond"),
@@ -198,9 +204,7 @@ class _Run(ContactRun):
         )  # fmt: skip
 
     def _impacts(self) -> LatticeImpacts:
-        parts = [np.array(e) for e in zip(*(e for _, e in self.impacts), strict=True)]
-        if not parts:
-            parts = [np.zeros(0), *[np.zeros(0, dtype=np.int64)] * 3, *[np.zeros(0)] * 3]
-        share, *more = parts
-        steps = np.array([k for k, _ in self.impacts])
-        return LatticeImpacts((steps + share) * self.h + float(self.run.t0), *more)
+        e = list(zip(*(e for _, e in self.impacts), strict=True)) or [()] * len(GapImpact._fields)
+        t = (np.array([k for k, _ in self.impacts]) + np.array(e[0])) * self.h + self.run.t0
+        return LatticeImpacts(self.numbers.public(t), *(np.array(k, np.int64) for k in e[1:4]),
+                              *map(self.numbers.public, e[4:]))  # fmt: skip

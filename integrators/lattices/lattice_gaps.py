@@ -7,7 +7,8 @@ through the bonds within a step. The iteration solves for P ≥ 0 with U₀ + W 
 It reduces that error by the factor (hω)²/(4 + (hω)²) (midpoint rule, ω the fastest motion), or
 removes it at once if forces are taken at the ends of the step: the number of free steps in a step
 does not grow with the sites. W couples gaps that share a site; each connected component of gaps is
-solved by itself, as in a scene (Moreau's law of simultaneous impacts).
+solved by itself, as in a scene (Moreau's law of simultaneous impacts). In more than 16 digits, of
+which scipy has no sparse matrices, they are dense.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from ..contact import (
 )
 from ..equations import SceneSymbols, legendre_inverse
 from ..errors import BadInput, CannotMeasure
-from ..numbers import Double, LazyModule, numeric
+from ..numbers import LazyModule, Number, finite, numeric
 from ..numbers.types import MatrixLike
 from .blocks import at_ends
 
@@ -41,8 +42,6 @@ if TYPE_CHECKING:
 
 sparse: Any = LazyModule("scipy.sparse")
 graphs: Any = LazyModule("scipy.sparse.csgraph")
-NUMBERS = Double()
-EPS = NUMBERS.eps
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +52,8 @@ class GapTerm:
     parameters, numbers or (E,); place, values: functions of `contact.gap_functions`; m: velocities
     of a site.
     """
+
+    flow: LatticeFlow
 
     word: str
     ends: np.ndarray
@@ -77,9 +78,8 @@ class GapTerm:
         p = [np.tile(e, len(rows)) if np.ndim(e) else e for e in self.p]
         wide = self.ends.shape[1] * rows.shape[2]
         at = rows[:, self.ends].reshape(len(rows) * len(self.ends), wide)
-        return _each(self.values(list(at.T), p), (self.K,), len(at)).reshape(
-            len(rows), len(self.ends), self.K
-        )
+        found = _each(self.flow, self.values(list(at.T), p), (self.K,), len(at))
+        return found.reshape(len(rows), len(self.ends), self.K)
 
     def at(self, x: np.ndarray) -> list[np.ndarray]:
         """Return φ, the size that determines its round-off, φ′ and the normal row of each gap.
@@ -94,14 +94,15 @@ class GapTerm:
                 values = self.place(list(at.T), self._own_p)
             wide = self.m * self.ends.shape[1]
             shapes = (self.K,), (self.K,), (self.K, at.shape[1]), (self.K, wide)
-            return [_each(e, shape, len(at)) for e, shape in zip(values, shapes, strict=False)]
+            return [_each(self.flow, e, shape, len(at))
+                    for e, shape in zip(values, shapes, strict=False)]  # fmt: skip
 
         parts = found(rows)
         for power in BESIDE:
-            lost = ~np.isfinite(parts[2]).all(axis=(1, 2))
+            lost = ~finite(parts[2]).all(axis=(1, 2))
             if not lost.any():
                 break
-            beside = found(rows + (4 * EPS) ** (power / 2) * (1 + abs(rows)))
+            beside = found(rows + (4 * self.flow.numbers.eps) ** (power / 2) * (1 + abs(rows)))
             parts[1:] = [np.where(lost.reshape(-1, *[1] * (e.ndim - 1)), b, e)
                          for e, b in zip(parts[1:], beside[1:], strict=True)]  # fmt: skip
         return parts
@@ -116,30 +117,36 @@ class LatticeGaps(Gaps):
     """
 
     def __init__(self, flow: LatticeFlow) -> None:
-        self.flow, self.lattice, self.numbers = flow, flow.lattice, NUMBERS
-        name, s = flow.lattice.name, flow.scheme.terms[0][0]
-        if not legendre_inverse(s, NUMBERS).quadratic:
+        self.flow, self.lattice, self.numbers = flow, flow.lattice, flow.numbers
+        self._still = terms = self._terms(self.numbers.number(0))
+        name, s = flow.lattice.name, terms[0][0]
+        if not legendre_inverse(s, self.numbers).quadratic:
             raise CannotMeasure(f"{name}: contact on a lattice needs a kinetic energy that is "
                                 "quadratic in the velocity.")  # fmt: skip
-        self._motion, self._energy = motion_functions(s, NUMBERS, columns=True)
+        self._motion, self._energy = motion_functions(s, self.numbers, columns=True)
         self.quadratic, self.rough, self.friction, self.coordinates = True, False, [], []
         (self.N, self.n), self.m = self.lattice.start[0].shape, len(s.u)
         contacts = flow.scheme.equations.contacts
         self.terms = [self._term(s, given, word, p, ends) for (s, p, ends), given, word in
-                      zip(flow.scheme.terms, contacts, ("site", "bond"), strict=True)
+                      zip(terms, contacts, ("site", "bond"), strict=True)
                       if given is not None]  # fmt: skip
         self.count = sum(len(term.which) * term.K for term in self.terms)
         self._last: tuple[Any, Any] = None, None
 
+    def _terms(self, t: Number) -> list[tuple[SceneSymbols, list[Any], np.ndarray]]:
+        """Return the terms of the sites and of the bonds, with parameters as the flow's numbers."""
+        terms = self.flow.scheme.terms_at(t, self.numbers.number)
+        return [(s, [self.flow.exact(e)[()] for e in p], ends) for s, p, ends in terms]
+
     def _term(
         self, s: SceneSymbols, contact: Any, word: str, p: list[Any], ends: np.ndarray
     ) -> GapTerm:
-        coordinates, place, values = gap_functions(s, contact, NUMBERS, columns=True)
+        coordinates, place, values = gap_functions(s, contact, self.numbers, columns=True)
         if any(e is not None for e in coordinates):
             raise BadInput(f"{self.lattice.name}: the contact of a lattice has no friction; give "
                            "gaps φ alone, without the coordinates of a plane.")  # fmt: skip
         moving = self.lattice.free[ends].any(axis=1)
-        return GapTerm(word, ends, moving, p, len(coordinates), place, values, self.m)
+        return GapTerm(self.flow, word, ends, moving, p, len(coordinates), place, values, self.m)
 
     @cached_property
     def owners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -171,7 +178,7 @@ class LatticeGaps(Gaps):
         found, first = {}, 0
         for term in self.terms:
             last = first + len(term.which) * term.K
-            table = np.zeros((len(values), len(term.ends), term.K))
+            table = self.numbers.zeros(len(values), len(term.ends), term.K)
             shape = len(values), len(term.which), term.K
             table[:, term.which] = values[:, first:last].reshape(shape)
             found[term.word], first = table, last
@@ -182,9 +189,9 @@ class LatticeGaps(Gaps):
         return np.hstack([tables[term.word][:, term.which].reshape(len(tables[term.word]), -1)
                           for term in self.terms])  # fmt: skip
 
-    def time(self, x: np.ndarray) -> float:
-        """Return the time of a vector x, 0 if no term depends on it."""
-        return float(x[self.N * self.n]) if len(x) > self.N * self.n else 0.0
+    def _terms_at(self, x: np.ndarray) -> list[tuple[SceneSymbols, list[Any], np.ndarray]]:
+        """Return the terms at the time of a vector x, if some depend on it."""
+        return self._terms(x[self.N * self.n]) if len(x) > self.N * self.n else self._still
 
     def of_sites(self, x: np.ndarray) -> np.ndarray:
         """Return a vector x by sites, (N, n)."""
@@ -202,20 +209,32 @@ class LatticeGaps(Gaps):
             ends = term.ends[term.moving]
             free = np.repeat(self.lattice.free[ends], self.m, axis=1)
             places = (self.m * ends[:, :, None] + np.arange(self.m)).reshape(len(ends), -1)
-            wide = places.shape[1]
-            across = (np.repeat(places, term.K, axis=0).ravel(),
-                      np.arange(0, phi.size * wide + 1, wide))  # fmt: skip
-            of_all = sparse.csr_matrix(((normal * free[:, None]).ravel(), *across),
-                                       (phi.size, self.N * self.m))  # fmt: skip
-            of_all.eliminate_zeros()  # a site that is fixed joins no gaps
+            across = np.repeat(places, term.K, axis=0)
+            of_all = self._matrix((normal * free[:, None]).reshape(across.shape), across)
             parts.append((phi.ravel(), own.ravel(), abs(slope).sum(axis=2).ravel(), of_all))
         *columns, normals = zip(*parts, strict=True)
         phi, own, steep = map(np.concatenate, columns)
         size = own + reach
-        closed = abs(phi) <= TOUCHING * EPS * size
+        closed = abs(phi) <= TOUCHING * self.numbers.eps * size
         known = own + steep * abs(rows).max()
-        of_all = normals[0] if len(normals) == 1 else sparse.vstack(normals, format="csr")
+        stacked = np.vstack if isinstance(normals[0], np.ndarray) else sparse.vstack
+        of_all = normals[0] if len(normals) == 1 else stacked(normals)
         return Place(x, phi, known, size, of_all, [], [], [], steep, closed)
+
+    def _matrix(self, values: np.ndarray, columns: np.ndarray) -> MatrixLike:
+        """Return a matrix (r, N m) that has the values (r, w) in the columns (r, w).
+
+        A site that is fixed joins no gaps: zeros are no entries of a sparse matrix.
+        """
+        if self.numbers.dtype is object:
+            dense = self.numbers.zeros(len(values), self.N * self.m)
+            np.put_along_axis(dense, columns, values, axis=1)
+            return dense
+        ends = np.arange(0, values.size + 1, values.shape[1])
+        found = sparse.csr_matrix((values.flatten(), columns.ravel(), ends),
+                                  (len(values), self.N * self.m))  # fmt: skip
+        found.eliminate_zeros()
+        return found
 
     def at_start(self, x: np.ndarray) -> Place:
         """Return the gaps at a start, which is known to the round-off of its largest coordinate."""
@@ -225,7 +244,7 @@ class LatticeGaps(Gaps):
     def check(self, x: np.ndarray) -> None:
         """Raise `BadInput` unless x (N, n) is outside the obstacle, with room to move."""
         place, name = self.at_start(x.ravel()), self.lattice.name
-        for k in np.flatnonzero(~(place.phi >= -TOUCHING * EPS * place.size))[:1]:
+        for k in np.flatnonzero(~(place.phi >= -TOUCHING * self.numbers.eps * place.size))[:1]:
             word, i, own = self.where(k)
             raise BadInput(f"{name}: x0 of {word} {i} is inside the obstacle: "
                            f"its gap {own} is {place.phi[k]:.3g}; begin outside."
@@ -254,22 +273,32 @@ class LatticeGaps(Gaps):
     def _of_mass(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return ∂μ/∂ξ, ∂ξ/∂μ (N, m, m) and ∂l/∂ξ at rest (N, m) by site; one x is kept."""
         if x is not self._last[0]:
-            p = self.flow.scheme.terms_at(self.time(x))[0][1]
-            shape = (self.N, self.m, self.m)
-            mass, still = self._motion(list(self.of_sites(x).T), [0.0] * self.m, p)
-            # a mass of 10²⁹ is an integer that numpy's integers cannot hold
-            mass = np.asarray(mass, dtype=float)
-            back = np.linalg.inv(mass.T)  # a single matrix, if all sites have the same
-            mass, back = (np.broadcast_to(e, shape) for e in (mass.T, back))
-            self._last = x, (mass, back, _each(still, (self.m,), self.N))
+            p = self._terms_at(x)[0][1]
+            rest = [self.numbers.number(0)] * self.m
+            mass, still = self._motion(list(self.of_sites(x).T), rest, p)
+            mass = self.flow.exact(mass).reshape(self.m, self.m, -1)
+            one, solve = self.numbers.identity(self.m), self.numbers.solve
+            # a single matrix, if all sites have the same
+            in_python = self.numbers.dtype is object
+            back = np.array([solve(e, one) for e in mass.T]) if in_python else solve(mass.T, one)
+            mass, back = (np.broadcast_to(e, (self.N, *one.shape)) for e in (mass.T, back))
+            self._last = x, (mass, back, _each(self.flow, still, (self.m,), self.N))
         return self._last[1]
 
-    def inverse_mass(self, x: np.ndarray, xi: np.ndarray) -> MatrixLike:
-        """Return ∂ξ/∂μ as a sparse matrix."""
+    def _freed(self, x: np.ndarray, rows: MatrixLike) -> MatrixLike:
+        """Return rows · ∂ξ/∂μ."""
         (_, back, _), k = self._of_mass(x), self.m
+        if isinstance(rows, np.ndarray):
+            by_sites = rows.reshape(len(rows), self.N, 1, k)
+            return np.matmul(by_sites, back).reshape(rows.shape)
         places = np.arange(self.N * k).reshape(self.N, 1, k) + np.zeros((k, 1), dtype=int)
-        ends = np.arange(0, back.size + 1, k)
-        return sparse.csr_matrix((back.ravel(), places.ravel(), ends), (self.N * k, self.N * k))
+        return rows @ self._matrix(back.reshape(-1, k), places.reshape(-1, k))
+
+    def flexibility(
+        self, x: np.ndarray, xi: np.ndarray, rows: MatrixLike, push: MatrixLike
+    ) -> MatrixLike:
+        """Return rows M⁻¹ pushᵀ."""
+        return self._freed(x, rows) @ push.T
 
     def fastest(self, place: Place, xi: np.ndarray) -> np.ndarray:
         """Return how fast each gap could close with the kinetic energy of its sites."""
@@ -278,9 +307,10 @@ class LatticeGaps(Gaps):
         twice = np.einsum("ia,iab,ib->i", v, mass, v)
         of_gaps = [np.repeat(twice[term.ends[term.moving]].sum(axis=1), term.K)
                    for term in self.terms]  # fmt: skip
-        moved = place.normal @ self.inverse_mass(place.x, xi)
-        weight = np.asarray(moved.multiply(place.normal).sum(axis=1)).ravel()
-        return np.asarray(np.sqrt(abs(weight * np.concatenate(of_gaps))))
+        moved, normal = self._freed(place.x, place.normal), place.normal
+        both = moved * normal if isinstance(moved, np.ndarray) else moved.multiply(normal)
+        weight = np.asarray(both.sum(axis=1)).ravel()
+        return np.asarray(abs(weight * np.concatenate(of_gaps)) ** 0.5)
 
     def struck_with(self, closed: np.ndarray, closing: np.ndarray) -> np.ndarray:
         """Return the closed gaps that are joined to a closing one by sites that move."""
@@ -312,10 +342,11 @@ class LatticeGaps(Gaps):
 
         Raises `CannotMeasure` if none is found.
         """
-        P, failed = np.maximum(0, -scaling(W, cones) * U0), False  # of a gap alone
-        for some in _components(W):
+        P, failed = np.maximum(0 * U0, -scaling(W, cones) * U0), False  # of a gap alone
+        dense = isinstance(W, np.ndarray)
+        for some in _components(sparse.csr_matrix(W != 0) if dense else W):
             try:
-                own = W[some][:, some].toarray()
+                own = W[some][:, some] if dense else W[some][:, some].toarray()
                 P[some] = super().impulses(own, U0[some], Cones(len(some), {}), start[some])
             except NotFound as failure:
                 P[some], failed = failure.near, True
@@ -323,21 +354,21 @@ class LatticeGaps(Gaps):
             raise NotFound(P)
         return P
 
-    def energy(self, x: np.ndarray, xi: np.ndarray, mu: np.ndarray) -> float:
+    def energy(self, x: np.ndarray, xi: np.ndarray, mu: np.ndarray) -> Number:
         """Return H of all sites and bonds that move: that of others may change with the time."""
         pairs, free = self.lattice.pairs, self.lattice.free
-        (_, p, _), (_, of_bond, _) = self.flow.scheme.terms_at(self.time(x))
+        (_, p, _), (_, of_bond, _) = self._terms_at(x)
         of_bonds = self._of_bond(*at_ends(pairs, self.of_sites(x)), of_bond)
         columns = (list(e.reshape(self.N, -1).T) for e in (self.of_sites(x), xi, mu))
         of_sites = self._energy(*columns, p)
-        return float(np.broadcast_to(of_sites, self.N)[free].sum()
-                     + np.broadcast_to(of_bonds, len(pairs))[free[pairs].any(axis=1)].sum()
-                     )  # fmt: skip
+        return (np.broadcast_to(of_sites, self.N)[free].sum()
+                + np.broadcast_to(of_bonds, len(pairs))[free[pairs].any(axis=1)].sum()
+                )  # fmt: skip
 
     @cached_property
     def _of_bond(self) -> Any:
         bond = self.flow.scheme.terms[1][0]
-        return numeric({"x": bond.x, "p": bond.parameter_list}, [-bond.lagrangian], NUMBERS,
+        return numeric({"x": bond.x, "p": bond.parameter_list}, [-bond.lagrangian], self.numbers,
                        columns=True)  # fmt: skip
 
 
@@ -359,7 +390,7 @@ def _components(matrix: MatrixLike) -> list[np.ndarray]:
     return [some for some in groups if len(some) > 1]
 
 
-def _each(values: np.ndarray, shape: tuple[int, ...], count: int) -> np.ndarray:
+def _each(flow: LatticeFlow, values: np.ndarray, shape: tuple[int, ...], count: int) -> np.ndarray:
     """Return the values of `count` sites, (count, *shape), from columns or shared values."""
-    columns = np.broadcast_to(values.reshape(*shape, -1), (*shape, count))
+    columns = np.broadcast_to(flow.exact(values).reshape(*shape, -1), (*shape, count))
     return np.ascontiguousarray(np.moveaxis(columns, -1, 0))

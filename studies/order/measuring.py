@@ -183,7 +183,7 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     if exact.x is None:
         rows.pop()  # the finest run is compared with no finer one
     rows, measured = fit(case, rows, certain)
-    if case.digits == 16 and exact.answer is not None and system.runs_at(50):
+    if case.digits == 16 and exact.answer is not None and case.rule.runs_at(50):
         if measured.order is None:
             if above_floor(case, rows, certain):
                 rows = measure_round_off(case, rows, duration, exact.answer)

@@ -90,10 +90,6 @@ class LatticeSystem(System):
                 found["form_defect"] = "its derivatives take a quarter of a minute: --thorough"
         return found
 
-    def runs_at(self, digits: int) -> bool:
-        """True for any digits without contact, which is found in double precision."""
-        return digits == 16 or not self.lattice.has_contact
-
     # -- order ------------------------------------------------------------------------------
 
     @cached_property

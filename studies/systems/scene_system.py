@@ -27,10 +27,6 @@ class SceneSystem(System):
             return {"single_steps": "no exact state is known beside the motion"}
         return {}
 
-    def runs_at(self, digits: int) -> bool:
-        """True if the rule runs in so many digits."""
-        return self.case.rule.runs_at(digits)
-
     def steps_for(self, step: Any) -> int:
         """Return the number of steps of that size in the scene's duration."""
         return self.case.scene.steps_for(step)

@@ -80,10 +80,6 @@ class System(ABC):
         """Return the flow at a step size, in the case's digits. how: options of flows of scenes."""
         return self.scheme.flow(step, self.case.digits, **how)
 
-    @abstractmethod
-    def runs_at(self, digits: int) -> bool:
-        """True if there are runs in so many digits."""
-
     def steps_for(self, step: Any) -> int:
         """Return the number of steps of that size in its duration."""
         return -int(-self.case.scene.duration // step)

@@ -127,6 +127,7 @@ def test_a_lattice_runs_as_its_scene(lattice, rule):
 IN_DIGITS = [
     ("damper list", fput(**CHAINS["damper list"]), midpoint),
     ("timed", fput(**CHAINS["timed"]), trapezoidal), ("tree", LATTICES["tree"](), trapezoidal),
+    ("balls", balls(), midpoint),
 ]  # fmt: skip
 
 
@@ -142,6 +143,17 @@ def test_a_lattice_runs_as_its_scene_in_any_digits(lattice, rule):
     *((name, rule) for name in SITES for rule in (trapezoidal, midpoint, gauss(2)))])  # fmt: skip
 def test_every_lattice_runs_as_its_scene_in_any_digits(name, rule):
     assert_same_in_digits(SITES[name]() if name in SITES else fput(**CHAINS[name]), rule)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rule", [trapezoidal, midpoint], ids=lambda rule: rule.name)
+@pytest.mark.parametrize("lattice", [
+    beads("1/2", bonds="ring"), in_a_corner("1/2"), discs("1/2"),
+    systems.cradle(4), balls(restitution=0, fixed=[4], contact=lambda x, p: [x[0] + 1]),
+    beads(1, on_site=lambda x, v, p, t: (1 + t / 9) * v[0] ** 2 / 2 - (p.g + t) * x[0]),
+], ids=lambda lattice: lattice.name)  # fmt: skip
+def test_a_lattice_with_contact_runs_as_its_scene_in_any_digits(lattice, rule):
+    assert_same_in_digits(lattice, rule, steps=90)
 
 
 #: every built-in lattice, small
