@@ -10,6 +10,7 @@ from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 from ..numbers import Arithmetic, Double, Multiple, Number, Numbers, run_text, uncollected
+from ..numbers.types import Namespace
 from .cache import cached_text, digest, sources
 from .elimination import ADJUGATE
 from .known_zeros import KNOWN_ZEROS
@@ -98,9 +99,9 @@ def _run(
     system: Step | StageSource | LatticeSystem,
     text: str,
     numbers: Arithmetic,
-    given: Mapping[str, Any] = MappingProxyType({}),
-    constants: Callable[[], dict[str, Any]] = dict,
-) -> dict[str, Any]:
+    given: Mapping[str, object] = MappingProxyType({}),
+    constants: Callable[[], Namespace] = dict,
+) -> Namespace:
     """Return the names of a text, in double precision with its `advance` as machine code.
 
     given: names that the text may use; constants: returns more of them, called only if they are
@@ -114,7 +115,7 @@ def _run(
     return {**names, "advance": advance}
 
 
-def interpreted(text: str, numbers: Arithmetic, **given: Any) -> Kernels:
+def interpreted(text: str, numbers: Arithmetic, **given: object) -> Kernels:
     """Return kernels that Python runs, from a text of `kernel_text` and additional names."""
     return _kernels(names_of(text, numbers, **given))
 
@@ -140,7 +141,9 @@ def compile_stages(source: StageSource, numbers: Arithmetic) -> Kernels:
     return _kernels(_run(source, text, numbers, *_at_nodes(source, numbers)))
 
 
-def _at_nodes(source: StageSource, numbers: Arithmetic) -> tuple[dict[str, Any], Any]:
+def _at_nodes(
+    source: StageSource, numbers: Arithmetic
+) -> tuple[Namespace, Callable[[], Namespace]]:
     """Return the names that lanes need, and a function that returns the tables of the nodes."""
     given = lane_namespace(source.nodes.count, numbers, vector_width())
     return given, partial(tables, source.nodes, source.nodes.count, given["WIDTH"], numbers)
@@ -169,7 +172,7 @@ def compile_lattice_stages(system: LatticeStages, numbers: Arithmetic) -> Lattic
     return _lattice_kernels(_run(source, text, numbers, *_at_nodes(source, numbers)))
 
 
-def text_key(*parts: Any) -> str:
+def text_key(*parts: object) -> str:
     """Return a digest of systems, expressions and words, for the name of a generated file."""
     return digest(sources(), written(*parts))
 
@@ -179,7 +182,7 @@ def _file_name(system: Step | StageSource | LatticeSystem) -> str:
     return re.sub(r"\W", "_", system.name)[:LONGEST]
 
 
-def names_of(text: str, numbers: Arithmetic, **more: Any) -> dict[str, Any]:
+def names_of(text: str, numbers: Arithmetic, **more: object) -> Namespace:
     """Run a text with Python and return its functions and constants; more: names it may use."""
     codes = {word: int(e) for kind in (Status, Entry) for word, e in kind.__members__.items()}
     given = {"Layout": Layout, "StageLayout": StageLayout, "Record": SimpleNamespace,
@@ -187,20 +190,20 @@ def names_of(text: str, numbers: Arithmetic, **more: Any) -> dict[str, Any]:
     return run_text(text, {**given, **numbers.namespace(), **more})
 
 
-def _kernels(names: dict[str, Any]) -> Kernels:
+def _kernels(names: Namespace) -> Kernels:
     return Kernels(
         names["advance"], _of_each("prepare", names), _of_each("carry", names),
         _of_each("affine", names), names["LAYOUT"], names["HUGE"],
     )  # fmt: skip
 
 
-def _lattice_kernels(names: dict[str, Any]) -> LatticeKernels:
+def _lattice_kernels(names: Namespace) -> LatticeKernels:
     affine = all(_of_each("affine", names))
     return LatticeKernels(
         names["advance"], _of_each("prepare", names), names["WIDTHS"], affine, names["HUGE"]
     )
 
 
-def _of_each(word: str, names: dict[str, Any]) -> tuple[Any, ...]:
+def _of_each(word: str, names: Namespace) -> tuple[Any, ...]:
     """Return what the rule and its adjoint have by that word."""
     return tuple(getattr(system, word) for system in names["SYSTEMS"])

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import BadInput
 from ..numbers import Arithmetic, Matrix, Number, Numbers, Vector
+from ..numbers.types import Function
 from .kernels import Kernels
 from .layout import PAST, Entry, Status
 from .machine_code import address
@@ -32,7 +33,7 @@ class Run:
     index = translate = changes = by_newton = 0
 
     def __init__(
-        self, point: ResumePoint, steps: int, every: int, written: Sequence[Any],
+        self, point: ResumePoint, steps: int, every: int, written: Sequence[np.ndarray],
         translates: Vector, states: Vector | None = None, places: Sequence[int] | None = None,
     ) -> None:  # fmt: skip
         self.state, self.c = point
@@ -119,7 +120,7 @@ class KernelsAtStep:
     # -- the state ------------------------------------------------------------------------------
 
     def buffers(
-        self, point: ResumePoint, steps: int, every: int, allocate: Callable[..., Any] | None = None
+        self, point: ResumePoint, steps: int, every: int, allocate: Function | None = None
     ) -> Run:
         """Return empty rows for a run; raises `BadInput` if they do not fit into memory.
 

@@ -9,42 +9,41 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from functools import reduce
-from typing import Any
 
-from .llvm_values import Value
+from .llvm_values import Operand, Value
 
 
-def known_zero(e: Any) -> bool:
+def known_zero(e: Operand) -> bool:
     """Return True if `e` is a number 0, and no value that is known in machine code alone."""
     return not isinstance(e, Value) and bool(e == 0)
 
 
-def as_number(one: Any, e: Any) -> Any:
+def as_number(one: Operand, e: Operand) -> Operand:
     """Return an entry as a number of the arithmetic of `one`; quotients of integers are rounded."""
     return 0.0 if known_zero(e) else one * e
 
 
-def multiplied(a: Any, b: Any) -> Any:
+def multiplied(a: Operand, b: Operand) -> Operand:
     """Return a b."""
     return 0.0 if known_zero(a) or known_zero(b) else a * b
 
 
-def added(a: Any, b: Any) -> Any:
+def added(a: Operand, b: Operand) -> Operand:
     """Return a + b."""
     return b if known_zero(a) else a if known_zero(b) else a + b
 
 
-def subtracted(a: Any, b: Any) -> Any:
+def subtracted(a: Operand, b: Operand) -> Operand:
     """Return a − b."""
     return a if known_zero(b) else -b if known_zero(a) else a - b
 
 
-def added_up(numbers: Iterable[Any]) -> Any:
+def added_up(numbers: Iterable[Operand]) -> Operand:
     """Return the sum of the numbers."""
     return reduce(added, numbers, 0.0)
 
 
-def inverse(e: Any) -> Any:
+def inverse(e: Operand) -> Operand:
     """Return 1/e."""
     return math.inf if known_zero(e) else 1 / e
 

@@ -6,13 +6,13 @@ Machine code has vectors in place of these arrays, and the tables as constants.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.polynomial.polynomial import polyfromroots, polyint, polyval
 
 from ..numbers import Arithmetic, LazyModule, working_digits
-from ..numbers.types import Mpf, Number, Vector
+from ..numbers.types import Function, Mpf, Namespace, Number, Vector
 
 mpmath = LazyModule("mpmath")
 
@@ -22,7 +22,7 @@ Nodes: TypeAlias = Callable[[int], Sequence[tuple[Mpf, Mpf]]]
 SWEEPS = 4
 
 
-def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> dict[str, Any]:
+def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> Namespace:
     """Return the names that the text of a collocation step uses beside its own and `tables`.
 
     widest: the number of lanes in a vector in machine code.
@@ -50,10 +50,10 @@ def _write(array: Vector, index: int, lanes: Vector, count: int) -> None:
     array[index : index + count] = lanes
 
 
-def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
+def elementwise(function: Function) -> Function:
     """Return the function extended to arrays: it is applied to each lane separately."""
 
-    def of_lanes(*given: Any) -> Any:
+    def of_lanes(*given: Number | Vector) -> Number | Vector:
         length = next((len(g) for g in given if isinstance(g, np.ndarray)), None)
         if length is None:
             return function(*given)
@@ -68,7 +68,7 @@ def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
     return of_lanes
 
 
-def tables(nodes: Nodes, count: int, width: int, numbers: Arithmetic) -> dict[str, Any]:
+def tables(nodes: Nodes, count: int, width: int, numbers: Arithmetic) -> Namespace:
     """Return the tables of `sweeps`: of each part, columns of lanes.
 
     MU: μ_ij = a_ij/b_j for positions; MU_OF_MOMENTUM: 1 − μ_ji, on Gauss nodes the same table. The

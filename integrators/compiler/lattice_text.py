@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from ..numbers import (
     Coefficients,
@@ -13,6 +12,7 @@ from ..numbers import (
     sympy,
     with_tables,
 )
+from ..numbers.statements import Arguments
 from ..numbers.types import Column, Letters
 from .module_text import KernelText, texts_of, with_names
 from .omissions import pivot_rows
@@ -164,7 +164,7 @@ def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
     texts = []
     for word in ("minus", "plus", "whole"):
         column = getattr(kick, word)
-        given: dict[str, Any] = {"x": kick.x, "c": coefficients, "own": kick.own}
+        given: Arguments = {"x": kick.x, "c": coefficients, "own": kick.own}
         text = function_text(f"{word}_{name}", given, [column], (), coefficients)
         texts.append(f"@kernel\n{with_names(text, kick.own)}")
     return "\n\n".join(texts)

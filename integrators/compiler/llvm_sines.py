@@ -8,7 +8,6 @@ exceeds 2²⁰, C's library computes the lanes one after another.
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -40,7 +39,7 @@ def sines_of_lanes(routine: Routine, x: Value) -> tuple[Value, Value]:
 def _with_large_arguments(routine: Routine, x: Operand) -> tuple[Value, Value]:
     results = [routine.memory(x.kind) for _ in range(2)]
     near, far, after = (routine.name(label) for label in ("near", "far", "after"))
-    test: Any = largest(routine, abs(x)) < LARGEST
+    test: Operand = largest(routine, abs(x)) < LARGEST
     routine.jump(f"i1 {test.name}, label %{near}, label %{far}")
     routine.begin(near)
     for place, value in zip(results, _near(routine, x), strict=True):
@@ -78,7 +77,7 @@ def _near(routine: Routine, x: Operand) -> tuple[Value, Value]:
 
 
 def _polynomial(z: Operand, coefficients: tuple[float, ...]) -> Operand:
-    total: Any = coefficients[-1]
+    total: Operand = coefficients[-1]
     for c in reversed(coefficients[:-1]):
         total = total * z + c
     return total

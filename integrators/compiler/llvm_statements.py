@@ -13,6 +13,7 @@ from functools import partial, reduce
 from types import FunctionType
 from typing import Any
 
+from ..numbers.types import Function
 from .llvm_values import Operand, Value, mapped, register
 
 UNROLLED = 16  # a longer loop of constant length is not unrolled
@@ -20,7 +21,7 @@ LOOPS = (ast.While, ast.For)
 STATEMENTS = (ast.Assign, ast.AugAssign, ast.Return, ast.Expr, ast.If, ast.Break, ast.Pass, *LOOPS)
 
 
-def runnable(module: Any, node: ast.FunctionDef, function: FunctionType) -> Callable[..., Any]:
+def runnable(module: Any, node: ast.FunctionDef, function: FunctionType) -> Function:
     """Return a function of a module's text as a callable that writes its instructions.
 
     It is Python's own `function` if its path does not depend on numbers. A call of a generator
@@ -45,7 +46,7 @@ class Scope:
     def __init__(self, module: Any, node: ast.FunctionDef, often: set[str]) -> None:
         self.module, self.routine, self.node, self.often = module, module.routine, node, often
         self.names = dict(module.names)
-        self.places: dict[str, Any] = {}  # variables assigned in several places, and "return"
+        self.places: dict[str, Operand] = {}  # variables assigned in several places, and "return"
         self.ends: list[str] = []  # the end labels of the enclosing loops
         self.branches = 0  # number of enclosing branches that numbers decide
         # the returned value, if no number decides whether it is returned
@@ -66,14 +67,14 @@ class Scope:
         self.routine.begin(self.exit)
         return loaded(self.places["return"]) if "return" in self.places else None
 
-    def value(self, node: ast.expr) -> Any:
+    def value(self, node: ast.expr) -> Operand:
         """Return the value of an expression, evaluated by Python."""
         for name in sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)}):
             if name in self.places:
                 self.names[name] = loaded(self.places[name])
         return eval(compile(ast.Expression(node), "<kernels>", "eval"), self.names)
 
-    def _run(self, statements: Sequence[Any]) -> None:
+    def _run(self, statements: Sequence[ast.stmt]) -> None:
         for statement in statements:
             if self.returned or not self.routine.open:
                 return
@@ -141,7 +142,7 @@ class Scope:
         self.branches -= 1
         self.routine.begin(after)
 
-    def _loop(self, test: Callable[[], Any], turn: Callable[[], None]) -> None:
+    def _loop(self, test: Callable[[], Operand], turn: Callable[[], None]) -> None:
         """Write a loop: the code of `turn()` while the condition of `test()` holds."""
         routine = self.routine
         head, body, end = (routine.name(label) for label in ("head", "body", "end"))
@@ -159,7 +160,7 @@ class Scope:
 
     def _for(self, node: ast.For) -> None:
         if not _counts(node):
-            turns: Any = self.value(node.iter)
+            turns: Operand = self.value(node.iter)
             if isinstance(turns, partial):
                 self._each(node, turns)
                 return
@@ -174,7 +175,7 @@ class Scope:
         for item in turns:
             self._turn(node, item)
 
-    def _each(self, node: ast.For, write: Callable[[Any], Any]) -> None:
+    def _each(self, node: ast.For, write: Function) -> None:
         """Write the loops of a generator round this loop's body."""
         self.ends.append(self.routine.name("end"))
         self.branches += 1
@@ -205,7 +206,7 @@ class Scope:
 class _Language(ast.NodeTransformer):
     """Rewrites conditions in expressions as calls, and `a += b` as `a = a + b`."""
 
-    def visit(self, node: Any) -> Any:
+    def visit(self, node: ast.AST) -> Any:
         """Transform the node; fail if the language does not have it."""
         plain = not isinstance(node, ast.stmt) or isinstance(node, STATEMENTS)
         several = isinstance(node, ast.Assign) and len(node.targets) > 1
@@ -213,30 +214,30 @@ class _Language(ast.NodeTransformer):
         assert plain and not several and not loose, f"{ast.unparse(node)} is not of the language"
         return super().visit(node)
 
-    def visit_AugAssign(self, node: ast.AugAssign) -> Any:
+    def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
         """Return a plain assignment."""
         read = ast.parse(ast.unparse(node.target), mode="eval").body
         value = ast.BinOp(read, node.op, node.value)
         return self.generic_visit(ast.Assign([node.target], value))
 
-    def visit_IfExp(self, node: ast.IfExp) -> Any:
+    def visit_IfExp(self, node: ast.IfExp) -> ast.AST:
         """Return a call of `chosen`, which evaluates what it needs."""
         self.generic_visit(node)
         none = ast.arguments([], [], None, [], [], None, [])
         return _call("chosen", node.test, *(ast.Lambda(none, e) for e in (node.body, node.orelse)))
 
-    def visit_BoolOp(self, node: ast.BoolOp) -> Any:
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:
         """Return a call of `combined`."""
         self.generic_visit(node)
         return _call("combined", ast.Constant(isinstance(node.op, ast.And)), *node.values)
 
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> Any:
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
         """Return a call of `negated` for `not`."""
         self.generic_visit(node)
         return _call("negated", node.operand) if isinstance(node.op, ast.Not) else node
 
 
-def loaded(place: Any) -> Any:
+def loaded(place: Operand) -> Operand:
     """Return the numbers in variables."""
     return mapped(lambda one: one[0], place)
 
@@ -245,13 +246,13 @@ def _call(name: str, *arguments: ast.expr) -> ast.Call:
     return ast.Call(ast.Name(f"_{name}", ast.Load()), list(arguments), [])
 
 
-def _counts(node: Any) -> bool:
+def _counts(node: ast.AST) -> bool:
     """Return True if a statement is a loop over a range."""
     call = node.iter if isinstance(node, ast.For) else None
     return isinstance(call, ast.Call) and getattr(call.func, "id", "") == "range"
 
 
-def _steers(node: Any) -> bool:
+def _steers(node: ast.AST) -> bool:
     """Return True if the path through a function may depend on numbers at this node."""
     if isinstance(node, ast.Assign):
         return len(node.targets) > 1
@@ -311,7 +312,7 @@ def whole(number: Operand) -> Operand:
     return int(number)
 
 
-def mathematical(name: str, plain: Callable[..., Any]) -> Callable[..., Any]:
+def mathematical(name: str, plain: Function) -> Function:
     """Return a mathematical function that uses `plain` if Python knows its arguments."""
 
     def function(*arguments: Operand) -> Operand:

@@ -7,12 +7,14 @@ instructions are written. Division by zero gives inf or nan.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
+
+from ..numbers.types import Function
 
 #: a register, a number that is known while the code is written, or nested tuples of these
 Operand: TypeAlias = Any
@@ -36,7 +38,7 @@ COMPARISONS = {"lt": ("fcmp olt", "icmp slt"), "le": ("fcmp ole", "icmp sle"),
                "eq": ("fcmp oeq", "icmp eq"), "ne": ("fcmp une", "icmp ne")}  # fmt: skip
 OPERATORS = ARITHMETIC | COMPARISONS
 #: functions of all lanes at once (`llvm_lanes`); others are computed lane by lane
-OF_LANES: dict[str, Callable[..., Any]] = {}
+OF_LANES: dict[str, Function] = {}
 
 
 @dataclass(eq=False)
@@ -53,7 +55,7 @@ class Routine:
     heap: list[str] = field(default_factory=list)
     count: int = 0
     open: bool = True  # True if an instruction written here can be reached
-    known: dict[str, Any] = field(default_factory=dict)  # reusable results of this block
+    known: dict[str, Operand] = field(default_factory=dict)  # reusable results of this block
     fast: str = ""
 
     def name(self, letter: str = "%t") -> str:
@@ -144,7 +146,7 @@ class Routine:
         return self.get("f", f"extractelement {TYPES[lanes.kind]} {lanes.name}, i64 {j}")
 
     def in_lanes(
-        self, kind: str, whole: Any, single: Callable[..., Any], arguments: Sequence[Operand]
+        self, kind: str, whole: Function | None, single: Function, arguments: Sequence[Operand]
     ) -> Operand:
         """Apply `whole` to all lanes at once, or if it is None `single` lane by lane."""
         if whole is not None:
@@ -271,7 +273,7 @@ def lanes_among(numbers: Iterable[Operand]) -> str:
     return next((kind for kind in kinds if kind.startswith("v")), "")
 
 
-def mapped(function: Callable[..., Any], *trees: Operand) -> Operand:
+def mapped(function: Function, *trees: Operand) -> Operand:
     """Apply a function to each leaf of nested tuples."""
     if isinstance(trees[0], tuple):
         return tuple(mapped(function, *branches) for branches in zip(*trees, strict=True))
@@ -280,7 +282,7 @@ def mapped(function: Callable[..., Any], *trees: Operand) -> Operand:
 
 def flat(tree: Operand, known: bool = True) -> list[Operand]:
     """Return the numbers and arrays in nested tuples; if `known`, also Python's own numbers."""
-    found: list[Any] = []
+    found: list[Operand] = []
     mapped(lambda e: found.append(e) if _is_number(e, known) else None, tree)
     return [e if isinstance(e, Array) else register(e) for e in found]
 

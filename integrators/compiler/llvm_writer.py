@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from typing import Any
 
+from ..numbers.types import Function
 from .llvm_lanes import PRIMITIVES
 from .llvm_matrices import MATRICES
 from .llvm_sines import LARGEST  # noqa: F401 - with it sine and cosine are known
@@ -43,7 +44,7 @@ class Module:
         self.written = list[str]()
         self.declared: dict[str, str] = {}
         self.routine = Routine(self.declared)
-        self._shared: dict[str, tuple[str, str, Any]] = {}
+        self._shared: dict[str, tuple[str, str, Operand]] = {}
         functions = {n: mathematical(n, getattr(math, n)) for n, f in names.items()
                      if callable(f) and getattr(math, n, None) is f}  # fmt: skip
         self.names = {**names, **functions, **CONDITIONS, "int": whole,
@@ -55,7 +56,7 @@ class Module:
             else:
                 exec(compile(ast.Module([node], []), "<kernels>", "exec"), self.names)
 
-    def _function(self, node: ast.FunctionDef, function: Any) -> Callable[..., Any]:
+    def _function(self, node: ast.FunctionDef, function: Any) -> Function:
         """Return the function that writes the instructions of a function of the text."""
         words = decorators(node)
         fast, shared = next((kind for word, kind in KINDS.items() if word in words), ("", False))
@@ -79,7 +80,7 @@ class Module:
 
         return lane_by_lane if "table" in words else called if shared else inline
 
-    def _primitive(self, function: Callable[..., Any]) -> Callable[..., Any]:
+    def _primitive(self, function: Function) -> Function:
         """Return a function of lanes that is written wherever it is called."""
         return lambda *arguments: function(self.routine, *arguments)
 
@@ -109,7 +110,7 @@ class Module:
         aligned = " alignstack(64)" if any(" x double>" in line for line in body) else ""
         self.written.append("\n".join([f"define {head}{aligned} {{", "entry:", *body, "}"]))
 
-    def _called(self, name: str, function: Callable[..., Any], *arguments: Operand) -> Operand:
+    def _called(self, name: str, function: Function, *arguments: Operand) -> Operand:
         """Call a function that is written once for each form of its arguments.
 
         Results that Python knows are returned unchanged.

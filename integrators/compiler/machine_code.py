@@ -10,6 +10,7 @@ from types import FunctionType
 from typing import Any
 
 from ..numbers import LazyModule, uncollected
+from ..numbers.types import Function, Vector
 from .cache import cached, digest, sources
 from .llvm_values import Array
 from .llvm_writer import Module
@@ -50,10 +51,10 @@ def cores() -> int:
 def compiled(
     name: str,
     text: str,
-    names: Mapping[str, Any],
+    names: Mapping[str, object],
     arrays: Mapping[str, Array],
-    constants: Callable[[], Mapping[str, Any]] = dict,
-) -> Callable[..., Any]:
+    constants: Callable[[], Mapping[str, object]] = dict,
+) -> Function:
     """Compile a text's function `advance`; names: the text's own names, run by Python.
 
     arrays: its arguments that are arrays of contiguous numbers; the others are integers. constants:
@@ -92,7 +93,7 @@ def _object(text: str, level: int) -> bytes:
     return bytes(machine.emit_object(module))
 
 
-def _callable(engine: Any, names: Sequence[str]) -> Callable[..., Any]:
+def _callable(engine: Any, names: Sequence[str]) -> Function:
     """Return an engine's `advance`, which takes arrays (or their addresses) and integers."""
     place = engine.get_function_address("advance")
     # an address has the size of the integers, and is converted in two thirds of their time
@@ -104,7 +105,7 @@ def _callable(engine: Any, names: Sequence[str]) -> Callable[..., Any]:
         function(*arguments, out)
         return out[0], out[1]
 
-    def advance(*arguments: Any) -> tuple[int, int]:
+    def advance(*arguments: int | Vector) -> tuple[int, int]:
         return at_places(*[a if isinstance(a, int) else address(a) for a in arguments])
 
     advance.engine = engine  # type: ignore[attr-defined]  # it owns the code

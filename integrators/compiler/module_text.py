@@ -10,7 +10,7 @@ alone (sin x, 1/r³) that the next step needs again: they are computed once, at 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from functools import cached_property
 from inspect import getsource
 from pathlib import Path
@@ -29,7 +29,7 @@ from ..numbers import (
     with_arguments,
     with_tables,
 )
-from ..numbers.types import Letters
+from ..numbers.types import Letters, Namespace
 from .elimination import solve
 from .layout import Layout
 from .omissions import carried, has_pivots, is_affine, pivot_rows
@@ -113,7 +113,7 @@ class KernelText:
             step.q, self.nodes.graph, plain="coefficients" in self.omit
         )
         #: of the functions that kernels call: (name, what it uses of its caller, text)
-        self._functions: dict[Any, tuple[str, dict[str, Node | None], str]] = {}
+        self._functions: dict[Hashable, tuple[str, dict[str, Node | None], str]] = {}
         self._calls: dict[str, int] = {}
 
     @cached_property
@@ -159,7 +159,7 @@ class KernelText:
 
     # -- operations ------------------------------------------------------------------------------
 
-    def _operations(self, inside: Any = None) -> Operations:
+    def _operations(self, inside: object = None) -> Operations:
         return Operations(self.nodes.graph, self.coefficients, self._called, inside)
 
     def _scale(self, operations: Operations) -> None:
@@ -191,12 +191,16 @@ class KernelText:
         return name, more
 
     def _function(
-        self, name: str, arguments: Any, operations: Operations, results: Sequence[Any]
+        self,
+        name: str,
+        arguments: Namespace,
+        operations: Operations,
+        results: Sequence[Sequence[Value] | Value],
     ) -> str:
         given = arguments if self.own is None else {**arguments, "own": self.own}
         return self._marked(text_of(f"{name}{self.suffix}", given, operations, results))
 
-    def _start(self, arguments: dict[str, Any]) -> Operations:
+    def _start(self, arguments: Namespace) -> Operations:
         """Return operations whose letters of the arguments stand for themselves."""
         operations = self._operations()
         with_arguments(operations, arguments)
@@ -276,7 +280,7 @@ class KernelText:
             letters, along = step.along
             operations.give(nodes.read(letters), found)
             found = operations.values(nodes.read(along))
-        results: list[Any] = [found]
+        results: list[Sequence[Value] | Value] = [found]
         if not self.affine:
             results.append(operations.sum([operations.function("abs", e & ~1) for e in found]))
         return self._function("solver", arguments, operations, results)

@@ -68,7 +68,7 @@ class StageSource:
 
     name: str
     nodes: Any
-    given: tuple[Any, ...]
+    given: tuple[object, ...]
     derived: Callable[[], StageSystem]
 
 
@@ -97,7 +97,7 @@ class LatticeStages:
         return replace(self.source.derived(), q=self.q, extents=())
 
     @property
-    def key(self) -> tuple[Any, ...]:
+    def key(self) -> tuple[object, ...]:
         """Everything from which the text is made."""
         source = self.source
         return (source.nodes, source.given, self.q, self.own, self.pull, self.x, self.bond_own,

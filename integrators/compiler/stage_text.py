@@ -14,7 +14,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any
 
 from ..numbers import (
     Coefficients,
@@ -29,6 +28,7 @@ from ..numbers import (
     with_arguments,
     with_tables,
 )
+from ..numbers.statements import Arguments
 from ..numbers.types import Assignment, Column, Expression, Expressions, Letter, SymbolicMatrix
 from .elimination import solve
 from .lattice_text import UNSEEN
@@ -99,7 +99,7 @@ class StageText:
     def _function(
         self,
         name: str,
-        arguments: dict[str, Any],
+        arguments: Arguments,
         results: Sequence[Expressions],
         before: list[Assignment],
     ) -> str:
@@ -110,7 +110,7 @@ class StageText:
     def _solving(
         self,
         name: str,
-        arguments: dict[str, Any],
+        arguments: Arguments,
         equations: tuple[SymbolicMatrix, Column],
         results: Callable[[list[Node]], list[list[Expression | Node]]],
         before: Sequence[Assignment] = (),
@@ -222,7 +222,7 @@ class StageText:
         }
 
     @property
-    def _ends(self) -> dict[str, Any]:
+    def _ends(self) -> Arguments:
         system = self.system
         return {"x": system.x, "w": system.w, "p": system.p, "dp": system.dp,
                 "turn": system.turn[: len(self.turning)]}  # fmt: skip

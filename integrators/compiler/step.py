@@ -119,12 +119,12 @@ class StepNodes:
         self.slope = [entries[i * m : i * m + m] for i in range(m)]
         self.wanted = self.read(step.wanted or [*step.mu, *[0] * (m - len(step.mu))])
 
-    def read(self, entries: Iterable[Any]) -> list[Node]:
+    def read(self, entries: Iterable[Expression | Node]) -> list[Node]:
         """Return the nodes of expressions in the step's letters."""
         return [self.graph.node(e) for e in entries]
 
     @property
-    def keys(self) -> list[Any]:
+    def keys(self) -> list[object]:
         """Return everything that a step's kernels are made from, as text."""
         step, graph = self.step, self.graph
         along = step.along[1] if step.along else ()
@@ -140,7 +140,7 @@ class StepNodes:
                 [[graph.key(e) for e in column] for column in columns], other]  # fmt: skip
 
 
-def written(*parts: Any) -> str:
+def written(*parts: object) -> str:
     """Return a step (or expressions) as text, with each subexpression written once."""
     known: dict[Expression, int] = {}
     lines: list[str] = []
@@ -152,7 +152,7 @@ def written(*parts: Any) -> str:
             known[e] = len(known)
         return known[e]
 
-    def visit(item: Any) -> Any:
+    def visit(item: Any) -> object:
         if isinstance(item, Step):
             return item.nodes.keys
         if is_dataclass(item):
