@@ -203,3 +203,9 @@ slow_pendulum = scenes.get("pendulum").with_values(name="slow-pendulum", step="0
 #: at steps where the classical method's defect is hardly more than the noise of differences
 tiny_steps = scenes.get("pendulum").with_values(name="tiny-steps", step="0.0005", duration="0.1")
 classical_four = black_box(order=4, symplectic=True, name="classical-four")(classical)
+
+
+@black_box()
+def raising(q, p, h):
+    """A program that makes no step, and claims nothing."""
+    raise ValueError("no step")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -11,7 +11,7 @@ from ..core.claims import not_claimed
 from ..core.records import decoded
 from . import exchange, own_scene
 from .limits import LIMITS
-from .records import Found, Measured
+from .records import Found, Measured, Row
 from .stiff import FAMILIES
 
 # the possible classes of an orbit with an error as large as the energy itself
@@ -30,6 +30,8 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     measured = found.measured
     if found.kind == "linear":
         return _judge_linear(case, measured)
+    if not case.control and (verdict := _judge_ends(found.rows)) is not None:
+        return verdict
     if reason := not case.control and not_claimed(case.rule, "symplectic"):
         return Verdict("pass", "", {"not_demanded": reason})
     own = case.scene.name not in FAMILIES
@@ -58,6 +60,19 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     said = f"{row.outcome} at hω = {row.z:.3g} and {found.label} = "
     said += f"{row.stiffness:g}, where the step resolves the motion."
     return Verdict("fail", said, expected)
+
+
+def _judge_ends(rows: Sequence[Row]) -> Verdict | None:
+    """Return the verdict on a map of which no run goes through, whatever is claimed; or None.
+
+    Runs that grow beyond all bounds do, and are what a map shows.
+    """
+    if not rows or not all(row.cause for row in rows):
+        return None
+    if any(row.steps for row in rows):
+        said = f"no run goes through: at hω = {rows[0].z:.3g} {rows[0].cause}."
+        return Verdict("inconclusive", said)
+    return Verdict("fail", f"no step was made at any hω from {rows[0].z:.3g}: {rows[0].cause}.")
 
 
 def _judge_own(measured: Measured) -> Verdict | None:

@@ -12,7 +12,8 @@ from ..core.records import OPTIONAL
 class Row:
     """A step of the oscillator (z = hω, radius, phase, krein), or a cell of a map.
 
-    outcome: the class of the run in a cell. between: the name of a cell between two of the grid.
+    outcome: the class of the run in a cell, steps and cause: how far it came, and why it ended
+    before its time. between: the name of a cell between two of the grid.
     """
 
     z: float = 0.0
@@ -20,6 +21,8 @@ class Row:
     phase: float | None = None
     krein: float | None = None
     stiffness: float = 0.0
+    steps: int | None = None
+    cause: str = ""
     outcome: str = field(default="", metadata={"key": "class"})
     between: str | bool | None = None
 

@@ -77,7 +77,9 @@ def _of_back(case: Case, found: Found, expected: Expecting) -> Verdict:
         expected["back"] = f"{rule_of(case).base.name} is not self-adjoint: measured only"
         return Verdict("pass")
     expected["back"] = LIMITS["back"]
-    back = found.measured.back or 0.0
+    back = found.measured.back
+    if back is None or (found.measured.lost and back <= LIMITS["back"]):
+        return _lost(found, "way back")
     if back <= LIMITS["back"]:
         return Verdict("pass")
     said = f"{BACK} steps of ε and as many of −ε miss their start by {back:.2g}, where round-off "
@@ -87,12 +89,19 @@ def _of_back(case: Case, found: Found, expected: Expecting) -> Verdict:
     return Verdict("fail", f"{said}.")
 
 
+def _lost(found: Found, what: str) -> Verdict:
+    """Return the verdict on a number that is unknown at some place."""
+    return Verdict("inconclusive", f"the {what} is unknown at some place: {found.measured.lost}")
+
+
 def _of_form(case: Case, found: Found, expected: Expecting) -> Verdict:
     form = found.measured.form
-    if form is None:
+    if rule_of(case).way != "poincare":
         expected["form"] = "no form is kept, for the size of a step depends on the state"
         return Verdict("pass")
     expected["form"] = LIMITS["form"]
+    if form is None or (found.measured.lost and form <= LIMITS["form"]):
+        return _lost(found, "form")
     if form <= LIMITS["form"]:
         return Verdict("pass")
     said = f"the form of the extended phase space changes by {form:.2g} in a step, where "

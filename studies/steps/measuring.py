@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
@@ -109,11 +109,12 @@ def measure(case: Case, progress: Progress = silent) -> Mapping[str, Any]:
     step = min(step, Fraction(f"{clear[0]:.3g}"))
     measured: dict[str, Any] = {"order": orders[-1]}
     progress(f"{label}: there and back", 0.4)
-    measured["back"] = max(_back(case, step, *at) for at in _states(case))
+    measured["back"], measured["lost"] = _largest(_back, case, step)
     measured["form"] = None
     if rule_of(case).way == "poincare":
         progress(f"{label}: form", 0.5)
-        measured["form"] = max(_form(case, step, *at) for at in _states(case))
+        measured["form"], lost = _largest(_form, case, step)
+        measured["lost"] = measured["lost"] or lost
     progress(f"{label}: energy", 0.6)
     found = _energy(case, step)
     measured |= found.get("measured", {"band": None, "slope": None})
@@ -180,21 +181,33 @@ def _states(case: Case) -> list[tuple[Any, Any]]:
     return [(None, None), *((place.x, place.mu) for place in beside)]
 
 
+def _largest(
+    number: Callable[..., float], case: Case, step: Fraction
+) -> tuple[float | None, str | None]:
+    """Return the largest number at the start and beside it, and why it has none at some place."""
+    found, lost = [], None
+    for x, mu in _states(case):
+        try:
+            value = number(case, step, x, mu)
+        except StepFailure as failure:
+            lost = str(failure)
+        else:
+            found.append(math.inf if math.isnan(value) else value)
+    return max(found, default=None), lost
+
+
 def _back(case: Case, step: Fraction, x: Any, mu: Any) -> float:
     """Return the distance of the end of a run and back from its start: the largest entry of the
     error in (x, μ, t) over its size."""
     forth, back = (scheme_of(case).flow(sign * step, DIGITS_OF_FORM) for sign in (1, -1))
-    try:
-        run = forth.trajectory(BACK, x0=x, mu0=mu)
-        also = {}
-        if rule_of(case).way == "reversible":
-            also = {"density0": run.density[-1]}
-        elif rule_of(case).way == "poincare":
-            also = {"energy0": run.scheme.inner.scene.parameters[ENERGY]}
-        again = back.trajectory(BACK, x0=run.x[-1], mu0=run.mu[-1], t0=exact_rational(
-            run.t[-1], "t"), **also)  # fmt: skip
-    except StepFailure:
-        return math.nan
+    run = forth.trajectory(BACK, x0=x, mu0=mu)
+    also = {}
+    if rule_of(case).way == "reversible":
+        also = {"density0": run.density[-1]}
+    elif rule_of(case).way == "poincare":
+        also = {"energy0": run.scheme.inner.scene.parameters[ENERGY]}
+    t0 = exact_rational(run.t[-1], "t")
+    again = back.trajectory(BACK, x0=run.x[-1], mu0=run.mu[-1], t0=t0, **also)
     found = 0.0
     with mpmath.workdps(DIGITS_OF_FORM + 15):
         for one, other in ((run.x, again.x), (run.mu, again.mu), (run.t, again.t)):

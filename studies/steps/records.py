@@ -6,18 +6,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..core.records import OPTIONAL
 from ..core.single_steps import SingleSteps
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """The order, the miss of a run and back, the defect of the form, the energy along a run."""
+    """The order, the miss of a run and back, the defect of the form, the energy along a run.
+
+    lost: why no run from one of the places goes through, whose way back and form are then unknown.
+    """
 
     order: float | None = None
     back: float | None = None
     form: float | None = None
     band: float | None = None
     slope: float | None = None
+    lost: str | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True, slots=True)

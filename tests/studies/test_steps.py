@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 import sympy
 
-from discmech import one_step, scenes, vary
+from discmech import StepFailure, one_step, scenes, vary
 from discmech.integrators.rules import get
 from discmech.integrators.steps import varied_scheme
 from discmech.studies.core.case import Case, Choice
@@ -104,3 +105,31 @@ def test_the_command(ask):
     ):
         code, _, error = ask(*words)
         assert code == 2 and said in error
+
+
+@pytest.mark.parametrize("way", ["reversible", "poincare"])
+def test_a_place_whose_run_fails_is_said_and_not_left_out(way, monkeypatch):
+    """The largest of a number and of none was the number."""
+    asked = case(way)
+    study = every_study()["steps"]
+    found = {"rows": [], "orders": [2.0], "energy": {}, "self_adjoint": True,
+             "measured": {"order": 2.0, "back": 1e-50, "form": 1e-40}}  # fmt: skip
+    assert study.verdict(asked, found).verdict == "pass"
+    for more, verdict in (
+        ({"lost": "no step at t = 1"}, "inconclusive"), ({"back": None, "lost": "no"}, "inconc"),
+        ({"back": 1e-3, "lost": "no step at t = 1"}, "fail"),
+    ):  # fmt: skip
+        told = study.verdict(asked, found | {"measured": found["measured"] | more})
+        assert told.verdict.startswith(verdict) and (
+            verdict == "fail" or more["lost"] in told.reason
+        )
+
+    def number(case, step, x, mu):
+        if mu == 2:
+            raise StepFailure("s", "r", 3, 0.1, {}, "it fails")
+        return mu
+
+    monkeypatch.setattr(measuring, "_states", lambda case: [(0, k) for k in (1, 2, 3)])
+    largest, lost = measuring._largest(number, asked, 1)
+    assert largest == 3 and "it fails at step 3" in lost
+    assert measuring._largest(lambda *given: math.nan, asked, 1) == (math.inf, None)

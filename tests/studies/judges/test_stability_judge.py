@@ -1,6 +1,7 @@
 """The judge of stability: at its limits and beside them."""
 
 from fractions import Fraction
+from types import SimpleNamespace
 
 from discmech.studies.stability import measuring as stability
 from tests.studies.judges.by_hand import ABOVE, case, judged
@@ -72,3 +73,23 @@ def test_the_exchange_of_energy_is_right_to_a_tenth():
     assert told(**{"0.1": ABOVE * 0.1})[0] == "fail" and told(**{"0.2": 5.0})[0] == "pass"
     assert "hω = 0.1 is wrong by 90 %" in told(**{"0.1": 0.9})[1]
     assert "was not followed to its end" in told(**{"0.1": None})[1]
+
+
+def test_a_map_whose_every_run_ends_before_its_time_shows_nothing():
+    """A program that raises at each step claims nothing, and blows up nowhere."""
+
+    def told(*rows):
+        rows = [dict(zip(("class", "z", "steps", "cause"), ("blown up", *row), strict=True))
+                for row in rows]  # fmt: skip
+        claims = SimpleNamespace(symplectic=None, reversible=None, keeps=())
+        rule = SimpleNamespace(name="box", claims=claims)
+        return judged("stability", case(scene={"name": "fpu"}, rule=rule), kind="map", rows=rows,
+                      label="ω", measured={"classes": {}})  # fmt: skip
+
+    assert told((0.1, 0, "the box raises"), (1.0, 0, ""))[0] == "pass"
+    assert told((0.1, 0, "the box raises"), (1.0, 0, "it raises"))[:2] == (
+        "fail", "no step was made at any hω from 0.1: the box raises."
+    )  # fmt: skip
+    assert told((0.1, 7, "the box raises"), (1.0, 0, "it raises"))[:2] == (
+        "inconclusive", "no run goes through: at hω = 0.1 the box raises."
+    )  # fmt: skip
