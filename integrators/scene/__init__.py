@@ -2,6 +2,15 @@
 
 from ..errors import BadInput
 from ..numbers import refuse_unwritten, short_numbers
+from ..numbers.types import (
+    Column,
+    Covector,
+    Parameters,
+    Point,
+    Scalar,
+    SymbolicMatrix,
+    Velocity,
+)
 from .affine import halves
 from .constraints import Constraint, ConstraintKind, ConstraintParts, entries_of, velocity_rows
 from .pickled import Again, again, flow_of
@@ -10,10 +19,10 @@ from .reads import Opaque, reads, remembered
 from .scene import Scene
 
 #: the references import only from here, and share no formula with the rest; refusals of long
-#: numbers are here too
+#: numbers are here too, and the names of what a scene's functions take and give
 __all__ = [
-    "Again", "BadInput", "Conserved", "Constraint", "ConstraintKind", "ConstraintParts",
-    "OnGroup", "Opaque", "Scene", "again", "arguments_of", "entries_of", "flow_of", "halves",
-    "on_group", "reads", "refuse_unwritten", "remembered", "short_numbers", "takes_fourth",
-    "velocity_rows",
+    "Again", "BadInput", "Column", "Conserved", "Constraint", "ConstraintKind", "ConstraintParts",
+    "Covector", "OnGroup", "Opaque", "Parameters", "Point", "Scalar", "Scene", "SymbolicMatrix",
+    "Velocity", "again", "arguments_of", "entries_of", "flow_of", "halves", "on_group", "reads",
+    "refuse_unwritten", "remembered", "short_numbers", "takes_fourth", "velocity_rows",
 ]  # fmt: skip

@@ -3,14 +3,12 @@
 x follows the flow, and μ is carried by it. ∂²H/∂μ² = 0, so that no Lagrangian is known.
 """
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene
 
 
-def field(x: Any, p: Any) -> list[Any]:
+def field(x: Point, p: Parameters) -> list[Scalar]:
     """ẋ, three entries without divergence."""
     sin, cos = sympy.sin, sympy.cos
     return [

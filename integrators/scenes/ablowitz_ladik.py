@@ -5,31 +5,30 @@ iψ̇ₙ + ψₙ₊₁ − 2ψₙ + ψₙ₋₁ + |ψₙ|²(ψₙ₊₁ + ψₙ�
 
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Covector, Parameters, Point, Scalar, Scene
 
 
-def _sites(x: Any) -> list[tuple[Any, Any]]:
+def _sites(x: Point) -> list[tuple[Scalar, Scalar]]:
     return [(x[i], x[i + 1]) for i in range(0, len(x), 2)]
 
 
-def one_form(x: Any, p: Any) -> Any:
+def one_form(x: Point, p: Parameters) -> list[Scalar]:
     """Of dϑ = Σ dp ∧ dq/(1 + q² + p²): each dq has the integral over p."""
     roots = [(sympy.sqrt(1 + q**2), y) for q, y in _sites(x)]
     return [e for root, y in roots for e in (sympy.atan(y / root) / root, 0)]
 
 
-def hamiltonian(x: Any, p: Any) -> Any:
+def hamiltonian(x: Point, p: Parameters) -> Scalar:
     """Σ log(1 + |ψₙ|²) − Re ψₙψ̄ₙ₊₁."""
     sites = _sites(x)
     coupled = sum(a * c + b * d for k, (a, b) in enumerate(sites) for c, d in [sites[k - 1]])
     return sum(sympy.log(1 + q**2 + y**2) for q, y in sites) - coupled
 
 
-def norm(x: Any, mu: Any, p: Any) -> Any:
+def norm(x: Point, mu: Covector, p: Parameters) -> Scalar:
     """Σ log(1 + |ψₙ|²), by which all phases turn alike."""
     return sum(sympy.log(1 + q**2 + y**2) for q, y in _sites(x))
 

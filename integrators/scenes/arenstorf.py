@@ -3,14 +3,12 @@
 By its Hamiltonian: μ is the momentum in the frame at rest, v + (−y, x).
 """
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Covector, Parameters, Point, Scalar, Scene
 
 
-def hamiltonian(x: Any, mu: Any, p: Any) -> Any:
+def hamiltonian(x: Point, mu: Covector, p: Parameters) -> Scalar:
     """The energy in the frame that turns, whose turn adds y·μ₀ − x·μ₁."""
     turned = x[1] * mu[0] - x[0] * mu[1]
     near = sympy.sqrt((x[0] + p.moon) ** 2 + x[1] ** 2)

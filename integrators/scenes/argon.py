@@ -1,25 +1,24 @@
 """Seven argon atoms in a plane, frozen: a Lennard-Jones cluster; nm, ns, energies by k_B in K."""
 
 from itertools import combinations
-from typing import Any
 
 from ..groupoids import pair
-from ..scene import Conserved, Scene
+from ..scene import Column, Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 
-def _atoms(z: Any) -> list[Any]:
+def _atoms(z: Column) -> list[Column]:
     return [z[i : i + 2, 0] for i in range(0, 14, 2)]
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
-    def bond(a: Any, b: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
+    def bond(a: Column, b: Column) -> Scalar:
         near = (p.sigma**2 / (a - b).dot(a - b)) ** 3
         return 4 * p.epsilon * (near**2 - near)
 
     return p.mass * v.dot(v) / 2 - sum(bond(a, b) for a, b in combinations(_atoms(x), 2))
 
 
-def _spin(x: Any, mu: Any, p: Any) -> Any:
+def _spin(x: Point, mu: Covector, p: Parameters) -> Scalar:
     return sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(_atoms(x), _atoms(mu), strict=True))
 
 

@@ -1,28 +1,26 @@
 """A ball that rolls inside a vertical cylinder, which turns at a rate that swings."""
 
-from typing import Any
-
 from ..algebras import so
 from ..groupoids import lie_group, pair, product
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """x = (angle, height) of the centre, v = (their rates, the spin ω in fixed axes)."""
     spin, around = v[2:, :], (p.cylinder - p.radius) * v[0]
     kinetic = p.mass * (around**2 + v[1] ** 2) + p.inertia * spin.dot(spin)
     return kinetic / 2 - p.mass * p.gravity * x[1]
 
 
-def _no_slip(x: Any, p: Any, t: Any) -> tuple[list[list[Any]], list[Any]]:
+def _no_slip(x: Point, p: Parameters, t: Scalar) -> tuple[list[list[Scalar]], list[Scalar]]:
     """The point of the ball that touches moves with the wall: around, and not up or down."""
     sine, cosine, r = sympy.sin(x[0]), sympy.cos(x[0]), p.radius
     rows = [[p.cylinder - r, 0, 0, 0, r], [0, 1, r * sine, -r * cosine, 0]]
     return rows, [p.cylinder * (p.rate + p.swing * sympy.sin(t)), 0]
 
 
-def _unmoved_by_the_wall(x: Any, mu: Any, p: Any) -> Any:
+def _unmoved_by_the_wall(x: Point, mu: Covector, p: Parameters) -> list[Scalar]:
     """The momentum about the line of contact; and the spin about the normal, which goes up and
     down."""
     around = p.radius * mu[0] - (p.cylinder - p.radius) * mu[4]

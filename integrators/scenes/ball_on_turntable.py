@@ -1,32 +1,30 @@
 """A ball that rolls without slipping on a turntable: its centre goes round a circle."""
 
-from typing import Any
-
 from ..algebras import so
 from ..groupoids import lie_group, pair, product
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """x = the centre, v = (its velocity, the spin ω in fixed axes): inertia has no direction."""
     spin = v[2:, :]
     return (p.mass * (v[0] ** 2 + v[1] ** 2) + p.inertia * spin.dot(spin)) / 2
 
 
-def _no_slip(x: Any, p: Any) -> tuple[list[list[Any]], list[Any]]:
+def _no_slip(x: Point, p: Parameters) -> tuple[list[list[Scalar]], list[Scalar]]:
     """The lowest point of the ball moves with the table."""
     rows = [[1, 0, 0, -p.radius, 0], [0, 1, p.radius, 0, 0]]
     return rows, [-p.rate * x[1], p.rate * x[0]]
 
 
-def _moving_energy(x: Any, mu: Any, p: Any) -> Any:
+def _moving_energy(x: Point, mu: Covector, p: Parameters) -> Scalar:
     """The energy less the rate times the angular momentum about the table's axis."""
     spin = mu[2:, :]
     energy = (mu[0] ** 2 + mu[1] ** 2) / (2 * p.mass) + spin.dot(spin) / (2 * p.inertia)
     return energy - p.rate * (x[0] * mu[1] - x[1] * mu[0] + mu[4])
 
 
-def _about_the_contact(x: Any, mu: Any, p: Any) -> Any:
+def _about_the_contact(x: Point, mu: Covector, p: Parameters) -> list[Scalar]:
     """Angular momenta about the lowest point in two directions of the table, and the spin."""
     return [mu[3] + p.radius * mu[0], mu[2] - p.radius * mu[1], mu[4]]
 

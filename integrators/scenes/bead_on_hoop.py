@@ -1,23 +1,21 @@
 """A bead on a hoop that turns about its vertical diameter, in space: constraints that move."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     return p.mass * v.dot(v) / 2 - p.mass * p.gravity * x[2]
 
 
-def _on_the_hoop(x: Any, p: Any, t: Any) -> list[Any]:
+def _on_the_hoop(x: Point, p: Parameters, t: Scalar) -> list[Scalar]:
     """On the sphere, and in the plane of the hoop."""
     plane = x[1] * sympy.cos(p.rate * t) - x[0] * sympy.sin(p.rate * t)
     return [(x.dot(x) - p.radius**2) / 2, plane]
 
 
-def _moving_energy(x: Any, mu: Any, p: Any) -> Any:
+def _moving_energy(x: Point, mu: Covector, p: Parameters) -> Scalar:
     """Jacobi's integral: the energy less the rate times the angular momentum about the axis."""
     energy = mu.dot(mu) / (2 * p.mass) + p.mass * p.gravity * x[2]
     return energy - p.rate * (x[0] * mu[1] - x[1] * mu[0])

@@ -1,12 +1,10 @@
 """Beads on a string above a table: some rest, some bounce."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """x: heights; springs between neighbours."""
     ties = sum((x[i + 1] - x[i]) ** 2 for i in range(len(x) - 1))
     return v.dot(v) / 2 - p.stiffness * ties / 2 - p.gravity * sum(x)

@@ -1,12 +1,10 @@
 """A ball that bounces on the ground: times of its impacts in closed form."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """½ v² − g x."""
     return v[0] ** 2 / 2 - p.gravity * x[0]
 

@@ -1,12 +1,10 @@
 """The pendulum in Cartesian coordinates: a mass on a rod, held by a constraint."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     return p.mass * v.dot(v) / 2 - p.mass * p.gravity * x[1]
 
 

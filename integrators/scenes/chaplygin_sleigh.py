@@ -1,13 +1,11 @@
 """Chaplygin's sleigh: a platform on a blade that does not slip sideways, in the body's axes."""
 
-from typing import Any
-
 from ..algebras import se
 from ..groupoids import lie_group
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """v = (turning, along the blade, across it); the centre of mass lies `ahead` of the blade."""
     across = v[2] + p.ahead * v[0]
     return (p.inertia * v[0] ** 2 + p.mass * (v[1] ** 2 + across**2)) / 2

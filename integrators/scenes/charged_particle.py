@@ -1,18 +1,16 @@
 """Charged particle in a uniform magnetic field: a Lagrangian with a term linear in v."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Column, Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """½m|v|² + ½qB (x₁v₂ − x₂v₁): the symmetric gauge, B along the third axis."""
     return p.mass * v.dot(v) / 2 + p.charge * p.field * (x[0] * v[1] - x[1] * v[0]) / 2
 
 
-def guiding_centre(x: Any, mu: Any, p: Any) -> Any:
+def guiding_centre(x: Point, mu: Covector, p: Parameters) -> Column:
     """(μ₁ − ½qBx₂, μ₂ + ½qBx₁): translations change L by a total derivative only."""
     half = p.charge * p.field / 2
     return sympy.Matrix([mu[0] - half * x[1], mu[1] + half * x[0]])

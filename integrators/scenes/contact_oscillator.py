@@ -1,12 +1,10 @@
 """Contact oscillator: a spring in space, under the constraint of the contact structure."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """With a coupling of x and z, or their cube, it is neither integrable nor reversible in x."""
     return (v.dot(v) - x.dot(x)) / 2 - p.coupling * x[0] * x[2] - p.cubic * x[0] ** 3 / 3
 

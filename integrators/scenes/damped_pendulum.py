@@ -1,13 +1,11 @@
 """Pendulum in air: friction that grows with the speed."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 from .pendulum import lagrangian
 
 
-def _force(x: Any, v: Any, p: Any) -> list[Any]:
+def _force(x: Point, v: Velocity, p: Parameters) -> list[Scalar]:
     return [-p.friction * v[0] - p.drag * v[0] ** 3]
 
 

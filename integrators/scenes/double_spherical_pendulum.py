@@ -1,17 +1,15 @@
 """Two masses on rods, one below the other, in space: held by two constraints."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     kinetic = sum(p.masses[i // 3] * v[i] ** 2 for i in range(6)) / 2
     return kinetic - p.gravity * (p.masses[0] * x[2] + p.masses[1] * x[5])
 
 
-def _rods(x: Any, p: Any) -> list[Any]:
+def _rods(x: Point, p: Parameters) -> list[Scalar]:
     upper, lower = x[:3, :], x[3:, :] - x[:3, :]
     return [(r.dot(r) - length**2) / 2 for r, length in zip((upper, lower), p.lengths, strict=True)]
 

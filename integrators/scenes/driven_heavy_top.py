@@ -1,13 +1,11 @@
 """Heavy top with friction in its bearing and a torque that turns with the time."""
 
-from typing import Any
-
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 from .heavy_top import scene as _free
 
 
-def _force(x: Any, v: Any, p: Any, t: Any) -> list[Any]:
+def _force(x: Point, v: Velocity, p: Parameters, t: Scalar) -> list[Scalar]:
     """−c_i Ω_i + drive (Γ × e₁) cos ωt, in the body's axes."""
     drive = p.drive * sympy.cos(p.frequency * t)
     turned = [0, drive * x[2], -drive * x[1]]

@@ -1,17 +1,15 @@
 """Duffing's oscillator: two wells, friction, and a drive."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     return v[0] ** 2 / 2 + x[0] ** 2 / 2 - p.beta * x[0] ** 4 / 4
 
 
-def _force(x: Any, v: Any, p: Any, t: Any) -> list[Any]:
+def _force(x: Point, v: Velocity, p: Parameters, t: Scalar) -> list[Scalar]:
     return [-p.friction * v[0] + p.drive * sympy.cos(p.frequency * t)]
 
 

@@ -1,19 +1,17 @@
 """A stick that falls on a table: two contacts, with friction and restitution."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """x = (centre, angle): ½ (m |ẋ|² + J θ̇²) − m g y."""
     moving = p.mass * (v[0] ** 2 + v[1] ** 2) + p.inertia * v[2] ** 2
     return moving / 2 - p.mass * p.gravity * x[1]
 
 
-def _ends(x: Any, p: Any) -> list[Any]:
+def _ends(x: Point, p: Parameters) -> list[tuple[Scalar, list[Scalar]]]:
     """Of both ends, the height and the place along the table."""
     c, s = p.half * sympy.cos(x[2]), p.half * sympy.sin(x[2])
     return [(x[1] + s, [x[0] + c]), (x[1] - s, [x[0] - c])]

@@ -1,13 +1,11 @@
 """Four point vortices, whose motion is chaotic (Aref, Pomphrey 1982)."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Parameters, Point, Scalar, Scene
 from .vortex_pair import angular_impulse, hamiltonian, impulse
 
 
-def one_form(x: Any, p: Any) -> Any:
+def one_form(x: Point, p: Parameters) -> list[Scalar]:
     """Σ Γ (y dx − x dy)/2, which turns with the plane."""
     return [
         e for i, g in enumerate(p.strengths)

@@ -1,19 +1,17 @@
 """Fermi–Pasta–Ulam chain of alternating stiff and soft springs: three fast oscillators, coupled."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 HALF = 3  # stiff springs; x = (their middles, their extensions)
 
 
-def fast(x: Any, p: Any) -> Any:
+def fast(x: Point, p: Parameters) -> Scalar:
     """The stiff springs."""
     return p.omega**2 * sum(e**2 for e in x[HALF:]) / 2
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """Ends fixed; soft springs with a force that grows as the cube."""
     middles, extensions = [0, *x[:HALF], 0], [0, *x[HALF:], 0]
     gaps = [
@@ -22,7 +20,7 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
     return v.dot(v) / 2 - fast(x, p) - sum(gap**4 for gap in gaps) / 4
 
 
-def oscillatory(x: Any, mu: Any, p: Any) -> Any:
+def oscillatory(x: Point, mu: Covector, p: Parameters) -> Scalar:
     """Energy of the stiff springs: an adiabatic invariant, constant up to O(1/ω)."""
     return fast(x, p) + sum(m**2 for m in mu[HALF:]) / 2
 

@@ -6,22 +6,20 @@ as degenerate variational integrators need it. Round an axis with the strength �
 which is 1 + χ² − ψ for β = 1 + χ².
 """
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Parameters, Point, Scalar, Scene
 
 
-def _strength(x: Any) -> Any:
+def _strength(x: Point) -> Scalar:
     return 1 + x[2] ** 2 - x[0]
 
 
-def one_form(x: Any, p: Any) -> Any:
+def one_form(x: Point, p: Parameters) -> list[Scalar]:
     """ψ along φ, u/B along χ."""
     return [0, x[0], x[3] / _strength(x), 0]
 
 
-def hamiltonian(x: Any, p: Any) -> Any:
+def hamiltonian(x: Point, p: Parameters) -> Scalar:
     """u²/2 + mB, m the magnetic moment."""
     return x[3] ** 2 / 2 + p.moment * _strength(x)
 

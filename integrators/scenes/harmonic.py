@@ -1,12 +1,10 @@
 """Harmonic oscillator: the linear problem, where everything can be done by hand."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     return p.mass * v[0] ** 2 / 2 - p.stiffness * x[0] ** 2 / 2
 
 

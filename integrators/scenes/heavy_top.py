@@ -1,13 +1,11 @@
 """Heavy top in generic position: an unsymmetric body whose centre of mass is on no axis."""
 
-from typing import Any
-
 from ..algebras import so
 from ..groupoids import action
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """½ Ω·IΩ − mgd Γ·e; Γ points up, seen from the body."""
     kinetic = sum(p.inertia[i] * v[i] ** 2 for i in range(3)) / 2
     return kinetic - p.weight * x.dot(p.center)

@@ -1,12 +1,10 @@
 """Hénon–Heiles: two oscillators coupled by a cubic potential, in its chaotic range."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     quadratic = (x[0] ** 2 + x[1] ** 2) / 2
     return v.dot(v) / 2 - quadratic - p.coupling * (x[0] ** 2 * x[1] - x[1] ** 3 / 3)
 

@@ -1,14 +1,12 @@
 """Double pendulum beside a wall: both masses hit it, a mass matrix that depends on the base."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene
 from .double_pendulum import lagrangian
 
 
-def _from_the_wall(x: Any, p: Any) -> list[Any]:
+def _from_the_wall(x: Point, p: Parameters) -> list[Scalar]:
     """The distances of both masses from a wall on the left, angles from the downward vertical."""
     l1, l2 = p.length
     first = l1 * sympy.sin(x[0])

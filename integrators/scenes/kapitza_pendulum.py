@@ -1,13 +1,11 @@
 """Kapitza's pendulum: its pivot is shaken so fast that it stands upside down."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any, t: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters, t: Scalar) -> Scalar:
     """The pivot at height a cos γt, a total derivative left out."""
     shaken = p.gravity + p.amplitude * p.frequency**2 * sympy.cos(p.frequency * t)
     return p.length**2 * v[0] ** 2 / 2 + p.length * shaken * sympy.cos(x[0])

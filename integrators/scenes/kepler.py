@@ -1,17 +1,15 @@
 """Kepler's problem in the plane at eccentricity 0.6, from the pericentre."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     return v.dot(v) / 2 + p.strength / sympy.sqrt(x.dot(x))
 
 
-def sigma(x: Any, mu: Any, p: Any) -> Any:
+def sigma(x: Point, mu: Covector, p: Parameters) -> Scalar:
     """r^(3/2): a part of the time in which a body falls to the centre."""
     return x.dot(x) ** sympy.Rational(3, 4) / sympy.sqrt(p.strength)
 

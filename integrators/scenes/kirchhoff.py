@@ -1,20 +1,18 @@
 """Kirchhoff's underwater body: an ellipsoid in an ideal fluid, on SE(3)."""
 
-from typing import Any
-
 from ..algebras import se
 from ..groupoids import lie_group
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Covector, Parameters, Point, Scalar, Scene, SymbolicMatrix, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """½ Ω·JΩ + Ω·DV + ½ V·MV, velocities in the body: v = (Ω, V)."""
     spin = sum(p.inertia[i] * v[i] ** 2 for i in range(3))
     drift = sum(p.added_mass[i] * v[3 + i] ** 2 for i in range(3))
     return (spin + drift) / 2 + p.coupling * sum(v[i] * v[3 + i] for i in range(3))
 
 
-def spatial(A: Any, mu: Any, p: Any) -> Any:
+def spatial(A: SymbolicMatrix, mu: Covector, p: Parameters) -> Covector:
     """(RΠ + r × RP, RP) with the attitude A = (R, r)."""
     turn, place = A[:3, :3], A[:3, 3]
     impulse = turn * mu[3:, 0]

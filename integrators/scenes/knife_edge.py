@@ -1,19 +1,17 @@
 """A blade on an inclined plane: it slides along its edge and turns, and does not slip across."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """x = (down the slope, across it, heading); `pull` is g sin α."""
     kinetic = p.mass * (v[0] ** 2 + v[1] ** 2) + p.inertia * v[2] ** 2
     return kinetic / 2 + p.mass * p.pull * x[0]
 
 
-def _along(x: Any, mu: Any, p: Any) -> Any:
+def _along(x: Point, mu: Covector, p: Parameters) -> Scalar:
     """Along the blade, ⟨μ, (cos θ, sin θ, 0)⟩."""
     return sympy.cos(x[2]) * mu[0] + sympy.sin(x[2]) * mu[1]
 

@@ -1,14 +1,12 @@
 """Kovalevskaya top: I = (2, 2, 1), centre of mass in the equator, integrable by her integral."""
 
-from typing import Any
-
 from ..algebras import so
 from ..groupoids import action
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Covector, Parameters, Point, Scalar, Scene
 from .heavy_top import SYMMETRIES, lagrangian
 
 
-def kovalevskaya(x: Any, mu: Any, p: Any) -> Any:
+def kovalevskaya(x: Point, mu: Covector, p: Parameters) -> Scalar:
     """|ζ|² with ζ = (Ω₁ + iΩ₂)² − wγ, γ = Γ₁ + iΓ₂, for I = (2, 2, 1): an integral of the flow."""
     a, b = mu[0] / 2, mu[1] / 2
     return (a**2 - b**2 - p.weight * x[0]) ** 2 + (2 * a * b - p.weight * x[1]) ** 2

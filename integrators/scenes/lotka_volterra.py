@@ -1,18 +1,16 @@
 """Predators and prey of Lotka and Volterra, q̇ = q₀q₁ J ∂H, by a one-form that treats both alike."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene
 
 
-def one_form(x: Any, p: Any) -> Any:
+def one_form(x: Point, p: Parameters) -> list[Scalar]:
     """(log q₁/q₀, −log q₀/q₁)/2, so that dϑ = dq₁ ∧ dq₀/(q₀ q₁)."""
     return [sympy.log(x[1]) / x[0] / 2, -sympy.log(x[0]) / x[1] / 2]
 
 
-def hamiltonian(x: Any, p: Any) -> Any:
+def hamiltonian(x: Point, p: Parameters) -> Scalar:
     """Σ aᵢ qᵢ + bᵢ log qᵢ."""
     linear = p.linear[0] * x[0] + p.linear[1] * x[1]
     return linear + p.logarithmic[0] * sympy.log(x[0]) + p.logarithmic[1] * sympy.log(x[1])

@@ -4,27 +4,25 @@
 H = u²/2 + m|B|, m the magnetic moment; β = 1 + z² is the field on the axis.
 """
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Parameters, Point, Scalar, Scene
 
 
-def _field(x: Any) -> tuple[list[Any], Any]:
+def _field(x: Point) -> tuple[list[Scalar], Scalar]:
     """B and |B|."""
     found = [-x[0] * x[2], -x[1] * x[2], 1 + x[2] ** 2]
     return found, sympy.sqrt(sum(e**2 for e in found))
 
 
-def one_form(x: Any, p: Any) -> Any:
+def one_form(x: Point, p: Parameters) -> list[Scalar]:
     """A + u b, and none along u."""
     field, strength = _field(x)
     swept = [-x[1] * field[2] / 2, x[0] * field[2] / 2, 0]
     return [*(a + x[3] * b / strength for a, b in zip(swept, field, strict=True)), 0]
 
 
-def hamiltonian(x: Any, p: Any) -> Any:
+def hamiltonian(x: Point, p: Parameters) -> Scalar:
     """u²/2 + m|B|."""
     return x[3] ** 2 / 2 + p.moment * _field(x)[1]
 

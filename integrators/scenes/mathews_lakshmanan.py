@@ -1,12 +1,10 @@
 """Mathews and Lakshmanan's oscillator, whose mass 1/(1 + λx²) depends on the place."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     return (v[0] ** 2 - p.frequency**2 * x[0] ** 2) / (1 + p.curvature * x[0] ** 2) / 2
 
 

@@ -1,13 +1,11 @@
 """Morse's oscillator: two atoms bound by D(1 − e^{−ax})²."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     return p.mass * v[0] ** 2 / 2 - p.depth * (1 - sympy.exp(-p.width * x[0])) ** 2
 
 

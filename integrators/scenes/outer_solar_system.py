@@ -1,24 +1,23 @@
 """The outer solar system: Sun (with the inner planets), Jupiter to Neptune, Pluto; AU, days."""
 
 from itertools import combinations
-from typing import Any
 
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Column, Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 
-def _bodies(z: Any) -> list[Any]:
+def _bodies(z: Column) -> list[Column]:
     return [z[i : i + 3, 0] for i in range(0, 18, 3)]
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     kinetic = sum(m * w.dot(w) for m, w in zip(p.masses, _bodies(v), strict=True)) / 2
     pairs = combinations(zip(p.masses, _bodies(x), strict=True), 2)
     return kinetic + p.G * sum(m * n / sympy.sqrt((a - b).dot(a - b)) for (m, a), (n, b) in pairs)
 
 
-def _spin(x: Any, mu: Any, p: Any) -> Any:
+def _spin(x: Point, mu: Covector, p: Parameters) -> Column:
     return sum((a.cross(b) for a, b in zip(_bodies(x), _bodies(mu), strict=True)), 0 * x[:3, 0])
 
 

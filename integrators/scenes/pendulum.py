@@ -1,13 +1,11 @@
 """Mathematical pendulum in libration, let go at rest far from the bottom."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     inertia = p.mass * p.length**2
     return inertia * v[0] ** 2 / 2 + p.mass * p.gravity * p.length * sympy.cos(x[0])
 

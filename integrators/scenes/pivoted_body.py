@@ -1,28 +1,26 @@
 """A rigid body in space, held at one point of it by a constraint: the heavy top unreduced."""
 
-from typing import Any
-
 from ..algebras import so
 from ..groupoids import RowAction, pair, product
 from ..numbers import sympy
 from ..retractions import cayley
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """x = (centre of mass, attitude A row by row), v = (its velocity, the body's turning Ω)."""
     moving = p.mass * sum(v[i] ** 2 for i in range(3))
     turning = sum(p.inertia[i] * v[3 + i] ** 2 for i in range(3))
     return (moving + turning) / 2 - p.mass * p.gravity * x[2]
 
 
-def _held(x: Any, p: Any) -> list[Any]:
+def _held(x: Point, p: Parameters) -> list[Scalar]:
     """The centre of mass lies at A·arm, so the origin is fixed in the body."""
     attitude = sympy.Matrix(3, 3, list(x[3:, :]))
     return list(x[:3, :] - attitude * p.arm)
 
 
-def _about_the_vertical(x: Any, mu: Any, p: Any) -> Any:
+def _about_the_vertical(x: Point, mu: Covector, p: Parameters) -> Scalar:
     """Of the centre of mass and of the body about it."""
     spin = x[9] * mu[3] + x[10] * mu[4] + x[11] * mu[5]
     return x[0] * mu[1] - x[1] * mu[0] + spin

@@ -1,25 +1,24 @@
 """Pleiades: seven stars of masses 1 to 7 in a plane, which pass each other closely."""
 
 from itertools import combinations
-from typing import Any
 
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Column, Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 
-def _stars(z: Any) -> list[Any]:
+def _stars(z: Column) -> list[Column]:
     """Points in the plane; the coordinates are x₁ … x₇, y₁ … y₇."""
     return [sympy.Matrix([z[i], z[i + 7]]) for i in range(7)]
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     kinetic = sum(m * w.dot(w) for m, w in zip(p.masses, _stars(v), strict=True)) / 2
     pairs = combinations(zip(p.masses, _stars(x), strict=True), 2)
     return kinetic + sum(m * n / sympy.sqrt((a - b).dot(a - b)) for (m, a), (n, b) in pairs)
 
 
-def _spin(x: Any, mu: Any, p: Any) -> Any:
+def _spin(x: Point, mu: Covector, p: Parameters) -> Scalar:
     return sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(_stars(x), _stars(mu), strict=True))
 
 

@@ -1,13 +1,11 @@
 """Kepler's problem at e = 0.6 in polar form: R⁺ × S¹ reduced by rotations to pair × group."""
 
-from typing import Any
-
 from ..algebras import so
 from ..groupoids import lie_group, pair, product
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """½ (ṙ² + r²ω²) + k/r, with x = r and v = (ṙ, ω)."""
     return (v[0] ** 2 + x[0] ** 2 * v[1] ** 2) / 2 + p.strength / x[0]
 

@@ -1,13 +1,11 @@
 """Free rigid body: the Euler equations on so(3)*, with the attitude where it is asked for."""
 
-from typing import Any
-
 from ..algebras import so
 from ..groupoids import lie_group
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     return sum(p.inertia[i] * v[i] ** 2 for i in range(3)) / 2
 
 

@@ -1,32 +1,31 @@
 """Free rigid body in four dimensions with Manakov's metric."""
 
 from itertools import combinations
-from typing import Any
 
 from ..algebras import so
 from ..groupoids import lie_group
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Covector, Parameters, Point, Scalar, Scene, SymbolicMatrix, Velocity
 
 ALGEBRA = so(4)
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """½ Σ_{i<j} (λᵢ + λⱼ) ω_ij²."""
     return sum((a + b) * w**2 for (a, b), w in zip(combinations(p.mass, 2), v, strict=True)) / 2
 
 
-def pfaffian(x: Any, mu: Any, p: Any) -> Any:
+def pfaffian(x: Point, mu: Covector, p: Parameters) -> Scalar:
     """μ₁₂μ₃₄ − μ₁₃μ₂₄ + μ₁₄μ₂₃."""
     return mu[0] * mu[5] - mu[1] * mu[4] + mu[2] * mu[3]
 
 
-def manakov(x: Any, mu: Any, p: Any) -> Any:
+def manakov(x: Point, mu: Covector, p: Parameters) -> Scalar:
     """Σ (λᵢ² + λⱼ²) μ_ij², from the spectral curve det(μ̂ + sΛ² − z)."""
     pairs = zip(combinations(p.mass, 2), mu, strict=True)
     return sum((a**2 + b**2) * m**2 for (a, b), m in pairs)
 
 
-def spatial(A: Any, mu: Any, p: Any) -> Any:
+def spatial(A: SymbolicMatrix, mu: Covector, p: Parameters) -> Covector:
     """A μ̂ Aᵀ, its six entries."""
     return ALGEBRA.coordinates(A * ALGEBRA.hat(mu) * A.T)
 

@@ -1,19 +1,17 @@
 """A disc that rolls upright on a plane without slipping."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """x = (place on the plane, rolled angle, heading)."""
     plane = p.mass * (v[0] ** 2 + v[1] ** 2)
     return (plane + p.rolling * v[2] ** 2 + p.turning * v[3] ** 2) / 2
 
 
-def _no_slip(x: Any, p: Any) -> list[list[Any]]:
+def _no_slip(x: Point, p: Parameters) -> list[list[Scalar]]:
     along = p.radius * sympy.cos(x[3]), p.radius * sympy.sin(x[3])
     return [[1, 0, -along[0], 0], [0, 1, -along[1], 0]]
 

@@ -1,14 +1,12 @@
 """Rigid body with an internal rotor about its third axis, held by a torsion spring: S¹ × SO(3)."""
 
-from typing import Any
-
 from ..algebras import so
 from ..groupoids import lie_group, pair, product
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """½ Ω·IΩ + ½ J (Ω₃ + α̇)² + k cos α, with v = (α̇, Ω)."""
     body = sum(p.inertia[i] * v[1 + i] ** 2 for i in range(3)) / 2
     return body + p.rotor * (v[3] + v[0]) ** 2 / 2 + p.spring * sympy.cos(x[0])

@@ -1,15 +1,13 @@
 """Geodesic flow on SL(2) with a left-invariant metric: a group that is not compact."""
 
-from typing import Any
-
 from ..algebras import sl
 from ..groupoids import lie_group
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Covector, Parameters, Scene, SymbolicMatrix
 from .rigid_body import lagrangian
 
 
-def spatial(A: Any, mu: Any, p: Any) -> Any:
+def spatial(A: SymbolicMatrix, mu: Covector, p: Parameters) -> Covector:
     """A M A⁻¹ with μ_γ = tr(M e_γ), its entries 11, 21 and 12."""
     body = sympy.Matrix([[mu[0] / 2, mu[2]], [mu[1], -mu[0] / 2]])
     turned = A * body * A.adjugate()  # det A = 1

@@ -1,12 +1,10 @@
 """A block that slides to rest on a slope by dry friction: its way in closed form."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """½ |v|² + g (sin α x − cos α y): x down the slope, y across it, slope = (sin α, cos α)."""
     return v.dot(v) / 2 + p.gravity * (p.slope[0] * x[0] - p.slope[1] * x[1])
 

@@ -1,13 +1,11 @@
 """Spherical pendulum on S², regularised as a spherical top that does not turn about its rod."""
 
-from typing import Any
-
 from ..algebras import so
 from ..groupoids import action
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """½ ml²|ω|² − mgl x₃ with ẋ = x × ω; ω along x would be free, and μ·x = 0 says it is none."""
     return p.mass * p.length**2 * v.dot(v) / 2 - p.mass * p.gravity * p.length * x[2]
 

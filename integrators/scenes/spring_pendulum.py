@@ -1,18 +1,16 @@
 """Pendulum on a stiff spring: a fast radial oscillation on a slow swing."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def fast(x: Any, p: Any) -> Any:
+def fast(x: Point, p: Parameters) -> Scalar:
     """The spring."""
     return p.stiffness * (sympy.sqrt(x.dot(x)) - p.length) ** 2 / 2
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     return p.mass * v.dot(v) / 2 - fast(x, p) - p.mass * p.gravity * x[1]
 
 

@@ -1,13 +1,11 @@
 """Suslov's problem: a rigid body that cannot turn about an axis fixed in it."""
 
-from typing import Any
-
 from ..algebras import so
 from ..groupoids import lie_group
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """½ Ω·IΩ, the axes turned so that I₁₂ = 0."""
     diagonal = sum(p.inertia[i] * v[i] ** 2 for i in range(3)) / 2
     return diagonal + p.coupling[0] * v[0] * v[2] + p.coupling[1] * v[1] * v[2]

@@ -1,13 +1,11 @@
 """A free particle on a torus of revolution; x = (the angle round the tube, that round the axis)."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Conserved, Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     distance = p.radius + p.tube * sympy.cos(x[0])
     return (p.tube**2 * v[0] ** 2 + distance**2 * v[1] ** 2) / 2
 

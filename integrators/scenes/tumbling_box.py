@@ -1,23 +1,22 @@
 """A box that tumbles on a table: eight corners, on R³ × SO(3)."""
 
 from itertools import product as every
-from typing import Any
 
 from ..algebras import so
 from ..groupoids import RowAction, pair, product
 from ..numbers import sympy
 from ..retractions import cayley
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """x = (centre, attitude row by row), v = (its velocity, the body's turning Ω)."""
     moving = p.mass * sum(v[i] ** 2 for i in range(3))
     turning = sum(p.inertia[i] * v[3 + i] ** 2 for i in range(3))
     return (moving + turning) / 2 - p.mass * p.gravity * x[2]
 
 
-def _corners(x: Any, p: Any) -> list[Any]:
+def _corners(x: Point, p: Parameters) -> list[tuple[Scalar, list[Scalar]]]:
     """Of each corner, the height and the place on the table."""
     attitude = sympy.Matrix(3, 3, list(x[3:, :]))
     found = []

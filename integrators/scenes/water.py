@@ -1,18 +1,16 @@
 """A molecule of three atoms, H–O–H in a plane: two stiff bonds and the angle; amu, Å, ps."""
 
-from typing import Any
-
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Conserved, Scene
+from ..scene import Column, Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 
-def _atoms(z: Any) -> list[Any]:
+def _atoms(z: Column) -> list[Column]:
     """O, H, H."""
     return [z[i : i + 2, 0] for i in (0, 2, 4)]
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     kinetic = sum(m * w.dot(w) for m, w in zip(p.masses, _atoms(v), strict=True)) / 2
     oxygen, *others = _atoms(x)
     arms = [e - oxygen for e in others]
@@ -22,7 +20,7 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
     return kinetic - p.bond * stretched / 2 - p.bend * (angle - p.angle) ** 2 / 2
 
 
-def _spin(x: Any, mu: Any, p: Any) -> Any:
+def _spin(x: Point, mu: Covector, p: Parameters) -> Scalar:
     return sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(_atoms(x), _atoms(mu), strict=True))
 
 

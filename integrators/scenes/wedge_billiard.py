@@ -1,17 +1,15 @@
 """A point mass that bounces in a wedge: integrable at some angles, chaotic at others."""
 
-from typing import Any
-
 from ..groupoids import pair
-from ..scene import Scene
+from ..scene import Parameters, Point, Scalar, Scene, Velocity
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """½ |v|² − g y."""
     return v.dot(v) / 2 - p.gravity * x[1]
 
 
-def _walls(x: Any, p: Any) -> list[Any]:
+def _walls(x: Point, p: Parameters) -> list[Scalar]:
     """Distances from the walls, whose half angle θ has (sin θ, cos θ) = `half`; 45° integrates."""
     sine, cosine = p.half
     return [sine * x[1] - cosine * x[0], sine * x[1] + cosine * x[0]]

@@ -1,24 +1,22 @@
 """Wong's equations: a particle in a trap and in a Yang–Mills field, on R³ × SU(2)."""
 
-from typing import Any
-
 from ..algebras import su
 from ..groupoids import lie_group, pair, product
-from ..scene import Conserved, Scene
+from ..scene import Column, Conserved, Covector, Parameters, Point, Scalar, Scene, Velocity
 
 
-def field(x: Any) -> Any:
+def field(x: Point) -> list[list[Scalar]]:
     """The hedgehog A(x)ẋ = ½ ẋ × x, invariant if space and isospin turn together."""
     return [[0, x[2] / 2, -x[1] / 2], [-x[2] / 2, 0, x[0] / 2], [x[1] / 2, -x[0] / 2, 0]]
 
 
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
+def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
     """½ m|ẋ|² + ½ κ|η|² − ½ k|x|² (Kaluza–Klein), with v = (ẋ, η = ξ + A(x)ẋ)."""
     kinetic = p.mass * v[:3, 0].dot(v[:3, 0]) + p.fibre_inertia * v[3:, 0].dot(v[3:, 0])
     return (kinetic - p.stiffness * x.dot(x)) / 2
 
 
-def total(x: Any, mu: Any, p: Any) -> Any:
+def total(x: Point, mu: Covector, p: Parameters) -> Column:
     """x × (p + Aᵀq) − q, with p = mẋ and the isospin q."""
     q = mu[3:, 0]
     return x.cross(mu[:3, 0] + x.cross(q) / 2) - q
