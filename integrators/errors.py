@@ -49,6 +49,12 @@ def line_of(function: Any, error: BaseException | None = None) -> str:
     return f"{Path(code.co_filename).name}, line {line}"
 
 
+def at_line(function: Any, error: BaseException | None = None) -> str:
+    """Return the beginning of a message about a user's function, its place and a colon, or ""."""
+    place = line_of(function, error)
+    return f"{place}: " if place else ""
+
+
 def nearest(name: Any, known: Iterable[str]) -> str:
     """Return the known name most like the given one, in any capitals; empty without one."""
     small = {word.lower(): word for word in known}
@@ -140,10 +146,8 @@ def check_function(function: Any, what: str, *wanted: str) -> None:
             if not wrong:
                 return
             stray = stray or ", whose {} would be {}".format(*wrong[0])
-    place = line_of(function)
     raise BadInput(
-        (f"{place}: " if place else "")
-        + f"{what} is a function of {signature}{stray}; write it with {words}."
+        f"{at_line(function)}{what} is a function of {signature}{stray}; write it with {words}."
     )
 
 

@@ -148,8 +148,7 @@ class _Run(ContactRun):
 
     def _take_free_steps(self) -> bool:
         """Take free steps up to the first one with a contact; return True if there were any."""
-        m, numbers = self.moment, self.numbers
-        at = m.place.x
+        m, at = self.moment, self.moment.place.x
         if m.place.closed.any():
             moving = m._replace(u=self.gaps.velocity(at, m.mu, m.u))
             if len(self.contact.resting(moving)):
@@ -162,11 +161,7 @@ class _Run(ContactRun):
             free_run = failure.trajectory
             if free_run is None or len(free_run.t) < 2:
                 return False
-        x, mu, u = (
-            np.array([[numbers.number(e) for e in row] for row in rows], dtype=numbers.dtype)
-            if numbers.dtype is object else rows
-            for rows in (free_run.base, free_run.mu, free_run.u)
-        )  # fmt: skip
+        x, mu, u = map(self.numbers.own, (free_run.base, free_run.mu, free_run.u))
         free, phi = self.flow._steps.free_steps(x)
         for k in range(free):
             self.write(x[k], mu[k], u[k])

@@ -7,7 +7,7 @@ from contextlib import suppress
 from functools import lru_cache
 from typing import Any, TypeVar
 
-from ..errors import BadInput, line_of
+from ..errors import BadInput, at_line
 from ..numbers import (
     Graph,
     NotComputed,
@@ -72,8 +72,7 @@ def check_known(symbols: set[Expression], s: SceneSymbols, rule: Discretisation)
 
 def named(scene: str, rule: Discretisation) -> str:
     """Return the scene with the rule, and the place of a user's rule."""
-    place = line_of(rule.formula)
-    return (f"{place}: " if place else "") + f"{scene} with {rule.name}"
+    return f"{at_line(rule.formula)}{scene} with {rule.name}"
 
 
 def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import RAISED, BadInput, CannotMeasure, line_of, remedy, shown
+from ..errors import RAISED, BadInput, CannotMeasure, at_line, line_of, remedy, shown
 from ..groupoids import Clocked
 from ..numbers import (
     Arithmetic,
@@ -256,8 +256,7 @@ class SceneSymbols:
             ) from error
 
     def _at(self, function: Function | None, what: str, error: BaseException | None = None) -> str:
-        place = line_of(function, error)
-        return (f"{place}: " if place else "") + f"{self.name}: {what}"
+        return f"{at_line(function, error)}{self.name}: {what}"
 
     def scalar(self, value: Given, what: str, function: Function | None = None) -> Expression:
         """Return a sympy scalar of an expression or a 1×1 matrix, with floats made exact.

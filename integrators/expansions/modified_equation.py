@@ -106,7 +106,7 @@ class ModifiedEquation:
         """Return Σ h^(j−1) e_j of terms e₁, e₂, … at a step."""
         with self.numbers.working():
             h = self.numbers.number(step)
-            own = np.vectorize(self.numbers.number, otypes=[self.numbers.dtype])(terms)
+            own = self.numbers.own(terms.astype(object))
             return self._shown(sum((e * h**k for k, e in enumerate(own)), start=0 * own[0]))
 
     @property
@@ -145,7 +145,7 @@ class ModifiedEquation:
                 f"not an array of the shape {np.shape(z)}."
             )
         with self.numbers.working():
-            return np.vectorize(self.numbers.number, otypes=[self.numbers.dtype])(rows)
+            return self.numbers.own(rows.astype(object))  # each is checked
 
     def _terms(self, rows: np.ndarray, action: bool) -> Terms:
         with self.numbers.working(), np.errstate(all="ignore"):

@@ -66,8 +66,8 @@ class RunDifferentiated:
         self.count = len(self.s.parameter_list)
         with self.numbers.working():
             columns = [*np.asarray(run.base).T, *np.asarray(run.mu).T]
-            self.z = [self._numbers(e) for e in columns]
-            self.u = [self._numbers(e) for e in np.asarray(run.u).T]
+            self.z = [self.numbers.own(e) for e in columns]
+            self.u = [self.numbers.own(e) for e in np.asarray(run.u).T]
 
     def tangent(self) -> RunDerivatives:
         """Return the derivatives of all rows."""
@@ -100,7 +100,7 @@ class RunDifferentiated:
                 f"({self.size},) for the last row, or ({rows}, {self.size}) for all."
             )
         with self.numbers.working():
-            given = self._numbers(slope)
+            given = self.numbers.own(slope.astype(object))  # each is checked
             at = given if given.ndim == 1 else given[-1]
             of_parameters = self.numbers.zeros(self.count)
             steps = list(self._steps())
@@ -130,10 +130,6 @@ class RunDifferentiated:
         ):  # fmt: skip
             if is_so:
                 raise CannotMeasure(why)
-
-    def _numbers(self, array: Any) -> np.ndarray:
-        given = np.asarray(array, dtype=self.numbers.dtype)
-        return np.vectorize(self.numbers.number, otypes=[self.numbers.dtype])(given)
 
     def _begun(self) -> np.ndarray:
         """Return the derivative of (x₀, μ₀) by what is varied, (N, N + parameters)."""

@@ -4,7 +4,7 @@ from ..rules import Claims
 from .box import BlackBox, black_box
 from .box_flow import BoxFlow
 from .box_scheme import BoxScheme
-from .constrained import constrained_parameters, constraint_defects
+from .constrained import constrained_parameters
 from .differences import (
     Derivative,
     MapOfRows,
@@ -33,7 +33,7 @@ from .scene_in_numbers import SceneInNumbers
 __all__ = [
     "BlackBox", "BoxFlow", "BoxScheme", "Claims", "Defect", "Derivative", "MapOfRows", "Noise",
     "ProgramFailure", "Recorded", "RecordedScheme", "SceneInNumbers", "black_box",
-    "constrained_parameters", "constraint_defects", "derivative", "external", "form_defect",
+    "constrained_parameters", "derivative", "external", "form_defect",
     "guarded", "images", "jump_on", "leaf_defect", "loop_defect", "noise_of", "pulled_back_defect",
     "random_curve", "recorded", "shifted", "volume_defect",
 ]  # fmt: skip

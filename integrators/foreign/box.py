@@ -14,7 +14,7 @@ from ..rules import Claims, Discretisation
 from ..rules.discretisation import checked
 from ..scene import Scene, reads
 from .box_scheme import BoxScheme
-from .signatures import METHODS, check_arguments
+from .signatures import METHODS, check_arguments, functions_of
 
 _Given = TypeVar("_Given")
 
@@ -200,15 +200,11 @@ def _checked(formula: object, name: str | None, runs: bool) -> str:
         if runs:
             raise BadInput(f"black box {label}: a class has start, step and read: leave runs out.")
         for method, wanted in METHODS.items():
-            given = getattr(formula, method, None)
-            if not callable(given):
+            if not callable(getattr(formula, method, None)):
                 raise BadInput(
                     f"black box {label}: the class has no {method}{wanted}; a method with memory "
                     "has start, step and read."
                 )
-            bound = not isinstance(inspect.getattr_static(formula, method), staticmethod)
-            check_arguments(f"black box {label}: {method}", given, wanted, int(bound))
-        return label
-    wanted = "(q, p, h, steps, every, system)" if runs else "(q, p, h, system)"
-    check_arguments(f"black box {label}: the function", formula, wanted)
+    for part, (function, wanted, bound) in functions_of(formula, runs).items():
+        check_arguments(f"black box {label}: {part}", function, wanted, bound)
     return label

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import DTypeLike
 
-from ..equations import initial_momentum, legendre_inverse
+from ..equations import initial_momentum
 from ..errors import BadInput, StepFailure, arguments_checked, shown
 from ..flows import StepChoice, Trajectory
-from ..numbers import Double, Matrix, Numbers, Vector, arithmetic, exact_rational, whole_number
+from ..numbers import Matrix, Numbers, Vector, arithmetic, exact_rational, whole_number
 from ..numbers.types import Exact, Given
 from .calls import Box, BoxRaised, Calls
 from .differences import Map, MapOfRows
@@ -232,31 +231,9 @@ class BoxFlow:
             t = numbers.public(times + numbers.number(t0) if t0 else times)
         base = np.hstack([xs, t[:, None]]) if s.clocked else xs
         return Trajectory.of_rows(
-            t, xs, self._velocities(base, mus), mus, base=base, steps=steps, step=self.step,
+            t, xs, self.system.velocities(base, mus), mus, base=base, steps=steps, step=self.step,
             solver="black box", scheme=self.scheme,
         )  # fmt: skip
-
-    def _velocities(self, base: Matrix, mus: Matrix) -> Matrix:
-        """Return ξ(x, μ) of rows, (r, m)."""
-        numbers, scene = self.numbers, self.scheme.scene
-        if scene.in_numbers:
-            n = self.system.n
-            return np.array(
-                [self.system.velocity(x[:n], mu) for x, mu in zip(base, mus, strict=True)]
-            )
-        with numbers.working():
-            inverse = legendre_inverse(self.scheme.s, numbers)
-            p = [numbers.number(v) for v in scene.parameter_values]
-
-            def own(rows: Matrix) -> Matrix:
-                if isinstance(numbers, Double):
-                    return np.asarray(rows, dtype=float)
-                return np.array([[numbers.number(e) for e in row] for row in rows],
-                                dtype=object).reshape(np.shape(rows))  # fmt: skip
-
-            near = np.array([numbers.number(v) for v in scene.v0], dtype=numbers.dtype)
-            near = np.broadcast_to(near, (len(mus), len(near)))
-            return numbers.public(inverse(own(base), own(mus), p, near))
 
     def _failure(
         self, error: BoxRaised, xs: Matrix, mus: Matrix, every: int, t0: Exact
@@ -269,11 +246,6 @@ class BoxFlow:
             scheme.scene.name, scheme.rule.name, k, time, last, error.said, rows,
             "mend the black box, or take a smaller step",
         )  # fmt: skip
-
-    @cached_property
-    def unit(self) -> float:
-        """The unit of round-off of the box's own numbers."""
-        return 2.0**-24 if self.kind is np.float32 else float(self.numbers.eps)
 
 
 def _length(given: Numbers) -> int:

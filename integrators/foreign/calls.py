@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..errors import RAISED, BadInput, line_of
-from ..numbers.types import Function, Number, Vector
-from .signatures import METHODS, takes_system
+from ..errors import RAISED, BadInput, at_line, line_of
+from ..numbers.types import Number, Vector
+from .signatures import functions_of, takes_system
 
 #: a `BlackBox`, and a `SceneInNumbers`, whose files come after this one
 Box: TypeAlias = Any
@@ -25,15 +24,11 @@ DOUBLE = np.dtype(np.float64)
 
 
 class BoxRaised(Exception):
-    """The box raised an exception of its own; it has the step's number and the message."""
+    """The box raised an exception, or its numbers are not finite: the step's number and why."""
 
     def __init__(self, index: int, said: str) -> None:
         self.index, self.said = index, said
         super().__init__(said)
-
-
-class NotFinite(BoxRaised):
-    """The box returned numbers that are not finite."""
 
 
 class Calls:
@@ -45,16 +40,13 @@ class Calls:
 
     def __init__(self, box: Box, system: System, h: Number, kind: type, scene: str) -> None:
         self.box, self.system, self.h, self.kind = box, system, h, np.dtype(kind)
-        self.what = f"{_place(box)}{scene}: the black box {box.name}"
-        if box.remembers:
-            self._made = box.formula
-            self._with = {
-                name: takes_system(getattr(box.formula, name), wanted, _bound(box.formula, name))
-                for name, wanted in METHODS.items()
-            }
-        else:
-            wanted = "(q, p, h, steps, every, system)" if box.runs else "(q, p, h, system)"
-            self._last = (system,) if takes_system(box.formula, wanted) else ()
+        #: the function whose line messages name
+        self._asked = box.formula.step if box.remembers else box.formula
+        self.what = f"{at_line(self._asked)}{scene}: the black box {box.name}"
+        #: the last argument of each function, where it takes one
+        self._last = {name: (system,) if takes_system(*part) else ()
+                      for name, part in functions_of(box.formula, box.runs).items()}  # fmt: skip
+        self._step = 0  # the step that is being made
 
     def run(
         self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep
@@ -62,84 +54,69 @@ class Calls:
         """Make `steps` steps; call `row(k, q, p)` for the start and every `every`-th step.
 
         at(k) sets the time before step k. Raises `BadInput` for answers of a wrong kind,
-        `BoxRaised` for exceptions of the box, `NotFinite`.
+        `BoxRaised` for exceptions of the box and for numbers that are not finite.
         """
         row(0, q, p)
         if not steps:
             return
-        if self.box.runs:
-            self._whole(q, p, steps, every, at, row)
-        elif self.box.remembers:
-            self._with_memory(q, p, steps, every, at, row)
-        else:
-            self._stepwise(q, p, steps, every, at, row)
-
-    def _stepwise(self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep) -> None:
-        function, h, last = self.box.formula, self.h, self._last
-        shapes, kind = (q.shape, p.shape), self.kind
-        plain, several = kind == DOUBLE and q.ndim == 1, q.ndim == 2
-        q, p = q.copy(), p.copy()
-        timed, k = self.system._clocked, 0
+        way = self._with_memory if self.box.remembers else self._stepwise
+        self._step = 0
         try:
-            for k in range(steps):
-                if timed:
-                    at(k)
-                q.setflags(write=False)
-                p.setflags(write=False)
-                given = function(q, p, h, *last)
-                if type(given) is not tuple or len(given) != 2:
-                    given = self._pair(given)
-                q, p = given
-                if not (type(q) is type(p) is np.ndarray and q.dtype == p.dtype == kind
-                        and (q.shape, p.shape) == shapes):  # fmt: skip
-                    q, p = self._arrays(q, p, shapes)
-                q, p = q.copy(), p.copy()  # the answer may be a view, or a buffer of the box
-                if plain and not math.isfinite(q.dot(q) + p.dot(p)):
-                    self._check_finite(k, q, p)
-                if several:
-                    self._check_finite(k, q, p)
-                if (k + 1) % every == 0:
-                    row(k + 1, q, p)
+            (self._whole if self.box.runs else way)(q, p, steps, every, at, row)
         except (BadInput, BoxRaised):
             raise
         except RAISED as error:
-            raise self._raised(k, error) from error
+            raise self._raised(error) from error
+
+    def _stepwise(self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep) -> None:
+        function, h, last = self.box.formula, self.h, self._last["the function"]
+        shapes, kind = (q.shape, p.shape), self.kind
+        plain, several = kind == DOUBLE and q.ndim == 1, q.ndim == 2
+        q, p = q.copy(), p.copy()
+        timed = self.system._clocked
+        for k in range(steps):
+            self._step = k
+            if timed:
+                at(k)
+            q.setflags(write=False)
+            p.setflags(write=False)
+            given = function(q, p, h, *last)
+            if type(given) is not tuple or len(given) != 2:
+                given = self._pair(given)
+            q, p = given
+            if not (type(q) is type(p) is np.ndarray and q.dtype == p.dtype == kind
+                    and (q.shape, p.shape) == shapes):  # fmt: skip
+                q, p = self._arrays(q, p, shapes)
+            q, p = q.copy(), p.copy()  # the answer may be a view, or a buffer of the box
+            if several or (plain and not math.isfinite(q.dot(q) + p.dot(p))):
+                self._check_finite(k, q, p)
+            if (k + 1) % every == 0:
+                row(k + 1, q, p)
 
     def _with_memory(
         self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep
     ) -> None:
-        shapes, k = (q.shape, p.shape), 0
-        one = {name: (self.system,) if given else () for name, given in self._with.items()}
-        timed = self.system._clocked
-        try:
-            method = self._made()
-            at(0)
-            state = method.start(q.copy(), p.copy(), self.h, *one["start"])
-            for k in range(steps):
+        shapes, last, timed = (q.shape, p.shape), self._last, self.system._clocked
+        method = self.box.formula()
+        at(0)
+        state = method.start(q.copy(), p.copy(), self.h, *last["start"])
+        for k in range(steps):
+            self._step = k
+            if timed:
+                at(k)
+            state = method.step(state, self.h, *last["step"])
+            if (k + 1) % every == 0 or k + 1 == steps:
                 if timed:
-                    at(k)
-                state = method.step(state, self.h, *one["step"])
-                if (k + 1) % every == 0 or k + 1 == steps:
-                    if timed:
-                        at(k + 1)
-                    given = method.read(state, *one["read"])
-                    q, p = self._arrays(*self._pair(given), shapes)
-                    self._check_finite(k, q, p)
-                    if (k + 1) % every == 0:
-                        row(k + 1, q.copy(), p.copy())
-        except (BadInput, BoxRaised):
-            raise
-        except RAISED as error:
-            raise self._raised(k, error) from error
+                    at(k + 1)
+                q, p = self._arrays(*self._pair(method.read(state, *last["read"])), shapes)
+                self._check_finite(k, q, p)
+                if (k + 1) % every == 0:
+                    row(k + 1, q.copy(), p.copy())
 
     def _whole(self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep) -> None:
         at(0)
-        try:
-            given = self.box.formula(q.copy(), p.copy(), self.h, steps, every, *self._last)
-        except BadInput:
-            raise
-        except RAISED as error:
-            raise self._raised(0, error) from error
+        last = self._last["the function"]
+        given = self.box.formula(q.copy(), p.copy(), self.h, steps, every, *last)
         rows = steps // every + 1
         qs, ps = self._arrays(*self._pair(given), ((rows, *q.shape), (rows, *p.shape)))
         if _displaced(qs[0], q) or _displaced(ps[0], p):
@@ -198,15 +175,15 @@ class Calls:
         else:
             fine = bool(np.isfinite(q).all() and np.isfinite(p).all())
         if not fine:
-            raise NotFinite(k, "the black box gives numbers that are not finite")
+            raise BoxRaised(k, "the black box gives numbers that are not finite")
 
-    def _raised(self, k: int, error: BaseException) -> Exception:
+    def _raised(self, error: BaseException) -> Exception:
         """Return the error for an exception that the box raised."""
-        place = line_of(self._function(), error)
+        place, begun = line_of(self._asked, error), at_line(self._asked, error)
         if isinstance(error, ValueError) and str(error).endswith(" is read-only"):
             return BadInput(
-                f"{f'{place}: ' if place else ''}the black box {self.box.name} changes its "
-                "argument in place; work on a copy: q = q + ..., not q += ...."
+                f"{begun}the black box {self.box.name} changes its argument in place; work on a "
+                "copy: q = q + ..., not q += ...."
             )
         where = f" ({place})" if place else ""
         if isinstance(error, ValueError) and self.system.n != self.system.m:
@@ -215,16 +192,14 @@ class Calls:
                 '"pair" of a box that takes them to be as many'
             )
         said = " ".join(str(error).split())[:200]
-        if k == 0 and isinstance(error, SLIPS):
+        if self._step == 0 and isinstance(error, SLIPS):
             said += "; functions of the system take (q, p)" * said.startswith("SceneInNumbers.")
             return BadInput(
-                f"{f'{place}: ' if place else ''}the black box {self.box.name} could not be run: "
-                f"{type(error).__name__}: {said}."
+                f"{begun}the black box {self.box.name} could not be run: {type(error).__name__}: "
+                f"{said}."
             )
-        return BoxRaised(k, f"the black box raises {type(error).__name__}: {said}{where}")
-
-    def _function(self) -> Function:
-        return _asked(self.box)
+        why = f"the black box raises {type(error).__name__}: {said}{where}"
+        return BoxRaised(self._step, why)
 
 
 #: errors of a function's text, which it raises at its first step for any numbers
@@ -237,20 +212,6 @@ def _displaced(row: Vector, start: Vector) -> bool:
     """Return True if a run's first row differs from its start by more than roundings."""
     unit = 2.0**-23 if start.dtype == np.float32 else 2.0**-52
     return bool(abs(row - start).max(initial=0) > ROUNDINGS * unit * abs(start).max(initial=0))
-
-
-def _place(box: Box) -> str:
-    place = line_of(_asked(box))
-    return f"{place}: " if place else ""
-
-
-def _asked(box: Box) -> Function:
-    """Return the function whose line messages name."""
-    return box.formula.step if box.remembers else box.formula
-
-
-def _bound(cls: type, name: str) -> int:
-    return int(not isinstance(inspect.getattr_static(cls, name), staticmethod))
 
 
 def _kind(given: object) -> str:

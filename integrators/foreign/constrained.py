@@ -49,9 +49,3 @@ def constrained_parameters(
         return np.concatenate([q, p])
 
     return embedding, np.repeat(size, n - k) / 4
-
-
-def constraint_defects(system: SceneInNumbers, x: Vector, mu: Vector) -> tuple[float, float]:
-    """Return the largest entries of |φ(q)| and of |φ′(q) q̇| at a state."""
-    rate = system.constraint_jacobian(x) @ system.velocity(x, mu)
-    return float(np.abs(system.constraint(x)).max()), float(np.abs(rate).max())

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..equations import SceneSymbols
 from ..errors import BadInput, shown
-from ..numbers import Arithmetic, Number, Vector
+from ..numbers import Arithmetic, Matrix, Number, Vector
 from ..scene import Scene
 from .differences import derivative, noise_of
 from .scene_in_numbers import SceneInNumbers, several
@@ -68,6 +68,9 @@ class NumericScene(SceneInNumbers):
 
     def force(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
         return self._given(np.zeros(np.shape(p)))
+
+    def velocities(self, x: Matrix, mu: Matrix) -> Matrix:
+        return np.array([self.velocity(*row) for row in zip(x, mu, strict=True)])
 
     def momentum(self, q: Vector, v: Vector, t: Number | None = None) -> Vector:
         raise BadInput(

@@ -108,43 +108,37 @@ class Program:
         Raises `ProgramFailure` if the program does not give them.
         """
         with self._turn:
-            return self._run(x, mu, h, steps, every, scene, parameters, t)
-
-    def _run(
-        self, x: np.ndarray, mu: np.ndarray, h: float, steps: int, every: int, scene: str,
-        parameters: Mapping[str, Parameter], t: float | None,
-    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-        asked, rows = f"{steps} steps of {scene}", steps // every + 1
-        failures = self._failures.setdefault(scene, [])
-        if len(failures) > self.restarts:
-            raise ProgramFailure(failures[-1])
-        request = {
-            "x": [float(v) for v in x], "mu": [float(v) for v in mu], "h": float(h),
-            "steps": int(steps), "every": int(every), "scene": scene,
-            "parameters": {name: _plain(value) for name, value in parameters.items()},
-        }  # fmt: skip
-        if t is not None:
-            request["t"] = float(t)
-        line = json.dumps(request).encode() + b"\n"
-        most = CHARACTERS * rows * (len(x) + len(mu)) + BESIDE
-        try:
-            answer = self._answer(self._running().ask(line, self.seconds, most))
-        except Broken as broken:
-            failure = self._failure(f"{broken}, asked for {asked}", broken.fix)
-            failures.append(str(failure))
-            self.close(0.0)
-            raise failure from None
-        except BaseException:  # after an interrupt a late answer would be taken for the next one
-            self.close(0.0)
-            raise
-        failures.clear()
-        if "error" in answer:
-            said = str(answer["error"] or "").strip().rstrip(".") or "an error without words"
-            raise ProgramFailure(f"{self.label}, asked for {asked}: {said}.")
-        try:
-            return _rows("x", answer, x, rows), _rows("mu", answer, mu, rows)
-        except _Wrong as wrong:
-            raise self._failure(f"answered {wrong}, asked for {asked}", wrong.fix) from None
+            asked, rows = f"{steps} steps of {scene}", steps // every + 1
+            failures = self._failures.setdefault(scene, [])
+            if len(failures) > self.restarts:
+                raise ProgramFailure(failures[-1])
+            request = {
+                "x": [float(v) for v in x], "mu": [float(v) for v in mu], "h": float(h),
+                "steps": int(steps), "every": int(every), "scene": scene,
+                "parameters": {name: _plain(value) for name, value in parameters.items()},
+            }  # fmt: skip
+            if t is not None:
+                request["t"] = float(t)
+            line = json.dumps(request).encode() + b"\n"
+            most = CHARACTERS * rows * (len(x) + len(mu)) + BESIDE
+            try:
+                answer = self._answer(self._running().ask(line, self.seconds, most))
+            except Broken as broken:
+                failure = self._failure(f"{broken}, asked for {asked}", broken.fix)
+                failures.append(str(failure))
+                self.close(0.0)
+                raise failure from None
+            except BaseException:  # a late answer would be taken for that of the next run
+                self.close(0.0)
+                raise
+            failures.clear()
+            if "error" in answer:
+                said = str(answer["error"] or "").strip().rstrip(".") or "an error without words"
+                raise ProgramFailure(f"{self.label}, asked for {asked}: {said}.")
+            try:
+                return _rows("x", answer, x, rows), _rows("mu", answer, mu, rows)
+            except _Wrong as wrong:
+                raise self._failure(f"answered {wrong}, asked for {asked}", wrong.fix) from None
 
     def close(self, grace: float = 0.5) -> None:
         """End the program, if it runs: close its input, and kill it after `grace` seconds."""
@@ -179,10 +173,8 @@ class Program:
 # -- its answers ----------------------------------------------------------------------------------
 
 
-class _Wrong(Exception):
-    def __init__(self, what: str, fix: str) -> None:
-        super().__init__(what)
-        self.fix = fix
+class _Wrong(Broken):
+    """An answer that is not the rows asked for; the program can be asked again."""
 
 
 def _rows(name: str, answer: Mapping[str, Json], start: np.ndarray, rows: int) -> np.ndarray:

@@ -120,17 +120,7 @@ def recordings(pattern: object, folder: Path, state: str = "qp") -> tuple[Record
 
 def read(path: Path, state: str = "qp") -> Recording:
     """Return the run of one file; raises `BadInput` like `recordings`."""
-    return _recording(path, columns_of(path), state)
-
-
-def _size(run: Recording) -> str:
-    return f"{run.x.shape[1]} coordinates and {run.mu.shape[1]} momenta"
-
-
-# -- columns become a run -------------------------------------------------------------------------
-
-
-def _recording(path: Path, columns: Columns, state: str) -> Recording:
+    columns = columns_of(path)
     if "t" not in columns:
         raise _lacking(path, "no column t", columns)
     t, written = columns["t"]
@@ -157,6 +147,10 @@ def _recording(path: Path, columns: Columns, state: str) -> Recording:
     x, mu = (np.stack([columns[name][0] for name in names], 1) if names else np.zeros((len(t), 0))
              for names in (x_names, mu_names))  # fmt: skip
     return Recording(path, t, x, mu, _step(path, columns, interval), interval, rounding, late)
+
+
+def _size(run: Recording) -> str:
+    return f"{run.x.shape[1]} coordinates and {run.mu.shape[1]} momenta"
 
 
 def _lacking(path: Path, what: str, columns: Columns, fix: str = "") -> BadInput:

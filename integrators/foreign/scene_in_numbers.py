@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property, lru_cache
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +21,16 @@ from ..equations import (
     rates,
 )
 from ..numbers import Arithmetic, Double, jacobian, numeric, sympy
-from ..numbers.types import Assignment, Expression, Function, Matrix, Number, Numbers, Vector
+from ..numbers.types import (
+    Assignment,
+    Expression,
+    Function,
+    Matrix,
+    Number,
+    Numbers,
+    SymbolicMatrix,
+    Vector,
+)
 from ..scene import Scene
 
 
@@ -68,102 +78,86 @@ class SceneInNumbers:
 
     def f(self, q: Vector, p: Vector, t: Number | None = None) -> tuple[Vector, Vector]:
         """Return the vector field (q̇, ṗ), arrays (n,) and (m,)."""
-        found = self._of_states("f", q, p, t)
+        found = self._value("f", q, p, t)
         return found[: self.n], found[self.n :]
 
     def H(self, q: Vector, p: Vector, t: Number | None = None) -> Number:
         """Return the energy H(q, p), a number."""
-        return self._of_states("H", q, p, t)
+        return self._value("H", q, p, t)
 
     def gradient(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
         """Return ∂H/∂q at (q, p), (n,), without the scene's force (see `force`)."""
-        return self._of_states("gradient", q, p, t)
+        return self._value("gradient", q, p, t)
 
     def velocity(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
         """Return ∂H/∂p at (q, p), (m,): the natural velocity."""
-        return self._of_states("velocity", q, p, t)
+        return self._value("velocity", q, p, t)
 
     def force(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
         """Return the force beside the Hamiltonian, (m,); zeros if the scene has none."""
-        return self._of_states("force", q, p, t)
+        return self._value("force", q, p, t)
 
     def tensor(self, q: Vector, p: Vector) -> Matrix:
         """Return the Poisson tensor B at (q, p), (n+m, n+m): f = B dH + force."""
-        if several(q, p):
-            base, rest = self._columns(q, p, None)
-            found = _tensor(self._s, self._numbers, True)(base, rest, self._p)
-            return np.broadcast_to(found.T, (np.shape(p)[1], *found.shape[1::-1])).T
-        with self._numbers.working():
-            x, mu = self._base(q, None), self._list(p)
-            return self._given(_tensor(self._s, self._numbers)(x, mu, self._p))
+        return self._value("tensor", q, p)
 
     def momentum(self, q: Vector, v: Vector, t: Number | None = None) -> Vector:
         """Return the momentum ∂L/∂v of a velocity v, (m,)."""
-        if several(q, v):
-            base, rest = self._columns(q, v, t)
-            return self._given(_momentum(self._s, self._numbers, True)(base, rest, self._p))
-        function = _momentum(self._s, self._numbers)
-        if self._plain(q, v):
-            return self._given(function(self._base(q, t), v.tolist(), self._p))
-        with self._numbers.working():
-            return self._given(function(self._base(q, t), self._list(v), self._p))
+        return self._value("momentum", q, v, t)
 
     def constraint(self, q: Vector) -> Vector:
         """Return φ(q) of the scene's holonomic constraints, (k,)."""
-        return self._of_base("constraint", q)
+        return self._value("constraint", q)
 
     def constraint_jacobian(self, q: Vector) -> Matrix:
         """Return φ′(q) of the scene's holonomic constraints, (k, n)."""
-        return self._of_base("constraint_jacobian", q)
+        return self._value("constraint_jacobian", q)
+
+    def velocities(self, x: Matrix, mu: Matrix) -> Matrix:
+        """Return ξ(x, μ) of rows, (r, m), for the user: any time stands behind x."""
+        numbers = self._numbers
+        with numbers.working():
+            return numbers.public(self._solved(numbers.own(x), numbers.own(mu)))
 
     # -- their computation -----------------------------------------------------------------------
 
-    def _of_states(self, what: str, q: Vector, p: Vector, t: Number | None) -> Any:
-        numbers = self._numbers
-        if several(q, p):
-            return self._at_once(what, q, p, t)
-        function = _of_states(self._s, what, numbers)
-        if self._closed and self._plain(q, p):
-            return self._given(function(self._base(q, t), p.tolist(), self._p))
-        with numbers.working():
-            x, mu = self._base(q, t), self._list(p)
-            if self._closed:
-                return self._given(function(x, mu, self._p))
-            inverse: Function = legendre_inverse(self._s, numbers)
-            rows = (np.array([part], dtype=numbers.dtype) for part in (x, mu))
-            xi = inverse(*rows, self._p, self._near[None])[0]
-            return self._given(function(x, list(xi), mu, self._p))
+    def _value(
+        self, what: str, q: Vector, second: Vector | None = None, t: Number | None = None
+    ) -> Any:
+        """Return a quantity of `QUANTITIES` at (q, second), in the box's kind of number."""
+        if several(q, second):
+            return self._at_once(what, q, second, t)
+        function = _function(self._s, what, self._numbers)
+        solved = what in OF_VELOCITY and not self._closed
+        if not solved and second is not None and self._plain(q, second):
+            return self._given(function(self._base(q, t), second.tolist(), self._p))
+        with self._numbers.working():
+            given = [self._base(q, t), *([] if second is None else [self._list(second)])]
+            if solved:
+                rows = (np.array([part], dtype=self._numbers.dtype) for part in given)
+                given.insert(1, list(self._solved(*rows)[0]))
+            return self._given(function(*given, self._p))
 
-    def _at_once(self, what: str, q: Vector, p: Vector, t: Number | None) -> Vector:
+    def _at_once(self, what: str, q: Vector, second: Vector | None, t: Number | None) -> Vector:
         """Return the quantity for k states at once, along its last dimension."""
-        function = _of_states(self._s, what, self._numbers, True)
-        base, rest = self._columns(q, p, t)
-        count = rest[0].size
-        if self._closed:
-            found = function(base, rest, self._p)
-        else:
-            inverse = legendre_inverse(self._s, self._numbers)
-            near = np.broadcast_to(self._near, (count, len(self._near)))
-            xi = inverse(np.array(base).T.reshape(count, -1), np.array(rest).T, self._p, near)
-            found = function(base, list(xi.T), rest, self._p)
-        shape = (count,) if what == "H" else (len(found), count)
-        return self._given(np.broadcast_to(np.asarray(found).T, shape[::-1]).T)
-
-    def _columns(self, q: Vector, p: Vector, t: Number | None) -> tuple[list[Vector], list[Vector]]:
-        """Return the entries of k states, (k,) each: q, followed by the time, and p."""
-        rest = list(np.asarray(p, dtype=float))
-        base = list(np.asarray(q, dtype=float))
+        count = np.shape(q if second is None else second)[-1]
+        given = [list(np.asarray(e, dtype=float)) for e in (q, second) if e is not None]
         if self._clocked:
             time = np.asarray(self.t if t is None else t, dtype=float)
-            base.append(np.broadcast_to(time, rest[0].shape))
-        return base, rest
+            given[0].append(np.broadcast_to(time, (count,)))
+        if what in OF_VELOCITY and not self._closed:
+            rows = (np.array(part).T.reshape(count, -1) for part in given)
+            given.insert(1, list(self._solved(*rows).T))
+        function = _function(self._s, what, self._numbers, True)
+        found = np.asarray(function(*given, self._p))
+        shape = (*found.shape[: RANKS.get(what, 1)], count)
+        return self._given(np.broadcast_to(found.T, shape[::-1]).T)
 
-    def _of_base(self, what: str, q: Vector) -> np.ndarray:
-        if self._double and np.ndim(q) == 2:
-            rows = [self._of_base(what, one) for one in np.asarray(q, dtype=float).T]
-            return np.moveaxis(np.array(rows), 0, -1)
-        with self._numbers.working():
-            return self._given(_of_base(self._s, what, self._numbers)(self._base(q, None), self._p))
+    def _solved(self, x: Matrix, mu: Matrix) -> Matrix:
+        """Return ξ(x, μ) of rows of this arithmetic's numbers."""
+        inverse: Function = legendre_inverse(self._s, self._numbers)
+        near = np.broadcast_to(self._near, (len(mu), len(self._near)))
+        return inverse(x, mu, self._p, near)
 
     def _plain(self, q: Vector, p: Vector) -> bool:
         return self._double and type(q) is type(p) is np.ndarray and q.dtype == p.dtype == float
@@ -190,56 +184,54 @@ class SceneInNumbers:
         return shown if shown.shape else shown[()]
 
 
-def several(q: Vector, p: Vector) -> bool:
+def several(q: Vector, p: Vector | None = None) -> bool:
     """Return True if these are many states at once, each a column."""
     return getattr(q, "ndim", 1) == 2 or getattr(p, "ndim", 1) == 2
 
 
-@lru_cache(maxsize=512)
-def _of_states(s: SceneSymbols, what: str, numbers: Arithmetic, columns: bool = False) -> Function:
-    """Return a quantity as a function of (x, μ, parameters), or of (x, ξ, μ, parameters)."""
-    closed = closed_velocity(s)
-    letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
-    known: list[Assignment] = []
-    if closed is not None:
-        del letters["u"]
-        known = [(list(s.u), list(closed))]
-    return numeric(letters, [_formula(s, what)], numbers, known, columns)
+def _field(s: SceneSymbols) -> list[Expression]:
+    rate = list(rates(s))
+    return rate[: s.n] + rate[len(s.x) :]  # without the rate of the time
 
 
-def _formula(s: SceneSymbols, what: str) -> Expression:
-    if what == "f":
-        field = list(rates(s))
-        return field[: s.n] + field[len(s.x) :]  # without the rate of the time
-    if what == "H":
-        return energy(s)
-    if what == "gradient":
-        return list(energy_gradient(s)[0])[: s.n]
-    if what == "velocity":
-        return list(s.u)
-    assert what == "force"
-    return list(s.force) if s.forced else [sympy.Integer(0)] * len(s.mu)
-
-
-@lru_cache(maxsize=128)
-def _tensor(s: SceneSymbols, numbers: Arithmetic, columns: bool = False) -> Function:
+def _tensor(s: SceneSymbols) -> SymbolicMatrix:
     """Return the Poisson tensor of (x, μ): that of the groupoid, or Dirac's."""
     whole = poisson_tensor(s, s.x, s.mu)
     if s.clocked:  # without the time
         whole.row_del(s.n)
         whole.col_del(s.n)
-    letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
-    return numeric(letters, [whole], numbers, columns=columns)
+    return whole
 
 
-@lru_cache(maxsize=128)
-def _momentum(s: SceneSymbols, numbers: Arithmetic, columns: bool = False) -> Function:
-    letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
-    return numeric(letters, [list(momentum(s))], numbers, columns=columns)
+#: quantities by name: those of (x, ξ, μ), and others of (x, μ), (x, ξ) or x
+OF_VELOCITY: dict[str, Callable[[SceneSymbols], Any]] = {
+    "f": _field,
+    "H": energy,
+    "gradient": lambda s: list(energy_gradient(s)[0])[: s.n],
+    "velocity": lambda s: list(s.u),
+    "force": lambda s: list(s.force) if s.forced else [sympy.Integer(0)] * len(s.mu),
+}
+QUANTITIES: dict[str, Callable[[SceneSymbols], Any]] = {
+    **OF_VELOCITY,
+    "tensor": _tensor,
+    "momentum": lambda s: list(momentum(s)),
+    "constraint": lambda s: list(constraint(s, s.x)),
+    "constraint_jacobian": lambda s: jacobian(constraint(s, s.x), s.position),
+}
+#: dimensions of a quantity that is no vector
+RANKS = {"H": 0, "tensor": 2, "constraint_jacobian": 2}
 
 
-@lru_cache(maxsize=128)
-def _of_base(s: SceneSymbols, what: str, numbers: Arithmetic) -> Function:
-    phi = constraint(s, s.x)
-    result: Expression = list(phi) if what == "constraint" else jacobian(phi, s.position)
-    return numeric({"x": s.x, "p": s.parameter_list}, [result], numbers)
+@lru_cache(maxsize=512)
+def _function(s: SceneSymbols, what: str, numbers: Arithmetic, columns: bool = False) -> Function:
+    """Return a quantity as a function of the letters that it asks for, and of the parameters."""
+    letters = {"x": s.x}
+    known: list[Assignment] = []
+    if what in OF_VELOCITY and (closed := closed_velocity(s)) is not None:
+        known = [(list(s.u), list(closed))]
+    elif what in OF_VELOCITY or what == "momentum":
+        letters["u"] = s.u
+    if what in OF_VELOCITY or what == "tensor":
+        letters["mu"] = s.mu
+    letters["p"] = s.parameter_list
+    return numeric(letters, [QUANTITIES[what](s)], numbers, known, columns)

@@ -4,11 +4,23 @@ from __future__ import annotations
 
 import inspect
 
-from ..errors import BadInput, line_of
+from ..errors import BadInput, at_line
 from ..numbers.types import Function
 
 #: the names of a class's methods that begin, continue and read its memory
 METHODS = {"start": "(q, p, h, system)", "step": "(state, h, system)", "read": "(state, system)"}
+
+
+def functions_of(formula: Function, runs: bool) -> dict[str, tuple[Function, str, int]]:
+    """Return each function of a box by name: itself, its arguments, and 1 if `self` is one more."""
+    if not inspect.isclass(formula):
+        wanted = "(q, p, h, steps, every, system)" if runs else "(q, p, h, system)"
+        return {"the function": (formula, wanted, 0)}
+    return {
+        name: (getattr(formula, name), wanted,
+               int(not isinstance(inspect.getattr_static(formula, name), staticmethod)))
+        for name, wanted in METHODS.items()
+    }  # fmt: skip
 
 
 def takes_system(function: Function, wanted: str, bound: int = 0) -> bool:
@@ -21,18 +33,17 @@ def check_arguments(what: str, function: Function, wanted: str, bound: int = 0) 
     """Raise `BadInput` unless it can be called with the wanted arguments, or all but the last."""
     full = wanted.count(",") + 1 + bound
     least, most = _counts(function)
-    place = line_of(function)
+    what = f"{at_line(function)}{what}"
     if named := _only_named(function):
         raise BadInput(
-            f"{f'{place}: ' if place else ''}{what} takes {named} by name alone, but is called as "
+            f"{what} takes {named} by name alone, but is called as "
             f"{wanted}: leave out the * before it, or give it a default."
         )
     if least <= full and most >= full - 1:
         return
     some = least - bound if least == most else f"{least - bound} to {most - bound}"
     raise BadInput(
-        f"{f'{place}: ' if place else ''}{what} takes {some} arguments, but is called as {wanted}, "
-        "where system may be left out."
+        f"{what} takes {some} arguments, but is called as {wanted}, where system may be left out."
     )
 
 

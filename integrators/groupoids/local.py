@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from ..errors import RAISED, BadInput, line_of, remedy, shown
+from ..errors import RAISED, BadInput, at_line, line_of, remedy, shown
 from ..numbers import floats_exact, refuse_large, short_numbers, sympy
 from ..numbers.types import Column, Expression
 from .groupoid import Groupoid
@@ -69,8 +69,7 @@ def column_of(function: Callable[..., Any], length: int, what: str, *arguments: 
     """
 
     def said(error: BaseException | None = None) -> str:
-        place = line_of(function, error)
-        return f"{place}: {what}" if place else what
+        return at_line(function, error) + what
 
     try:
         with short_numbers(what):

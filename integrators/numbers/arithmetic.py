@@ -138,6 +138,14 @@ class Double:
         """Return an array of that shape from the entries, row by row."""
         return np.array(entries, dtype=self.dtype).reshape(shape)
 
+    def own(self: Arithmetic, values: Numbers) -> np.ndarray:
+        """Return an array of exact or any other numbers as one of this kind."""
+        if isinstance(values, np.ndarray) and values.dtype == self.dtype != object:
+            return values
+        given = np.asarray(values, dtype=object)
+        found = np.array([self.number(e) for e in given.flat], dtype=self.dtype)
+        return found.reshape(given.shape)
+
     def multiples(self, step: Fraction, index: np.ndarray) -> Vector:
         """Return step·k for whole numbers k, each rounded once."""
         top, bottom = step.numerator, step.denominator
@@ -211,7 +219,7 @@ class Multiple:
     dtype: DTypeLike = object
     # these need only dtype, zeros, number, solve
     array, identity, matrices = Double.array, Double.identity, Double.matrices
-    constant = Double.constant
+    constant, own = Double.constant, Double.own
 
     def __init__(self, digits: int) -> None:
         import gmpy2

@@ -224,10 +224,7 @@ class VariedFlow(Flow):
         """
         numbers, n = self.numbers, len(self.inner.s.x)
         base, t = run.base[:, :n], run.base[:, n]
-        x, mu = run.base, run.mu
-        if numbers.dtype == object:
-            x, mu = (np.array([numbers.number(e) for e in part.ravel()]).reshape(part.shape)
-                     for part in (x, mu))  # fmt: skip
+        x, mu = numbers.own(run.base), numbers.own(run.mu)
         sigma, grows = self._control(x[:, :n], mu)
         zeta = x[:, n + 1] + self._half * grows if self.varied.controlled else sigma
         positive = (sigma > 0) & (zeta > 0)
@@ -248,10 +245,7 @@ class VariedFlow(Flow):
         numbers, scene = arithmetic(2 * self.digits), self.varied.scene
         f, inverse = _energy(scene, numbers)
         with numbers.working():
-            x, mu, near, p = (
-                np.array([numbers.number(e) for e in given], dtype=numbers.dtype)
-                for given in (start.x, start.mu, scene.v0, scene.parameter_values)
-            )
+            x, mu, near, p = map(numbers.own, (start.x, start.mu, scene.v0, scene.parameter_values))
             (xi,) = inverse(x[None], mu[None], list(p), near[None])
             return numbers.public([f(x, xi, mu, list(p))])[0]
 
