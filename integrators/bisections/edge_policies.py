@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import Entry, KernelsAtStep, Run, Status
+from ..compiler import Entry, KernelsAtStep, Run, Status, Step
 from ..errors import BadInput
 from ..geometry import StepContext
 from ..groupoids import GroupChart, chart_reach
@@ -49,14 +49,18 @@ class Solution:
 class EdgePolicy:
     """Limits that a run checks after each step, and its continuation after the driver stops.
 
-    stages: the kernels of collocation or None: Newton's take over if they do not contract.
+    system: returns the step as data, for the key of a checkpoint. stages: the kernels of
+    collocation or None: Newton's take over if they do not contract.
     """
 
     #: statuses of the driver that `resume` may cure
     handles: tuple[int, ...] = ()
 
-    def __init__(self, context: StepContext, made: Callable[[], KernelsAtStep], stages: Any = None):
-        self.context, self._made, self.stages = context, made, stages
+    def __init__(
+        self, context: StepContext, made: Callable[[], KernelsAtStep], system: Callable[[], Step],
+        stages: Any = None,
+    ) -> None:  # fmt: skip
+        self.context, self._made, self.system, self.stages = context, made, system, stages
         constants = context.numbers.namespace()
         self.huge, self.root_eps = constants["HUGE"], constants["ROOT_EPS"]
 
@@ -94,11 +98,13 @@ class EdgePolicy:
             )
         return u
 
-    def begin(self, run: Run, branch: Number | None = None) -> None:
-        """Set the limits of `watch`; branch: the branch number of the step before, if known."""
-        run.totals[Entry.REACH] = self.reach
-        run.totals[Entry.BRANCH] = self.huge if branch is None else branch
-        run.totals[Entry.SLACK] = self.slack
+    @cached_property
+    def begun(self) -> Vector:
+        """The counters of a run at its beginning, with the limits of `watch`."""
+        totals: Vector = self.context.numbers.zeros(len(Entry))
+        totals[Entry.REACH], totals[Entry.BRANCH] = self.reach, self.huge
+        totals[Entry.SLACK] = self.slack
+        return totals
 
     @cached_property
     def slack(self) -> Number:

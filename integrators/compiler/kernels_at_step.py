@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from threading import RLock
 from typing import Any, TypeAlias
@@ -13,7 +13,7 @@ from ..errors import BadInput
 from ..numbers import Arithmetic, Matrix, Number, Numbers, Vector
 from ..numbers.types import Function
 from .kernels import Kernels
-from .layout import PAST, Entry, Status
+from .layout import PAST, STATUSES, Entry, Layout, Status
 from .machine_code import address
 
 #: the point from which a run continues: the state and the coefficients in use
@@ -24,26 +24,60 @@ class Run:
     """The arrays that the driver works on, and its position; rows as in `runs.Trajectory`.
 
     state: x, μ and the rest of `Layout`; c: the coefficients in use, one row for each substep;
-    translates: for each row, the number of the translate in which its u is written; states: all of
-    xs, us and mus as one array, and places: the addresses of what the driver writes, if one block
-    of memory has them; changes: how often an edge was met; by_newton: number of steps solved by
-    Newton's method.
+    xs, us, mus, counts and totals are written by the driver; translates: for each row, the number
+    of the translate in which its u is written; changes: how often an edge was met; by_newton:
+    number of steps solved by Newton's method. These arrays are given, or parts of one block of
+    memory, which are looked up when they are read: of a short run few are. places: the addresses of
+    what the driver writes, in a block.
     """
 
     index = translate = changes = by_newton = 0
+    block: Vector
+    places: tuple[int, ...] | None = None
 
-    def __init__(
-        self, point: ResumePoint, steps: int, every: int, written: Sequence[np.ndarray],
-        translates: Vector, states: Vector | None = None, places: Sequence[int] | None = None,
-    ) -> None:  # fmt: skip
+    def __init__(self, point: ResumePoint, steps: int, every: int, layout: Layout) -> None:
         self.state, self.c = point
-        self.steps, self.every, self.translates = steps, every, translates
-        self.xs, self.us, self.mus, self.counts, self.totals = written
-        self.states, self.places = states, places
+        self.steps, self.every, self.layout = steps, every, layout
+
+    @property
+    def states(self) -> Vector:
+        """All of xs, us and mus, in a block."""
+        return self.block[: (self.steps // self.every + 1) * self.layout.columns]
+
+    def _part(self, first: int, width: int) -> Matrix:
+        """Return rows of `width` numbers; the block begins with rows of `first` numbers."""
+        rows = self.steps // self.every + 1
+        return self.block[rows * first : rows * (first + width)].reshape(rows, width)
+
+    @cached_property
+    def xs(self) -> Matrix:
+        return self._part(0, self.layout.n)
+
+    @cached_property
+    def us(self) -> Matrix:
+        return self._part(self.layout.n, self.layout.row_width)
+
+    @cached_property
+    def mus(self) -> Matrix:
+        return self._part(self.layout.n + self.layout.row_width, self.layout.m)
+
+    @cached_property
+    def counts(self) -> Vector:
+        return self._part(self.layout.columns, 1).view(np.int64)[:, 0]
+
+    @cached_property
+    def translates(self) -> Vector:
+        return self._part(self.layout.columns + 1, 1).view(np.int64)[:, 0]
+
+    @cached_property
+    def totals(self) -> Vector:
+        return self.block[-len(Entry) :]
 
     def count_in(self, totals: Vector) -> None:
         """Count in the counters of another run."""
-        self.totals, self.places = totals, None
+        self.totals = totals
+        if self.places is not None:
+            self.places = *self.places[:-1], address(totals)
 
     @property
     def resume_point(self) -> ResumePoint:
@@ -120,39 +154,39 @@ class KernelsAtStep:
     # -- the state ------------------------------------------------------------------------------
 
     def buffers(
-        self, point: ResumePoint, steps: int, every: int, allocate: Function | None = None
-    ) -> Run:
+        self, point: ResumePoint, steps: int, every: int, totals: Vector | None = None,
+        allocate: Function | None = None,
+    ) -> Run:  # fmt: skip
         """Return empty rows for a run; raises `BadInput` if they do not fit into memory.
 
-        allocate: makes `count` rows of columns, given by (shape of a row, type) (`runs.Allocate`).
+        totals: the counters and limits at its beginning. allocate: makes `count` rows of columns,
+        given by (shape of a row, type) (`runs.Allocate`).
         """
-        at, rows, kind = self.layout, steps // every + 1, self.numbers.dtype
-        if allocate is not None:
+        at, rows, run = self.layout, steps // every + 1, Run(point, steps, every, self.layout)
+        begun = self._totals if totals is None else totals
+        try:
+            if allocate is None and self._at_places is not None:
+                # one allocation in all, so that a short run begins quickly
+                run.block = block = np.zeros(rows * (at.columns + 2) + len(begun))
+                block[-len(begun) :] = begun
+                begin, of_row = address(block), 8 * rows
+                run.places = (
+                    begin, begin + of_row * at.n, begin + of_row * (at.columns - at.m),
+                    begin + of_row * at.columns, begin + of_row * (at.columns + 2),
+                )  # fmt: skip
+                return run
             widths = {"x": at.n, "u": at.row_width, "mu": at.m}
-            columns = {name: ((width,), kind) for name, width in widths.items()}
-            found = allocate({**columns, "iterations": ((), int), "translates": ((), int)}, rows)
-            *written, translates = found.values()
-            return Run(point, steps, every, [*written, self._totals.copy()], translates)
-        first = rows * at.n
-        second = first + rows * at.row_width
-        last = second + rows * at.m
-        try:  # two allocations in all, so that a short run begins quickly
-            block = np.zeros(last + len(self._totals), dtype=kind)
-            whole = np.zeros(2 * rows, dtype=np.int64)
+            columns: dict[str, Any]
+            columns = {name: ((width,), self.numbers.dtype) for name, width in widths.items()}
+            columns |= {"iterations": ((), int), "translates": ((), int)}
+            found = (allocate or _zeros)(columns, rows)
         except (MemoryError, ValueError):  # ValueError: more entries than an array can have
             raise BadInput(
                 f"{rows} rows do not fit into memory: keep fewer (every=, --every)."
             ) from None
-        totals, places = block[last:], None
-        totals[:] = self._totals
-        if self._at_places is not None:
-            begin = address(block)
-            places = begin, begin + 8 * first, begin + 8 * second, address(whole), begin + 8 * last
-        written = (
-            block[:first].reshape(rows, at.n), block[first:second].reshape(rows, at.row_width),
-            block[second:last].reshape(rows, at.m), whole[:rows], totals,
-        )  # fmt: skip
-        return Run(point, steps, every, written, whole[rows:], block[:last], places)
+        run.xs, run.us, run.mus, run.counts, run.translates = found.values()
+        run.totals = begun.copy()
+        return run
 
     @cached_property
     def _totals(self) -> Vector:
@@ -268,14 +302,14 @@ class KernelsAtStep:
         if run.places is not None:
             c = self._c_at if run.c is self.c else address(run.c)
             arrays = address(run.state), c, self._kinds_at
-            run.index, status = self._at_places(*arrays, *how, *run.places)
+            run.index, status = divmod(self._at_places(*arrays, *how, *run.places), STATUSES)
         else:
             written = run.xs, run.us, run.mus, run.counts, run.totals
             run.index, status = self.kernels.advance(run.state, run.c, self.kinds, *how, *written)
         if run.translate:
             first = -(-before // run.every)
             run.translates[first : -(-run.index // run.every)] = run.translate
-        return int(status)
+        return status
 
     def one_step(self, run: Run) -> int:
         """Take exactly one step; at the end of the run compute the u of the last row instead."""
@@ -293,3 +327,7 @@ class KernelsAtStep:
         run = self.buffers(self.start_at(x, mu, c, guess), 0, 1)
         status = self.advance(run, 0)
         return None if status != Status.OK else (run.us[0], run.totals[Entry.BRANCH])
+
+
+def _zeros(columns: Mapping[str, Any], count: int) -> dict[str, Vector]:
+    return {name: np.zeros((count, *shape), kind) for name, (shape, kind) in columns.items()}

@@ -36,6 +36,7 @@ class Entry(IntEnum):
     PLACE, KAPPA, SCALE, AGE, DEGREE, MOVED, STEPS = range(9, 16)
 
 
+STATUSES = 512  # machine code returns an index and a status as one number, index·STATUSES + status
 INNER = 3  # number of sweeps that bring a curve into the next chart
 PAST = 5  # number of past solutions from which Newton's start is extrapolated
 
@@ -62,6 +63,11 @@ class Layout:
     def row_width(self) -> int:
         """The number of unknowns in a written row: u, and the multipliers after it."""
         return self.m + self.multipliers
+
+    @cached_property
+    def columns(self) -> int:
+        """The numbers of a row: x, what `row_width` counts, and μ."""
+        return self.n + self.row_width + self.m
 
     @cached_property
     def parts(self) -> tuple[slice, ...]:

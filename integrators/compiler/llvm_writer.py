@@ -15,11 +15,23 @@ from functools import cache, partial
 from typing import Any
 
 from ..numbers.types import Function
+from .layout import STATUSES
 from .llvm_lanes import PRIMITIVES
 from .llvm_matrices import MATRICES
 from .llvm_sines import LARGEST  # noqa: F401 - with it sine and cosine are known
 from .llvm_statements import CONDITIONS, mathematical, runnable, whole
-from .llvm_values import TYPES, Array, Operand, Routine, Value, filled, flat, form, lanes_among
+from .llvm_values import (
+    TYPES,
+    Array,
+    Operand,
+    Routine,
+    Value,
+    filled,
+    flat,
+    form,
+    lanes_among,
+    register,
+)
 
 #: decorators → (floating-point flags: sums in any order, or in the order written; True if the
 #: function is written once and called). Other functions are written wherever they are called,
@@ -91,18 +103,15 @@ class Module:
     def export(self, name: str, parameters: Sequence[str], arrays: Mapping[str, Array]) -> None:
         """Write a function for outside callers; `arrays` are pointers, other parameters integers.
 
-        Its integer results are stored through one more pointer.
+        Its results are an index and a status, returned as one number (`STATUSES`).
         """
         routine = self.routine
         given = [replace(arrays.get(a, Value("i")), name=f"%{a}", routine=routine)
                  for a in parameters]  # fmt: skip
-        out = Array("i", "%.out", routine=routine)
-        for i, value in enumerate(self.names[name](*given)):
-            out[i] = value
-        routine.end("void")
-        types = [("ptr noalias " if isinstance(v, Array) else "i64 ") + v.name
-                 for v in (*given, out)]  # fmt: skip
-        self._define(f"void @{name}({', '.join(types)})")
+        index, status = self.names[name](*given)
+        routine.end(f"i64 {register(STATUSES * index + status).name}")
+        types = [("ptr noalias " if isinstance(v, Array) else "i64 ") + v.name for v in given]
+        self._define(f"i64 @{name}({', '.join(types)})")
 
     def _define(self, head: str) -> None:
         body = [*self.routine.entry, *self.routine.lines]

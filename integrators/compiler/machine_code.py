@@ -12,6 +12,7 @@ from typing import Any
 from ..numbers import LazyModule, uncollected
 from ..numbers.types import Function, Vector
 from .cache import cached, digest, sources
+from .layout import STATUSES
 from .llvm_values import Array
 from .llvm_writer import Module
 
@@ -97,25 +98,20 @@ def _callable(engine: Any, names: Sequence[str]) -> Function:
     """Return an engine's `advance`, which takes arrays (or their addresses) and integers."""
     place = engine.get_function_address("advance")
     # an address has the size of the integers, and is converted in two thirds of their time
-    function = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * (len(names) + 1))(place)
-    pair = ctypes.c_int64 * 2
-
-    def at_places(*arguments: int) -> tuple[int, int]:
-        out = pair()
-        function(*arguments, out)
-        return out[0], out[1]
+    at_places = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_void_p] * len(names))(place)
 
     def advance(*arguments: int | Vector) -> tuple[int, int]:
-        return at_places(*[a if isinstance(a, int) else address(a) for a in arguments])
+        given = (a if isinstance(a, int) else address(a) for a in arguments)
+        return divmod(at_places(*given), STATUSES)
 
     advance.engine = engine  # type: ignore[attr-defined]  # it owns the code
     advance.at_places = at_places  # type: ignore[attr-defined]
     return advance
 
 
-_NOTHING = ctypes.c_char * 0
+_addressof, _nothing_of = ctypes.addressof, (ctypes.c_char * 0).from_buffer
 
 
 def address(array: Any) -> int:
     """Return the address of an array's first number."""
-    return ctypes.addressof(_NOTHING.from_buffer(array))
+    return _addressof(_nothing_of(array))

@@ -75,8 +75,8 @@ class ContactFlow(Flow):
             parts = [[share * part.q[0], *part.q[1:]] for part in self.parts]
             machine = KernelsAtStep(of.kernels, self.numbers, parts, list(of.kinds), of.name)
         guess = self.context.start(x, mu, u)
-        arrays = machine.buffers(machine.start_at(x, mu, machine.c, guess), 1, 1)
-        self.edge.begin(arrays, None)
+        start = machine.start_at(x, mu, machine.c, guess)
+        arrays = machine.buffers(start, 1, 1, self.edge.begun)
         status = machine.one_step(arrays)
         if status != Status.OK:
             raise self.context.failure(CAUSES[status], {"x": x, "mu": mu})

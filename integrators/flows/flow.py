@@ -121,7 +121,7 @@ class Flow:
 
     def stepper(self, start: Start) -> Stepper:
         """Return a run from a start, for the loop `runs.run`."""
-        return FreeMotion(self.edge, start, system=lambda: self.system)
+        return FreeMotion(self.edge, start)
 
     def ensemble(
         self,
@@ -335,7 +335,8 @@ class Flow:
     @cached_property
     def edge(self) -> EdgePolicy:
         """The policy for steps that reach the edge of their chart."""
-        return POLICIES[self.on_edge](self.context, lambda: self.machine, self.stages)
+        made = (lambda: self.machine), (lambda: self.system)
+        return POLICIES[self.on_edge](self.context, *made, self.stages)
 
     @cached_property
     def stages(self) -> StagesAtStep | None:

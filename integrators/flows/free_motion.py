@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
 from math import isfinite
 from typing import Any
 
@@ -14,7 +13,6 @@ from ..compiler import (
     Entry,
     KernelsAtStep,
     Status,
-    Step,
     taken_over,
     text_key,
 )
@@ -29,7 +27,7 @@ from .initial_state import Start
 
 #: steps between two reports of progress, some hundredths of a second: compiled, and at many digits
 CHUNK, CHUNK_OF_DIGITS = 2**19, 64
-SHORT = 4096  # numbers of rows that are looked at by one sum
+SHORT = 512  # rows that are looked at by one sum
 WATCHED = 4096  # steps that are made again at once, to look at each
 STRETCH = 64  # steps by Newton's method before a fixed point is tried again
 
@@ -37,26 +35,21 @@ STRETCH = 64  # steps by Newton's method before a fixed point is tried again
 class FreeMotion:
     """Motion without impulses, by Newton's method or the fixed point of stages (`runs.Stepper`).
 
-    branch: the number of the branch of the step before, if it is known. system: returns the step as
-    data, for the key of a checkpoint. watched: False for a part of a run, whose rows are looked at
-    elsewhere. If the fixed point of the stages does not contract, Newton takes over for a while,
-    each time twice as long.
+    branch: the number of the branch of the step before, if it is known. watched: False for a part
+    of a run, whose rows are looked at elsewhere. If the fixed point of the stages does not
+    contract, Newton takes over for a while, each time twice as long.
     """
 
+    ended = False
+    #: the steps by Newton's method the next time, and the step to which it goes this time
+    stretch, until = STRETCH, 0
+
     def __init__(
-        self,
-        edge: EdgePolicy,
-        start: Start,
-        branch: object = None,
-        system: Callable[[], Step] | None = None,
-        watched: bool = True,
+        self, edge: EdgePolicy, start: Start, branch: object = None, watched: bool = True
     ) -> None:
-        self.edge, self.start, self.branch = edge, start, branch
-        self.system, self.watched = system, watched
+        self.edge, self.start, self.branch, self.watched = edge, start, branch, watched
         self.numbers, self.name = edge.context.numbers, edge.context.scene.name
-        self.by_stages, self.ended = edge.stages is not None, False
-        #: the steps by Newton's method the next time, and the step to which it goes this time
-        self.stretch, self.until = STRETCH, 0
+        self.by_stages = edge.stages is not None
 
     @property
     def machine(self) -> KernelsAtStep:
@@ -69,9 +62,10 @@ class FreeMotion:
     def begin(self, steps: int, every: int, allocate: Allocate | None = None) -> None:
         at, machine = self.start, self.machine
         point = machine.start_at(at.x, at.mu, self._coefficients(at.translate), at.guess)
-        self.arrays = machine.buffers(point, steps, every, allocate)
-        self.arrays.translate = at.translate
-        self.edge.begin(self.arrays, self.branch)
+        self.arrays = run = machine.buffers(point, steps, every, self.edge.begun, allocate)
+        run.translate = at.translate
+        if self.branch is not None:
+            run.totals[Entry.BRANCH] = self.branch
 
     @property
     def index(self) -> int:
@@ -113,11 +107,10 @@ class FreeMotion:
 
     @property
     def key(self) -> str:
-        at, context, system = self.start, self.edge.context, self.system
-        assert system is not None
+        at, context = self.start, self.edge.context
         numbers = [*at.x, *at.mu, *at.guess, *(e for part in context.parts for e in part.q)]
         words = type(self.edge).__name__, context.step, self.numbers.digits, at.translate, at.t0
-        return text_key(system(), self.by_stages, *map(str, words), *map(str, numbers))
+        return text_key(self.edge.system(), self.by_stages, *map(str, words), *map(str, numbers))
 
     @property
     def state(self) -> dict[str, np.ndarray]:
@@ -148,18 +141,14 @@ class FreeMotion:
 
     def trajectory(self) -> Trajectory:
         """Return the rows; raises `StepFailure` where they are not finite, or dϑ is singular."""
-        context, run = self.edge.context, self.arrays
-        good = self._finite_rows(self.whole)
-        between = run.steps % run.every  # then the end is no row
-        if (
-            between
-            and good is None
-            and not all(finite(e).all() for e in self.machine.point(run.state))
-        ):
-            good = self.whole
+        context, run, count = self.edge.context, self.arrays, self.whole
+        good = self._finite_rows(count)
+        if good is None and run.steps % run.every:  # then the end is no row
+            end = self.machine.point(run.state)
+            good = None if all(finite(e).all() for e in end) else count
         if good is not None:
             raise self._no_longer_finite(good)
-        rows = self.rows_of(self.whole)
+        rows = self.rows_of(count)
         if self.watched and context.equations.s.degenerate:
             check_two_form(context, rows)
             # with more digits than a double has steps are dear, and rows alone are looked at
@@ -182,11 +171,12 @@ class FreeMotion:
 
     def _finite_rows(self, count: int) -> int | None:
         """Return the number of finite rows at the beginning, or None if all rows are finite."""
-        states = self.arrays.states
-        # quick for a short run; a sum of squares is too large only beyond 1e154
-        if states is not None and states.size < SHORT and isfinite(states.dot(states)):
-            return None
-        columns = [finite(e[:count]) for e in (self.arrays.xs, self.arrays.mus)]
+        run = self.arrays
+        if run.places is not None and run.steps < SHORT * run.every:
+            states = run.states
+            if isfinite(states.dot(states)):  # quick; it is too large only beyond 1e154
+                return None
+        columns = [finite(e[:count]) for e in (run.xs, run.mus)]
         if all(e.all() for e in columns):
             return None
         return int(np.flatnonzero(~np.hstack(columns).all(axis=1))[0])
@@ -219,35 +209,23 @@ class FreeMotion:
     def rows_of(self, count: int) -> Trajectory:
         """Return the first `count` rows."""
         if self.numbers.dtype is np.float64:  # its fields are computed when they are read
-            return Trajectory.begun(partial(self._fields, count))
-        return Trajectory(**self._states(count), **self._more(count))
+            return Trajectory.begun(self._fields, count)
+        fields: dict[str, Any] = {}
+        for name in ("x", "u", "mu", "t"):
+            fields |= self._fields(count, name)
+        return Trajectory(**fields)
 
     def _fields(self, count: int, name: str) -> dict[str, Any]:
-        """Return some fields of the first `count` rows, that of this name among them."""
-        if name not in ("x", "u", "mu", "base"):
-            return self._more(count)
-        return self._states(count)
-
-    def _states(self, count: int) -> dict[str, Any]:
-        """Return the states of the first `count` rows."""
+        """Return the field of that name of the first `count` rows, and others at the same price."""
         run, context, public = self.arrays, self.edge.context, self.numbers.public
-        n, m = context.equations.s.n, len(context.equations.u)
-        xs, us, mus = run.xs[:count], run.us[:count], run.mus[:count]
-        if context.equations.arrows is None and us.shape[1] == m and count:
-            near = np.repeat(context.vector(context.scene.v0, m)[None], count, axis=0)
-            with self.numbers.working():
-                us = context.geometry.velocities(xs, mus, near)
-        base = public(xs)
-        return {"x": base[:, :n], "u": public(us[:, :m]), "mu": public(mus), "base": base}
-
-    def _more(self, count: int) -> dict[str, Any]:
-        """Return the fields beside the states of the first `count` rows."""
-        run, context, public, t0 = (
-            self.arrays,
-            self.edge.context,
-            self.numbers.public,
-            self.start.t0,
-        )
+        if name in ("x", "base"):
+            base = public(run.xs[:count])
+            return {"x": base[:, : context.equations.s.n], "base": base}
+        if name == "mu":
+            return {"mu": public(run.mus[:count])}
+        if name == "u":
+            return {"u": public(self._velocities(count))}
+        t0 = self.start.t0
         totals, m = run.totals, len(context.equations.u)
         t = self.numbers.multiples(context.step, np.arange(count, dtype=np.int64) * run.every)
         return {
@@ -266,6 +244,17 @@ class FreeMotion:
             "contraction": float(totals[Entry.CONTRACTION] ** (1 / max(1, totals[Entry.SWEEPS]))),
             "scheme": context.scheme,
         }
+
+    def _velocities(self, count: int) -> Matrix:
+        """Return u of the first `count` rows."""
+        run, context, m = self.arrays, self.edge.context, len(self.edge.context.equations.u)
+        us: Matrix = run.us[:count]
+        if context.equations.arrows is not None or us.shape[1] > m or not count:
+            return us[:, :m]
+        near = np.repeat(context.vector(context.scene.v0, m)[None], count, axis=0)
+        with self.numbers.working():
+            found: Matrix = context.geometry.velocities(run.xs[:count], run.mus[:count], near)
+        return found
 
     @property
     def _solver(self) -> str:

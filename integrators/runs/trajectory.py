@@ -89,21 +89,22 @@ class Trajectory:
         return cls(t=t, x=x, u=u, mu=mu, **{**given, **more})
 
     @classmethod
-    def begun(cls, later: Callable[[str], dict[str, Any]]) -> Trajectory:
+    def begun(cls, later: Callable[..., dict[str, Any]], *given: Any) -> Trajectory:
         """Return a trajectory whose fields are computed when they are read.
 
-        later: returns the field of a name, and perhaps others. Most short runs are asked for their
-        states alone, which costs less than all the counters.
+        later: returns, for `given` and a name, the field of that name, and perhaps others. Most
+        short runs are asked for their states alone, which costs less than all the counters.
         """
         made = object.__new__(cls)
-        vars(made)["_later"] = later
+        made.__dict__["_later"] = later, given
         return made
 
     def __getattr__(self, name: str) -> Any:
         own = vars(self)
         if "_later" not in own or name not in self.__dataclass_fields__:
             raise AttributeError(f"a Trajectory has no {name}")
-        own.update({**own["_later"](name), **own})
+        later, given = own["_later"]
+        own.update({**later(*given, name), **own})
         return own[name]
 
     def __getstate__(self) -> dict[str, Any]:

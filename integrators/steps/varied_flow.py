@@ -254,7 +254,7 @@ class _VariedMotion(FreeMotion):
     """A run with steps that vary."""
 
     def __init__(self, flow: VariedFlow, start: Start) -> None:
-        super().__init__(flow.edge, start, system=lambda: flow.system)
+        super().__init__(flow.edge, start)
         self.flow = flow
 
     def rows_of(self, count: int) -> Trajectory:
