@@ -5,7 +5,7 @@ A lattice runs as this scene, to round-off; the scene's derivation grows with th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,12 +13,12 @@ import numpy as np
 
 from ..groupoids import product
 from ..numbers import sympy
-from ..numbers.types import Column, Expression
+from ..numbers.types import Column, Expression, Expressions, Function, Number, Parameters
 from ..scene import Scene
 from .lattice import Lattice
 
 
-def with_arguments(function: Callable[..., Any], timed: bool) -> Callable[..., Any]:
+def with_arguments(function: Function, timed: bool) -> Function:
     """Return a function(x, v, p, *t) with the arguments that a scene asks for: with t, or without.
 
     A scene reads from the number of arguments if something depends on the time.
@@ -54,19 +54,21 @@ def scene_of(
     def moving(v: Column, i: int) -> Column:
         return v[m * places[i] : m * (places[i] + 1), :] if i in places else sympy.zeros(m, 1)
 
-    def of_bond(word: str, b: int, x: Column, v: Column | None, p: Any, *t: Expression) -> Any:
+    def of_bond(
+        word: str, b: int, x: Column, v: Column | None, p: Parameters, *t: Expression
+    ) -> Expressions:
         ends = pairs[b]
         speeds = () if v is None else tuple(moving(v, i) for i in ends)
         return terms.value(word, p, "bond", b, *(at(x, i) for i in ends), *speeds, t=t)
 
-    def lagrangian(x: Column, v: Column, p: Any, *t: Expression) -> Expression:
+    def lagrangian(x: Column, v: Column, p: Parameters, *t: Expression) -> Expression:
         given = v if lattice.bonds_move else None
         of_sites = (terms.value("on_site", p, "site", i, at(x, i), moving(v, i), t=t)
                     for i in places)  # fmt: skip
         of_bonds = (of_bond("on_bond", b, x, given, p, *t) for b in taken)
         return sum((*of_sites, *of_bonds), sympy.Integer(0))
 
-    def force(x: Column, v: Column, p: Any, *t: Expression) -> list[Expression]:
+    def force(x: Column, v: Column, p: Parameters, *t: Expression) -> list[Expression]:
         total = {i: sympy.zeros(m, 1) for i in range(lattice.sites)}
         for i in places if lattice.force else ():
             own = terms.value("force", p, "site", i, at(x, i), moving(v, i), t=t)
@@ -77,10 +79,10 @@ def scene_of(
                 total[i] += both[m * k : m * (k + 1), :]
         return [e for i in places for e in total[i]]
 
-    def holonomic(x: Column, p: Any) -> list[Expression]:
+    def holonomic(x: Column, p: Parameters) -> list[Expression]:
         return [e for b in taken for e in of_bond("constraint", b, x, None, p)]
 
-    def contact(x: Column, p: Any) -> list[Expression]:
+    def contact(x: Column, p: Parameters) -> list[Expression]:
         of_sites = [phi for i in places if lattice.contact
                     for phi in terms.value("contact", p, "site", i, at(x, i))]  # fmt: skip
         return of_sites + [phi for b in taken if lattice.bond_contact
@@ -108,11 +110,13 @@ class _Terms:
     def __init__(self, lattice: Lattice) -> None:
         self.lattice = lattice
 
-    def value(self, word: str, p: Any, kind: str, at: int, *given: Any, t: Any = ()) -> Any:
+    def value(
+        self, word: str, p: Parameters, kind: str, at: int, *given: Column, t: Expressions = ()
+    ) -> Any:
         time = t if self.lattice.takes_time(word) else ()
         return getattr(self.lattice, word)(*given, self._values(p, kind, at), *time)
 
-    def _values(self, p: Any, kind: str, at: int) -> Any:
+    def _values(self, p: Parameters, kind: str, at: int) -> Parameters:
         """Return the parameters of a site, or of a bond, which sees those of both its ends."""
         parts, pairs = self.lattice.split_parameters, self.lattice.pairs
         sites = at if kind == "site" else pairs[at]
@@ -122,7 +126,7 @@ class _Terms:
         return SimpleNamespace(**{**vars(p), **{key: _exact(e) for key, e in own.items()}})
 
 
-def _exact(value: Any) -> Any:
+def _exact(value: Number | np.ndarray) -> Expression:
     """Return a float, or an array of floats, as exact numbers of sympy."""
     if np.ndim(value) == 0:
         return sympy.Rational(float(value))

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from ..numbers import LazyModule, Matrix, within_doubles
-from ..numbers.types import MatrixLike
+from ..numbers.types import Function, MatrixLike, Number, Vector
 
-sparse: Any = LazyModule("scipy.sparse")
+sparse = LazyModule("scipy.sparse")
 
 
 def at_ends(ends: np.ndarray, *rows: np.ndarray) -> list[list[np.ndarray]]:
@@ -19,7 +19,7 @@ def at_ends(ends: np.ndarray, *rows: np.ndarray) -> list[list[np.ndarray]]:
 
 
 def of_all(
-    function: Callable[..., Any], count: int, *given: Any, dtype: Any = np.float64
+    function: Function, count: int, *given: Number | list[Vector], dtype: DTypeLike = np.float64
 ) -> list[np.ndarray]:
     """Return matrices (rows, columns, count) by a function of columns; constants are repeated."""
     with within_doubles("a term of the lattice"):

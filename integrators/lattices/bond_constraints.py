@@ -14,10 +14,8 @@ too, so they change no x. A row of a run is projected: ∂l/∂ξ(x, v) = μ + �
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -34,12 +32,12 @@ from ..equations import (
 )
 from ..errors import BadInput
 from ..numbers import Double, LazyModule, jacobian, numeric, sympy
-from ..numbers.types import Column, Letter, Number, SymbolicMatrix
+from ..numbers.types import Column, Function, Letter, Number, SymbolicMatrix
 from .blocks import at_ends, of_all, placed, places
 from .lattice import Lattice
 
-sparse: Any = LazyModule("scipy.sparse")
-linalg: Any = LazyModule("scipy.sparse.linalg")
+sparse = LazyModule("scipy.sparse")
+linalg = LazyModule("scipy.sparse.linalg")
 
 #: round-offs of the largest entry to which a start is known: 4 as for a scene
 #: (`constrained_start`), and 16 of x that Newton's method leaves in a row of a run
@@ -166,7 +164,7 @@ def check_constraints(
 
 
 @lru_cache(maxsize=8)
-def _of_start(s: SceneSymbols) -> tuple[int, Callable[..., Any]]:
+def _of_start(s: SceneSymbols) -> tuple[int, Function]:
     """Return (rows of a bond, a function).
 
     The function gives (φ, A u), the slope of these by x and u, the sums of absolute terms, and A.

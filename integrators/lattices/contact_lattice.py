@@ -25,7 +25,7 @@ from ..numbers.types import Given, Rows
 from ..runs import File, Progress, Trajectory, run
 from .lattice_flow import LatticeFlow
 from .lattice_gaps import LatticeGaps
-from .lattice_run import LatticeRun
+from .lattice_run import LatticeRun, LatticeScheme
 
 
 class GapImpact(NamedTuple):
@@ -63,7 +63,7 @@ class ContactLatticeFlow(LatticeFlow):
     Raises `BadInput` for a negative step and for a start inside the obstacle.
     """
 
-    def __init__(self, scheme: Any, step: Given, digits: int = 16) -> None:
+    def __init__(self, scheme: LatticeScheme, step: Given, digits: int = 16) -> None:
         super().__init__(scheme, step, digits)
         if self.step < 0:
             raise BadInput(f"{self.lattice.name}: an impact has no unique past, so a lattice with "
@@ -93,7 +93,7 @@ class ContactLatticeFlow(LatticeFlow):
     def _run(
         self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress,
         t0: Number = 0,
-    ) -> Any:  # fmt: skip
+    ) -> Trajectory:  # fmt: skip
         with self.numbers.working():
             return run(_Run(self, x, mu, t0), steps, every, progress, checkpoint)
 
@@ -175,7 +175,7 @@ class _Run(ContactRun):
         each = *(e[where] for e in gaps.owners), P[where], *rates
         return [GapImpact(e.share, *parts) for parts in zip(*each, strict=True)]
 
-    def failed(self, failure: Exception, rows: Any) -> StepFailure:
+    def failed(self, failure: Exception, rows: Trajectory) -> StepFailure:
         """Return the failure of the coming step, at the site that is nearest to its obstacle."""
         flow, cause = self.flow, getattr(failure, "cause", str(failure))
         place, mu = self.moment.place, self.moment.mu

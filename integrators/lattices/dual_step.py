@@ -12,22 +12,23 @@ Patrick, Shkoller, Comm. Math. Phys. 199 (1998), 351).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..equations import DiscreteEquations, natural_structure
 from ..errors import CannotMeasure
 from ..numbers import Double, LazyModule, Matrix, Number, Vector, numeric, sympy
-from ..numbers.types import MatrixLike
+from ..numbers.types import Function, MatrixLike
 from .blocks import at_ends, of_all, placed, places
-from .lattice_run import LatticeRun
+from .lattice_run import LatticeFlow, LatticeRun
 
-sparse: Any = LazyModule("scipy.sparse")
-linalg: Any = LazyModule("scipy.sparse.linalg")
+sparse = LazyModule("scipy.sparse")
+linalg = LazyModule("scipy.sparse.linalg")
 NUMBERS = Double()
+#: a `DualStep`, or a `RestrictedStep`, whose file imports this one
+PairingStep: TypeAlias = Any
 Covector = tuple[np.ndarray, np.ndarray]  # (N, n) and (N, m)
 
 
@@ -37,7 +38,7 @@ class DualStep:
     Raises `CannotMeasure` for compositions and constraints, `StepFailure` if the step is not found.
     """
 
-    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray, t: float = 0) -> None:
+    def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, t: float = 0) -> None:
         scheme, lattice = flow.scheme, flow.lattice
         if scheme.substeps:
             raise CannotMeasure(f"{lattice.name}: {scheme.rule.name} has several substeps; ask its "
@@ -121,7 +122,7 @@ class DualStep:
         return [bracket(*ends) for bracket, ends in zip(brackets, (before, after), strict=True)]
 
 
-def poisson_defect(step: Any, pairs: int, seed: int, bracket_sign: int = 1) -> float:
+def poisson_defect(step: PairingStep, pairs: int, seed: int, bracket_sign: int = 1) -> float:
     """Return the largest relative difference of a step's pairings over random pairs.
 
     The difference is (Mᵀα)·Π(Mᵀβ) − α·Π′β for a `DualStep` and ω′(Pa, Pb) − ω(a, b) for a
@@ -139,7 +140,7 @@ def poisson_defect(step: Any, pairs: int, seed: int, bracket_sign: int = 1) -> f
 class Bracket:
     """Π at (x, μ): {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_γν μ_θ at each site."""
 
-    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray, sign: int) -> None:
+    def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, sign: int) -> None:
         s = flow.scheme.equations.site.s.with_time_as_parameter()
         rho, structure = natural_structure(s, s.x)
         of_mu = sympy.zeros(len(s.mu))
@@ -166,7 +167,7 @@ def _totals(terms: list[np.ndarray]) -> tuple[float, float]:
 
 
 def derivatives_of_step(
-    flow: Any, x: np.ndarray, w: np.ndarray, h: float, t: float
+    flow: LatticeFlow, x: np.ndarray, w: np.ndarray, h: float, t: float
 ) -> tuple[dict[str, MatrixLike], dict[str, np.ndarray], list[int]]:
     """Return ({"Ex": sparse, …}, the same for each bond, the order of a bond's letters).
 
@@ -205,7 +206,7 @@ def _derivatives(
 
 
 @lru_cache(maxsize=32)
-def _derived(equations: DiscreteEquations) -> tuple[list[str], list[float], Callable[..., Any]]:
+def _derived(equations: DiscreteEquations) -> tuple[list[str], list[float], Function]:
     """Return the names of the derivatives, the numbers of the rule, and the compiled function."""
     maps, s = equations.discrete, equations.s
     columns = {"x": [s.position], "w": [c for c in (s.u, s.stages) if len(c)]}

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from keyword import iskeyword
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -15,9 +15,13 @@ from ..errors import BadInput, brief_name, check_function, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, measure
 from ..numbers.lazy import provided
-from ..numbers.types import Column, Given, Rows
+from ..numbers.types import Column, Function, Given, Parameters, Point, Rows
+from ..rules import Discretisation
 from ..scene import Again, again, arguments_of
 from .group_elements import strangers
+
+#: the values of parameters by name: exact ones, or arrays with a row for each site or bond
+Values: TypeAlias = dict[str, Any]
 
 INTEGER = (int, np.integer)
 MOST_SITES = 10**9  # one coordinate of so many sites takes eight gigabytes
@@ -75,9 +79,9 @@ class Lattice:
     name: str
     site: Groupoid
     sites: int
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    on_site: Callable[..., Any] | None = None
-    on_bond: Callable[..., Any] | None = None
+    parameters: Mapping[str, Given] = field(default_factory=dict)
+    on_site: Function | None = None
+    on_bond: Function | None = None
     bonds: str | Sequence[tuple[int, int]] | np.ndarray = "chain"
     x0: Rows | None = None
     v0: Rows | None = None
@@ -85,15 +89,15 @@ class Lattice:
     step: Given = None
     fixed_ends: bool = False
     fixed: Sequence[int] | np.ndarray = ()
-    constraint: Callable[..., Any] | None = None
-    contact: Callable[..., Any] | None = None
+    constraint: Function | None = None
+    contact: Function | None = None
     restitution: Given = 0
-    symmetries: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
+    symmetries: Mapping[str, Function] = field(default_factory=dict)
     source: str = ""
     title: str = ""
-    force: Callable[..., Any] | None = None
-    bond_force: Callable[..., Any] | None = None
-    bond_contact: Callable[..., Any] | None = None
+    force: Function | None = None
+    bond_force: Function | None = None
+    bond_contact: Function | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][\w.-]*", self.name):
@@ -127,7 +131,7 @@ class Lattice:
             raise BadInput(f"{self.name}: a bond has a constraint or a bond_force, and not both; "
                            "give a force of the sites as force=.")  # fmt: skip
         self._check_contact()
-        named: Any = self.symmetries
+        named = self.symmetries
         if not isinstance(named, Mapping) or not all(map(callable, named.values())):
             raise BadInput(f"{self.name}: symmetries is {shown(named)}; give a dictionary "
                            f"of functions "
@@ -142,7 +146,7 @@ class Lattice:
             raise BadInput(f"{self.name}: duration and step must be positive.")
         self.pairs, self.free, self.split_parameters, self.start  # noqa: B018 - checked now
 
-    def discretise(self, rule: Any) -> Any:
+    def discretise(self, rule: Discretisation) -> Any:
         """Return the `LatticeScheme` by a rule, which `Scheme(lattice, rule)` is."""
         return provided("LatticeScheme")(self, rule)
 
@@ -162,7 +166,7 @@ class Lattice:
         """Return the pickled form; a lattice's functions are pickled by their place in a module."""
         return again(self, [getattr(self, word) for word in FUNCTIONS])
 
-    def __deepcopy__(self, memo: Any) -> Lattice:
+    def __deepcopy__(self, memo: object) -> Lattice:
         return self  # a lattice is immutable
 
     def __repr__(self) -> str:
@@ -288,13 +292,13 @@ class Lattice:
         return free
 
     @cached_property
-    def split_parameters(self) -> dict[str, dict[str, Any]]:
+    def split_parameters(self) -> dict[str, Values]:
         """{"shared": exact values, "site": arrays (N, ...), "bond": arrays (B, ...)} by name."""
         if not isinstance(self.parameters, Mapping):
             raise BadInput(
                 f"{self.name}: parameters is {shown(self.parameters)}; give a dictionary."
             )
-        found: dict[str, dict[str, Any]] = {"shared": {}, "site": {}, "bond": {}}
+        found: dict[str, Values] = {"shared": {}, "site": {}, "bond": {}}
         lengths = {"site": int(self.sites), "bond": len(self.pairs)}
         for key, value in self.parameters.items():
             if not str(key).isidentifier():
@@ -353,7 +357,7 @@ class Lattice:
         return x.reshape(N, n)
 
 
-def no_term(x: Column, y: Column, p: Any) -> int:
+def no_term(x: Point, y: Point, p: Parameters) -> int:
     """Return 0, the value of a term that is left out."""
     return 0
 
@@ -362,7 +366,7 @@ def _pair(pair: np.ndarray) -> str:
     return f"({pair[0]}, {pair[1]})"
 
 
-def floats(value: Any, what: str) -> np.ndarray:
+def floats(value: Rows | None, what: str) -> np.ndarray:
     """Return an array of finite floats; raises `BadInput`."""
     if value is None:
         raise BadInput(f"{what} is left out; give an array.")

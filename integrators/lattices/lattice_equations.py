@@ -26,12 +26,12 @@ from ..errors import CannotMeasure
 from ..geometry import is_self_adjoint
 from ..groupoids import Groupoid, check_axioms, clock, product
 from ..numbers import jacobian, sympy
-from ..numbers.types import Column, Expression, Letter
+from ..numbers.types import Column, Expression, Function, Letter, Mpf, Parameters, Scalars
 from ..rules import Discretisation
 from ..scene import Scene, entries_of
 from .as_scene import with_arguments
 from .bond_constraints import BondConstraints
-from .lattice import Lattice, no_term
+from .lattice import Lattice, Values, no_term
 from .symmetries import check_symmetries
 
 
@@ -83,7 +83,7 @@ class LatticeEquations:
         return BondConstraints(self.site, self.bond)
 
     @cached_property
-    def contacts(self) -> tuple[Callable[..., Any] | None, Callable[..., Any] | None]:
+    def contacts(self) -> tuple[Function | None, Function | None]:
         """The gaps of a site and of a bond, as functions of the column of their x and of p."""
         lattice, n = self.lattice, self.groupoid.dim_x
         one, two, shaped = lattice.contact, lattice.bond_contact, lattice.shaped
@@ -122,7 +122,7 @@ class LatticeEquations:
         return self.lattice.bonds_move or bool(bond.force.free_symbols & {*bond.u})
 
     @cached_property
-    def constants(self) -> dict[Letter, Any]:
+    def constants(self) -> dict[Letter, Callable[[int], Mpf]]:
         """The numbers of the rule, by letters."""
         return self.site.s.constants | ({} if self.local else self.bond.s.constants)
 
@@ -165,7 +165,7 @@ class LatticeEquations:
         site = _site_scene(lattice)
         values, beside = {**values, word: (0,) * self.groupoid.dim_u}, site.force
 
-        def force(x: Column, v: Column, p: Any) -> list[Expression]:
+        def force(x: Column, v: Column, p: Parameters) -> list[Expression]:
             given = beside(x, v, p) if beside else (0,) * len(v)
             return [a + b for a, b in zip(entries_of(given), getattr(p, word), strict=True)]
 
@@ -227,7 +227,7 @@ class LatticeEquations:
         timed = lattice.takes_time("on_site")
         letters = [*s.position, *s.u, *([clock()] if timed else [])]
 
-        def moving(x: Column, v: Column, p: Any, *t: Expression) -> Expression:
+        def moving(x: Column, v: Column, p: Parameters, *t: Expression) -> Expression:
             return value.xreplace(dict(zip(letters, [*x, *v, *t], strict=True)))
 
         scene = replace(_site_scene(lattice), lagrangian=with_arguments(moving, timed))
@@ -251,7 +251,7 @@ class LatticeEquations:
         return all(map(is_self_adjoint, terms))
 
 
-def _check_lagrangian(s: SceneSymbols, word: str, function: Any, letters: str) -> None:
+def _check_lagrangian(s: SceneSymbols, word: str, function: Function | None, letters: str) -> None:
     """Raise `BadInput` unless a term is finite and real, and holds known letters alone."""
     found = s.scalars([s.lagrangian], word, function)
     s.refuse_unknown(found, {*s.x, *s.u}, word, function, letters)
@@ -281,7 +281,7 @@ def _site_scene(lattice: Lattice) -> Scene:
     on_site, force = lattice.on_site, lattice.force
     assert on_site is not None
 
-    def of_shape(function: Callable[..., Any], word: str) -> Callable[..., Any]:
+    def of_shape(function: Function, word: str) -> Function:
         def shaped(x: Column, *more: Any) -> Any:
             return function(lattice.shaped(x), *more)
 
@@ -308,7 +308,7 @@ def _bond_scene(lattice: Lattice) -> Scene:
     def lagrangian(x: Column, v: Column, *more: Any) -> Expression:
         return on_bond(*ends(x), *(speeds(v) if lattice.bonds_move else ()), *more)
 
-    def force(x: Column, v: Column, *more: Any) -> Any:
+    def force(x: Column, v: Column, *more: Any) -> Scalars:
         assert push is not None
         return push(*ends(x), *speeds(v), *more)
 
@@ -321,8 +321,8 @@ def _bond_scene(lattice: Lattice) -> Scene:
 
 
 def _scene(
-    lattice: Lattice, word: str, groupoid: Groupoid, function: Callable[..., Any],
-    values: dict[str, Any], **more: Any,
+    lattice: Lattice, word: str, groupoid: Groupoid, function: Function,
+    values: Values, **more: Any,
 ) -> Scene:  # fmt: skip
     x0, v0 = lattice.start
     copies = groupoid.dim_x // lattice.groupoid.dim_x
@@ -332,13 +332,13 @@ def _scene(
     )  # fmt: skip
 
 
-def _site_values(lattice: Lattice) -> dict[str, Any]:
+def _site_values(lattice: Lattice) -> Values:
     """Return the parameters of a site, with the values of the first one."""
     parts = lattice.split_parameters
     return {**parts["shared"], **{k: a[0].tolist() for k, a in parts["site"].items()}}
 
 
-def _bond_values(lattice: Lattice) -> dict[str, Any]:
+def _bond_values(lattice: Lattice) -> Values:
     """Return the parameters of a bond, with the values of the first one."""
     parts, (i, j) = lattice.split_parameters, lattice.pairs[0]
     both = {k: a[[i, j]].tolist() for k, a in parts["site"].items()}

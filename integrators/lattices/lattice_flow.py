@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -21,14 +20,14 @@ from ..numbers import (
     numeric,
     whole_number,
 )
-from ..numbers.types import Given, Rows
+from ..numbers.types import Function, Given, Rows
 from ..runs import File, Progress, Trajectory, run
 from ..scene import Again
 from .as_scene import scene_of
 from .blocks import at_ends, of_all
 from .dual_step import poisson_defect
 from .lattice import Lattice, floats
-from .lattice_run import LatticeRun
+from .lattice_run import LatticeRun, LatticeScheme
 from .lattice_stepper import LatticeStepper
 from .restricted_step import step_derivative
 
@@ -40,7 +39,7 @@ class LatticeFlow:
     more digits or, for 7, of single precision. Raises `BadInput` for a step of 0.
     """
 
-    def __init__(self, scheme: Any, step: Given, digits: int = 16) -> None:
+    def __init__(self, scheme: LatticeScheme, step: Given, digits: int = 16) -> None:
         self.scheme, self.lattice = scheme, scheme.lattice
         self.numbers = arithmetic(digits, single=True)
         self.step = exact_rational(step, "step")
@@ -206,6 +205,6 @@ class LatticeFlow:
 
 
 @lru_cache(maxsize=32)
-def _momentum(s: SceneSymbols, numbers: Arithmetic) -> Callable[..., Any]:
+def _momentum(s: SceneSymbols, numbers: Arithmetic) -> Function:
     letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
     return numeric(letters, [momentum(s)], numbers, columns=True)

@@ -34,14 +34,14 @@ from ..contact import (
 from ..equations import SceneSymbols, legendre_inverse
 from ..errors import BadInput, CannotMeasure
 from ..numbers import LazyModule, Number, finite, numeric
-from ..numbers.types import MatrixLike
+from ..numbers.types import Function, MatrixLike
 from .blocks import at_ends
 
 if TYPE_CHECKING:
     from .lattice_flow import LatticeFlow
 
-sparse: Any = LazyModule("scipy.sparse")
-graphs: Any = LazyModule("scipy.sparse.csgraph")
+sparse = LazyModule("scipy.sparse")
+graphs = LazyModule("scipy.sparse.csgraph")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +58,10 @@ class GapTerm:
     word: str
     ends: np.ndarray
     moving: np.ndarray
-    p: list[Any]
+    p: list[Number]
     K: int
-    place: Any
-    values: Any
+    place: Function
+    values: Function
     m: int
 
     @cached_property
@@ -70,7 +70,7 @@ class GapTerm:
         return np.flatnonzero(self.moving)
 
     @cached_property
-    def _own_p(self) -> list[Any]:
+    def _own_p(self) -> list[Number]:
         return [e[self.moving] if np.ndim(e) else e for e in self.p]
 
     def phi(self, rows: np.ndarray) -> np.ndarray:
@@ -133,13 +133,13 @@ class LatticeGaps(Gaps):
         self.count = sum(len(term.which) * term.K for term in self.terms)
         self._last: tuple[Any, Any] = None, None
 
-    def _terms(self, t: Number) -> list[tuple[SceneSymbols, list[Any], np.ndarray]]:
+    def _terms(self, t: Number) -> list[tuple[SceneSymbols, list[Number], np.ndarray]]:
         """Return the terms of the sites and of the bonds, with parameters as the flow's numbers."""
         terms = self.flow.scheme.terms_at(t, self.numbers.number)
         return [(s, [self.flow.exact(e)[()] for e in p], ends) for s, p, ends in terms]
 
     def _term(
-        self, s: SceneSymbols, contact: Any, word: str, p: list[Any], ends: np.ndarray
+        self, s: SceneSymbols, contact: Function, word: str, p: list[Number], ends: np.ndarray
     ) -> GapTerm:
         coordinates, place, values = gap_functions(s, contact, self.numbers, columns=True)
         if any(e is not None for e in coordinates):
@@ -189,7 +189,7 @@ class LatticeGaps(Gaps):
         return np.hstack([tables[term.word][:, term.which].reshape(len(tables[term.word]), -1)
                           for term in self.terms])  # fmt: skip
 
-    def _terms_at(self, x: np.ndarray) -> list[tuple[SceneSymbols, list[Any], np.ndarray]]:
+    def _terms_at(self, x: np.ndarray) -> list[tuple[SceneSymbols, list[Number], np.ndarray]]:
         """Return the terms at the time of a vector x, if some depend on it."""
         return self._terms(x[self.N * self.n]) if len(x) > self.N * self.n else self._still
 
@@ -366,7 +366,7 @@ class LatticeGaps(Gaps):
                 )  # fmt: skip
 
     @cached_property
-    def _of_bond(self) -> Any:
+    def _of_bond(self) -> Function:
         bond = self.flow.scheme.terms[1][0]
         return numeric({"x": bond.x, "p": bond.parameter_list}, [-bond.lagrangian], self.numbers,
                        columns=True)  # fmt: skip

@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..compiler import Entry, Status
 from ..errors import BadInput, StepFailure
-from ..numbers import Number, finite
+from ..numbers import Matrix, Number, finite
+from ..runs import Trajectory
 from .sparse_steps import BEGIN, RUN, SHOW, SparseMatrix, SparseSteps
 from .two_halves import LEAST, TwoHalves
+
+#: files that import this one have the classes of these names
+LatticeFlow: TypeAlias = Any
+LatticeScheme: TypeAlias = Any
 
 
 class LatticeRun:
     """The state of a run: x, ν, the unknowns of the last steps, and counters."""
 
     def __init__(
-        self, flow: Any, x: np.ndarray, mu: np.ndarray, t0: Number = 0, index: int = 0
+        self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, t0: Number = 0, index: int = 0
     ) -> None:
         self.flow, self.numbers = flow, flow.numbers
         self.x, self.mu = np.ascontiguousarray(x), np.ascontiguousarray(mu)
@@ -119,7 +124,7 @@ class LatticeRun:
         self.totals[Entry.MOST] = max(most, self.totals[Entry.MOST])
 
     @classmethod
-    def from_row(cls, flow: Any, x: np.ndarray, mu: np.ndarray, t: Number = 0) -> LatticeRun:
+    def from_row(cls, flow: LatticeFlow, x: Matrix, mu: Matrix, t: Number = 0) -> LatticeRun:
         """Return a run that starts from a row of another one; raises `StepFailure`."""
         run = cls(flow, x.copy(), mu.copy(), t)
         run.checked(run.show())
@@ -263,7 +268,7 @@ class LatticeRun:
                 return again
         return self
 
-    def failure(self, status: int, rows: Any) -> StepFailure:
+    def failure(self, status: int, rows: Trajectory | None) -> StepFailure:
         """Return the failure of a step that was not found."""
         # sites are written in order, so the first one that is not finite is the cause, not a result
         written = np.hstack([self.x, self.nu]) if self.flow.scheme.local else self._work

@@ -7,7 +7,7 @@ from copy import copy
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ..equations import SceneSymbols
 from ..errors import BadInput, CannotMeasure
 from ..geometry import order_of_step
 from ..numbers import Arithmetic, Double, Number, flatten, working_digits
-from ..numbers.types import Given
+from ..numbers.types import Exact, Given
 from ..rules import Discretisation, Substep, adjoint, check_rule
 from ..scene import Again
 from .bond_constraints import BondConstraints, check_constraints
@@ -48,7 +48,7 @@ class LatticeScheme:
         """Return the pickled form: equations are derived again, or read from the cache."""
         return LatticeScheme, (self.lattice, self.rule)
 
-    def __deepcopy__(self, memo: Any) -> LatticeScheme:
+    def __deepcopy__(self, memo: object) -> LatticeScheme:
         return self  # a scheme is immutable
 
     @property
@@ -173,7 +173,7 @@ class LatticeScheme:
         return self.terms_at(0)
 
     def terms_at(
-        self, t: Number, number: Callable[[Any], Number] = float
+        self, t: Number, number: Callable[[Exact], Number] = float
     ) -> list[tuple[SceneSymbols, list[Number], np.ndarray]]:
         """Return the terms of the sites and of the bonds at a time.
 
@@ -186,7 +186,7 @@ class LatticeScheme:
         ]
 
     @cached_property
-    def _terms(self) -> list[tuple[SceneSymbols, list[Any], np.ndarray, bool]]:
+    def _terms(self) -> list[tuple[SceneSymbols, list[Exact], np.ndarray, bool]]:
         equations, lattice = self.equations, self.lattice
         shared = flatten(tuple(lattice.split_parameters["shared"].values()))
         found = []
@@ -203,7 +203,7 @@ class LatticeScheme:
             found.append((s.with_time_as_parameter(), given, ends, s.clocked))
         return found
 
-    def flow(self, step: Given | None = None, digits: int = 16, **others: Any) -> LatticeFlow:
+    def flow(self, step: Given | None = None, digits: int = 16, **others: object) -> LatticeFlow:
         """Return the flow at one step size; digits: see `LatticeFlow`. Other choices raise
         `BadInput`.
         """

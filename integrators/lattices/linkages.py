@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ..algebras import se
 from ..groupoids import lie_group, pair
-from ..numbers.types import Column, Expression
+from ..numbers.types import Parameters, Point, Scalar, Velocity
 from . import symmetries
 from .lattice import Lattice
 
@@ -43,12 +41,12 @@ def linkage(links: int = 8, joint: str = "spherical", rate: float = 0.3) -> Latt
     hinged = joint == "revolute"
     axes = np.eye(3)[1 + np.arange(links) % 2]
 
-    def at_body(g: Column, v: Column, p: Any) -> Expression:
+    def at_body(g: Point, v: Velocity, p: Parameters) -> Scalar:
         turning = p.spinning * v[0] ** 2 + p.tilting * (v[1] ** 2 + v[2] ** 2)
         moving = p.mass * (v[3] ** 2 + v[4] ** 2 + v[5] ** 2)
         return (turning + moving) / 2 - p.mass * p.gravity * g[2, 3]
 
-    def held(g: Column, k: Column, p: Any) -> Expression:
+    def held(g: Point, k: Point, p: Parameters) -> Scalar:
         one, other = g[:3, :3], k[:3, :3]
         gap = k[:3, 3] - g[:3, 3] - (one[:, 0] + other[:, 0]) / 2
         if not hinged:

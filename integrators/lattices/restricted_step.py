@@ -14,20 +14,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from ..equations import SceneSymbols, constraint, constraint_matrix, mass_matrix, momentum, vector
 from ..errors import CannotMeasure
 from ..numbers import Double, LazyModule, Matrix, Vector, jacobian, numeric
-from ..numbers.types import MatrixLike
+from ..numbers.types import Function, MatrixLike
 from .blocks import at_ends, of_all, of_lattice, placed, places
 from .dual_step import Bracket, Covector, DualStep, derivatives_of_step
-from .lattice_run import LatticeRun
+from .lattice_run import LatticeFlow, LatticeRun, LatticeScheme
 
-sparse: Any = LazyModule("scipy.sparse")
-linalg: Any = LazyModule("scipy.sparse.linalg")
+sparse = LazyModule("scipy.sparse")
+linalg = LazyModule("scipy.sparse.linalg")
 NUMBERS = Double()
 
 
@@ -37,7 +36,7 @@ class RestrictedStep:
     Raises `CannotMeasure` for compositions, `StepFailure` if the step is not found.
     """
 
-    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray, t: float = 0) -> None:
+    def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, t: float = 0) -> None:
         if flow.scheme.substeps:
             raise CannotMeasure(f"{flow.lattice.name}: {flow.scheme.rule.name} has several "
                                 "substeps; ask its base rule.")  # fmt: skip
@@ -94,7 +93,7 @@ class RestrictedStep:
 
 
 def step_derivative(
-    flow: Any, x: np.ndarray, mu: np.ndarray, t: float = 0
+    flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, t: float = 0
 ) -> DualStep | RestrictedStep:
     """Return the step from (x, μ) with its derivative, of the kind that the lattice has."""
     return (RestrictedStep if flow.scheme.constraints else DualStep)(flow, x, mu, t)
@@ -108,8 +107,9 @@ class Linearised:
     """
 
     def __init__(
-        self, scheme: Any, x: Matrix, v: Matrix, impulses: Matrix | None = None, t: float = 0
-    ) -> None:
+        self, scheme: LatticeScheme, x: Matrix, v: Matrix, impulses: Matrix | None = None,
+        t: float = 0,
+    ) -> None:  # fmt: skip
         lattice, (self.N, self.m) = scheme.lattice, v.shape
         self.scheme, self.x, self.n = scheme, x, x.shape[1]
         self.pairs, free, k = lattice.pairs, lattice.free, scheme.equations.constraints.count
@@ -170,7 +170,7 @@ class Linearised:
 
 
 @lru_cache(maxsize=32)
-def _of_site(s: SceneSymbols) -> Callable[..., Any]:
+def _of_site(s: SceneSymbols) -> Function:
     """Return a compiled function of (x, ξ): ∂p/∂ξ, ∂p/∂x and ρ̂."""
     parts = [mass_matrix(s), jacobian(momentum(s), s.x), s.groupoid.rho(s.x, s.h) / s.h]
     given = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
@@ -178,7 +178,7 @@ def _of_site(s: SceneSymbols) -> Callable[..., Any]:
 
 
 @lru_cache(maxsize=32)
-def _of_bond(s: SceneSymbols) -> Callable[..., Any]:
+def _of_bond(s: SceneSymbols) -> Function:
     """Return a compiled function of (x, ξ, λ): A, φ′, ∂(Aξ)/∂x and ∂(Aᵀλ)/∂x."""
     A = constraint_matrix(s, s.x)
     multipliers = vector("la", A.rows)
@@ -189,7 +189,7 @@ def _of_bond(s: SceneSymbols) -> Callable[..., Any]:
 
 
 @lru_cache(maxsize=32)
-def _of_arrow(s: SceneSymbols) -> Callable[..., Any]:
+def _of_arrow(s: SceneSymbols) -> Function:
     """Return a compiled function of an arrow: L and R."""
     g, (x, u, h) = s.groupoid, (s.x, s.u, s.h)
     return numeric({"x": x, "u": u, "h": h}, [g.L(x, u, h), g.R(x, u, h)], NUMBERS, columns=True)

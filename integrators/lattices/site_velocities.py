@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,14 +12,15 @@ from ..equations import SceneSymbols, legendre_inverse, mass_matrix
 from ..errors import CannotMeasure
 from ..groupoids import clock
 from ..numbers import Double, LazyModule, Matrix, Vector, numeric, symbols_of
+from ..numbers.types import Function
 from .blocks import at_ends, of_all, of_lattice
 
 if TYPE_CHECKING:
     from .lattice_flow import LatticeFlow
     from .lattice_scheme import LatticeScheme
 
-sparse: Any = LazyModule("scipy.sparse")
-linalg: Any = LazyModule("scipy.sparse.linalg")
+sparse = LazyModule("scipy.sparse")
+linalg = LazyModule("scipy.sparse.linalg")
 NUMBERS = Double()
 # largest number of corrections; one suffices if the mass matrix is independent of velocities
 MOST = 20
@@ -102,6 +103,6 @@ def _solver(scheme: LatticeScheme, x: Matrix, v: Matrix, t: float) -> Callable[[
 
 
 @lru_cache(maxsize=32)
-def _mass(s: SceneSymbols) -> Callable[..., Any]:
+def _mass(s: SceneSymbols) -> Function:
     letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
     return numeric(letters, [mass_matrix(s)], NUMBERS, columns=True)

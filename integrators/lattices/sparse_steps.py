@@ -17,8 +17,8 @@ from ..numbers import Arithmetic, LazyModule, over
 from ..numbers.types import MatrixLike, Number
 from .blocks import places
 
-sparse: Any = LazyModule("scipy.sparse")
-linalg: Any = LazyModule("scipy.sparse.linalg")
+sparse = LazyModule("scipy.sparse")
+linalg = LazyModule("scipy.sparse.linalg")
 
 BEGIN, RUN, SHOW, ASSEMBLE, UPDATE, RELAXED = range(6)  # tasks of the driver
 HUGE = 1e300

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -13,13 +12,13 @@ from ..algebras import se, so
 from ..errors import unknown
 from ..groupoids import lie_group, pair
 from ..numbers import exact_rational, sympy
-from ..numbers.types import Column, Expression, Given
+from ..numbers.types import Given, Parameters, Point, Scalar, Velocity
 from . import symmetries
 from .lattice import Lattice
 from .linkages import linkage, rods
 
 
-def _kinetic(x: Column, v: Column, p: Any) -> Expression:
+def _kinetic(x: Point, v: Velocity, p: Parameters) -> Scalar:
     return v.dot(v) / 2
 
 
@@ -29,7 +28,7 @@ def fput(sites: int = 32, alpha: Given = "1/4", beta: Given = "1/10", mode: int 
     It begins at rest in the given mode of the linear chain, with amplitude 1.
     """
 
-    def spring(x: Column, y: Column, p: Any) -> Expression:
+    def spring(x: Point, y: Point, p: Parameters) -> Scalar:
         r = y[0] - x[0]
         return -(r**2 / 2 + p.alpha * r**3 / 3 + p.beta * r**4 / 4)
 
@@ -52,7 +51,7 @@ def toda(x0: np.ndarray | None = None, v0: np.ndarray | None = None) -> Lattice:
         rate = np.sinh(1) * 2 * wave / (1 + wave)
         x0, v0 = -np.diff(np.log1p(wave)), -np.diff(rate)
 
-    def spring(x: Column, y: Column, p: Any) -> Expression:
+    def spring(x: Point, y: Point, p: Parameters) -> Scalar:
         r = y[0] - x[0]
         return -(sympy.exp(-r) + r - 1)
 
@@ -89,7 +88,7 @@ def sine_gordon(
     `discmech.reference.closed_forms.lattice_waves`.
     """
 
-    def at_point(x: Column, v: Column, p: Any) -> Expression:
+    def at_point(x: Point, v: Velocity, p: Parameters) -> Scalar:
         return p.a * (v[0] ** 2 / 2 - 1 + sympy.cos(x[0]))
 
     return Lattice(
@@ -107,7 +106,7 @@ def sine_gordon_box(x0: np.ndarray, v0: np.ndarray, spacing: Given, **words: str
     Phys. Lett. A 284 (2001), 184): a bond contains the velocities of both its ends.
     """
 
-    def in_square(x: Column, y: Column, v: Column, w: Column, p: Any) -> Expression:
+    def in_square(x: Point, y: Point, v: Velocity, w: Velocity, p: Parameters) -> Scalar:
         moved, rise, value = (v[0] + w[0]) / 2, (y[0] - x[0]) / p.a, (x[0] + y[0]) / 2
         return p.a * (moved**2 / 2 - rise**2 / 2 - 1 + sympy.cos(value))
 
@@ -145,7 +144,7 @@ def membrane(rows: int = 16, columns: int = 16, beta: Given = 1) -> Lattice:
     Its rim is fixed; it begins at rest in its lowest mode.
     """
 
-    def bond(x: Column, y: Column, p: Any) -> Expression:
+    def bond(x: Point, y: Point, p: Parameters) -> Scalar:
         r = y[0] - x[0]
         return -(r**2 / 2 + p.beta * r**4 / 4)
 
@@ -171,7 +170,7 @@ def bodies(sites: int = 16, coupling: Given = 1) -> Lattice:
     """
     angle = 2 * np.pi * np.arange(sites) / sites
 
-    def at_body(g: Column, v: Column, p: Any) -> Expression:
+    def at_body(g: Point, v: Velocity, p: Parameters) -> Scalar:
         return (v[0] ** 2 + 2 * v[1] ** 2 + 3 * v[2] ** 2) / 2
 
     v0 = np.stack([np.cos(angle), np.sin(angle), 1 + np.cos(angle) / 2], axis=1)
@@ -196,11 +195,11 @@ def beam(sites: int = 20, stiffness: Given = 100, bending: Given = 1) -> Lattice
     length = np.full(sites, float(a))
     length[[0, -1]] /= 2
 
-    def at_body(g: Column, v: Column, p: Any) -> Expression:
+    def at_body(g: Point, v: Velocity, p: Parameters) -> Scalar:
         turning = p.inertia * (v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
         return p.length * (turning + v[3] ** 2 + v[4] ** 2 + v[5] ** 2) / 2
 
-    def bond(g: Column, k: Column, p: Any) -> Expression:
+    def bond(g: Point, k: Point, p: Parameters) -> Scalar:
         one, other = g[:3, :3], k[:3, :3]
         strain = (one + other).T * (k[:3, 3] - g[:3, 3]) / (2 * a) - sympy.Matrix([1, 0, 0])
         bent = 3 - sum(one[i, j] * other[i, j] for i in range(3) for j in range(3))
