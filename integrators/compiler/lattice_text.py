@@ -5,15 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ..numbers import (
-    Coefficients,
-    coefficients_text,
-    function_text,
-    sympy,
-    with_tables,
-)
+from ..numbers import Coefficients, Nodes, coefficients_text, function_text, with_tables
+from ..numbers.nodes import CALL
 from ..numbers.statements import Arguments
-from ..numbers.types import Column, Letters
+from ..numbers.types import Letters
 from .module_text import KernelText, texts_of, with_names
 from .omissions import pivot_rows
 from .step import Step
@@ -29,15 +24,15 @@ MOST = 60  # a force with fewer operations is computed twice rather than one bon
 class Kicks:
     """Forces F⁻/h and F⁺/h, at the same x, of a term without velocities; `own`: its letters.
 
-    whole: F⁺/h of one step minus F⁻/h of the next.
+    They are nodes of one graph; whole: F⁺/h of one step minus F⁻/h of the next.
     """
 
     name: str
     x: Letters
     own: Letters
-    minus: Column
-    plus: Column
-    whole: Column
+    minus: Nodes
+    plus: Nodes
+    whole: Nodes
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +126,7 @@ class _Kernels:
         self.cheap = (
             bool(kicks)
             and sum(map(parts[-2].count, "+-*/")) < MOST
-            and not any(a.is_Function for e in kicks[-1].minus for a in sympy.preorder_traversal(e))
+            and not any(e.kind == CALL for e in kicks[-1].minus[0].graph.order(kicks[-1].minus))
         )
 
     @property
@@ -165,6 +160,6 @@ def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
     for word in ("minus", "plus", "whole"):
         column = getattr(kick, word)
         given: Arguments = {"x": kick.x, "c": coefficients, "own": kick.own}
-        text = function_text(f"{word}_{name}", given, [column], (), coefficients)
+        text = function_text(f"{word}_{name}", given, [column], coefficients)
         texts.append(f"@kernel\n{with_names(text, kick.own)}")
     return "\n\n".join(texts)

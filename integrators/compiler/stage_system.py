@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..numbers.types import Assignment, Column, Expression, Expressions, Letters, SymbolicMatrix
+from ..numbers import Graph, Node, NodeMatrix, Nodes
+from ..numbers.types import Letters
 
 
 @dataclass(frozen=True, eq=False)
@@ -14,14 +15,14 @@ class StageSystem:
     """The vector field in canonical coordinates (w, π) of the chart at x, and the ends of a step.
 
     Derived in `equations.stage_equations`, which explains the letters. q: h first, then the
-    parameters; x, w, p, xi, m: letters of the base point, of w, π, ξ and of μ = Lᵀπ; dp, turn:
-    letters of the sums Σ h b_i π̇_i and Σ h b_i f_i. nodes: called with a number of digits it
-    returns its `count` pairs (node, weight) in order, on [0, 1].
+    parameters; x, w, p, xi, m: letters of the base point, of w, π, ξ and μ; dp, turn: letters of
+    the sums Σ h b_i π̇_i and Σ h b_i f_i. nodes: called with a number of digits it returns its
+    `count` pairs (node, weight) in order, on [0, 1].
 
-    before: definitions that ξ needs; after: definitions that need ξ; mass, right: the equations
-    mass·ξ = right; rates: (ẇ, π̇); turned: f in these letters. moved: L(x, w) ξ and pulled: L(x,
-    w)⁻ᵀ m; both are None if L = 1. right_field: R(x, w); gain: μ′ − μ and increment: x′ − x, from
-    w, p, dp, turn at the end of a step. extents: see `Step`.
+    All else is nodes of one graph: target: the point b(x, w; 1); momentum: Lᵀπ; mass, right: the
+    equations mass·ξ = right; rates: (ẇ, π̇) and turned: f, with ξ as letters. moved: L(x, w) ξ and
+    pulled: L(x, w)⁻ᵀ μ, in letters of ξ and μ; both are None if L = 1. right_field: R(x, w); gain:
+    μ′ − μ less Σ h b_i f_i, from w, p at the end of a step; increment: x′ − x. extents: see `Step`.
     """
 
     name: str
@@ -34,18 +35,18 @@ class StageSystem:
     m: Letters
     dp: Letters
     turn: Letters
-    before: tuple[Assignment, ...]
-    mass: SymbolicMatrix
-    right: Column
-    after: tuple[Assignment, ...]
-    rates: tuple[Column, Column]
-    turned: Column
-    moved: Column | None
-    pulled: Column | None
-    right_field: SymbolicMatrix
-    gain: Column
-    increment: Column
-    extents: tuple[tuple[str, Expression], ...] = ()
+    target: Nodes
+    momentum: Nodes
+    mass: NodeMatrix
+    right: Nodes
+    rates: tuple[Nodes, Nodes]
+    turned: Nodes
+    moved: Nodes | None
+    pulled: Nodes | None
+    right_field: NodeMatrix
+    gain: Nodes
+    increment: Nodes
+    extents: tuple[tuple[str, Node], ...] = ()
 
     @property
     def count(self) -> int:
@@ -53,10 +54,9 @@ class StageSystem:
         return int(self.nodes.count)
 
     @property
-    def target(self) -> Expressions:
-        """The point b(x, w; 1)."""
-        (_, values), *_ = self.before
-        return values
+    def graph(self) -> Graph:
+        """The graph of all nodes."""
+        return self.momentum[0].graph
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ class LatticeStages:
     pull: Letters
     x: Letters
     bond_own: Letters
-    force: Column
+    force: Nodes
     most: int | None = None
 
     @property

@@ -12,24 +12,21 @@ In lanes, for the start of the iteration: `moved(x, w, ξ, c) → L ξ` and `pul
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 
 from ..numbers import (
     Coefficients,
-    Graph,
     Node,
-    Operations,
+    NodeMatrix,
+    Nodes,
     coefficients_text,
-    define,
     function_text,
     sympy,
-    text_of,
-    with_arguments,
     with_tables,
 )
 from ..numbers.statements import Arguments
-from ..numbers.types import Assignment, Column, Expression, Expressions, Letter, SymbolicMatrix
+from ..numbers.types import Letters
 from .elimination import solve
 from .lattice_text import UNSEEN
 from .layout import StageLayout
@@ -93,59 +90,38 @@ class StageText:
     def __init__(self, system: StageSystem, lattice: LatticeStages | None = None) -> None:
         self.system, self.lattice = system, lattice
         self.own, self.pull = (lattice.own, lattice.pull) if lattice else ((), ())
-        self.coefficients = Coefficients(system.q)
+        self.coefficients = Coefficients(system.q, system.graph)
         self.coefficients.symbol(system.q[0])
 
-    def _function(
-        self,
-        name: str,
-        arguments: Arguments,
-        results: Sequence[Expressions],
-        before: list[Assignment],
-    ) -> str:
-        given = {**arguments, "c": self.coefficients}
-        text = function_text(name, given, results, before, self.coefficients)
+    def _function(self, name: str, arguments: Arguments, results: Sequence[Nodes]) -> str:
+        text = function_text(name, {**arguments, "c": self.coefficients}, results,
+                             self.coefficients)  # fmt: skip
         return with_names(f"@kernel\n{text}", self.own)
 
-    def _solving(
-        self,
-        name: str,
-        arguments: Arguments,
-        equations: tuple[SymbolicMatrix, Column],
-        results: Callable[[list[Node]], list[list[Expression | Node]]],
-        before: Sequence[Assignment] = (),
-    ) -> str:
-        """Return the text of a function of the solution of linear equations.
-
-        Raises `NoShortForm` if a loop would solve them.
-        """
-        graph, given = Graph(), {**arguments, "c": self.coefficients}
-        define(graph, before)
-        matrix, right = graph.matrix(equations[0]), graph.column(equations[1])
+    def _solution(self, name: str, matrix: NodeMatrix, right: Nodes) -> list[Node]:
+        """Return the solution of linear equations; raises `NoShortForm` if a loop would find it."""
         order = list(range(len(right)))
-        solution, looped = solve(graph, matrix, right, self.coefficients, order)
+        found, looped = solve(self.system.graph, matrix, right, self.coefficients, order)
         if looped:
             raise NoShortForm(f"the equations of {name} tie many unknowns together")
-        operations = Operations(graph, self.coefficients)
-        with_arguments(operations, given)
-        columns = [[graph.node(e) for e in column] for column in results(solution)]
-        values = iter(operations.values([e for column in columns for e in column]))
-        found = [[next(values) for _ in column] for column in columns]
-        return with_names(f"@kernel\n{text_of(name, given, operations, found)}", self.own)
+        return found
 
     @cached_property
     def turning(self) -> list[int]:
         """Indices at which f is neither 0 nor equal to the entry of π̇."""
-        force, pairs = (
-            self.system.turned,
-            zip(self.system.turned, self.system.rates[1], strict=True),
-        )
-        return [i for i, (f, p) in enumerate(pairs) if f != p and force[i] != 0]
+        pairs = zip(self.system.turned, self.system.rates[1], strict=True)
+        return [i for i, (f, p) in enumerate(pairs) if f and f is not p]
+
+    @cached_property
+    def excess(self) -> NodeMatrix:
+        """Rᵀ − 1."""
+        columns = zip(*self.system.right_field, strict=True)
+        return [[e - int(i == j) for j, e in enumerate(c)] for i, c in enumerate(columns)]
 
     @cached_property
     def shifted(self) -> bool:
         """True if π₀ may differ from μ: if R is not 1, or f not π̇."""
-        return self.system.right_field != sympy.eye(len(self.system.w)) or bool(self.turning)
+        return any(map(any, self.excess)) or bool(self.turning)
 
     @cached_property
     def text(self) -> str:
@@ -164,17 +140,17 @@ class StageText:
             for name, letters, values in (("moved", system.xi, system.moved),
                                           ("pulled", system.m, system.pulled)):  # fmt: skip
                 given = {"x": system.x, "w": system.w, "given": letters}
-                kernels[name] = self._function(name, given, [values], [])
+                kernels[name] = self._function(name, given, [values])
         if self.lattice:
             ends, force = {"x": system.x, "w": system.w}, [self.lattice.force]
-            kernels["point"] = self._function("point", ends, [system.target], [])
+            kernels["point"] = self._function("point", ends, [system.target])
             bond = {"x": self.lattice.x, "own": self.lattice.bond_own}
-            kernels["pull"] = with_names(self._function("pull", bond, force, []), bond["own"])
+            kernels["pull"] = with_names(self._function("pull", bond, force), bond["own"])
         elif system.extents:
             kinds = [[e for kind, e in system.extents if kind == wanted]
                      for wanted in ("size", "rest")]  # fmt: skip
             given = {"x": system.x, "w": system.w}
-            kernels["extents"] = self._function("extents", given, list(kinds), [])
+            kernels["extents"] = self._function("extents", given, kinds)
         return kernels
 
     @property
@@ -192,15 +168,12 @@ class StageText:
 
     def _velocity(self) -> str:
         """Return the text of ẇ, ξ and μ at (w, π)."""
-        system = self.system
+        system, graph = self.system, self.system.graph
         given = {"x": system.x, "w": system.w, "p": system.p, "own": self.own}
-
-        def results(xi: list[Node]) -> list[list[Expression | Node]]:
-            xi[0].graph.define(system.xi, xi)
-            return [list(system.rates[0]), list(xi), list(system.m)]
-
-        equations = system.mass, system.right
-        return self._solving("velocity", given, equations, results, system.before)
+        xi = self._solution("velocity", system.mass, system.right)
+        letters = (e.index for e in graph.letters(system.xi))
+        moved = graph.rebuilt(system.rates[0], dict(zip(letters, xi, strict=True)))
+        return self._function("velocity", given, [moved, xi, system.momentum])
 
     def _force(self) -> str:
         """Return the text of π̇, and of the entries `turning` of f, at (w, π) and ξ."""
@@ -208,18 +181,15 @@ class StageText:
         turned = [system.turned[i] for i in self.turning]
         given = {"x": system.x, "w": system.w, "p": system.p, "xi": system.xi,
                  "pull": self.pull, "own": self.own}  # fmt: skip
-        before = [*system.before, *system.after]
-        return self._function("force", given, [system.rates[1], turned], before)
+        return self._function("force", given, [system.rates[1], turned])
 
     @property
-    def _turns(self) -> dict[Letter, Expression]:
+    def _turns(self) -> list[Node]:
         """Σ h b_i f_i of each component: the sum of π̇, a sum of its own, or 0."""
-        system = self.system
-        own: dict[int, Letter] = {i: system.turn[k] for k, i in enumerate(self.turning)}
-        return {
-            t: own.get(i, sympy.Integer(0) if system.turned[i] == 0 else system.dp[i])
-            for i, t in enumerate(system.turn)
-        }
+        system, graph = self.system, self.system.graph
+        own = dict(zip(self.turning, graph.letters(system.turn), strict=False))
+        sums = zip(system.turned, graph.letters(system.dp), strict=True)
+        return [own.get(i, dp if f else graph.number(0)) for i, (f, dp) in enumerate(sums)]
 
     @property
     def _ends(self) -> Arguments:
@@ -229,23 +199,27 @@ class StageText:
 
     def _shift(self) -> str:
         """Return the text of R₁⁻ᵀ(μ + Σhbf − R₁ᵀπ₁), without cancelling terms; lost is π₀ − μ."""
-        system = self.system
-        lost = [sympy.Symbol(f"lo0_{i}", real=True) for i in range(len(system.w))]
-        slope = system.right_field.T
-        p, own = sympy.Matrix(list(system.p)), self._turns.values()
-        excess = (slope - sympy.eye(len(lost))) * p
-        right = sympy.Matrix([
-            turn - dp - d - e
-            for turn, dp, d, e in zip(own, system.dp, lost, excess, strict=True)
-        ])  # fmt: skip
-        return self._solving("shift", {**self._ends, "lost": lost}, (slope, right), lambda e: [e])
+        system, graph = self.system, self.system.graph
+        lost, dp = self._lost("lo0", system.w), graph.letters(system.dp)
+        excess = graph.times(self.excess, graph.letters(system.p))
+        right = [graph.sum([(1, turn), (-1, a), (-1, b), (-1, e)])
+                 for turn, a, b, e in zip(self._turns, dp, lost, excess, strict=True)]  # fmt: skip
+        slope = [list(column) for column in zip(*system.right_field, strict=True)]
+        given = {**self._ends, "lost": [e.args for e in lost]}
+        return self._function("shift", given, [self._solution("shift", slope, right)])
 
     def _update(self) -> str:
         """Return the text of increments of x and μ, less the rounding errors of earlier sums."""
-        system = self.system
-        ex, emu = ([sympy.Symbol(f"{name}_{i}", real=True) for i in range(count)]
-                   for name, count in (("ex", len(system.x)), ("emu", len(system.w))))  # fmt: skip
-        gain = system.gain.xreplace(self._turns)
+        system, graph = self.system, self.system.graph
+        ex, emu = self._lost("ex", system.x), self._lost("emu", system.w)
+        gain = graph.plus(system.gain, self._turns)
         grown = [[a - e for a, e in zip(column, lost, strict=True)]
                  for column, lost in ((system.increment, ex), (gain, emu))]  # fmt: skip
-        return self._function("update", {**self._ends, "ex": ex, "emu": emu}, grown, [])
+        given = {name: [e.args for e in lost] for name, lost in (("ex", ex), ("emu", emu))}
+        return self._function("update", {**self._ends, **given}, grown)
+
+    def _lost(self, name: str, beside: Letters) -> list[Node]:
+        """Return letters of what is lost of each entry of a column."""
+        return self.system.graph.letters(
+            sympy.Symbol(f"{name}_{i}", real=True) for i in range(len(beside))
+        )

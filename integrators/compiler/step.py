@@ -155,6 +155,8 @@ def written(*parts: object) -> str:
     def visit(item: Any) -> object:
         if isinstance(item, Step):
             return item.nodes.keys
+        if isinstance(item, Node):
+            return item.graph.key(item)
         if is_dataclass(item):
             return [visit(getattr(item, f.name)) for f in fields(item) if f.name != "constants"]
         if isinstance(item, (str, bool, type(None))):

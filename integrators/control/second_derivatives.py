@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ..numbers import Graph, Node, Scope, arithmetic, numeric, opaque, within_doubles
-from ..numbers.nodes import CALL
 from ..numbers.types import Letter
 
 #: number of array entries that are computed at a time
@@ -63,7 +62,7 @@ def _in_columns(
     graph: Graph, inputs: Sequence[Letter], data: Sequence[Letter], results: list[Node]
 ) -> Callable[..., np.ndarray]:
     """Return the results (r, N) as a function of columns; row by row if they branch (tables)."""
-    branching = any(e.kind == CALL and opaque(e.args[0]) for e in graph.order(results))
+    branching = opaque(graph.order(results))
     given = {"a": inputs, "q": data}
     f = numeric(given, [results], arithmetic(16), columns=not branching, graph=graph)
     if not branching:

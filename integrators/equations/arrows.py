@@ -21,13 +21,13 @@ from collections.abc import Iterable
 from functools import cached_property
 
 from ..groupoids.groupoid import Groupoid
-from ..numbers import Node, NodeMatrix, opaque, sympy
+from ..numbers import Node, NodeMatrix, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Discretisation
 from .checks import check_letters
 from .discrete_lagrangian import DiscreteLagrangian
 from .on_group import Element
-from .points import gradient_along
+from .points import difference, gradient_along
 from .symbols import SceneSymbols, vector
 
 
@@ -99,9 +99,8 @@ class Arrows:
         along_x = graph.plus(graph.transposed(rho, of_x, m), of.turned_x)
         minus = graph.plus(graph.transposed(R, of_u), [-e for e in along_x])
         plus = graph.plus(graph.transposed(L, of_u), of.turned_y)
-        # like terms of functions cancel unexpanded: multiplying their factors out would take long
-        difference = (self.L - self.R).applyfunc(lambda e: e if opaque(e) else e.expand())
-        gain = graph.plus(graph.transposed(graph.matrix(difference), of_u), along_x, of.turned_y)
+        apart = difference(graph, L, R)
+        gain = graph.plus(graph.transposed(apart, of_u), along_x, of.turned_y)
         for point, gradient in zip(of.moved, of_moved, strict=True):
             if not point.nodes:
                 continue

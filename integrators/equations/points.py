@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from ..groupoids import Motion
-from ..numbers import Frame, Node, NodeMatrix, Scope, symbols_of
+from ..numbers import Frame, Graph, Node, NodeMatrix, Scope, opaque, symbols_of
 from ..numbers.nodes import Nodes, Slopes
 from ..numbers.types import Column, Expression
 from .symbols import column
@@ -85,6 +85,15 @@ def place_point(
         for nodes in (graph.letters(c) for c in further if len(c) and symbols & set(c))
     ]
     return Point(scope, letters, scope.group(list(letters), values, partials, False), by)
+
+
+def difference(graph: Graph, one: NodeMatrix, other: NodeMatrix) -> NodeMatrix:
+    """Return one − other with products multiplied out, so that like terms cancel.
+
+    Those of functions of ours cancel unexpanded: multiplying their factors out would take long.
+    """
+    found = [[a - b for a, b in zip(*rows, strict=True)] for rows in zip(one, other, strict=True)]
+    return [[e if opaque(graph.order([e])) else graph.expanded(e) for e in row] for row in found]
 
 
 def gradient_along(

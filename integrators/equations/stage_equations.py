@@ -31,12 +31,14 @@ from functools import cache, lru_cache, partial
 
 from ..compiler import StageSource, StageSystem
 from ..groupoids import chart_extents
-from ..numbers import jacobian, opaque, replaced, sympy
-from ..numbers.types import Assignment, Column, Expression, SymbolicMatrix
+from ..numbers import Graph, Scope, jacobian, sympy
+from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Nodes
 from .continuous import mass_matrix, momentum
+from .points import difference
 from .step_equations import StepEquations
-from .symbols import SceneSymbols, column, vector
+from .symbols import SceneSymbols, vector
+from .terms import placed
 
 
 def no_stages(equations: StepEquations, alone: bool = True) -> str:
@@ -121,48 +123,35 @@ def _places(s: SceneSymbols) -> tuple[Column, Column]:
 
 def _derived(s: SceneSymbols, nodes: Nodes, maps: _Maps) -> StageSystem:
     """Return the field and the ends of a step."""
-    n, m = len(s.x), len(s.u)
-    p, xi, mz = (vector(f"{letter}0", m) for letter in ("pp", "xi", "mm"))
-    force, dp, turn = (vector(letter, m) for letter in ("ff0", "dp0", "tu0"))
-    w, z = _places(s)
-    L, R = maps.L, maps.R
-    at_z = dict(zip([*s.x, *s.u], [*z, *xi], strict=True))
-
-    def placed(entries: Column) -> Column:
-        return column(replaced(entries, at_z))
-
-    before: list[Assignment] = [(list(z), list(maps.target))] if n else []
-    before.append((list(mz), list(L.T * p)))
-    momentum_at_rest = column(momentum(s)).xreplace(dict.fromkeys(s.u, sympy.Integer(0)))
-    mass = mass_matrix(s)
-    mass = sympy.Matrix(m, m, replaced(mass, at_z))
-    after: list[Assignment] = []
-    pull = maps.back.T
-    F, turned = 0 * p, 0 * p
-    if n or s.forced:
-        acting = placed(s.force) if s.forced else 0 * p
-        slope = maps.anchor.T * placed(jacobian([s.lagrangian], s.x).T) if n else 0 * p
-        after = [(list(force), list(slope + acting))]
-        F = pull * force
-        turned = R.T * F
-        if n:
-            turned -= s.groupoid.rho(s.x, sympy.Integer(1)).T * _slope_of_left(L, p, xi, s.x)
-    difference = (L - R).applyfunc(lambda e: e if opaque(e) else e.expand())
-    moving = None if s.groupoid.left_is_identity else L * xi
+    m, graph = len(s.u), Graph()
+    scope = Scope(graph)
+    names = dict(p="pp0", xi="xi0", m="mm0", dp="dp0", turn="tu0")
+    letters = {name: tuple(vector(letter, m)) for name, letter in names.items()}
+    w, z = map(tuple, _places(s))
+    p, xi, mu = (graph.letters(letters[name]) for name in ("p", "xi", "m"))
+    L, R, back = map(graph.matrix, (maps.L, maps.R, maps.back))
+    target = graph.column(maps.target)
+    at = scope.group(z, target, named=False)
+    _, (of_x, of_xi), acting = placed(graph, s, at, xi)
+    momentum = [graph.hold(e) for e in graph.transposed(L, p)]
+    still = graph.rebuilt(of_xi, {e.index: graph.number(0) for e in xi})
+    force = graph.transposed(graph.matrix(maps.anchor), of_x, m)
+    if s.forced:
+        force = graph.plus(force, acting)
+    F = graph.transposed(back, [graph.hold(e) for e in force])
+    moved = graph.times(L, xi)
+    of_w, of_base = (graph.transposed(scope.jacobian(moved, graph.letters(by)), p, len(by))
+                     for by in (w, s.x))  # fmt: skip
+    rho = graph.matrix(s.groupoid.rho(s.x, sympy.Integer(1)))
+    along = None if s.groupoid.left_is_identity else moved
     return StageSystem(
-        name=s.name, nodes=nodes, q=tuple(s.q), x=tuple(s.x), w=tuple(w), p=tuple(p),
-        xi=tuple(xi), m=tuple(mz), dp=tuple(dp), turn=tuple(turn), before=tuple(before),
-        mass=mass, right=mz - placed(momentum_at_rest), after=tuple(after),
-        rates=(L * xi, F - _slope_of_left(L, p, xi, w)), turned=turned, moved=moving,
-        pulled=None if moving is None else pull * mz, right_field=R, gain=difference.T * p + turn,
-        increment=maps.increment, extents=maps.extents,
+        name=s.name, nodes=nodes, q=tuple(s.q), x=tuple(s.x), w=w, **letters,
+        target=target, momentum=momentum, mass=scope.jacobian(of_xi, xi),
+        right=[a - b for a, b in zip(momentum, still, strict=True)],
+        rates=(moved, [a - b for a, b in zip(F, of_w, strict=True)]),
+        turned=[a - b for a, b in zip(
+            graph.transposed(R, F), graph.transposed(rho, of_base, m), strict=True)],
+        moved=along, pulled=None if along is None else graph.transposed(back, mu), right_field=R,
+        gain=graph.transposed(difference(graph, L, R), p), increment=graph.column(maps.increment),
+        extents=tuple((kind, graph.read(e)) for kind, e in maps.extents),
     )  # fmt: skip
-
-
-def _slope_of_left(L: Expression, p: Column, xi: Column, by: Column) -> Column:
-    """Return ∂(π·L ξ)/∂(a column), the sum over ξ inside that over π."""
-    if not L.free_symbols & set(by):
-        return 0 * by
-    return column(
-        sympy.Add(*[a * e for a, e in zip(p, L.diff(letter) * xi, strict=True)]) for letter in by
-    )

@@ -18,14 +18,13 @@ from ..equations import (
     DiscreteLagrangian,
     SceneSymbols,
     check_regular,
-    natural_structure,
     no_stages,
     stage_source,
 )
 from ..errors import CannotMeasure
 from ..geometry import is_self_adjoint
 from ..groupoids import Groupoid, check_axioms, clock, product
-from ..numbers import jacobian, sympy
+from ..numbers import Graph, Node, Scope, sympy
 from ..numbers.types import Column, Expression, Function, Letter, Mpf, Parameters, Scalars
 from ..rules import Discretisation
 from ..scene import Scene, entries_of
@@ -233,14 +232,18 @@ class LatticeEquations:
         scene = replace(_site_scene(lattice), lagrangian=with_arguments(moving, timed))
         return DiscreteEquations(SceneSymbols(scene), self.rule), sympy.Add(*resting)
 
-    def _kicks(self, name: str, s: SceneSymbols, force: Column, own: tuple[Letter, ...]) -> Kicks:
+    def _kicks(
+        self, name: str, s: SceneSymbols, force: list[Node], own: tuple[Letter, ...]
+    ) -> Kicks:
         """Return F⁻/h = −w₀ f and F⁺/h = w₁ f of a term without velocities, of force f."""
         assert self.end_weights is not None
-        first, last = (weight * force for weight in self.end_weights)
-        then = {clock(): clock() + s.h}  # the start of a step is the end of the one before
-        last = last.xreplace(then)
-        whole = last + first.xreplace(then)
-        return Kicks(name, tuple(s.position), own, -first, last, whole)
+        graph = force[0].graph
+        t, h, *weights = graph.letters([clock(), s.h, *self.end_weights])
+        first, last = ([weight * e for e in force] for weight in weights)
+        then = {t.index: t + h}  # the start of a step is the end of the one before
+        last = graph.rebuilt(last, then)
+        whole = graph.plus(last, graph.rebuilt(first, then))
+        return Kicks(name, tuple(s.position), own, [-e for e in first], last, whole)
 
     @cached_property
     def self_adjoint(self) -> bool:
@@ -265,15 +268,20 @@ def _at_time(step: Step, s: SceneSymbols) -> Step:
     return replace(step, x=step.x[: s.n], y=step.y[: s.n], increment=step.increment[: s.n])
 
 
-def _slope_of(s: SceneSymbols, potential: Expression) -> Column:
+def _slope_of(s: SceneSymbols, potential: Expression) -> list[Node]:
     """Return ρ̂ᵀ∂L/∂x of a term without velocities."""
-    return natural_structure(s, s.x)[0].T * jacobian([potential], s.x).T
+    graph = Graph()
+    h, x = graph.letter(s.h), graph.letters(s.x)
+    rho = [[graph.divided(e, h) for e in row] for row in graph.matrix(s.groupoid.rho(s.x, s.h))]
+    (slope,) = Scope(graph).jacobian([graph.read(potential)], x)
+    return graph.transposed(rho, slope, len(s.u))
 
 
-def _force_of(s: SceneSymbols) -> Column:
+def _force_of(s: SceneSymbols) -> list[Node]:
     """Return the force of a term without velocities: ρ̂ᵀ∂L/∂x, and the one beside L."""
     slope = _slope_of(s, s.lagrangian)
-    return slope + s.force if s.forced else slope
+    graph = slope[0].graph
+    return graph.plus(slope, graph.column(s.force)) if s.forced else slope
 
 
 def _site_scene(lattice: Lattice) -> Scene:

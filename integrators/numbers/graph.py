@@ -205,7 +205,7 @@ class Graph(Walks):
                 continue
             constant, terms = self.expanded(base).args
             parts = [(constant, self.one), *((c, self.nodes[k]) for k, c in terms)]
-            for _ in range(n):
+            for _ in range(int(n)):
                 found = [(a * c, e * part) for a, e in found for c, part in parts if c]
         outside = self.product(rest)
         return self.sum((c, e * outside) for c, e in found)
@@ -264,6 +264,13 @@ class Graph(Walks):
                 if row[j] and e
             )
             for j in range(width)
+        ]
+
+    def times(self, matrix: NodeMatrix, column: Sequence[Node]) -> list[Node]:
+        """Return matrix · column."""
+        return [
+            self.sum((1, a * e) for a, e in zip(row, column, strict=True) if a and e)
+            for row in matrix
         ]
 
     def plus(self, *columns: Sequence[Node]) -> list[Node]:

@@ -6,13 +6,14 @@ generated text calls f once and reads its numbers by index.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from typing import Any
 
 from .arithmetic import Arithmetic
 from .evaluation import number
 from .lazy import sympy
+from .nodes import CALL, Node
 from .types import Expression, Function, Letter, Number
 
 
@@ -85,6 +86,6 @@ def _classes() -> tuple[Function, Function]:
     return Entry, Held
 
 
-def opaque(expression: Expression) -> bool:
-    """True if the expression contains functions of ours, whose factors are better not expanded."""
-    return bool(expression.atoms(InArithmetic))
+def opaque(nodes: Iterable[Node]) -> bool:
+    """True if one of the nodes is a function of ours, whose factors are better not expanded."""
+    return any(e.kind == CALL and e.args[0].atoms(InArithmetic) for e in nodes)

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from .arithmetic import FUNCTIONS
 from .graph import Graph
-from .nodes import Node
+from .nodes import Node, Nodes
 from .operations import (
     ADD,
     CALLED,
@@ -49,21 +49,20 @@ def code(expression: Expression) -> str:
 def function_text(
     name: str,
     arguments: Arguments,
-    results: Sequence[Expressions | Expression],
-    before: Sequence[Assignment] = (),
+    results: Sequence[Nodes | Expressions | Expression],
     coefficients: Coefficients | None = None,
 ) -> str:
     """Return the text of a function of vectors that returns tuples (for a column) and numbers.
 
-    `arguments`: vector name → its letters, unpacked first. `results`: expressions of sympy.
-    `before`: (letters, values) that the results, and later values, may use.
+    `arguments`: vector name → its letters, unpacked first. `results`: expressions of sympy, or
+    nodes of one graph.
     """
-    graph = Graph()
-    operations = Operations(graph, coefficients)
-    define(graph, before)
-    with_arguments(operations, arguments)
     given = [list(r) if hasattr(r, "__len__") else [r] for r in results]
-    found = iter(operations.values([graph.node(e) for part in given for e in part]))
+    entries = [e for part in given for e in part]
+    graph = next((e.graph for e in entries if isinstance(e, Node)), None) or Graph()
+    operations = Operations(graph, coefficients)
+    with_arguments(operations, arguments)
+    found = iter(operations.values([graph.node(e) for e in entries]))
     values = [[next(found) for _ in part] for part in given]
     return text_of(name, arguments, operations,
                    [v if hasattr(r, "__len__") else v[0]

@@ -81,7 +81,7 @@ def by_numeric(results, numbers):
 
 def by_coefficients(results, numbers):
     known = Coefficients(CONSTANTS)
-    text = function_text("f", {"x": VARIABLES, "c": known}, [results], (), known)
+    text = function_text("f", {"x": VARIABLES, "c": known}, [results], known)
     names = run_text(f"{text}\n{coefficients_text('prepare', known)}", numbers.namespace())
     x, q = ([numbers.number(POINT[s]) for s in letters] for letters in (VARIABLES, CONSTANTS))
     return names["f"](x, names["prepare"](q))
