@@ -275,7 +275,9 @@ class Flow:
 
         It is an `entrywise_defect`, to twice the digits. u0: Newton's start, by default v0; near a
         chart's edge a run's own u is needed. bracket_sign = −1 flips the bracket of Π, a negative
-        control that shows an effect if there are both a base and a group.
+        control that shows an effect if there are both a base and a group. Under holonomic
+        constraints it is the defect of ω on the states that they leave (`restricted_form`); raises
+        `CannotMeasure` where constraints leave none, and there for compositions.
         """
         return of_poisson(self.context, x, mu, u0, bracket_sign)
 

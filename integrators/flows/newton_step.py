@@ -147,7 +147,14 @@ def of_pullback(context: StepContext, x: Numbers, u: Numbers, near: Vector) -> N
 def of_poisson(
     context: StepContext, x: Numbers, mu: Numbers, guess: Numbers | None, sign: int
 ) -> Number:
-    """Return the Poisson defect at (x, μ), with the sign of the bracket; guess: Newton's start."""
+    """Return the Poisson defect at (x, μ), with the sign of the bracket; guess: Newton's start.
+
+    Under constraints that leave a form it is that of their states (`restricted_form_defect`).
+    """
+    if context.scene.all_constraints:
+        if reason := context.scene.no_form:
+            raise CannotMeasure(f"{context.scene.name} is {reason}.")
+        return _of_restricted(context, x, mu, guess, sign)
     exactly = context.exactly
     with exactly.numbers.working():
         x, mu = exactly.vectors(x, mu)
@@ -227,18 +234,27 @@ def restricted_form_defect(
     See `geometry.restricted_form`; u0: Newton's start. forced: True if the change should be that of
     the force's one-form. Raises `CannotMeasure` if there are no constraints, or several substeps.
     """
-    context = flow.context.exactly
-    if not flow.scheme.scene.all_constraints or context.substeps:
+    return _of_restricted(flow.context, x, mu, u0, bracket_sign, forced)
+
+
+def _of_restricted(
+    of: StepContext, x: Numbers, mu: Numbers, u0: Numbers | None, sign: int, forced: bool = False
+) -> Number:
+    """Return the defect of ω on the constrained states; of: the context of the step."""
+    context, scene = of.exactly, of.scene
+    if not scene.all_constraints:
+        raise CannotMeasure(f"{scene.name} has no constraints, so there is no restricted form.")
+    if context.substeps:
         raise CannotMeasure(
-            f"{flow.scheme.scene.name} has no constraints (or the rule has several substeps), so "
-            "there is no restricted form."
+            f"{scene.name} has constraints and the rule several substeps: ask for the form of a "
+            "step of its base rule."
         )
     with context.numbers.working():
         here = context.vectors(x, mu)
         start = context.start(*here, _start(context, u0))
         geometry: Any = context.geometry
-        found = restricted_defect(geometry, here[0], here[1], start, bracket_sign, forced)
-    return _public_number(flow.context, found)
+        found = restricted_defect(geometry, here[0], here[1], start, sign, forced)
+    return _public_number(of, found)
 
 
 def _start(context: StepContext, guess: Numbers | None) -> Vector:

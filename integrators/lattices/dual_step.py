@@ -20,7 +20,7 @@ import numpy as np
 from ..equations import DiscreteEquations, natural_structure
 from ..errors import CannotMeasure
 from ..numbers import Double, LazyModule, Matrix, Number, Vector, numeric, sympy
-from ..numbers.types import Function, MatrixLike
+from ..numbers.types import Function, MatrixLike, Rows
 from .blocks import at_ends, of_all, placed, places
 from .lattice_run import LatticeFlow, LatticeRun
 
@@ -35,7 +35,8 @@ Covector = tuple[np.ndarray, np.ndarray]  # (N, n) and (N, m)
 class DualStep:
     """A step of a flow from (x, μ), x (N, n) and μ (N, m), to `after`, and its derivative M.
 
-    Raises `CannotMeasure` for compositions and constraints, `StepFailure` if the step is not found.
+    All is in double precision, whatever the digits of the flow. Raises `CannotMeasure` for
+    compositions, constraints and contact, `StepFailure` if the step is not found.
     """
 
     def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, t: float = 0) -> None:
@@ -46,6 +47,10 @@ class DualStep:
         if scheme.constraints:
             raise CannotMeasure(f"{lattice.name}: with constraints the form is defined on the "
                                 "vectors that they admit; use RestrictedStep.")  # fmt: skip
+        if lattice.has_contact:
+            raise CannotMeasure(f"{lattice.name} has contact: forms are not defined where a step "
+                                "holds impulses.")  # fmt: skip
+        flow, x, mu = in_doubles(flow, x, mu)
         run = LatticeRun.from_row(flow, x, mu, t)
         self.flow, self.free, self.before = flow, lattice.free, (x, mu)
         w = run.stepped()
@@ -120,6 +125,13 @@ class DualStep:
                  for _ in range(2)]  # fmt: skip
         before = [self.transposed(covector) for covector in after]
         return [bracket(*ends) for bracket, ends in zip(brackets, (before, after), strict=True)]
+
+
+def in_doubles(flow: LatticeFlow, x: Rows, mu: Rows) -> tuple[LatticeFlow, np.ndarray, np.ndarray]:
+    """Return a flow and a state of it in double precision, in which forms are measured."""
+    if flow.numbers.digits != NUMBERS.digits:
+        flow = type(flow)(flow.scheme, flow.step)
+    return flow, np.array(x, dtype=float), np.array(mu, dtype=float)
 
 
 def poisson_defect(step: PairingStep, pairs: int, seed: int, bracket_sign: int = 1) -> float:

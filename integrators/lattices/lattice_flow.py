@@ -185,6 +185,7 @@ class LatticeFlow:
 
     def momenta(self, x: np.ndarray, v: np.ndarray, t: Number = 0) -> np.ndarray:
         """Return μ = ∂l/∂ξ at rows of x (N, n) and v (N, m), including bonds with velocities."""
+        x, v = self.exact(x), self.exact(v)
         moving, found = v * self.lattice.free[:, None], self.numbers.zeros(*v.shape)
         with self.numbers.working():
             number = self.numbers.number

@@ -22,7 +22,7 @@ from ..errors import CannotMeasure
 from ..numbers import Double, LazyModule, Matrix, Vector, jacobian, numeric
 from ..numbers.types import Function, MatrixLike
 from .blocks import at_ends, of_all, of_lattice, placed, places
-from .dual_step import Bracket, Covector, DualStep, derivatives_of_step
+from .dual_step import Bracket, Covector, DualStep, derivatives_of_step, in_doubles
 from .lattice_run import LatticeFlow, LatticeRun, LatticeScheme
 
 sparse = LazyModule("scipy.sparse")
@@ -40,6 +40,7 @@ class RestrictedStep:
         if flow.scheme.substeps:
             raise CannotMeasure(f"{flow.lattice.name}: {flow.scheme.rule.name} has several "
                                 "substeps; ask its base rule.")  # fmt: skip
+        flow, x, mu = in_doubles(flow, x, mu)
         self.flow, self.h, self.before = flow, float(flow.step), (x, mu)
         (self.N, self.m), self.pairs = mu.shape, flow.lattice.pairs
         self.free = flow.lattice.free[:, None]

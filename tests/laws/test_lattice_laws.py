@@ -204,3 +204,14 @@ def test_solitons_of_toda_pass_through_each_other():
         x = Scheme(lattice, trapezoidal).flow(h).trajectory(steps, steps).x[-1, :, 0]
         errors.append(abs(x - exact)[inner].max())
     assert np.allclose(order(errors), 2, atol=0.1)
+
+
+@pytest.mark.parametrize("digits", [7, 34])
+def test_forms_of_a_run_in_other_digits_are_measured_in_double_precision(digits):
+    """Newton's method had numbers of two kinds, and did not converge."""
+    flow = Scheme(systems.fput(4), midpoint).flow("1/20", digits=digits)
+    run = flow.trajectory(2)
+    assert flow.poisson_defect(run.x[1], run.mu[1]) < POISSON
+    assert DualStep(flow, run.x[1], run.mu[1]).before[0].dtype == float
+    momenta = flow.momenta(run.x[1], run.mu[1])  # masses of 1
+    assert np.array_equal(momenta.astype(float), run.mu[1].astype(float))
