@@ -20,7 +20,7 @@ import itertools
 from collections.abc import Iterable
 from functools import cached_property
 
-from ..groupoids.groupoid import Groupoid
+from ..groupoids import Groupoid
 from ..numbers import Node, NodeMatrix, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Discretisation

@@ -19,7 +19,7 @@ from ..errors import BadInput, CannotMeasure
 from ..numbers import evaluate_matrix, null_direction, shown, sympy, to_sympy
 from ..numbers.types import Expression
 from ..rules import Discretisation
-from ..scene.scene import Scene
+from ..scene import Scene
 from .absolute_terms import absolute_terms
 from .checks import named, singular
 from .constraints import (

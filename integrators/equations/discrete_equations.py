@@ -12,7 +12,7 @@ from ..groupoids import chart_extents
 from ..numbers import Scope, symbols_of, sympy, uncollected
 from ..numbers.types import Column, Expression, Expressions, Letters, SymbolicMatrix
 from ..rules import Discretisation, adjoint
-from ..scene.scene import Scene
+from ..scene import Scene
 from .arrows import Arrows
 from .checks import check_known, check_regular
 from .discrete_lagrangian import DiscreteLagrangian

@@ -10,8 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..numbers import Double, newton, numeric
-from ..numbers.arithmetic import Arithmetic
+from ..numbers import Arithmetic, Double, newton, numeric
 from ..numbers.types import Matrix, Numbers, Vector
 from .continuous import closed_velocity, mass_matrix, momentum
 from .symbols import SceneSymbols

@@ -16,7 +16,7 @@ from ..errors import BadInput, CannotMeasure, line_of
 from ..numbers import replaced, shown, symbols_of, sympy
 from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
 from ..rules import Discretisation
-from ..scene.scene import Scene
+from ..scene import Scene
 from .checks import singular
 from .dual_system import DualSystem
 from .step_equations import StepEquations

@@ -14,8 +14,8 @@ from ..compiler import Kind, Step, kinds_of
 from ..errors import CannotMeasure
 from ..numbers import Graph, Scope, sympy, uncollected
 from ..numbers.types import Column, SymbolicMatrix
-from ..rules.discretisation import Discretisation
-from ..scene.scene import Scene
+from ..rules import Discretisation
+from ..scene import Scene
 from .arrows import Arrows
 from .on_group import Element
 from .symbols import SceneSymbols, column

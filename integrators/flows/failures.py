@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -24,7 +23,8 @@ from ..numbers import (
     sympy,
     to_sympy,
 )
-from ..numbers.types import SymbolicMatrix
+from ..numbers.types import Function, Numbers, SymbolicMatrix
+from ..runs import Trajectory
 
 #: factor of growth of (dϑ)⁻¹ since the start from which on the form counts as nearly singular
 LARGER = 1000
@@ -38,7 +38,7 @@ CAUSES: dict[int, str] = {
 }
 
 
-def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> StepFailure:
+def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: Trajectory | None) -> StepFailure:
     """Return the failure that ended a run; `rows`: its trajectory so far."""
     context, machine = edge.context, edge.machine
     x, mu = machine.point(run.state)
@@ -125,7 +125,7 @@ def _grown(context: StepContext, x: Vector) -> float:
     return float(sizes[1] / sizes[0])
 
 
-def check_two_form(context: StepContext, rows: Any, first: int = 0) -> None:
+def check_two_form(context: StepContext, rows: Trajectory, first: int = 0) -> None:
     """Raise `StepFailure` where dϑ changes its orientation between two rows of a run.
 
     No motion goes through a singular dϑ, but a step may. first: the step at which the rows begin.
@@ -138,14 +138,14 @@ def check_two_form(context: StepContext, rows: Any, first: int = 0) -> None:
         k = int(turned[0])
         with context.numbers.working():  # rows have the numbers that users see
             before = {"x": rows.x[k - 1], "mu": rows.mu[k - 1]}
-            state: dict[str, Any] = {e: context.vector(z, len(z)) for e, z in before.items()}
+            state: dict[str, Numbers] = {e: context.vector(z, len(z)) for e, z in before.items()}
         passed = "the step passes a state where dϑ is singular"
         index = first + round(float(rows.t[k] - rows.t[0]) / float(rows.step)) - 1
         raise context.failure(passed, state, index, rows, BEFORE)
 
 
 @lru_cache(maxsize=64)
-def _orientation(s: SceneSymbols) -> Any:
+def _orientation(s: SceneSymbols) -> Function:
     return numeric(
         {"x": s.x, "p": s.parameter_list}, [orientation(s)], arithmetic(16), columns=True
     )

@@ -142,7 +142,7 @@ class Starting:
             raise context.failure("FL is singular at the first step element0", {"x": x, "mu": mu})
         return Start(x, mu, u, translate, t0=t0)
 
-    def _in_group(self, g: Any) -> Matrix:
+    def _in_group(self, g: Rows) -> Matrix:
         """Return g, N×N, if it is an element of the group to half of a double's digits."""
         scene, chart = self.context.scene, self.context.chart
         try:

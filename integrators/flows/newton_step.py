@@ -25,6 +25,7 @@ from ..geometry import (
     step_round_off,
 )
 from ..numbers import Number, Numbers, Vector, inverse_sizes, tracked
+from ..numbers.types import Array
 
 State: TypeAlias = tuple[Numbers, Numbers]  # (x, μ)
 
@@ -78,7 +79,7 @@ def _step_of_map(context: StepContext, x: Vector, mu: Vector, near: Vector) -> S
 
 def step_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Step:
     """Return the step on the dual from (x, μ), by substeps, with its `Tracked` derivative."""
-    total: Any = context.numbers.identity(len(x) + len(mu))
+    total: Array = context.numbers.identity(len(x) + len(mu))
     for part in context.parts:
         if part.equations.arrows is None:
             x, mu, derivative = _step_of_map(part, x, mu, guess)
@@ -112,7 +113,7 @@ def round_off_from(
     substep to substep until no error could be seen.
     """
     still = 0 * abs(np.concatenate([x, mu]))
-    handed: Any = context.numbers.identity(len(still)) * (still if errors is None else errors)
+    handed: Array = context.numbers.identity(len(still)) * (still if errors is None else errors)
     for part in context.parts:
         if part.equations.arrows is None:
             start = part.geometry.start(x, mu, guess)

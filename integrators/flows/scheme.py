@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any, cast
 
-from ..equations import DiscretisedScene, blamed
+from ..equations import DiscretisedScene, StepEquations, blamed
 from ..errors import BadInput, arguments_checked, check_names
 from ..expansions import ModifiedEquation
 from ..geometry import is_self_adjoint, order_of_step
@@ -27,7 +27,7 @@ class Scheme(DiscretisedScene):
     each other.
     """
 
-    def __init__(self, scene: Any, rule: Any, equations: Any = None) -> None:
+    def __init__(self, scene: Any, rule: Any, equations: StepEquations | None = None) -> None:
         super().__init__(scene, rule, equations)
         if self.scene.contact is not None:
             provided("check_gaps")(self.equations.s, self.scene)
@@ -41,7 +41,10 @@ class Scheme(DiscretisedScene):
             check_names("Scheme", named, ("scene", "rule", "equations"))
             rule: Any = given[0] if given else named.get("rule")
             swapped = isinstance(scene, Discretisation)  # it is refused
-            asked: tuple[Any, ...] = ((None if swapped else scene, rule), (rule, scene))
+            asked: tuple[tuple[object, Any], ...] = (
+                (None if swapped else scene, rule),
+                (rule, scene),
+            )
             for one, other in asked:
                 if hasattr(one, "discretise"):
                     return one.discretise(other)
@@ -55,7 +58,7 @@ class Scheme(DiscretisedScene):
         """Return the pickled form: equations are derived again, or read from the cache."""
         return Scheme, (self.scene, self.rule)
 
-    def __deepcopy__(self, memo: Any) -> Scheme:
+    def __deepcopy__(self, memo: object) -> Scheme:
         return self  # a scheme is immutable
 
     def at(self, **values: Any) -> Scheme:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..equations import StepEquations
 from ..numbers import arithmetic, random_point
+from ..rules import Discretisation
 from .defects import in_round_offs
 from .local_geometry import LocalGeometry
 from .one_step_geometry import OneStepGeometry, StepNotFound
@@ -40,7 +41,9 @@ def is_self_adjoint(equations: Any) -> bool:
     return all(gap(equations, seed) < 10.0 ** (10 - DIGITS) for seed in range(2))
 
 
-def order_of_step(rule: Any, equations: Any, self_adjoint: Callable[[], bool]) -> int | None:
+def order_of_step(
+    rule: Discretisation, equations: Any, self_adjoint: Callable[[], bool]
+) -> int | None:
     """Return the order in (x, μ) of a rule of one step with its equations; None if it states none.
 
     A self-adjoint method has even order (Hairer, Lubich, Wanner, II.3): so the rectangle rule gains
@@ -55,7 +58,7 @@ def order_of_step(rule: Any, equations: Any, self_adjoint: Callable[[], bool]) -
     return int(order) + (groupoid._inversion is not None and self_adjoint())
 
 
-def _gap_of_any_step(equations: Any, seed: int) -> float:
+def _gap_of_any_step(equations: StepEquations, seed: int) -> float:
     """Return `_gap_of_map` at the longest step, of ever shorter ones, that Newton finds."""
     for k in range(TRIES):
         try:
@@ -65,7 +68,7 @@ def _gap_of_any_step(equations: Any, seed: int) -> float:
     return _gap_of_map(equations, seed, 4**TRIES)
 
 
-def _gap_of_map(equations: Any, seed: int, shorter: int = 1) -> float:
+def _gap_of_map(equations: StepEquations, seed: int, shorter: int = 1) -> float:
     """Return how far Φ₋ₕ(Φₕ(z)) is from z at a random z.
 
     It is the largest component of the gap divided by the effect of round-off on it, times ε. So a

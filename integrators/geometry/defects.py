@@ -6,19 +6,19 @@ unit of mass, length or time nor a large block beside a small one hides an error
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
-from ..numbers import finite, inverse_sizes, tracked
-from ..numbers.types import Number, Vector
+from ..numbers import Tracked, finite, inverse_sizes, tracked
+from ..numbers.types import Array, Number, Vector
 from .local_geometry import LocalGeometry, Maps
 
 #: (x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′), plain or `Tracked`
-Step: TypeAlias = tuple[Any, Any, Any]
+Step: TypeAlias = tuple[Array, Array, Array]
 
 
-def entrywise_defect(map_: Any, form: Any, wanted: Any, resolution: Number) -> Number:
+def entrywise_defect(map_: Array, form: Array, wanted: Array, resolution: Number) -> Number:
     """Return the largest entry of |M Π Mᵀ − Π′| over |M||Π||Mᵀ| + |Π′|; 0 if both are 0.
 
     map_: M (k×l), form: Π (l×l), wanted: Π′ (k×k), plain or `Tracked`. If the terms of an entry are
@@ -32,7 +32,7 @@ def entrywise_defect(map_: Any, form: Any, wanted: Any, resolution: Number) -> N
     return over_terms(gap, terms, resolution)
 
 
-def over_terms(gap: Any, terms: Any, resolution: Number) -> Number:
+def over_terms(gap: Tracked, terms: np.ndarray, resolution: Number) -> Number:
     """Return the largest entry of a `Tracked` gap over its terms plus its bound times `resolution`.
 
     The bound can only reduce the result, and costs more than all values. So with twice the digits
@@ -45,7 +45,7 @@ def over_terms(gap: Any, terms: Any, resolution: Number) -> Number:
 
 
 def pullback_defect(
-    geometry: LocalGeometry, here: Maps, there: Maps, tangent: Any, resolution: Number = 1
+    geometry: LocalGeometry, here: Maps, there: Maps, tangent: Array, resolution: Number = 1
 ) -> Number:
     """Return the `entrywise_defect` of PΨᵀ Ω PΨ = Ω for TΨ = tangent, (n+m)×(n+m), at arrows."""
     p = geometry.prolongation(here, there, tangent)

@@ -19,12 +19,11 @@ are independent.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ..numbers import Arithmetic, Tracked, solve, tracked
-from ..numbers.types import Number, Vector
+from ..numbers.types import Array, Number, Vector
 from .defects import over_terms
 from .local_geometry import LocalGeometry, Maps, slopes
 
@@ -33,7 +32,7 @@ def canonical_form(geometry: LocalGeometry, x: Vector, mu: Vector, sign: int = 1
     """Return ω at (x, μ) on the vectors (b, δμ), 2m×2m; sign = −1 flips its bracket: a control."""
     numbers, m = geometry.numbers, geometry.m
     zero, one = numbers.zeros(m, m), numbers.identity(m)
-    bracket: Any = geometry.contracted(x, mu) * numbers.number(sign)
+    bracket: Array = geometry.contracted(x, mu) * numbers.number(sign)
     return tracked(np.block([[bracket, one], [-one, zero]]))
 
 
@@ -45,7 +44,7 @@ def work_differential(geometry: LocalGeometry, x: Vector, u: Vector, here: Maps)
     numbers, h, (n, m, k) = geometry.numbers, geometry.q[0], (geometry.n, geometry.m, geometry.k)
     force, slope = geometry.force_and_slopes(x, u)
     none = numbers.zeros
-    along: Any = np.block([[-here["rho"], none(n, m)], [here["R"], here["L"]]])
+    along: Array = np.block([[-here["rho"], none(n, m)], [here["R"], here["L"]]])
     arrows = np.vstack([along, none(k, 2 * m)])
     stages = np.vstack([none(n + m, k), numbers.identity(k)])
     given = (slope @ np.hstack([arrows, stages])).T * h  # row i: E_i(θ_j)
@@ -60,7 +59,7 @@ def work_differential(geometry: LocalGeometry, x: Vector, u: Vector, here: Maps)
     return pulled.T @ whole @ pulled
 
 
-def _diagonal(numbers: Arithmetic, blocks: list[Any]) -> Any:
+def _diagonal(numbers: Arithmetic, blocks: list[Array]) -> Array:
     """Return the block-diagonal matrix of square blocks."""
     sizes = [block.shape[0] for block in blocks]
     return np.block([
@@ -77,10 +76,10 @@ class FormChange:
     to the start.
     """
 
-    map_: Any
-    before: Any
-    after: Any
-    work: Any
+    map_: Array
+    before: Array
+    after: Array
+    work: Array
 
     def then(self, later: FormChange) -> FormChange:
         """Return this step followed by a later one, which starts at its end."""
@@ -110,10 +109,10 @@ class FormChange:
 def form_change(geometry: LocalGeometry, x: Vector, mu: Vector, u: Vector) -> FormChange:
     """Return the change of ω in the step from (x, μ) along the arrow (x, u) with F⁻ = hμ."""
     numbers, h, (n, m) = geometry.numbers, geometry.q[0], (geometry.n, geometry.m)
-    zero: Any = numbers.zeros(m, m)
-    one: Any = Tracked(numbers.identity(m))
+    zero: Array = numbers.zeros(m, m)
+    one: Array = Tracked(numbers.identity(m))
     here = geometry.tracked(x, u)
-    natural: Any = here["rho"] / h
+    natural: Array = here["rho"] / h
     of_x = np.hstack([natural, numbers.zeros(n, m)])
     of_mu = np.hstack([zero, one * h])
     of_u = solve(numbers, here["minus_u"], of_mu - here["minus_x"] @ of_x)

@@ -5,9 +5,9 @@ All derivatives are exact, from the implicit function theorem.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Hashable, Iterable
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from ..numbers import (
     tracked_later,
     with_running_errors,
 )
-from ..numbers.types import Matrix, Number, Numbers, Vector
+from ..numbers.types import Array, Function, Matrix, Number, Numbers, Vector
 from .map_texts import text_in
 
 #: the results of `local` in order; F± are of L_d itself, not divided by h
@@ -38,7 +38,7 @@ _OF_STAGES = ("minus_s", "plus_s", "stages_x", "stages_u", "stages_s")
 
 KEPT = 8  # number of points whose maps are remembered: several forms are measured on one step
 #: a scheme's maps and derivatives at a point, by name: arrays, plain or `Tracked`
-Maps = dict[str, Any]
+Maps: TypeAlias = dict[str, Array]
 
 
 def slopes(maps: Maps, name: str) -> Matrix:
@@ -57,7 +57,7 @@ class LocalGeometry:
         self.equations, self.numbers, self.q = equations, numbers, q
         self.n, self.m = len(equations.x), len(equations.u)
         self.k = len(equations.s.stages)
-        self._latest: dict[Any, Maps] = {}
+        self._latest: dict[Hashable, Maps] = {}
 
     def at(self, x: Numbers, u: Numbers) -> Maps:
         """Return every part at (x, u): vectors of length n or m, and matrices.
@@ -95,7 +95,7 @@ class LocalGeometry:
 
         return dict(zip(maps, tracked_later(maps.values(), with_errors), strict=True))
 
-    def _completed(self, values: Any) -> Maps:
+    def _completed(self, values: Iterable[Array]) -> Maps:
         names = (*_PARTS, *(_OF_STAGES if self.k else ()))
         parts: Maps = dict(zip(names, values, strict=True))
         if self.k:
@@ -157,7 +157,7 @@ class LocalGeometry:
         minus = self.with_round_off(x, u, of_x, abs(u))[1]
         return abs(u) + inverse @ (minus.error + abs(minus.value) + abs(self.q[0]) * of_mu)
 
-    def _rounded_stages(self, x: Vector, u: Vector, at: Vector | Tracked, arrow: Tracked) -> Any:
+    def _rounded_stages(self, x: Vector, u: Vector, at: Vector | Tracked, arrow: Tracked) -> Array:
         stages = self.stages(x, u)
         if not self.k:
             return stages
@@ -171,10 +171,10 @@ class LocalGeometry:
         """The step and the parameters, each rounded once."""
         return rounded(np.array(self.q, dtype=self.numbers.dtype))
 
-    def _errors(self, what: str) -> Callable[..., Any]:
+    def _errors(self, what: str) -> Function:
         return _with_errors(self.equations, self.numbers, what)
 
-    def branch(self, x: Vector, u: Vector) -> Any:
+    def branch(self, x: Vector, u: Vector) -> Number:
         """Return the branch number at (x, u), or None unless L_d is given on the group."""
         return None if self.equations.element is None else self._value("branch", x, u, self.q)
 
@@ -247,7 +247,7 @@ class LocalGeometry:
 
 
 @lru_cache(maxsize=512)
-def _function(equations: StepEquations, numbers: Arithmetic, what: str) -> Callable[..., Any]:
+def _function(equations: StepEquations, numbers: Arithmetic, what: str) -> Function:
     """Return a function of `TEXTS` in an arithmetic, derived once; its text is cached on disk."""
     return numeric_function(map_text(equations, what), numbers)
 
@@ -259,6 +259,6 @@ def map_text(equations: StepEquations, what: str) -> str:
 
 
 @lru_cache(maxsize=512)
-def _with_errors(equations: StepEquations, numbers: Arithmetic, what: str) -> Any:
+def _with_errors(equations: StepEquations, numbers: Arithmetic, what: str) -> Function:
     """Return the function of `_function` in `running_error` numbers."""
     return with_running_errors(map_text(equations, what), numbers)

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
-from ..equations import StepEquations, discrete_force, poisson_tensor
+from ..equations import Arrows, StepEquations, discrete_force, poisson_tensor
 from ..numbers import jacobian, numeric_text, sympy
+from ..numbers.numeric import Result
 from ..numbers.types import Letters
 from .composed_arrows import composed_arrows, origin
 
 
-def _maps(equations: StepEquations) -> Any:
+def _maps(equations: StepEquations) -> Arrows:
     return equations.arrows_for("Legendre maps")
 
 
-def _local(e: StepEquations) -> list[Any]:
+def _local(e: StepEquations) -> list[Result]:
     """Return b, ρ, L, R, F⁻, F⁺, and the derivatives of b, F⁻, F⁺ and of the stages' equations."""
     s, at = e.s, _maps(e)
     maps = [at.target, at.minus, at.plus]
@@ -27,7 +27,7 @@ def _local(e: StepEquations) -> list[Any]:
     return parts
 
 
-def _force(e: StepEquations) -> list[Any]:
+def _force(e: StepEquations) -> list[Result]:
     """Return the force's part of F⁻/h, F⁺/h and ∂L_d/∂s / h, and its derivatives."""
     s, arrows = e.s, e.discrete or e.arrows_for("force")
     force = sympy.Matrix.vstack(*discrete_force(arrows.of))
@@ -35,14 +35,14 @@ def _force(e: StepEquations) -> list[Any]:
     return [list(force), *(jacobian(force, part) for part in letters)]
 
 
-def _natural(e: StepEquations) -> list[Any]:
+def _natural(e: StepEquations) -> list[Result]:
     """Return ρ̂ and Ĉ."""
     s, groupoid = e.s, e.groupoid
     structure = [(c / s.h).tolist() for c in groupoid.structure_functions(s.x, s.h)]
     return [groupoid.rho(s.x, s.h) / s.h, structure]
 
 
-def _one_step(e: StepEquations) -> list[Any]:
+def _one_step(e: StepEquations) -> list[Result]:
     """Return the rows of a step by w from (x, μ), ∂rows/∂w, ∂rows/∂z, Z − z, its derivatives by w
     and z."""
     parts = [list(e.rows), e.slope, e.total(e.rows, e.z), list(e.increment)]
@@ -52,7 +52,7 @@ def _one_step(e: StepEquations) -> list[Any]:
 #: name ↦ (letters of the arguments, what a function gives): the parts of a scheme in numbers. An
 #: "action" is L_d/h of a step by w from x, and the arrow of all steps with it; a "velocity" that at
 #: x of the derivative a of a curve of arrows
-TEXTS: dict[str, tuple[str, Callable[[StepEquations], list[Any]]]] = {
+TEXTS: dict[str, tuple[str, Callable[[StepEquations], list[Result]]]] = {
     "local": ("x u s", _local),
     "values": ("x u s", lambda e: [list(m) for m in (_maps(e).target, _maps(e).minus,
                                                      _maps(e).plus)]),
@@ -76,7 +76,7 @@ def text_in(equations: StepEquations, what: str) -> str:
     """Return the text of `TEXTS` with that name."""
     words, parts = TEXTS[what]
     s, names = equations.s, words.split()
-    letters: dict[str, Any] = {"x": s.x, "u": s.u, "s": s.stages, "mu": s.mu}
+    letters: dict[str, Letters] = {"x": s.x, "u": s.u, "s": s.stages, "mu": s.mu}
     if "w" in names:
         letters["w"] = equations.w
     if "a" in names:
@@ -84,6 +84,6 @@ def text_in(equations: StepEquations, what: str) -> str:
     return text_of(equations, {e: letters[e] for e in names}, parts(equations))
 
 
-def text_of(equations: StepEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
+def text_of(equations: StepEquations, vectors: dict[str, Letters], results: list[Result]) -> str:
     """Return the text of the results as a function of vectors and q (`numeric_text`)."""
     return numeric_text({**vectors, "q": equations.s.q}, results, graph=equations.graph)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Iterable, Sequence
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from ..numbers import (
     solve,
     tracked_later,
 )
-from ..numbers.types import Matrix, Numbers, Vector
+from ..numbers.types import Function, Matrix, Number, Numbers, Vector
 from .local_geometry import KEPT, LocalGeometry, StagesNotFound
 
 
@@ -32,7 +33,7 @@ class OneStepGeometry(LocalGeometry):
     equations: Any
 
     @property
-    def parameters(self) -> list[Any]:
+    def parameters(self) -> list[Number]:
         """The values of the scene's parameters."""
         return self.q[1 : 1 + len(self.equations.s.parameter_list)]
 
@@ -77,7 +78,7 @@ class OneStepGeometry(LocalGeometry):
         after = abs(np.concatenate([x, mu]) + grown.value)
         return errors + before + grown.error + after
 
-    def solved(self, x: Vector, mu: Vector, start: Vector) -> tuple[Vector, Any]:
+    def solved(self, x: Vector, mu: Vector, start: Vector) -> tuple[Vector, list[np.ndarray]]:
         """Return (w, results of `one_step`) at the unknowns that solve the rows from (x, μ)."""
         w, found = self._solved(x, mu, start, self.numbers.zeros(self.n + self.m))
         return w, [e.value for e in found]
@@ -99,7 +100,7 @@ class OneStepGeometry(LocalGeometry):
         return self._steps[state]
 
     @cached_property
-    def _steps(self) -> dict[Any, tuple[Vector, list[Tracked]]]:
+    def _steps(self) -> dict[Hashable, tuple[Vector, list[Tracked]]]:
         return {}
 
     def _found(
@@ -107,7 +108,7 @@ class OneStepGeometry(LocalGeometry):
     ) -> tuple[Vector, list[Tracked]]:
         at, momentum = rounded(x, errors[: self.n]), rounded(mu, errors[self.n :])
 
-        def parts(w: Vector) -> Any:
+        def parts(w: Vector) -> Sequence[np.ndarray]:
             return self._value("one_step", x, mu, w, self.q)
 
         def change(w: Vector) -> Vector:
@@ -122,17 +123,17 @@ class OneStepGeometry(LocalGeometry):
         if w is None:
             raise StepNotFound("Newton did not find a step again that a run has taken.")
 
-        def with_errors() -> Any:
+        def with_errors() -> Iterable[Tracked]:
             return self._errors("one_step")(at, momentum, rounded(w, round_off(w)), self._q)
 
         return w, tracked_later(parts(w), with_errors)
 
-    def at(self, x: Numbers, u: Numbers) -> Any:
+    def at(self, x: Numbers, u: Numbers) -> NoReturn:
         """Raise `CannotMeasure`: a map has no Legendre maps at arrows."""
         raise self.equations.refused("legendre_minus")
 
 
 @lru_cache(maxsize=256)
-def _rates(s: SceneSymbols, numbers: Arithmetic) -> Any:
+def _rates(s: SceneSymbols, numbers: Arithmetic) -> Function:
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return numeric(letters, [list(rates(s))], numbers)

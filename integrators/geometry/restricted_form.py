@@ -12,7 +12,6 @@ A step maps b at its start to b′ at its end; the displacement of its arrow (x,
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -24,7 +23,7 @@ from ..equations import (
     momentum,
 )
 from ..numbers import Arithmetic, jacobian, numeric
-from ..numbers.types import Matrix, Number, Vector
+from ..numbers.types import Function, Matrix, Number, Vector
 from .defects import in_round_offs
 from .forced_form import canonical_form, work_differential
 from .local_geometry import LocalGeometry
@@ -101,7 +100,7 @@ def _null_space(numbers: Arithmetic, held: Matrix) -> Matrix:
 
 
 @lru_cache(maxsize=64)
-def _parts(s: SceneSymbols, numbers: Arithmetic) -> Any:
+def _parts(s: SceneSymbols, numbers: Arithmetic) -> Function:
     """Return a function of (x, u): A, ∂(Aξ − a)/∂x, ∂²l/∂ξ², ∂²l/∂ξ∂x, ρ̂, L and R."""
     A, g, h = constraint_matrix(s, s.x), s.groupoid, s.h
     turning = jacobian(A * s.u - constraint_shift(s, s.x), s.x)

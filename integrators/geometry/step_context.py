@@ -15,7 +15,9 @@ from ..equations import DiscretisedScene, StepEquations
 from ..errors import SMALLER, CannotMeasure, StepFailure
 from ..groupoids import GroupChart
 from ..numbers import Arithmetic, arithmetic, listed
-from ..numbers.types import Number, Numbers, Vector
+from ..numbers.types import GivenVector, Number, Numbers, Vector
+from ..runs import Trajectory
+from ..scene import Scene
 from .local_geometry import LocalGeometry, Maps, StagesNotFound
 from .one_step_geometry import OneStepGeometry
 from .transitions import Arrow
@@ -60,7 +62,7 @@ class StepContext:
         return self.scheme.equations
 
     @property
-    def scene(self) -> Any:
+    def scene(self) -> Scene:
         """The scene with its values."""
         return self.scheme.scene
 
@@ -152,7 +154,7 @@ class StepContext:
             geometry = self.geometry_in(translate)
             return Arrow(x, u, mu, geometry, geometry.at(x, u))
 
-    def vectors(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+    def vectors(self, x: GivenVector, u: GivenVector) -> tuple[np.ndarray, np.ndarray]:
         """Return x and u (or μ), checked and rounded (`vector`).
 
         The time of an x without one is 0.
@@ -192,7 +194,7 @@ class StepContext:
         cause: str,
         state: dict[str, Numbers],
         index: int = 0,
-        trajectory: Any = None,
+        trajectory: Trajectory | None = None,
         fix: str = SMALLER,
         look: Callable[[], tuple[str, str]] | None = None,
     ) -> StepFailure:

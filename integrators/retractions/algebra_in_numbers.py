@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
 
 from ..algebras import MatrixAlgebra
 from ..numbers import Arithmetic
-from ..numbers.types import Exact, Matrix, Numbers, Vector
+from ..numbers.types import Matrix, Numbers, Rows, Vector
 
 
 class AlgebraInNumbers:
@@ -18,7 +17,7 @@ class AlgebraInNumbers:
     def __init__(self, algebra: MatrixAlgebra, numbers: Arithmetic) -> None:
         self.algebra, self.numbers = algebra, numbers
 
-    def array(self, rows: Sequence[Sequence[Exact]]) -> Matrix:
+    def array(self, rows: Rows) -> Matrix:
         """A matrix of exact entries in this arithmetic."""
         number = self.numbers.number
         return np.array([[number(e) for e in row] for row in rows], dtype=self.numbers.dtype)

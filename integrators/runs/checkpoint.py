@@ -18,7 +18,7 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from ..compiler import write_atomically
 from ..errors import BadInput, CouldNotRun, shown
 from ..numbers import Arithmetic
 from .trajectory import Columns, allocated
+
+if TYPE_CHECKING:
+    from numpy.typing import DTypeLike
 
 SECONDS = 1.0  # time between two saved states: a kill loses no more work than this
 
@@ -56,7 +59,7 @@ class Checkpoint:
         #: chained digest of the complete rows, and their number
         self._seal, self.whole = b"", 0
         #: the columns in memory whose rows are written as texts, and all columns on disk
-        self._held, self._rows = dict[str, np.ndarray](), dict[str, Any]()
+        self._held, self._rows = dict[str, np.ndarray](), dict[str, np.memmap]()
         self._is_new = not is_there
         self.state = self._read() if is_there else None
 
@@ -99,8 +102,8 @@ class Checkpoint:
         return {**rows, **self._held}
 
     def _on_disk(
-        self, shapes: Mapping[str, tuple[int, ...]], kinds: Mapping[str, np.dtype[Any]]
-    ) -> dict[str, Any]:
+        self, shapes: Mapping[str, tuple[int, ...]], kinds: Mapping[str, np.dtype]
+    ) -> dict[str, np.memmap]:
         paths = {word: self.path.with_name(f"{self.path.name}.{word}.npy") for word in shapes}
         if self._is_new:
             for path in paths.values():
@@ -175,7 +178,7 @@ class Checkpoint:
         bits: int = getattr(self.numbers, "bits", 53)
         return math.ceil(bits * math.log10(2)) + 1
 
-    def _kind(self, kind: Any) -> np.dtype[Any]:
+    def _kind(self, kind: DTypeLike) -> np.dtype:
         """Return the type on disk of a column's numbers."""
         own = np.dtype(kind)
         # sign, point and exponent take at most as much again as a 64-bit number has digits
@@ -236,7 +239,7 @@ def _literal(name: str) -> str:
     return "".join(f"[{letter}]" if letter in "*?[" else letter for letter in name)
 
 
-def _create(path: Path, shape: tuple[int, ...], kind: np.dtype[Any]) -> Any:
+def _create(path: Path, shape: tuple[int, ...], kind: np.dtype) -> np.memmap:
     """Return an array in a new file with reserved disk space: a missing page ends the process."""
     made: Any = np.lib.format.open_memmap(path, "w+", kind, shape)
     if hasattr(os, "posix_fallocate"):
@@ -245,7 +248,7 @@ def _create(path: Path, shape: tuple[int, ...], kind: np.dtype[Any]) -> Any:
     return made
 
 
-def _open(path: Path, shape: tuple[int, ...], kind: np.dtype[Any]) -> Any:
+def _open(path: Path, shape: tuple[int, ...], kind: np.dtype) -> Any:
     """Return the array of that shape and type in a file, or None if the file differs.
 
     The file is opened for reading first: opened for writing, numpy would append the missing part.

@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from ..errors import BadInput
 from ..numbers import Arithmetic, Matrix, Vector
+from ..numbers.types import Array
+
+if TYPE_CHECKING:
+    from numpy.typing import DTypeLike
 
 #: a column of rows by its name: (the shape of one row, the type of its numbers)
-Columns: TypeAlias = Mapping[str, tuple[tuple[int, ...], Any]]
+Columns: TypeAlias = "Mapping[str, tuple[tuple[int, ...], DTypeLike]]"
 #: a function that makes `count` rows of zeros of such columns, in memory or on disk
 Allocate: TypeAlias = Callable[[Columns, int], dict[str, np.ndarray]]
 
@@ -69,16 +73,16 @@ class Trajectory:
     solver: str
     contraction: float
     scheme: Any = field(kw_only=True, repr=False)
-    impulses: Any = field(kw_only=True, default=None, repr=False)
-    gaps: Any = field(kw_only=True, default=None, repr=False)
+    impulses: Array = field(kw_only=True, default=None, repr=False)
+    gaps: Array = field(kw_only=True, default=None, repr=False)
     impacts: Any = field(kw_only=True, default=None, repr=False)
-    bond_impulses: Any = field(kw_only=True, default=None, repr=False)
-    bond_gaps: Any = field(kw_only=True, default=None, repr=False)
-    density: Any = field(kw_only=True, default=None, repr=False)
+    bond_impulses: Array = field(kw_only=True, default=None, repr=False)
+    bond_gaps: Array = field(kw_only=True, default=None, repr=False)
+    density: Array = field(kw_only=True, default=None, repr=False)
     newton_since: int | None = field(kw_only=True, default=None, repr=False)
 
     @classmethod
-    def of_rows(cls, t: Vector, x: Matrix, u: Matrix, mu: Matrix, **more: Any) -> Trajectory:
+    def of_rows(cls, t: Vector, x: Matrix, u: Matrix, mu: Matrix, **more: object) -> Trajectory:
         """Return the trajectory of these rows, without counters and events except those given."""
         count = np.zeros(len(t), dtype=np.int64)
         given: dict[str, Any] = {
