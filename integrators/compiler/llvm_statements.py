@@ -8,6 +8,7 @@ file.
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Callable, Sequence
 from functools import partial, reduce
 from types import FunctionType
@@ -17,6 +18,7 @@ from ..numbers.types import Function
 from .llvm_values import Operand, Value, mapped, register
 
 UNROLLED = 16  # a longer loop of constant length is not unrolled
+_STEERING = re.compile(r"\b(?:if|and|or|not)\b")
 LOOPS = (ast.While, ast.For)
 STATEMENTS = (ast.Assign, ast.AugAssign, ast.Return, ast.Expr, ast.If, ast.Break, ast.Pass, *LOOPS)
 
@@ -27,9 +29,7 @@ def runnable(module: Any, node: ast.FunctionDef, function: FunctionType) -> Func
     It is Python's own `function` if its path does not depend on numbers. A call of a generator
     gives a function that writes its loops round those of `turn(value)`, where it yields.
     """
-    last = node.body[-1]
-    plain = (node, last) if isinstance(last, ast.Return) else (node,)
-    if not any(_steers(n) for n in ast.walk(node) if n not in plain):
+    if not _steered(node, module.lines[node.lineno : node.end_lineno]):
         return FunctionType(function.__code__, module.names)
     node.decorator_list = []
     _Language().generic_visit(node)
@@ -67,12 +67,17 @@ class Scope:
         self.routine.begin(self.exit)
         return loaded(self.places["return"]) if "return" in self.places else None
 
-    def value(self, node: ast.expr) -> Operand:
+    def value(self, node: ast.expr) -> Any:
         """Return the value of an expression, evaluated by Python."""
-        for name in sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)}):
+        if node not in self.module.expressions:
+            names = sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)})
+            code = compile(ast.Expression(node), "<kernels>", "eval")
+            self.module.expressions[node] = names, code
+        names, code = self.module.expressions[node]
+        for name in names:
             if name in self.places:
                 self.names[name] = loaded(self.places[name])
-        return eval(compile(ast.Expression(node), "<kernels>", "eval"), self.names)
+        return eval(code, self.names)
 
     def _run(self, statements: Sequence[ast.stmt]) -> None:
         for statement in statements:
@@ -252,14 +257,22 @@ def _counts(node: ast.AST) -> bool:
     return isinstance(call, ast.Call) and getattr(call.func, "id", "") == "range"
 
 
+def _steered(node: ast.FunctionDef, lines: Sequence[str]) -> bool:
+    """Return True if the path through a function of these lines may depend on numbers.
+
+    Most are long and straight, so that only functions with a word that steers are walked through.
+    """
+    *before, last = node.body
+    straight = all(isinstance(n, ast.Expr) or (isinstance(n, ast.Assign) and len(n.targets) == 1)
+                   for n in (before if isinstance(last, ast.Return) else node.body))  # fmt: skip
+    return not straight or (any(map(_STEERING.search, lines)) and any(map(_steers, ast.walk(node))))
+
+
 def _steers(node: ast.AST) -> bool:
-    """Return True if the path through a function may depend on numbers at this node."""
-    if isinstance(node, ast.Assign):
-        return len(node.targets) > 1
+    """Return True if the value of an expression depends on a condition at this node."""
     if isinstance(node, ast.comprehension):
         return bool(node.ifs)
-    steering = isinstance(node, (ast.stmt, ast.IfExp, ast.BoolOp, ast.Not))
-    return steering and not isinstance(node, ast.Expr)
+    return isinstance(node, (ast.IfExp, ast.BoolOp, ast.Not))
 
 
 def _assigned_often(node: ast.FunctionDef) -> set[str]:

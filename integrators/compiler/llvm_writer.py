@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
+from types import CodeType
 from typing import Any
 
 from ..numbers.types import Function
@@ -56,13 +57,17 @@ class Module:
         self.written = list[str]()
         self.declared: dict[str, str] = {}
         self.routine = Routine(self.declared)
+        #: expressions → the names in them, and their code
+        self.expressions: dict[ast.expr, tuple[list[str], CodeType]] = {}
         self._shared: dict[str, tuple[str, str, Operand]] = {}
         functions = {n: mathematical(n, getattr(math, n)) for n, f in names.items()
                      if callable(f) and getattr(math, n, None) is f}  # fmt: skip
         self.names = {**names, **functions, **CONDITIONS, "int": whole,
                       "zeros": self._zeros, "columns": lambda array: array.columns,
                       **{name: self._primitive(f) for name, f in PRIMITIVES.items()}}  # fmt: skip
-        for node in ast.parse(MATRICES * ("matrix_" in text) + text).body:
+        text = MATRICES * ("matrix_" in text) + text
+        self.lines = text.splitlines()
+        for node in ast.parse(text).body:
             if isinstance(node, ast.FunctionDef):
                 self.names[node.name] = self._function(node, names.get(node.name))
             else:

@@ -70,9 +70,9 @@ def compiled(
     def made() -> bytes:
         module = Module(text, {**names, **constants()})
         module.export("advance", parameters["advance"], arrays)
-        # optimisation level 3 makes elimination in a loop slower (18 unknowns: 1.5 times), others
-        # faster
-        return _object(module.text(), level=2 if module.loops else 3)
+        # a loop over numbers in memory is as fast by level 1, in two thirds of the compiler's time;
+        # level 3 makes elimination slower (18 unknowns: 1.5 times), but Newton's method faster
+        return _object(module.text(), level=1 if module.loops else 3)
 
     code = cached(f"{name}_{key}.o", made)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
