@@ -15,18 +15,17 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
 from ..errors import BadInput
 from ..numbers import LazyModule, Matrix, Vector, over
-from .first_guess import first_guess
+from .first_guess import End, Path, first_guess
 from .second_order import check_bound, check_minimum, check_steered, unbound
 from .stages import ControlStages
 from .units import units_of
 
-lapack: Any = LazyModule("scipy.linalg.lapack")
+lapack = LazyModule("scipy.linalg.lapack")
 
 # largest number of corrections: from a start in the basin of convergence about ten are enough
 MOST = 60
@@ -90,8 +89,8 @@ class BoundaryProblem:
         self.z0, self.z1, self.fixed = z0 / units[self.z], z1 / units[self.z], fixed
         self.equations = at["kappa"].stop - at["kappa"].start
         #: of the last correction: the Hessians of ℒ, and (A, G, Q) of the linear steps
-        self.hessian: Any = None
-        self.steps: Any = None
+        self.hessian: np.ndarray | None = None
+        self.steps: tuple[np.ndarray, ...] | None = None
 
     def rows(self, y: Parts) -> Matrix:
         """Return the inputs of ℒ for all steps, from (z, p, v)."""
@@ -111,7 +110,7 @@ class BoundaryProblem:
         H[:, range(f.start, f.stop), range(f.start, f.stop)] += weight
         return g, H
 
-    def residual(self, y: Parts) -> tuple[Any, ...]:
+    def residual(self, y: Parts) -> tuple[Matrix, Matrix, Matrix, np.ndarray]:
         """Return the equations that vanish at an optimum, by v, p and z, and the Hessians of ℒ."""
         z, p, _ = y
         g, H = self.derivatives(y)
@@ -169,7 +168,7 @@ class BoundaryProblem:
         at, n = self.stages.slices, self.stages.n
         cuts = np.cumsum([at[k].stop - at[k].start for k in ("w", "f")])
 
-        def kinds(parts: Any) -> list[Any]:
+        def kinds(parts: Parts) -> list[Matrix]:
             z, p, v = parts
             return [z[:, :n], z[:, n:], p[:, :n], p[:, n:], *np.split(v, cuts, axis=1)]
 
@@ -239,7 +238,7 @@ class BoundaryProblem:
 
 
 def solve(
-    stages: ControlStages, end: Any, duration: Fraction, steps: int, path: Any = None
+    stages: ControlStages, end: End, duration: Fraction, steps: int, path: Path | None = None
 ) -> Optimum:
     """Return the optimum of a control problem (`Control.solve`)."""
     name, at, n, m = stages.scene.name, stages.slices, stages.n, stages.m

@@ -2,27 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..equations import momentum
 from ..errors import RAISED, BadInput, line_of
 from ..numbers import jacobian, numeric
+from ..numbers.types import Given, Matrix, Numbers, Vector
 from .stages import ControlStages
+
+#: (x1, v1) where a motion ends, None for what is free; and t ↦ a point near it
+End: TypeAlias = tuple[Sequence[Given] | None, Sequence[Given] | None]
+Path: TypeAlias = Callable[[float], Numbers]
 
 FLAT = 1e-9  # a smaller singular value of the anchor, relative to the largest, counts as 0
 MOST = 60  # largest number of corrections of the straight arrow
 
 
-def first_guess(stages: ControlStages, end: Any, t: np.ndarray, path: Any) -> tuple[Any, ...]:
+def first_guess(
+    stages: ControlStages, end: End, t: Vector, path: Path | None
+) -> tuple[Vector, Vector, Matrix, tuple[Matrix, Matrix, Matrix]]:
     """Return z0 and z1 (n+m), the projection onto the conditions of the end, and a start (z, p, v).
 
     The start follows `path`, or the straight arrow b(x0, u; t) to x1, without a control.
     """
     scene, s, n, m = stages.scene, stages.s, stages.n, stages.m
     given: list[Any] = [scene.x0, scene.v0, *end]
-    parts: Any = [e if e is None else np.array([float(a) for a in e]) for e in given]
+    parts: list[Any] = [e if e is None else np.array([float(a) for a in e]) for e in given]
     x0, v0, x1, v1 = parts
     if x1 is None and v1 is not None and not jacobian(momentum(s), s.position).is_zero_matrix:
         raise BadInput(
@@ -58,8 +66,8 @@ def first_guess(stages: ControlStages, end: Any, t: np.ndarray, path: Any) -> tu
 
 
 def _points(
-    stages: ControlStages, x0: Any, v0: Any, x1: Any, t: np.ndarray, path: Any
-) -> np.ndarray:
+    stages: ControlStages, x0: Vector, v0: Vector, x1: Vector | None, t: Vector, path: Path | None
+) -> Matrix:
     """Return the points of the guess, (N+1, n)."""
     s, n = stages.s, stages.n
     if path is not None:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ..errors import BadInput, CannotMeasure, check_function, names_checked, shown
 from ..numbers import exact_vector, measure
+from ..numbers.types import Function, Given
 from ..rules import Discretisation, check_rule, midpoint
 from ..scene import Scene
 from .boundary_problem import Optimum, solve
+from .first_guess import End, Path
 from .stages import ControlStages, stages_of
 
 
@@ -32,12 +33,12 @@ class Control:
     """
 
     scene: Scene
-    cost: Callable[..., Any]
-    end: tuple[Sequence[Any] | None, Sequence[Any] | None]
-    inputs: Callable[..., Any] | None = None
+    cost: Function
+    end: End
+    inputs: Function | None = None
     controls: int | None = None
-    duration: Any = None
-    path: Callable[..., Any] | None = None
+    duration: Given = None
+    path: Path | None = None
 
     def __post_init__(self) -> None:
         scene = self.scene

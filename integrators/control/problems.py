@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import Any
 
 from ..errors import unknown
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Column, Parameters, Point, Scalar, Scene, Velocity
 from ..scenes import get as scene_of
 from .problem import Control
 
 
-def _effort(x: Any, v: Any, f: Any, p: Any) -> Any:
+def _effort(x: Point, v: Velocity, f: Column, p: Parameters) -> Scalar:
     return f.dot(f) / 2
 
 
@@ -45,7 +44,7 @@ def _oscillator() -> Control:
     return Control(scene, _effort, end=([0], [0]))
 
 
-def _reorientation(name: str, inertia: list[Any], title: str) -> Control:
+def _reorientation(name: str, inertia: list[int], title: str) -> Control:
     """A motion from rest to rest: a third of a turn about the diagonal of the axes."""
     body = scene_of("rigid-body").with_values(
         name=name, title=title, parameters={"inertia": inertia}, v0=[0, 0, 0], duration=2,

@@ -6,12 +6,11 @@ Both derivatives are those of the scalar's graph, in which held nodes are comput
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
 from ..numbers import Graph, Node, Scope, arithmetic, numeric, opaque, within_doubles
-from ..numbers.types import Letter
+from ..numbers.types import Letter, Number, Vector
 
 #: number of array entries that are computed at a time
 CHUNK = 2**21
@@ -34,7 +33,7 @@ class SecondDerivatives:
         results = [value, *slopes, *(hessian[i][j] for i, j in self._places)]
         self._function = _in_columns(graph, inputs, data, results)
 
-    def __call__(self, a: np.ndarray, q: Sequence[Any]) -> tuple[np.ndarray, ...]:
+    def __call__(self, a: np.ndarray, q: Sequence[Number | Vector]) -> tuple[np.ndarray, ...]:
         """Return (values (N,), gradients (N, k), Hessians (N, k, k)) at N rows of k inputs.
 
         q: the data, each a number or N numbers.
@@ -47,7 +46,7 @@ class SecondDerivatives:
             ]
         return tuple(map(np.concatenate, zip(*parts, strict=True)))
 
-    def _at(self, a: np.ndarray, q: list[Any]) -> tuple[np.ndarray, ...]:
+    def _at(self, a: np.ndarray, q: list[Number | Vector]) -> tuple[np.ndarray, ...]:
         rows, k = len(a), self.size
         found = self._function(a.T, q)
         # also for constants; integers beyond 2⁶³ are Python's own
@@ -68,7 +67,7 @@ def _in_columns(
     if not branching:
         return f
 
-    def by_rows(*columns: Any) -> np.ndarray:
+    def by_rows(*columns: Sequence[Vector]) -> np.ndarray:
         sizes = [len(part) for part in columns]
         entries = np.broadcast_arrays(*(e for part in columns for e in part))
         cuts = np.cumsum(sizes)[:-1]

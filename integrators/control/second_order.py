@@ -11,11 +11,14 @@ other. It has as many as its pivots: v of each step and (p_k, z_k) of each node.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..errors import BadInput
+
+#: the class of this name in boundary_problem.py, which imports this file
+BoundaryProblem: TypeAlias = Any
 
 # a smaller eigenvalue, relative to the terms that its entries are sums of, is round-off
 SINGULAR = 1e-13
@@ -30,7 +33,7 @@ def unbound(name: str) -> BadInput:
     )
 
 
-def check_bound(name: str, problem: Any) -> None:
+def check_bound(name: str, problem: BoundaryProblem) -> None:
     """Raise `BadInput` if the cost does not bound all controls of a step."""
     for reduced, terms in _curvatures(problem):
         size = np.sqrt(np.diagonal(terms, axis1=1, axis2=2))
@@ -41,7 +44,7 @@ def check_bound(name: str, problem: Any) -> None:
             raise unbound(name)
 
 
-def _curvatures(problem: Any) -> list[tuple[np.ndarray, np.ndarray]]:
+def _curvatures(problem: BoundaryProblem) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return [(second derivatives of ℒ by the controls of each step, sums of absolute terms)].
 
     They are taken along the steps' equations, δw = −E_w⁻¹E_f δf. The list is empty if numbers are
@@ -61,7 +64,7 @@ def _curvatures(problem: Any) -> list[tuple[np.ndarray, np.ndarray]]:
     return [(across @ H @ N, abs(across) @ abs(H) @ abs(N))]
 
 
-def check_steered(name: str, problem: Any) -> None:
+def check_steered(name: str, problem: BoundaryProblem) -> None:
     """Raise `BadInput` if the inputs do not move the end in all of its directions.
 
     This uses the Gramian of the linear equations alone, not the cost. A direction is missed if no
@@ -100,7 +103,7 @@ def check_steered(name: str, problem: Any) -> None:
         )
 
 
-def check_minimum(name: str, problem: Any) -> None:
+def check_minimum(name: str, problem: BoundaryProblem) -> None:
     """Raise `BadInput` if the stationary motion is not a minimum."""
     (A, G, Q), (_, basis), steps = problem.steps, _ends(problem), problem.N
     inner = problem.hessian[:, problem.v][:, :, problem.v]
@@ -132,7 +135,7 @@ def check_minimum(name: str, problem: Any) -> None:
         )
 
 
-def _ends(problem: Any) -> tuple[list[str], np.ndarray]:
+def _ends(problem: BoundaryProblem) -> tuple[list[str], np.ndarray]:
     """Return names of the states, and an orthonormal basis of the end's conditions, (n+m, r)."""
     n = problem.stages.n
     names = [f"x[{i}]" for i in range(n)] + [f"mu[{i}]" for i in range(problem.d - n)]

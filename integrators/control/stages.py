@@ -12,7 +12,6 @@ costates, z′ = ∂ℒ/∂p′, p = ∂ℒ/∂z, which is symplectic for every 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -29,9 +28,9 @@ from ..equations import (
 )
 from ..errors import BadInput, CannotMeasure, shown
 from ..numbers import arithmetic, jacobian, numeric, symbols_of, sympy
-from ..numbers.types import Expression, Letter
+from ..numbers.types import Expression, Expressions, Function, Letter, Matrix, Number, Vector
 from ..rules import Discretisation
-from ..scene import Scene, arguments_of, remembered
+from ..scene import Column, Parameters, Point, Scalar, Scene, Velocity, arguments_of, remembered
 from .second_derivatives import SecondDerivatives
 
 MOST = 30  # largest number of corrections of a control at a node
@@ -54,8 +53,8 @@ class ControlStages:
     def __init__(
         self,
         scene: Scene,
-        cost: Callable[..., Any],
-        inputs: Callable[..., Any] | None,
+        cost: Function,
+        inputs: Function | None,
         controls: int,
         rule: Discretisation,
     ) -> None:
@@ -92,11 +91,13 @@ class ControlStages:
         #: everything from which it was made
         self.formulas = [system, graph.key(graph.node(of_step)), of.graph.key(of.value)]
 
-    def cost(self, a: np.ndarray, times: np.ndarray, h: float) -> Any:
+    def cost(self, a: np.ndarray, times: np.ndarray, h: float) -> tuple[np.ndarray, ...]:
         """Return C_d, its gradients and Hessians."""
         return self._of_cost(a, self._values(self.cost_symbols, times, h))
 
-    def __call__(self, a: np.ndarray, times: np.ndarray, h: float, share: float = 1.0) -> Any:
+    def __call__(
+        self, a: Matrix, times: Vector, h: float, share: float = 1.0
+    ) -> tuple[np.ndarray, ...]:
         """Return (gradients (N, k), Hessians (N, k, k)) of ℒ at N rows a, begun at these times.
 
         share: the factor of the cost in ℒ.
@@ -113,7 +114,7 @@ class ControlStages:
         given = np.r_[at["kappa"], at["p"].start + self.n : at["p"].stop]
         return np.asarray(H[:, given][:, :, at["f"]])
 
-    def along(self, x: np.ndarray, u: np.ndarray, times: np.ndarray) -> tuple[Any, Any]:
+    def along(self, x: Matrix, u: Matrix, times: Vector) -> tuple[Matrix, np.ndarray]:
         """Return (∂l/∂ξ (N, m), the anchor ρ̂ (N, n, m)) at N points, velocities and times."""
         found = self._along(x.T, u.T, self._values(self.s, times, 1))
         mu, rho = (e.astype(float) for e in found)
@@ -121,7 +122,7 @@ class ControlStages:
         return mu.T, np.moveaxis(np.broadcast_to(each, (self.n, self.m, len(times))), -1, 0)
 
     @cached_property
-    def _along(self) -> Callable[..., Any]:
+    def _along(self) -> Function:
         s = self.s
         given = {"x": s.position, "u": s.u, "q": self._data}
         rho = (s.groupoid.rho(s.x, s.h) / s.h)[: self.n, :]
@@ -174,12 +175,14 @@ class ControlStages:
         missed = ~(before <= NEAR)
         return np.where(missed[:, None], near, y)[:, m:]
 
-    def _checked(self, s: SceneSymbols, cost: Any, inputs: Any) -> tuple[Any, ...]:
+    def _checked(
+        self, s: SceneSymbols, cost: Function, inputs: Function
+    ) -> tuple[Column, Column, Expression]:
         """Return f, p_μ and C + p_μ·inputs in letters; raises `BadInput` for unfit formulas."""
         f, p = vector("cf", self.controls), vector("pm", len(s.u))
         t = sympy.Symbol(BEGIN, real=True)
 
-        def point(function: Any) -> tuple[Any, ...]:
+        def point(function: Function) -> tuple[Any, ...]:
             return s.position, s.u, f, s.parameters, *([t] * (arguments_of(function) == 5))
 
         of_cost = s.call(cost, "its cost", *point(cost))
@@ -200,14 +203,14 @@ class ControlStages:
         return f, p, of_cost + _dot(p, force)
 
     @cached_property
-    def _pontryagin(self) -> Callable[..., Any]:
+    def _pontryagin(self) -> Function:
         s, (f, p, hamiltonian) = self.s, self._hamiltonian
         rows = [*(momentum(s) - s.mu), *jacobian([hamiltonian], f)]
         slope = jacobian(rows, [*s.u, *f])
         given = {"x": s.position, "y": [*s.u, *f], "z": [*s.mu, *p], "q": self._data}
         return numeric(given, [[*rows, *slope]], self.numbers, columns=True)
 
-    def _values(self, s: SceneSymbols, times: np.ndarray, h: float) -> list[Any]:
+    def _values(self, s: SceneSymbols, times: np.ndarray, h: float) -> list[Number]:
         """Return the data of a step; its clock is at 0, so the control's places are exact."""
         still = [0] * len(self.places) * self.controls
         own = [*self.scene.parameter_values, *still, *self.places, 0, h]
@@ -226,11 +229,11 @@ def _inverses(slopes: np.ndarray) -> np.ndarray:
                          else np.linalg.inv(e) for e in slopes])  # fmt: skip
 
 
-def _itself(x: Any, v: Any, f: Any, p: Any) -> Any:
+def _itself(x: Point, v: Velocity, f: Column, p: Parameters) -> Column:
     return f
 
 
-def _dot(a: Any, b: Any) -> Expression:
+def _dot(a: Expressions, b: Expressions) -> Expression:
     return sympy.Add(*[left * right for left, right in zip(a, b, strict=True)])
 
 
@@ -244,7 +247,7 @@ def places_of(scene: Scene, rule: Discretisation) -> list[float]:
     Raises `CannotMeasure` unless its weights sum to 1, because cost and force use them too.
     """
 
-    def still(x: Any, v: Any, p: Any, t: Any) -> Any:
+    def still(x: Point, v: Velocity, p: Parameters, t: Scalar) -> Scalar:
         return v.dot(v) / 2 + t
 
     s = SceneSymbols(Scene("still", scene.groupoid, still, x0=scene.x0, v0=scene.v0), rule.stages)
@@ -262,7 +265,7 @@ def places_of(scene: Scene, rule: Discretisation) -> list[float]:
     return sorted({float(sympy.sympify(e).xreplace(at)) for e in times})
 
 
-def _controlled(scene: Scene, inputs: Any, controls: int, places: list[float]) -> Scene:
+def _controlled(scene: Scene, inputs: Function | None, controls: int, places: list[float]) -> Scene:
     """Return the scene under a control, with a clock that starts with the step.
 
     The values of the control are parameters, and so are the time at which the step begins and its
@@ -272,7 +275,7 @@ def _controlled(scene: Scene, inputs: Any, controls: int, places: list[float]) -
     force = scene.force
     given = _with_control(inputs or _itself)
 
-    def acting(x: Any, v: Any, p: Any, t: Any) -> list[Any]:
+    def acting(x: Point, v: Velocity, p: Parameters, t: Scalar) -> list[Scalar]:
         parts = [given(x, v, p, t)]
         if force is not None:
             parts.append(force(x, v, p, *_time(force, 4, p, t)))
@@ -288,15 +291,15 @@ def _controlled(scene: Scene, inputs: Any, controls: int, places: list[float]) -
     )
 
 
-def _time(function: Any, wanted: int, p: Any, t: Any) -> tuple[Any, ...]:
+def _time(function: Function, wanted: int, p: Parameters, t: Scalar) -> tuple[Scalar, ...]:
     """Return the time as a tuple for a function that takes it, else (): step's start plus clock."""
     return (getattr(p, BEGIN) + t,) if arguments_of(function) == wanted else ()
 
 
-def _with_control(function: Any) -> Callable[..., Any]:
+def _with_control(function: Function) -> Function:
     """Return a function of (x, v, f, p) or (x, v, f, p, t) as one of (x, v, p, t)."""
 
-    def at(x: Any, v: Any, p: Any, t: Any) -> Any:
+    def at(x: Point, v: Velocity, p: Parameters, t: Scalar) -> Any:
         values, places = getattr(p, VALUES), getattr(p, PLACES)
         theta, f = t / getattr(p, WIDTH), 0 * values[0, :].T
         for j, c in enumerate(places):

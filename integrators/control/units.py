@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from ..numbers.types import Matrix, Vector
 from .stages import ControlStages
 
 #: relative to the largest of its kind: if a groupoid mixes components, a smaller number may be the
@@ -14,7 +13,7 @@ NOISE = 2.0**-20
 
 
 def units_of(
-    stages: ControlStages, z0: np.ndarray, z1: np.ndarray, guess: Any, t: np.ndarray
+    stages: ControlStages, z0: np.ndarray, z1: np.ndarray, guess: tuple[Matrix, ...], t: np.ndarray
 ) -> tuple[np.ndarray, float]:
     """Return (a unit for each letter of ℒ, the unit of the cost): powers of two, for exact scaling.
 
@@ -68,6 +67,6 @@ def shared(found: np.ndarray, noise: float) -> np.ndarray:
     return np.where(found > noise * most, found, most)
 
 
-def powers(values: Any) -> Any:
+def powers(values: Vector) -> Vector:
     """Return the powers of two nearest to positive numbers."""
     return 2.0 ** np.round(np.log2(values))
