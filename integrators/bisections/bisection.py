@@ -34,9 +34,9 @@ from ..numbers import (
     numeric_function,
     numeric_text,
 )
-from ..numbers.types import Matrix, Number, Numbers, Vector
+from ..numbers.types import Function, Given, GivenVector, Matrix, Number, Numbers, Vector
 
-linalg: Any = LazyModule("scipy.linalg")
+linalg = LazyModule("scipy.linalg")
 
 #: an arrow (x, u), n and m numbers
 Point = tuple[Vector, Vector]
@@ -44,7 +44,7 @@ Point = tuple[Vector, Vector]
 STEEPEST = 1e12
 
 
-def in_own_numbers(method: Callable[..., Any]) -> Callable[..., Any]:
+def in_own_numbers(method: Function) -> Function:
     """Decorate a method of x (n numbers) and others (m) to compute in the own arithmetic."""
 
     @wraps(method)
@@ -66,8 +66,9 @@ class Bisection:
     """
 
     def __init__(
-        self, groupoid: Groupoid, x0: Any, u0: Any, step: Any, digits: int = 16, slope: Any = None
-    ) -> None:
+        self, groupoid: Groupoid, x0: GivenVector, u0: GivenVector, step: Given,
+        digits: int = 16, slope: Any = None,
+    ) -> None:  # fmt: skip
         if not isinstance(groupoid, Groupoid):
             raise BadInput(f"a bisection of {shown(groupoid)}: give a groupoid, such as pair(1).")
         self.groupoid, self.numbers = groupoid, arithmetic(digits)
@@ -102,7 +103,7 @@ class Bisection:
                     "leave slope out, and it is chosen so that β is one, or take another arrow."
                 )
 
-    def vector(self, values: Any, length: int, name: str = "a vector") -> Vector:
+    def vector(self, values: GivenVector, length: int, name: str = "a vector") -> Vector:
         """Return `length` numbers of this arithmetic (`vector_in`)."""
         return vector_in(self.numbers, values, length, f"{self.groupoid.name}: {name}")
 
@@ -206,7 +207,7 @@ def groupoid_maps(
 
 
 @lru_cache(maxsize=64)
-def _maps(groupoid: Groupoid, numbers: Arithmetic) -> Callable[..., Any]:
+def _maps(groupoid: Groupoid, numbers: Arithmetic) -> Function:
     return numeric_function(_text_of_maps(groupoid), numbers)
 
 

@@ -79,7 +79,7 @@ class EdgePolicy:
         """The largest size (`chart_margin.chart_extents`) that a step may have."""
         return chart_reach(self.context.scene.groupoid)
 
-    def coefficients(self, translate: int) -> Any:
+    def coefficients(self, translate: int) -> Matrix:
         """Return the kernels' coefficients in the chart of a translate; e has the number 0."""
         return self.machine.c
 
@@ -208,7 +208,7 @@ class Bisect(EdgePolicy):
                 'different translates; take on_edge="shrink" or "refuse".'
             )
 
-    def coefficients(self, translate: int) -> Any:
+    def coefficients(self, translate: int) -> Matrix:
         return self.machine.coefficients(translate, self.chart.translates[translate])
 
     @cached_property

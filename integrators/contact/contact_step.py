@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -193,7 +193,7 @@ class ContactSteps:
         left_over = 0 * place.phi
         left_over[resting] = (1 - share) * place.phi[resting]
 
-        def trial(P: Vector) -> tuple[Vector, Vector, Any]:
+        def trial(P: Vector) -> tuple[Vector, Vector, tuple[Place, Vector, Vector]]:
             pushed = m.mu + start.push.T @ P
             near = gaps.velocity(place.x, pushed, m.u) if len(P) else m.u
             y, mu, u = self.free.part(share, place.x, pushed, near)

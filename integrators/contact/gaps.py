@@ -8,10 +8,9 @@ the plane.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import suppress
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -25,12 +24,12 @@ from ..equations import (
 )
 from ..errors import BadInput, shown
 from ..numbers import Arithmetic, Matrix, Numbers, finite, flatten, jacobian, numeric, sympy
-from ..numbers.types import Column, Expression, MatrixLike, Number, SymbolicMatrix, Vector
+from ..numbers.types import Column, Expression, Function, MatrixLike, Number, SymbolicMatrix, Vector
 from ..scene import Scene
 from .bounds import GapBounds
 from .cones import Cones, impulses, length
 
-GapFunction: TypeAlias = Callable[..., Any]  # a scene's contact=: (x, p) ↦ its gaps
+GapFunction: TypeAlias = Function  # a scene's contact=: (x, p) ↦ its gaps
 
 # powers of √round-off: relative distances at which a slope is taken beside a point without one
 BESIDE = (2, 1)
@@ -256,7 +255,7 @@ def gap_expressions(s: SceneSymbols, contact: GapFunction) -> tuple[Column, list
     return phi, coordinates
 
 
-def _listed(given: Any) -> bool:
+def _listed(given: object) -> bool:
     """Return True for a list, tuple, array or column with entries."""
     return isinstance(given, (tuple, list, np.ndarray, sympy.MatrixBase)) and len(given) > 0
 
@@ -264,7 +263,7 @@ def _listed(given: Any) -> bool:
 @lru_cache(maxsize=64)
 def gap_functions(
     s: SceneSymbols, contact: GapFunction, numbers: Arithmetic, columns: bool = False
-) -> tuple[Any, ...]:
+) -> tuple[list[Column | None], Function, Function]:
     """Return the coordinates (`gap_expressions`) and two compiled functions.
 
     They give the inputs of `Gaps.at`; and φ on columns. columns: True if both work on columns.
@@ -282,8 +281,8 @@ def gap_functions(
             for e, row in zip(values, slopes.tolist(), strict=True)
         ]  # fmt: skip
 
-    given: dict[str, Any] = {"x": s.x, "p": s.parameter_list}
-    results: list[Any] = [list(phi), sizes(phi, slope), slope, slope * rho, rho]
+    given = {"x": s.x, "p": s.parameter_list}
+    results: list[Expression] = [list(phi), sizes(phi, slope), slope, slope * rho, rho]
     own_slope = jacobian(own, s.position) if len(own) else own
     results += [list(own), own_slope * rho, sizes(own, own_slope)] if len(own) else [[], [], []]
     return (
@@ -296,7 +295,7 @@ def gap_functions(
 @lru_cache(maxsize=64)
 def motion_functions(
     s: SceneSymbols, numbers: Arithmetic, columns: bool = False
-) -> tuple[Callable[..., Any], Callable[..., Any]]:
+) -> tuple[Function, Function]:
     """Return functions that give M and ∂l/∂ξ; and H; columns: True if they work on columns."""
     moving = {"x": s.x, "u": s.u, "p": s.parameter_list}
     with_momentum = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}

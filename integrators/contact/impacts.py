@@ -11,7 +11,7 @@ is shortened if it would raise the energy.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from ..numbers import over
 from ..numbers.types import MatrixLike, Number, Vector
 from .cones import Cones, NotFound, missed, of_parts, scaling
 from .gaps import Gaps, Place
+
+Data = TypeVar("Data")
 
 NOISE = 2**10  # a velocity below so many units of round-off of its terms is 0
 MOST, STAGNANT = 400, 2**12
@@ -92,8 +94,9 @@ def active(
 
 
 def in_cones(
-    gaps: Gaps, trial: Callable[[Vector], tuple[Vector, Vector, Any]], W: MatrixLike, cones: Cones
-) -> tuple[Vector, Any]:
+    gaps: Gaps, trial: Callable[[Vector], tuple[Vector, Vector, Data]], W: MatrixLike,
+    cones: Cones,
+) -> tuple[Vector, Data]:  # fmt: skip
     """Return (P, the trial's data) with velocities F(P) in the cones.
 
     trial: P ↦ (F, unit of F's round-off, any data). W: approximately ∂F/∂P; unless it is a sparse
