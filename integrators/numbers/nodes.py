@@ -8,13 +8,10 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from hashlib import blake2b
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 from .lazy import LazyModule, sympy
 from .types import Expression, Letter, SymbolicMatrix
-
-if TYPE_CHECKING:
-    from .graph import Graph
 
 gmpy2 = LazyModule("gmpy2")
 
@@ -41,7 +38,7 @@ class Node:
 
     __slots__ = ("args", "graph", "index", "kind")
 
-    def __init__(self, graph: Graph, kind: int, args: Any, index: int) -> None:
+    def __init__(self, graph: Any, kind: int, args: Any, index: int) -> None:
         self.graph, self.kind, self.args, self.index = graph, kind, args, index
 
     def __add__(self, other: Expression | Node) -> Node:
