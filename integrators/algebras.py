@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, combinations, combinations_with_replacement, permutations, product
 from math import prod
-from typing import Any
 
 from .errors import BadInput, shown
 from .numbers import exact_matrices, floats_exact, sympy
@@ -208,7 +207,7 @@ def _plus_minus(n: int) -> tuple[Nested, ...]:
 LARGEST = 12  # the largest size of matrices: so(n) has 2ⁿ⁻¹ translates of its chart
 
 
-def _sized(name: str, n: Any, least: int) -> None:
+def _sized(name: str, n: object, least: int) -> None:
     if type(n) is not int or not least <= n <= LARGEST:
         raise BadInput(
             f"{name}({shown(n)}): the size is a whole number from {least}, to {LARGEST}."

@@ -35,7 +35,7 @@ class CouldNotRun(DiscmechError, RuntimeError):
     """The machine does not allow it: disk, memory, rights. The message says what to do."""
 
 
-def line_of(function: Any, error: BaseException | None = None) -> str:
+def line_of(function: object, error: BaseException | None = None) -> str:
     """Return the place of a user's function, or of an error in its file, as "my_rule.py, line 7".
 
     It is empty for functions of this package.
@@ -49,19 +49,19 @@ def line_of(function: Any, error: BaseException | None = None) -> str:
     return f"{Path(code.co_filename).name}, line {line}"
 
 
-def at_line(function: Any, error: BaseException | None = None) -> str:
+def at_line(function: object, error: BaseException | None = None) -> str:
     """Return the beginning of a message about a user's function, its place and a colon, or ""."""
     place = line_of(function, error)
     return f"{place}: " if place else ""
 
 
-def nearest(name: Any, known: Iterable[str]) -> str:
+def nearest(name: object, known: Iterable[str]) -> str:
     """Return the known name most like the given one, in any capitals; empty without one."""
     small = {word.lower(): word for word in known}
     return "".join(small[near] for near in get_close_matches(_word(name).lower(), small, 1))
 
 
-def _word(name: Any) -> str:
+def _word(name: object) -> str:
     """Return a given name as it is written without quotation marks."""
     return (
         (shown(name)[1:-1] if len(name) > LISTED else name)
@@ -82,7 +82,7 @@ def misplaced(name: str, kind: str, wanted: str) -> BadInput:
 LISTED = 240  # letters of three lines of a terminal: a longer list does not fit into a sentence
 
 
-def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:
+def unknown(kind: str, name: object, known: Iterable[str]) -> BadInput:
     """Return the error for an unknown name: with the nearest, or all if few."""
     names = list(known)
     listed = ", ".join(names)
@@ -125,7 +125,7 @@ def remedy(error: BaseException) -> str:
     return "write it with sympy functions" if isinstance(error, TypeError) else "fix it"
 
 
-def check_function(function: Any, what: str, *wanted: str) -> None:
+def check_function(function: object, what: str, *wanted: str) -> None:
     """Raise `BadInput` unless it can be called with the arguments of one of the `wanted`.
 
     Also if an argument has the name of another one: a constraint (x, v, p) would get the parameters
@@ -151,7 +151,7 @@ def check_function(function: Any, what: str, *wanted: str) -> None:
     )
 
 
-def _is_stray(own: str, word: Any, given: Container[str]) -> bool:
+def _is_stray(own: str, word: str, given: Container[str]) -> bool:
     """Return True if a function calls p, t or v what is handed in as something else.
 
     Of a Hamiltonian the momentum may be called p, and v may be the second of two points u and v.
@@ -159,7 +159,7 @@ def _is_stray(own: str, word: Any, given: Container[str]) -> bool:
     return word not in (own, "mu") and (own in ("p", "t") or (own == "v" and "x" in given))
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """Return a value for a message: as Python writes it, cut if it is long.
 
     Python writes no whole number of more than 4300 digits.
@@ -171,13 +171,13 @@ def shown(value: Any) -> str:
     return text if len(text) <= LISTED else f"{text[:LISTED]}…"
 
 
-def check_progress(progress: Any) -> None:
+def check_progress(progress: object) -> None:
     """Raise `BadInput` unless it can be called with the steps done so far, or is None."""
     if progress is not None:
         check_function(progress, "progress=", "(done)")
 
 
-def brief_name(thing: Any) -> str:
+def brief_name(thing: object) -> str:
     """Return the name of a wrong argument for a message, or the argument as it is written."""
     return getattr(thing, "__name__", None) or getattr(thing, "name", None) or shown(thing)
 
@@ -214,7 +214,7 @@ def names_checked(cls: type[_Class]) -> type[_Class]:
     made: Any = cls.__init__
 
     @wraps(made)
-    def checked(self: Any, *given: Any, **named: Any) -> None:
+    def checked(self: object, *given: Any, **named: Any) -> None:
         check_names(cls.__name__, named, names)
         made(self, *given, **named)
 
@@ -320,5 +320,5 @@ class StepFailure(DiscmechError, RuntimeError):
         return type(self), (*at, self.cause, self.trajectory, self.fix)
 
 
-def _brief(values: Any) -> str:
+def _brief(values: Iterable[float]) -> str:
     return "[" + ", ".join(f"{float(value):.6g}" for value in values) + "]"

@@ -32,6 +32,7 @@ import numpy as np
 from ..errors import BadInput, CannotMeasure, shown
 from ..geometry import StepContext, composed_arrows, map_text
 from ..numbers import Arithmetic, Atoms, NotKnown, Series, arithmetic, run_text, series_namespace
+from ..numbers.types import Given, Rows, Scalar, Scalars
 from .step_series import StepSeries
 
 MOST = 12  # the highest power of the step: the sums of differences lose a digit with each
@@ -53,9 +54,9 @@ class Terms:
     h^(j−1).
     """
 
-    field: list[list[Any]]
-    hamiltonian: list[Any] | None
-    lagrangian: list[Any] | None
+    field: list[list[Scalar]]
+    hamiltonian: list[Scalar] | None
+    lagrangian: list[Scalar] | None
 
 
 class ModifiedEquation:
@@ -81,11 +82,11 @@ class ModifiedEquation:
 
     # -- at states -------------------------------------------------------------------------------
 
-    def field(self, z: Any) -> np.ndarray:
+    def field(self, z: Rows) -> np.ndarray:
         """Return f₁, …, f_K at rows z = (x, μ), (K, r, n+m), K = order + 1."""
         return self._shown(self._field(self._rows(z)))
 
-    def hamiltonian(self, z: Any) -> np.ndarray:
+    def hamiltonian(self, z: Rows) -> np.ndarray:
         """Return H₁, …, H_K at rows z = (x, μ), (K, r).
 
         H₁ is the energy. Of a one-step map each is known but for a constant, and is 0 at the first
@@ -102,7 +103,7 @@ class ModifiedEquation:
         assert found is not None
         return self._shown(np.array([np.broadcast_to(e, len(rows)) for e in found]))
 
-    def at_step(self, terms: np.ndarray, step: Any) -> np.ndarray:
+    def at_step(self, terms: np.ndarray, step: Given) -> np.ndarray:
         """Return Σ h^(j−1) e_j of terms e₁, e₂, … at a step."""
         with self.numbers.working():
             h = self.numbers.number(step)
@@ -137,7 +138,7 @@ class ModifiedEquation:
         whole = [[np.broadcast_to(e, len(rows)) for e in term] for term in columns]
         return np.array(whole).swapaxes(1, 2)
 
-    def _rows(self, z: Any) -> np.ndarray:
+    def _rows(self, z: Rows) -> np.ndarray:
         rows = np.atleast_2d(np.asarray(z, dtype=self.numbers.dtype))
         if rows.ndim != 2 or rows.shape[1] != self.n + self.m:
             raise BadInput(
@@ -251,9 +252,9 @@ class ModifiedEquation:
     def _expanded_with(
         self,
         lost: int,
-        z: list[Any],
-        shares: Sequence[Any],
-        constants: Sequence[Sequence[Any]],
+        z: list[Scalar],
+        shares: Scalars,
+        constants: Sequence[Scalars],
         numbers: Arithmetic | Atoms,
         action: bool,
     ) -> Terms:
@@ -269,7 +270,7 @@ class ModifiedEquation:
         w = [
             s.step.start(x, mu, own[:count], near) for s, own in zip(steps, constants, strict=True)
         ]
-        carried: list[list[Any]] = [[*z]]
+        carried: list[list[Scalar]] = [[*z]]
         along = [numbers.number(1) if e else 0 for e in steps[0].begin] if action else []
         tracks = [along]
         for _ in range(K):
@@ -283,7 +284,7 @@ class ModifiedEquation:
             tracks.append(along)
         weights = _of_logarithm(K)
 
-        def terms(rows: list[list[Any]]) -> list[list[Any]]:
+        def terms(rows: list[list[Scalar]]) -> list[list[Scalar]]:
             """Return the derivative by the time of each entry of K + 1 rows of series, K terms."""
             return [
                 [_combined(weights, [row[i] for row in rows], j, numbers)
@@ -314,7 +315,9 @@ class _Part:
         self.action, self.velocity = (run_text(text, space)["function"] for text in texts)
         self.begin = [0, *composed_arrows(context.equations.groupoid).begin]
 
-    def carried(self, along: list[Any], x: Any, w: Any, x0: Any, q: Any) -> list[Any]:
+    def carried(
+        self, along: list[Scalar], x: Scalars, w: Scalars, x0: Scalars, q: Scalars
+    ) -> list[Scalar]:
         """Return the action and the arrow of the steps before with those of a step."""
         action, arrow = self.action(x, w, x0, along[1:], q)
         return [along[0] + q[0] * action, *arrow]
@@ -332,9 +335,9 @@ def _of_logarithm(K: int) -> list[Fraction]:
 
 
 def _combined(
-    weights: Sequence[Fraction], rows: list[Any], power: int, numbers: Arithmetic | Atoms
-) -> Any:
-    found: Any = 0
+    weights: Sequence[Fraction], rows: Scalars, power: int, numbers: Arithmetic | Atoms
+) -> Scalar:
+    found: Scalar = 0
     for weight, e in zip(weights, rows, strict=True):
         if isinstance(e, Series) and weight:
             c = e.coefficient(power)

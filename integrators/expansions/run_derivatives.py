@@ -15,7 +15,10 @@ import numpy as np
 
 from ..equations import mass_matrix, momentum
 from ..errors import BadInput, CannotMeasure, shown
+from ..geometry import StepContext
 from ..numbers import Series, jacobian, numeric
+from ..numbers.types import Number, Rows
+from ..runs import Trajectory
 from .step_series import StepSeries
 
 ENTRIES = 2**22  # of the derivatives of steps that are held at once
@@ -54,7 +57,7 @@ class RunDifferentiated:
     and for a run that left its chart.
     """
 
-    def __init__(self, flow: Any, run: Any, held: str) -> None:
+    def __init__(self, flow: Any, run: Trajectory, held: str) -> None:
         self.flow, self.run = flow, run
         if held not in ("mu0", "v0"):
             raise BadInput(f'held is {shown(held)}: give "mu0" or "v0".')
@@ -82,7 +85,7 @@ class RunDifferentiated:
         start, others = found[:, :, : self.size], found[:, :, self.size :]
         return RunDerivatives(start, self._by_name(np.moveaxis(others, 2, 0)))
 
-    def adjoint(self, slope: Any) -> RunGradient:
+    def adjoint(self, slope: Rows) -> RunGradient:
         """Return the gradient of G by the start and the parameters.
 
         slope: ∂G/∂z of the last row, (N,), or of each row, (rows, N).
@@ -158,7 +161,7 @@ class RunDifferentiated:
             found[self.n :, self.n : self.size] = mass
         return np.asarray(found)
 
-    def _constants(self, part: Any) -> list[Any]:
+    def _constants(self, part: StepContext) -> list[Number]:
         return list(part.q[1:])
 
     def _steps(self) -> Iterator[np.ndarray]:
@@ -182,7 +185,7 @@ class RunDifferentiated:
         """Return the derivatives of some rows, (r, N, N + parameters)."""
         width = self.size + self.count
 
-        def varied(value: Any, k: int) -> Series:
+        def varied(value: Number, k: int) -> Series:
             unit = self.numbers.zeros(1, width)
             unit[0, k] = self.numbers.number(1)
             return Series((value, unit), 0, 2)

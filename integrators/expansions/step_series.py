@@ -7,14 +7,13 @@ derivative that the rows have there.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from ..equations import closed_velocity, legendre_inverse, rates
+from ..equations import SceneSymbols, StepEquations, closed_velocity, legendre_inverse, rates
 from ..errors import CannotMeasure
 from ..geometry import StepContext, map_text
 from ..numbers import (
@@ -27,12 +26,11 @@ from ..numbers import (
     run_text,
     series_namespace,
 )
+from ..numbers.types import Function, Scalar, Scalars
 
 MOST = 60  # corrections of Newton's method, as of `numbers.newton`
 #: terms of the series with which constant terms are found: a row may be divided by h² at the most
 FEW = 4
-
-Values = Sequence[Any]
 
 
 class NotExpanded(CannotMeasure):
@@ -59,8 +57,8 @@ class StepSeries:
         self.n = len(self.equations.x)
 
     def __call__(
-        self, x: Values, mu: Values, q: Values, start: Values, power: int, lost: int = 0
-    ) -> tuple[Any, Any, Any]:
+        self, x: Scalars, mu: Scalars, q: Scalars, start: Scalars, power: int, lost: int = 0
+    ) -> tuple[list[Scalar], list[Scalar], list[Scalar]]:
         """Return (x′, μ′, w) of a step from (x, μ) up to a power; start: near w's constant terms.
 
         q: h, the parameters and the rule's constants. Some of these, or of x and μ, are `Series`,
@@ -81,7 +79,7 @@ class StepSeries:
         after = [_polynomial(a + b, power, end) for a, b in zip((*x, *mu), grown, strict=True)]
         return after[: self.n], after[self.n :], w
 
-    def _newton(self, x: Values, mu: Values, q: Values, w: list[Any]) -> list[Any]:
+    def _newton(self, x: Scalars, mu: Scalars, q: Scalars, w: list[Scalar]) -> list[Scalar]:
         before = np.inf
         for count in range(MOST):
             rows = [_constant(e) for e in self.rows(x, mu, w, q)[0]]
@@ -110,7 +108,7 @@ class StepSeries:
             "from there."
         )
 
-    def _inverse(self, x: Values, mu: Values, w: Values, q: Values) -> np.ndarray:
+    def _inverse(self, x: Scalars, mu: Scalars, w: Scalars, q: Scalars) -> np.ndarray:
         """Return (∂rows/∂w)⁻¹ of the constant terms, an m×m array of coefficients."""
         slope = self.slope(x, mu, w, q)
         slope = np.asarray(slope)
@@ -124,7 +122,7 @@ class StepSeries:
                 "a step are singular there."
             ) from None
 
-    def start(self, x: Values, mu: Values, parameters: Values, near: Values) -> list[Any]:
+    def start(self, x: Scalars, mu: Scalars, parameters: Scalars, near: Scalars) -> list[Scalar]:
         """Return where Newton starts from constants (x, μ): at ξ(x, μ), f(x, μ), or 0."""
         equations, s = self.equations, self.equations.s
         if isinstance(self.numbers, Atoms):
@@ -138,18 +136,18 @@ class StepSeries:
             xi = self.velocity(x, mu, parameters, near)
         if equations.free is not None:
             raise NotExpanded(f"{s.name} has constraints, so a step of length 0 is singular.")
-        f: list[Any] = []
+        f: list[Scalar] = []
         if equations.arrows is None:
             f = list(_rates(s, self.numbers)(x, xi, mu, parameters))
         return self._at(
             {"velocity": xi, "slope": f, "stage": [0 * mu[0]] * len(equations.s.stages)}
         )
 
-    def _at(self, starts: dict[str, list[Any]]) -> list[Any]:
+    def _at(self, starts: dict[str, list[Scalar]]) -> list[Scalar]:
         """Return where Newton starts: the values for the unknowns of each kind, block by block."""
         return [e for kind, _ in self.equations.unknowns for e in starts.get(kind, [])]
 
-    def velocity(self, x: Values, mu: Values, parameters: Values, near: Values) -> list[Any]:
+    def velocity(self, x: Scalars, mu: Scalars, parameters: Scalars, near: Scalars) -> list[Scalar]:
         """Return ξ(x, μ) at columns of numbers, from velocities nearby."""
         momenta = np.stack(np.broadcast_arrays(*mu), axis=-1)
         at = np.stack(np.broadcast_arrays(*x), axis=-1) if len(x) else momenta[:, :0]
@@ -158,37 +156,37 @@ class StepSeries:
         inverse = legendre_inverse(self.equations.s, numbers)
         return list(inverse(at, momenta, list(parameters), first).T)
 
-    def near(self, u: Values, rates: Values) -> list[Any]:
+    def near(self, u: Scalars, rates: Scalars) -> list[Scalar]:
         """Return where Newton starts near a step of a run: at its u, and at the rates of z."""
         none = [0 * u[0]] * len(self.equations.s.stages)
         return self._at({"velocity": list(u), "slope": list(rates), "stage": none})
 
 
-def _constant(e: Any) -> Any:
+def _constant(e: Scalar) -> Scalar:
     return e.coefficient(0) if isinstance(e, Series) else e
 
 
-def _polynomial(e: Any, power: int, end: int) -> Any:
+def _polynomial(e: Scalar, power: int, end: int) -> Scalar:
     """Return a series up to a power, taken for exact: later powers are still looked for."""
     if not isinstance(e, Series):
         return e
     return Series([e.coefficient(j) for j in range(power + 1)], 0, end)
 
 
-def _until(e: Any, end: int) -> Any:
+def _until(e: Scalar, end: int) -> Scalar:
     """Return a series without its powers from `end` on."""
     return Series(e.c, e.start, min(e.end, end)) if isinstance(e, Series) else e
 
 
-def _cut(e: Any, terms: int) -> Any:
+def _cut(e: Scalar, terms: int) -> Scalar:
     return Series(e.c[:terms], e.start, min(e.end, e.start + terms)) if isinstance(e, Series) else e
 
 
-def _times(matrix: np.ndarray, vector: Values) -> list[Any]:
+def _times(matrix: np.ndarray, vector: Scalars) -> list[Scalar]:
     return [sum((a * e for a, e in zip(row, vector, strict=True)), start=0) for row in matrix]
 
 
-def _inverted(entries: list[list[Any]], size: int, numbers: Arithmetic | Atoms) -> np.ndarray:
+def _inverted(entries: list[list[Scalar]], size: int, numbers: Arithmetic | Atoms) -> np.ndarray:
     found = np.empty((size, size), dtype=object)
     if isinstance(numbers, Atoms):
         found[:] = _eliminated(entries, numbers)
@@ -208,7 +206,7 @@ def _inverted(entries: list[list[Any]], size: int, numbers: Arithmetic | Atoms) 
     return found
 
 
-def _eliminated(entries: list[list[Any]], atoms: Atoms) -> list[list[Any]]:
+def _eliminated(entries: list[list[Scalar]], atoms: Atoms) -> list[list[Scalar]]:
     """Return the inverse of a matrix of formulas; pivots are the shortest entries."""
     size = len(entries)
     rows = [[*row, *(int(i == j) for j in range(size))] for i, row in enumerate(entries)]
@@ -228,7 +226,7 @@ def _eliminated(entries: list[list[Any]], atoms: Atoms) -> list[list[Any]]:
 
 
 @lru_cache(maxsize=256)
-def _rates(s: Any, numbers: Arithmetic | Atoms) -> Any:
+def _rates(s: SceneSymbols, numbers: Arithmetic | Atoms) -> Function:
     """Return f(x, ξ, μ, p) of coefficients."""
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     text = numeric_text(letters, [list(rates(s))])
@@ -236,5 +234,5 @@ def _rates(s: Any, numbers: Arithmetic | Atoms) -> Any:
 
 
 @lru_cache(maxsize=256)
-def _function(equations: Any, what: str, numbers: Arithmetic | Atoms) -> Any:
+def _function(equations: StepEquations, what: str, numbers: Arithmetic | Atoms) -> Function:
     return run_text(map_text(equations, what), series_namespace(numbers))["function"]

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
+from ..numbers.types import Function
 from .action import ActionGroupoid, RowAction, action
 from .axioms import check_axioms
 from .chart_margin import chart_extents, chart_reach, margin_of
@@ -26,7 +24,7 @@ __all__ = [
 
 
 def product(
-    first: Groupoid, second: Groupoid, *, connection: Callable[..., Any] | None = None
+    first: Groupoid, second: Groupoid, *, connection: Function | None = None
 ) -> ProductGroupoid:
     """Return the product of two groupoids; product(pair(n), lie_group(g)) carries L on TM × g.
 

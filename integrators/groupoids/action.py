@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable
 from functools import cached_property
-from typing import Any
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput, line_of, shown
 from ..numbers import sympy
-from ..numbers.types import Column, Expression, SymbolicMatrix
+from ..numbers.types import Column, Expression, Function, SymbolicMatrix
 from ..retractions import Retraction, cayley
 from .groupoid import Motion
 from .lie_group import RetractionGroupoid
@@ -107,7 +105,7 @@ class UserAction(ActionGroupoid):
         self,
         algebra: MatrixAlgebra,
         retraction: Retraction,
-        right_action: Callable[..., Any],
+        right_action: Function,
         dim_x: int,
     ) -> None:
         super().__init__(algebra, retraction)
@@ -142,7 +140,7 @@ def action(
     retraction: Retraction = cayley,
     rows: int = 1,
     *,
-    right_action: Callable[..., Any] | None = None,
+    right_action: Function | None = None,
     dim_x: int | None = None,
 ) -> ActionGroupoid:
     """The action groupoid of a matrix group on `rows` row vectors, x ↦ x·g, or by another action.

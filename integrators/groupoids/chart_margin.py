@@ -17,7 +17,7 @@ import numpy as np
 
 from ..errors import BadInput
 from ..numbers import evaluate_matrix, exact, exact_vector, sympy, to_sympy
-from ..numbers.types import Column, Expression, Number, SymbolicMatrix
+from ..numbers.types import Column, Expression, Given, GivenVector, Number, SymbolicMatrix
 from ..retractions import Extents
 from .axioms import check_axioms
 
@@ -66,7 +66,7 @@ class Position:
     symmetric: bool | None = None
 
 
-def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
+def position(groupoid: Any, x: GivenVector, u: GivenVector, h: Given) -> Position:
     """Return the position of the arrow (x, u) in its chart, at the step h.
 
     x: n numbers, u: m numbers; a float is its binary value. Raises `BadInput` for other shapes,
@@ -77,7 +77,7 @@ def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
     if step == 0:
         raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
 
-    def column(values: Any, length: int, name: str) -> Column:
+    def column(values: GivenVector, length: int, name: str) -> Column:
         given = exact_vector(values, length, f"{groupoid.name}: {name}")
         return sympy.Matrix(length, 1, list(map(to_sympy, given)))
 

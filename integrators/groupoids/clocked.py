@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
 
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, FieldPair, Letter, SymbolicMatrix
@@ -40,7 +39,7 @@ class Clocked(Groupoid):
         return self.inner.name
 
     @cached_property
-    def symbols(self) -> dict[str, Any]:
+    def symbols(self) -> dict[str, Column | Letter]:
         """The letters of the groupoid; the time has the same one on every groupoid."""
         own = super().symbols
         return {**own, "x": own["x"][:-1, :].col_join(sympy.Matrix([clock()]))}
@@ -56,7 +55,7 @@ class Clocked(Groupoid):
         """Return (b, t + θh)."""
         return self._of("target", x, u, h).col_join(sympy.Matrix([x[-1] + h * self.share(u)]))
 
-    def _of(self, what: str, x: Column, *rest: Any) -> Any:
+    def _of(self, what: str, x: Column, *rest: Column | Expression) -> SymbolicMatrix:
         return getattr(self.inner, what)(x[:-1, :], *rest)
 
     def _with_row(self, matrix: SymbolicMatrix) -> SymbolicMatrix:

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
 
 from ..errors import BadInput, shown
 from ..numbers import sympy
@@ -33,7 +32,7 @@ class ConnectionGroupoid(ProductGroupoid):
     """product(pair(n), lie_group(g)) with fibre coordinates (w, η); A(x) is k×n, k = dim g."""
 
     def __init__(
-        self, first: Groupoid, second: Groupoid, connection: Callable[[Column], Any]
+        self, first: Groupoid, second: Groupoid, connection: Callable[[Column], SymbolicMatrix]
     ) -> None:
         super().__init__(first, second)
         if not isinstance(first, PairGroupoid) or not isinstance(second, LieGroup):
@@ -42,7 +41,7 @@ class ConnectionGroupoid(ProductGroupoid):
             )
         if not callable(connection):
             raise BadInput(f"{self.name}: connection is {shown(connection)}; give a function of x.")
-        self.connection: Callable[[Column], Any] = connection
+        self.connection: Callable[[Column], SymbolicMatrix] = connection
         self.by_user = True
 
     @property

@@ -14,11 +14,20 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ..errors import BadInput
 from ..numbers import evaluate_matrix, random_columns, sympy
-from ..numbers.types import Column, Expression, FieldPair, Replacement, SymbolicMatrix
+from ..numbers.types import (
+    Column,
+    Expression,
+    Expressions,
+    FieldPair,
+    Letter,
+    Replacement,
+    SymbolicMatrix,
+)
+from ..retractions import Retraction
 from .chart_margin import position
 
 
@@ -117,7 +126,7 @@ class Groupoid(ABC):
 
     position = position
 
-    def with_retraction(self, retraction: Any) -> Groupoid:
+    def with_retraction(self, retraction: Retraction) -> Groupoid:
         """The groupoid in another retraction's chart; itself where none is used.
 
         Raises `BadInput` if the retraction does not fit.
@@ -170,7 +179,7 @@ class Groupoid(ABC):
     # -- derivation -------------------------------------------------------------------------
 
     @cached_property
-    def symbols(self) -> dict[str, Any]:
+    def symbols(self) -> dict[str, Column | Letter]:
         """The letters of derived expressions: columns x (n×1), u and v (m×1), and the step h."""
         lengths = {"x": self.dim_x, "u": self.dim_u, "v": self.dim_u}
         vectors = {
@@ -180,7 +189,7 @@ class Groupoid(ABC):
         return {**vectors, "h": sympy.Symbol("h", real=True, nonzero=True)}
 
     @cached_property
-    def derived(self) -> dict[str, Any]:
+    def derived(self) -> dict[str, SymbolicMatrix]:
         """ρ, L, R and C by differentiating b and p, in `symbols`; closed forms must equal them."""
         x, u, v, h = (self.symbols[k] for k in ("x", "u", "v", "h"))
         at_u0, at_v0 = dict.fromkeys(u, 0), dict.fromkeys(v, 0)
@@ -226,7 +235,7 @@ class Groupoid(ABC):
             return None
         return slope.LUsolve(-numerators.subs(dict.fromkeys(v, 0))).applyfunc(sympy.cancel)
 
-    def _at(self, expression: SymbolicMatrix, **values: Any) -> SymbolicMatrix:
+    def _at(self, expression: SymbolicMatrix, **values: Expressions | Expression) -> SymbolicMatrix:
         """Put values (vectors or numbers, by the names of `symbols`) into a derived matrix."""
         pairs: Replacement = {}
         for name, value in values.items():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cached_property, lru_cache
-from typing import Any
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput, shown
@@ -20,7 +19,7 @@ class RetractionGroupoid(Groupoid):
     """
 
     #: constructor arguments of a subclass after the algebra and the retraction
-    further: tuple[Any, ...] = ()
+    further: tuple[object, ...] = ()
 
     def __init__(self, algebra: MatrixAlgebra, retraction: Retraction) -> None:
         if not isinstance(algebra, MatrixAlgebra):
@@ -107,7 +106,7 @@ class RetractionGroupoid(Groupoid):
         return self.tau.inverse(self.algebra, s["h"] * s["u"]) / s["h"]
 
 
-def _known(retraction: Any) -> Retraction:
+def _known(retraction: object) -> Retraction:
     if not isinstance(retraction, Retraction):
         raise BadInput(f"the retraction is {shown(retraction)}: give cayley itself, not its name.")
     return retraction

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cached_property
-from typing import Any
 
 from ..errors import RAISED, BadInput, at_line, line_of, remedy, shown
 from ..numbers import floats_exact, refuse_large, short_numbers, sympy
-from ..numbers.types import Column, Expression
+from ..numbers.types import Column, Expression, Function
 from .groupoid import Groupoid
 
 
@@ -28,9 +26,9 @@ class LocalGroupoid(Groupoid):
         dim_x: int,
         dim_u: int,
         *,
-        target: Callable[..., Any],
-        product: Callable[..., Any],
-        inverse: Callable[..., Any] | None = None,
+        target: Function,
+        product: Function,
+        inverse: Function | None = None,
         name: str = "local groupoid",
     ) -> None:
         if not type(dim_x) is type(dim_u) is int or dim_x < 0 or dim_u < 1:
@@ -61,7 +59,9 @@ class LocalGroupoid(Groupoid):
         return column_of(self._inverse, self.dim_u, f"{self.name}: inverse", x, u, h)
 
 
-def column_of(function: Callable[..., Any], length: int, what: str, *arguments: Any) -> Column:
+def column_of(
+    function: Function, length: int, what: str, *arguments: Column | Expression
+) -> Column:
     """Return a column of `length` exact entries from a function that the user wrote.
 
     Raises `BadInput` (naming `what` and the function's line) if the function cannot be evaluated

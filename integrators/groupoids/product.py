@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cached_property
-from typing import Any
 
 from ..errors import BadInput, shown
 from ..numbers import sympy
-from ..numbers.types import Column, Expression, FieldPair, SymbolicMatrix
+from ..numbers.types import Column, Expression, FieldPair, Function, SymbolicMatrix
+from ..retractions import Retraction
 from .axioms import check_axioms
 from .groupoid import Groupoid, Motion
 
@@ -22,7 +21,7 @@ class ProductGroupoid(Groupoid):
     kind = "product"
     by_user = False  # its axioms are those of the parts
     #: x ↦ A(x) of a principal connection, where the fibre coordinates are adapted to one
-    connection: Callable[..., Any] | None = None
+    connection: Function | None = None
 
     def __init__(self, first: Groupoid, second: Groupoid) -> None:
         for part in (first, second):
@@ -38,7 +37,7 @@ class ProductGroupoid(Groupoid):
     def name(self) -> str:
         return " × ".join(g.name for g in self.parts)
 
-    def with_retraction(self, retraction: Any) -> Groupoid:
+    def with_retraction(self, retraction: Retraction) -> Groupoid:
         parts = tuple(g.with_retraction(retraction) for g in self.parts)
         if parts == self.parts:
             return self
@@ -58,7 +57,9 @@ class ProductGroupoid(Groupoid):
         m = self.parts[0].dim_u
         return u[:m, :], u[m:, :]
 
-    def _both(self, what: str, x: Column, *fibres_and_h: Any) -> list[Any]:
+    def _both(
+        self, what: str, x: Column, *fibres_and_h: Column | Expression
+    ) -> list[SymbolicMatrix]:
         """Results of the method `what` of both parts, each at its own part of x and the fibres."""
         *fibres, h = fibres_and_h
         vectors = self.base(x), *map(self.fibre, fibres)

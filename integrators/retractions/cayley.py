@@ -20,6 +20,9 @@ from .retraction import EquivariantRetraction, Extents, complex_form, hat_in_dou
 
 #: sympy's matrix over a ring of polynomials (DomainMatrix)
 Polynomials: TypeAlias = Any
+#: one of its entries, and their ring
+Polynomial: TypeAlias = Any
+Ring: TypeAlias = Any
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,7 @@ def _over_ring(matrix: SymbolicMatrix) -> Polynomials:
     return sympy.polys.matrices.DomainMatrix.from_Matrix(matrix).to_dense()
 
 
-def _adj_det(matrix: Polynomials) -> tuple[Polynomials, Any]:
+def _adj_det(matrix: Polynomials) -> tuple[Polynomials, Polynomial]:
     """(adjugate, determinant) over the matrix' ring."""
     if not matrix.domain.is_EX:
         return matrix.adj_det()
@@ -155,7 +158,7 @@ def _between(algebra: MatrixAlgebra, left: Polynomials, right: Polynomials) -> P
     return sympy.polys.matrices.DomainMatrix(entries, (real.dim, real.dim), ring)
 
 
-def _quotient(numerators: Polynomials, *denominators: tuple[Any, Any]) -> SymbolicMatrix:
+def _quotient(numerators: Polynomials, *denominators: tuple[Polynomial, Ring]) -> SymbolicMatrix:
     """Each entry over the product of denominators, (polynomial, its ring) each, in lowest terms.
 
     Denominators are factored, and entries divided by their factors as often as there is no rest:
@@ -166,7 +169,7 @@ def _quotient(numerators: Polynomials, *denominators: tuple[Any, Any]) -> Symbol
     if not ring.is_PolynomialRing:
         whole = ring.to_sympy(reduce(mul, over))
         return numerators.to_Matrix().applyfunc(lambda e: sympy.cancel(e / whole))
-    scale, powers = sympy.Integer(1), Counter[Any]()
+    scale, powers = sympy.Integer(1), Counter[Polynomial]()
     for e in over:
         if not e:
             raise ZeroDivisionError("the denominator vanishes everywhere.")
@@ -175,7 +178,7 @@ def _quotient(numerators: Polynomials, *denominators: tuple[Any, Any]) -> Symbol
         powers.update(dict(factors))
     names = {f: ring.to_sympy(f) for f in powers}
 
-    def entry(e: Any) -> Expression:
+    def entry(e: Polynomial) -> Expression:
         below = sympy.Integer(1)
         for f, power in powers.items() if e else ():
             while power and not (parts := e.div([f]))[1]:

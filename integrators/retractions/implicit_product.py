@@ -12,7 +12,7 @@ from typing import Any
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
 from ..numbers import Arithmetic, InArithmetic, sympy
-from ..numbers.types import Column, Expression, Letter, Number, Numbers, Vector
+from ..numbers.types import Column, Expression, Function, Letter, Number, Numbers, Vector
 from .algebra_in_numbers import AlgebraInNumbers
 
 
@@ -27,7 +27,7 @@ def implicit_product(tau: Any, algebra: MatrixAlgebra, xi: Column, eta: Column) 
 
 
 @lru_cache(maxsize=64)
-def _class(tau: Any, algebra: MatrixAlgebra) -> Any:
+def _class(tau: Any, algebra: MatrixAlgebra) -> Function:
     m = algebra.dim
 
     class Product(InArithmetic, sympy.Function):

@@ -13,13 +13,21 @@ import inspect
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from itertools import combinations_with_replacement, product
-from typing import Any
 
 from ..numbers import Arithmetic, code, entry, floats_exact, register, registered_function, sympy
-from ..numbers.types import Column, Expression, Letter, Number, Numbers, SymbolicMatrix
+from ..numbers.types import (
+    Column,
+    Exact,
+    Expression,
+    Function,
+    Letter,
+    Number,
+    Numbers,
+    SymbolicMatrix,
+)
 from . import matrix_numbers
 
-Nested = tuple[tuple[Any, ...], ...]
+Nested = tuple[tuple[Exact, ...], ...]
 #: φ₁; its inverse, which is dexp⁻¹ and singular at the chart's edge only; and e^A − 1
 DEXP, DEXP_INVERSE, DISPLACEMENT = 0, 1, 2
 
@@ -88,7 +96,7 @@ class MatrixFunction:
 
 
 @lru_cache(maxsize=256)
-def _table(function: MatrixFunction, order: int) -> Any:
+def _table(function: MatrixFunction, order: int) -> Function:
     """The sympy function whose entries are the partial derivatives of that order."""
     size = len(function.basis[0]) ** 2
 

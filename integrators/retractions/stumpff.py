@@ -46,7 +46,7 @@ def _class() -> Any:
                 return inner
             return (k * stumpff(k + 2, z) - stumpff(k + 1, z)) / 2 * inner
 
-        def _eval_is_real(self) -> Any:
+        def _eval_is_real(self) -> bool | None:
             return self.args[1].is_real
 
         def in_arithmetic(self, numbers: Arithmetic, values: Numbers) -> Number:

@@ -6,17 +6,16 @@ start is a parameter: −E₀ is the momentum of the physical time, t′ = ∂K/
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from types import SimpleNamespace
+from types import CodeType
 from typing import Any
 
 from ..equations import SceneSymbols, energy, momentum, poisson_tensor
 from ..errors import BadInput, check_function
 from ..numbers import first_violation, jacobian, measure, sympy, to_sympy
-from ..numbers.types import Column, Expression
-from ..scene import Scene
+from ..numbers.types import Column, Expression, Function, Given, Namespace, Parameters
+from ..scene import Conserved, Scene
 from .varied_system import sigma_of
 
 ENERGY = "energy_of_start"  # the parameter E₀
@@ -26,20 +25,20 @@ ENERGY = "energy_of_start"  # the parameter E₀
 class InOwnTime:
     """L̃ of a Lagrangian, or K of a Hamiltonian, with σ: a function with the same arguments."""
 
-    function: Callable[..., Any]
-    sigma: Callable[..., Any]
+    function: Function
+    sigma: Function
     by_hamiltonian: bool
 
     @property
-    def __wrapped__(self) -> Callable[..., Any]:
+    def __wrapped__(self) -> Function:
         """The function whose arguments it has and whose line messages name."""
         return self.function
 
     @property
-    def __code__(self) -> Any:
+    def __code__(self) -> CodeType | None:
         return getattr(self.function, "__code__", None)
 
-    def __call__(self, x: Column, second: Column, p: SimpleNamespace) -> Expression:
+    def __call__(self, x: Column, second: Column, p: Parameters) -> Expression:
         E = getattr(p, ENERGY)
         if self.by_hamiltonian:
             return self.sigma(x, second, p) * (self.function(x, second, p) - E)
@@ -47,9 +46,7 @@ class InOwnTime:
         return sigma * (self.function(x, second / sigma, p) + E)
 
 
-def in_own_time(
-    scene: Scene, sigma: Callable[..., Any] | None = None, duration: Any = None
-) -> Scene:
+def in_own_time(scene: Scene, sigma: Function | None = None, duration: Given = None) -> Scene:
     """Return the scene in the time τ with dt = sigma(x, mu, p) dτ, called SCENE-in-own-time.
 
     It is an ordinary scene: every rule and every study takes it, and its form is that of the
@@ -87,7 +84,7 @@ def in_own_time(
         )
     function: Any = scene.hamiltonian or scene.lagrangian
     field = "hamiltonian" if by_hamiltonian else "lagrangian"
-    made: dict[str, Any] = {field: InOwnTime(function, given, by_hamiltonian)}
+    made: Namespace = {field: InOwnTime(function, given, by_hamiltonian)}
     share = Fraction(scene.step) / Fraction(scene.duration)
     if duration is None:  # a short number near to the exact one
         duration = Fraction(f"{float(to_sympy(scene.duration) / size):.3g}")
@@ -101,7 +98,7 @@ def in_own_time(
     )  # fmt: skip
 
 
-def _has(s: SceneSymbols, sigma: Expression, quantity: Any) -> bool:
+def _has(s: SceneSymbols, sigma: Expression, quantity: Conserved) -> bool:
     """True if the motion that a quantity generates keeps σ: {σ, J} = 0."""
     if quantity.kind not in ("momentum map", "Casimir") or quantity.of_step:
         return False

@@ -14,13 +14,13 @@ are three ways (Hairer, Lubich, Wanner, VIII.2 and VIII.3):
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..errors import BadInput, arguments_checked, check_function, shown, unknown
+from ..numbers.types import Function
 from ..rules import Discretisation
-from ..scene import Again
+from ..scene import Again, Scene
 
 _HLW = "Hairer, Lubich, Wanner, Geometric Numerical Integration"
 #: name of the way → its source
@@ -38,7 +38,7 @@ class Varied(Discretisation):
     """`base` with steps of the size step·σ in physical time, by one of the `WAYS`."""
 
     base: Discretisation = field(kw_only=True)
-    sigma: Callable[..., Any] | None = field(kw_only=True)
+    sigma: Function | None = field(kw_only=True)
     way: str = field(kw_only=True)
 
     @property
@@ -63,11 +63,11 @@ class Varied(Discretisation):
             "time, in_own_time(scene, sigma)."
         )
 
-    def applies(self, scene: Any) -> bool:
+    def applies(self, scene: Scene) -> bool:
         """True if the base can be used in this way."""
         return self.base.applies(scene) and not self.refusal(scene)
 
-    def refusal(self, scene: Any) -> str:
+    def refusal(self, scene: Scene) -> str:
         """Return why the base does not exist on the scene, or with steps that vary so; or ""."""
         for has, what in (
             (scene.all_constraints, "constraints"),
@@ -101,11 +101,11 @@ class Varied(Discretisation):
             )
         return self.base.refusal(scene)
 
-    def sigma_on(self, scene: Any) -> Any:
+    def sigma_on(self, scene: Scene) -> Function | None:
         """Return the function σ: its own, or that of the scene."""
         return scene.sigma if self.sigma is None else self.sigma
 
-    def discretise(self, scene: Any) -> Any:
+    def discretise(self, scene: Scene) -> Any:
         """Return the `VariedScheme`, for `Scheme(scene, rule)`."""
         from .varied_scheme import VariedScheme  # a list of rules needs none of it
 
@@ -118,8 +118,8 @@ class Varied(Discretisation):
 
 @arguments_checked
 def vary(
-    rule: Any,
-    sigma: Callable[..., Any] | None = None,
+    rule: Discretisation,
+    sigma: Function | None = None,
     way: str = "reversible",
     *,
     name: str | None = None,
@@ -150,7 +150,7 @@ def vary(
     return _made(rule, sigma, way, label, source or WAYS[way])
 
 
-def _made(rule: Any, sigma: Any, way: str, name: str, source: str) -> Varied:
+def _made(rule: Discretisation, sigma: Function | None, way: str, name: str, source: str) -> Varied:
     return Varied(
         name, sigma or rule.formula, rule.order, source, rule.stages, rule.splits, rule.groupoids,
         base=rule, sigma=sigma, way=way,

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
 from ..compiler import KernelsAtStep, Step
 from ..equations import SceneSymbols, energy, legendre_inverse
+from ..equations.legendre_inverse import LegendreInverse
 from ..errors import (
     SMALLER,
     BadInput,
@@ -30,6 +32,7 @@ from ..numbers import (
     numeric,
     whole_number,
 )
+from ..numbers.types import Function, Given, Matrix
 from ..runs import Trajectory
 from ..scene import Scene, remembered
 
@@ -37,7 +40,7 @@ from ..scene import Scene, remembered
 class _Geometry(OneStepGeometry):
     """The geometry of a map, for states that also hold the time and the density."""
 
-    def velocities(self, x: Any, mu: Any, near: Any) -> Any:
+    def velocities(self, x: Matrix, mu: Matrix, near: Matrix) -> Matrix:
         return super().velocities(x[:, : len(self.equations.x)], mu, near)
 
     def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
@@ -51,13 +54,14 @@ class _Context(StepContext):
     varied: Any = None
 
     @cached_property
-    def geometry(self) -> Any:
+    def geometry(self) -> LocalGeometry | OneStepGeometry:
         kind = _Geometry if self.equations.arrows is None else LocalGeometry
         return kind(self.equations, self.numbers, self.q)
 
     def failure(
-        self, cause: str, state: dict[str, Numbers], index: int = 0, trajectory: Any = None,
-        fix: str = SMALLER, look: Any = None,
+        self, cause: str, state: dict[str, Numbers], index: int = 0,
+        trajectory: Trajectory | None = None, fix: str = SMALLER,
+        look: Callable[[], tuple[str, str]] | None = None,
     ) -> StepFailure:  # fmt: skip
         """Return a failure with the time of the state, and σ where it is not positive there."""
         n, x = len(self.equations.x), state["x"]
@@ -87,10 +91,10 @@ class VariedFlow(Flow):
     """
 
     #: the step density and E₀ of the start, if they are given
-    density0: Any = None
-    energy0: Any = None
+    density0: Given = None
+    energy0: Given = None
 
-    def __init__(self, varied: Any, step: Any, digits: int = 16) -> None:
+    def __init__(self, varied: Any, step: Given, digits: int = 16) -> None:
         inner = varied.inner
         super().__init__(inner, step, digits, "refuse", inner.flow_substeps)
         self.scheme = self.varied = varied
@@ -130,7 +134,13 @@ class VariedFlow(Flow):
 
     @arguments_checked
     def trajectory(
-        self, steps: int, every: int = 1, *, density0: Any = None, energy0: Any = None, **given: Any
+        self,
+        steps: int,
+        every: int = 1,
+        *,
+        density0: Given = None,
+        energy0: Given = None,
+        **given: Any,
     ) -> Trajectory:
         """Run `steps` steps from the scene's start (or from x0, mu0), with every `every`-th state a
         row.
@@ -161,7 +171,7 @@ class VariedFlow(Flow):
         more = flow._more(start, self.density0)
         return _VariedMotion(flow, start._replace(x=np.concatenate([start.x, more])))
 
-    def until(self, time: Any, every: int = 1, most: int = 10**7, **start: Any) -> Trajectory:
+    def until(self, time: Given, every: int = 1, most: int = 10**7, **start: Any) -> Trajectory:
         """Run to the first row whose physical time is `time` or more, with a positive step.
 
         start: as for `trajectory`. The number of steps is found from runs that end before. Raises
@@ -187,7 +197,7 @@ class VariedFlow(Flow):
             share = (wanted - t0) / passed if passed > 0 else 16
             steps = min(int(run.steps * min(max(1.1, 1.02 * share), 16)) + every, most)
 
-    def _more(self, start: Start, density0: Any) -> Vector:
+    def _more(self, start: Start, density0: Given) -> Vector:
         """Return the entries of the time and of the density behind x at a run's start."""
         numbers, t0 = self.numbers, self.numbers.number(start.t0)
         sigma, grows = self._control(start.x[None], start.mu[None])
@@ -204,7 +214,7 @@ class VariedFlow(Flow):
         """ε/2, in the flow's numbers."""
         return self.numbers.number(self.step / 2)
 
-    def _control(self, x: Any, mu: Any) -> Any:
+    def _control(self, x: Matrix, mu: Matrix) -> tuple[Vector, ...]:
         """Return σ and G of rows (r, n) and (r, m)."""
         numbers, f = self.numbers, self.varied.control(self.numbers)
         p = [numbers.number(e) for e in self.context.scene.parameter_values]
@@ -240,7 +250,7 @@ class VariedFlow(Flow):
         """The scheme of the base rule."""
         return self.varied.inner
 
-    def _energy_of(self, start: Start) -> Any:
+    def _energy_of(self, start: Start) -> Number:
         """Return H at a start, which is rounded already, to twice the digits."""
         numbers, scene = arithmetic(2 * self.digits), self.varied.scene
         f, inverse = _energy(scene, numbers)
@@ -263,17 +273,17 @@ class _VariedMotion(FreeMotion):
 
 
 @remembered(maxsize=16)
-def _energy(scene: Scene, numbers: Arithmetic) -> tuple[Any, Any]:
+def _energy(scene: Scene, numbers: Arithmetic) -> tuple[Function, LegendreInverse]:
     """Return H(x, ξ, μ, parameters), and ξ(x, μ) by rows."""
     s = SceneSymbols(scene)
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return numeric(letters, [energy(s)], numbers), legendre_inverse(s, numbers)
 
 
-def _refused(name: str) -> Any:
+def _refused(name: str) -> Function:
     """Return a method that refuses, with the reason why a flow of varying steps has no `name`."""
 
-    def method(self: VariedFlow, *given: Any, **named: Any) -> Any:
+    def method(self: VariedFlow, *given: Any, **named: Any) -> NoReturn:
         raise CannotMeasure(
             f"{self.varied.rule.name} has steps that vary, and a step is no function of one arrow "
             f"and one step size: it has no {name}; take trajectory, or the flow of "

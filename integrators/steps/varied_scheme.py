@@ -8,11 +8,11 @@ from math import inf, nan
 from typing import Any
 
 from ..compiler import Step
-from ..equations import DiscretisedScene, SceneSymbols, initial_momentum
+from ..equations import DiscretisedScene, SceneSymbols, StepEquations, initial_momentum
 from ..errors import BadInput, CannotMeasure, arguments_checked, brief_name
 from ..flows import Scheme
 from ..numbers import Arithmetic, Double, numeric, sympy
-from ..numbers.types import Expression
+from ..numbers.types import Expression, Function, Given
 from ..scene import Scene
 from .poincare import ENERGY, in_own_time
 from .varied_flow import VariedFlow
@@ -89,7 +89,7 @@ class VariedScheme(DiscretisedScene):
             f"{self.rule.base.name}."
         )
 
-    def __deepcopy__(self, memo: Any) -> VariedScheme:
+    def __deepcopy__(self, memo: object) -> VariedScheme:
         return self  # it never changes
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -118,14 +118,19 @@ class VariedScheme(DiscretisedScene):
         own = in_own_time(scene, self.rule.sigma_on(scene))
         return VariedScheme(scene, self.rule, Scheme(own, self.rule.base, self.inner.equations))
 
-    def with_energy(self, energy0: Any) -> VariedScheme:
+    def with_energy(self, energy0: Given) -> VariedScheme:
         """Return this "poincare" scheme with E₀ = energy0, for any energy of the start."""
         inner = self.inner.at(parameters={ENERGY: energy0})
         return VariedScheme(self.scene, self.rule, inner)
 
     @arguments_checked
     def flow(
-        self, step: Any = None, digits: int = 16, on_edge: str = "refuse", *, tolerance: Any = None
+        self,
+        step: Given = None,
+        digits: int = 16,
+        on_edge: str = "refuse",
+        *,
+        tolerance: Given = None,
     ) -> VariedFlow:
         """Return the flow at one step ε of τ.
 
@@ -151,7 +156,7 @@ class VariedScheme(DiscretisedScene):
         return _system(tuple(kinds), bool(inner.substeps), self.sigma, self.rule.way)
 
     @lru_cache(maxsize=8)  # noqa: B019 - a scheme has few arithmetics
-    def control(self, numbers: Arithmetic) -> Any:
+    def control(self, numbers: Arithmetic) -> Function:
         """Return (σ, G) as a function of (x, μ, parameters), by rows in double precision."""
         s = self.inner.s
         grows = logarithmic_rate(s, self.sigma) if self.controlled else sympy.S.Zero
@@ -160,7 +165,7 @@ class VariedScheme(DiscretisedScene):
 
 
 @lru_cache(maxsize=64)  # schemes that differ in values alone have one
-def _system(kinds: tuple[Any, ...], composed: bool, sigma: Expression, way: str) -> Step:
+def _system(kinds: tuple[StepEquations, ...], composed: bool, sigma: Expression, way: str) -> Step:
     """Return the system of a step; `KernelsAtStep` calls those of its substeps 0 and 1.
 
     Where a composition has no adjoint, 1 is the first substep, which alone changes the density.

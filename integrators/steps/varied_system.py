@@ -10,13 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from ..compiler import Step
 from ..equations import SceneSymbols, vector_field
 from ..errors import BadInput
 from ..numbers import jacobian, ratio, sympy
-from ..numbers.types import Expression, Letter
+from ..numbers.types import Expression, Function, Letter
 
 #: names of this room's letters, which no parameter of a scene can have: the physical time, the
 #: density, and e, by which only the first substep changes the density
@@ -82,7 +81,7 @@ def logarithmic_rate(s: SceneSymbols, sigma: Expression) -> Expression:
     return -(slope * vector_field(s))[0] / sigma
 
 
-def sigma_of(s: SceneSymbols, function: Any, bare: bool) -> Expression:
+def sigma_of(s: SceneSymbols, function: Function, bare: bool) -> Expression:
     """Return σ in the letters of a scene; bare: of x alone.
 
     Raises `BadInput` for another shape, for a σ that is not smooth, and for unknown letters.
