@@ -42,8 +42,6 @@ def on_constraints(s: SceneSymbols, scene: Scene, t0: Exact = 0) -> Scene:
     projected: Newton's method with the least change, first of x₀, then of v₀. Raises `BadInput` for
     a start that is farther off, and names one that is not.
     """
-    if not scene.all_constraints:
-        return scene
     numbers = arithmetic(DIGITS)
     with numbers.working():
         start = [_in(numbers, z) for z in (s.with_time(scene.x0, t0), scene.v0)]

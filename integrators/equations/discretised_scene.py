@@ -68,7 +68,8 @@ class DiscretisedScene:
         derived = self.derive(scene, rule) if equations is None else equations
         if len(scene.parameter_values) != len(derived.s.parameter_list):
             raise BadInput(f"{scene.name}: a parameter has another shape than before.")
-        scene = on_constraints(derived.s, scene)
+        if scene.all_constraints:
+            scene = on_constraints(derived.s, scene)
         check_start(derived.s, scene)
         if equations is None:
             derived.check_regular(scene, rule)

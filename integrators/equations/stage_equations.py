@@ -41,14 +41,12 @@ from .symbols import SceneSymbols, vector
 from .terms import placed
 
 
-def no_stages(equations: StepEquations, alone: bool = True) -> str:
-    """Return why a step of these equations is no collocation; "" if it is one.
+def no_stages(equations: StepEquations, nodes: Nodes, alone: bool = True) -> str:
+    """Return why a step of a rule on these nodes is no collocation; "" if it is one.
 
     alone: False if something else acts, so that linear equations do not matter.
     """
-    s, rule = equations.s, equations.rule
-    if rule.nodes is None:
-        return "the rule has no stages on Gauss or Lobatto nodes"
+    s = equations.s
     if equations.mark or s.given is not None:
         return "the discrete equations are not those of the rule"
     state = s.x.col_join(s.u)
@@ -62,7 +60,7 @@ def no_stages(equations: StepEquations, alone: bool = True) -> str:
         slope = jacobian([s.lagrangian], state)
         if not jacobian(slope, state).free_symbols & set(state):
             return "the equations are linear, and one correction solves them"
-    if rule.nodes.family == "lobatto" and not _momentum_is_velocity(s):
+    if nodes.family == "lobatto" and not _momentum_is_velocity(s):
         return "on Lobatto nodes it is collocation where μ is a constant matrix times ẋ alone"
     return ""
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..compiler import NoShortForm, StagesAtStep, compile_stages
 from ..equations import no_stages, stage_source
 from ..geometry import StepContext
@@ -27,10 +25,11 @@ def collocation(context: StepContext, without: frozenset[str]) -> tuple[StagesAt
         return None, "the rule is a one-step map"
     if without:
         return None, "a saving is left out"
-    equations = context.equations
-    if reason := no_stages(equations):
+    equations, nodes = context.equations, context.equations.rule.nodes
+    if nodes is None:
+        return None, "the rule has no stages on Gauss or Lobatto nodes"
+    if reason := no_stages(equations, nodes):
         return None, reason
-    nodes: Any = equations.rule.nodes
     if context.numbers.digits < 16:
         return None, "in single precision Newton's method does all"
     if context.numbers.digits == 16 and nodes.unknown < LEAST:

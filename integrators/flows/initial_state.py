@@ -104,10 +104,12 @@ class Starting:
         context, scene = self.context, self.context.scene
         s, elsewhere = context.equations.s, mu0 is None and x0 is not None
         if mu0 is None and (elsewhere or t0):  # the scene's own start is on its constraints at 0
-            scene = on_constraints(s, scene.with_values(x0=x0) if elsewhere else scene, t0)
+            scene = scene.with_values(x0=x0) if elsewhere else scene
+            if scene.all_constraints:
+                scene = on_constraints(s, scene, t0)
+                x0 = scene.x0 if elsewhere else x0
         if elsewhere:
             check_force(s, scene)
-            x0 = scene.x0 if scene.all_constraints else x0
         if mu0 is None:
             mu0 = initial_momentum(s, scene, context.numbers, t0)
         at = scene.x0 if x0 is None else x0

@@ -169,7 +169,7 @@ class LatticeEquations:
             return [a + b for a, b in zip(entries_of(given), getattr(p, word), strict=True)]
 
         s = SceneSymbols(replace(site, parameters=values, force=force), rule.stages)
-        if no_stages(DiscreteEquations(s, rule), alone=False):
+        if no_stages(DiscreteEquations(s, rule), rule.nodes, alone=False):
             return None
         bond, (own, bond_own) = self.bond_symbols, self.own_letters
         pull = tuple(getattr(s.parameters, word))

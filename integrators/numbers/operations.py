@@ -164,7 +164,8 @@ class Operations:
         order = self.graph.order(nodes, self._is_leaf)
         functions = [e.args[0] if e.kind == CALL else e.args
                      for e in order if e.kind in (CALL, CONSTANT)]  # fmt: skip
-        self._tables |= tabulated(functions)
+        if functions:
+            self._tables |= tabulated(functions)
         for e in order:
             if e.kind == RESULT and e.index not in self._known:
                 call, number = e.args
