@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
-from types import SimpleNamespace
-from typing import Any
+from types import CodeType, SimpleNamespace
 
 from ..numbers import LazyModule
-from ..numbers.types import Column, Expression
-from .legendre import nested
+from ..numbers.types import Exact, Expression, Function, Letter, Parameters, Point, Scalar, Velocity
+from .legendre import Scene, nested
 
-sympy: Any = LazyModule("sympy")
+sympy = LazyModule("sympy")
 
 
 @dataclass(frozen=True)
@@ -21,29 +20,29 @@ class AffineLagrangian:
     Its equations are of first order: dϑ(·, ẋ) = dH.
     """
 
-    one_form: Callable[..., Any]
-    hamiltonian: Callable[..., Any]
+    one_form: Function
+    hamiltonian: Function
 
     @property
-    def __code__(self) -> Any:
+    def __code__(self) -> CodeType | None:
         """Whose line messages name."""
         return getattr(self.hamiltonian, "__code__", None)
 
     @property
-    def formula(self) -> Callable[..., Any]:
+    def formula(self) -> Function:
         """The function that it is made of, to pickle it."""
         return self.hamiltonian
 
-    def __call__(self, x: Column, v: Column, p: Any) -> Expression:
+    def __call__(self, x: Point, v: Velocity, p: Parameters) -> Expression:
         value, theta = self.hamiltonian(x, p), self.one_form(x, p)
         if getattr(value, "shape", None) == (1, 1):
             value = value[0, 0]
         return sum(a * b for a, b in zip(theta, v, strict=True)) - value
 
-    def halved(self, scene: Any) -> bool:
+    def halved(self, scene: Scene) -> bool:
         """Return True if half of the components of ϑ vanish, or if ϑ cannot be evaluated."""
 
-        def letter(_: Any) -> Any:
+        def letter(_: Exact) -> Letter:
             return sympy.Dummy(real=True)
 
         x = nested((0,) * scene.groupoid.dim_x, letter)
@@ -54,7 +53,7 @@ class AffineLagrangian:
             return True
 
 
-def halves(theta: Iterable[Any]) -> tuple[list[int], list[int]]:
+def halves(theta: Iterable[Scalar]) -> tuple[list[int], list[int]]:
     """Return the places of the components of a one-form that do not vanish, and of the others."""
     found = [sympy.sympify(e) for e in theta]
     vanishing = [i for i, e in enumerate(found) if e == 0 or e.equals(0)]

@@ -9,10 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..errors import BadInput, shown
+from ..numbers.types import Function, Scalar, Scalars
 from .quantities import arguments_of
+
+#: what a user's function gives: a scalar, or scalars and rows in a list, an array or a matrix
+Answer: TypeAlias = Any
 
 
 @dataclass(frozen=True)
@@ -27,10 +31,10 @@ class ConstraintParts:
     constraint. None: B = A, so it does no work on admitted displacements (d'Alembert).
     """
 
-    positions: Sequence[Any] = ()
-    rows: Sequence[Sequence[Any]] = ()
-    shift: Sequence[Any] = ()
-    reactions: Sequence[Sequence[Any]] | None = None
+    positions: Scalars = ()
+    rows: Sequence[Scalars] = ()
+    shift: Scalars = ()
+    reactions: Sequence[Scalars] | None = None
 
 
 @dataclass(frozen=True)
@@ -45,11 +49,11 @@ class ConstraintKind:
     """
 
     name: str
-    parts: Callable[[Any, int], ConstraintParts]
+    parts: Callable[[Answer, int], ConstraintParts]
     no_form: str = ""
     no_energy: str = ""
 
-    def __call__(self, function: Callable[..., Any]) -> Constraint:
+    def __call__(self, function: Function) -> Constraint:
         return Constraint(self, function)
 
 
@@ -58,7 +62,7 @@ class Constraint:
     """A function (x, p) or (x, p, t) of a scene, and the kind of constraint that it gives."""
 
     kind: ConstraintKind
-    function: Callable[..., Any]
+    function: Function
 
     @property
     def timed(self) -> bool:
@@ -66,14 +70,14 @@ class Constraint:
         return arguments_of(self.function) == 3
 
 
-def entries_of(given: Any) -> list[Any]:
+def entries_of(given: Answer) -> list[Answer]:
     """Return the given value as a list; of one entry if it is no collection."""
     shape = getattr(given, "shape", None)
     many = hasattr(given, "__iter__") if shape is None else shape != ()
     return list(given) if many and not isinstance(given, str | dict) else [given]
 
 
-def _positions(given: Any, m: int) -> ConstraintParts:
+def _positions(given: Answer, m: int) -> ConstraintParts:
     """Return φ of a list of expressions."""
     phi = _column(given)
     if not phi or any(map(_has_entries, phi)):
@@ -84,7 +88,7 @@ def _positions(given: Any, m: int) -> ConstraintParts:
     return ConstraintParts(positions=phi)
 
 
-def velocity_rows(given: Any, m: int) -> ConstraintParts:
+def velocity_rows(given: Answer, m: int) -> ConstraintParts:
     """Return A and a of a list of rows, with a = 0, or of the pair (rows, right sides)."""
     moving, right = given, ()
     if paired := isinstance(given, tuple) and len(given) == 2 and _is_pair(*given, m):
@@ -105,31 +109,31 @@ def velocity_rows(given: Any, m: int) -> ConstraintParts:
     return ConstraintParts(rows=rows, shift=shift)
 
 
-def _listed(given: Any) -> Any:
+def _listed(given: Answer) -> Answer:
     """Return an array, or a matrix of sympy, as nested lists."""
     return given.tolist() if hasattr(given, "tolist") else given
 
 
-def _column(given: Any) -> list[Any]:
+def _column(given: Answer) -> list[Scalar]:
     """Return the entries of a list, or of a matrix with one row or one column."""
     found = entries_of(_listed(given))
     shape = getattr(given, "shape", ())
     return [e for row in found for e in row] if len(shape) == 2 and 1 in shape else found
 
 
-def _has_entries(value: Any) -> bool:
+def _has_entries(value: object) -> bool:
     many = hasattr(value, "__iter__") or hasattr(value, "shape")
     return (many and not isinstance(value, str)) or value is None
 
 
-def _is_pair(first: Any, second: Any, m: int) -> bool:
+def _is_pair(first: Answer, second: Answer, m: int) -> bool:
     """Return True for (rows, right sides), False for two rows, which may be matrices 1×m."""
     if not any(map(_has_entries, entries_of(_listed(first)))):
         return False
     return not (m > 1 and 1 in getattr(first, "shape", ()) and len(_column(second)) == m)
 
 
-def _written(value: Any) -> str:
+def _written(value: object) -> str:
     """Return a value for a message, on one line."""
     return " ".join(shown(value).split())
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import SimpleNamespace
-from typing import Any
+from types import CodeType, SimpleNamespace
+from typing import Any, TypeAlias
 
 from ..errors import CannotMeasure
 from ..numbers import LazyModule, jacobian, to_sympy
-from ..numbers.types import Column, Expression
+from ..numbers.types import Exact, Expression, Function, Point, SymbolicMatrix, Velocity
 
 mpmath = LazyModule("mpmath")
-sympy: Any = LazyModule("sympy")
+sympy = LazyModule("sympy")
+
+#: scene.py, which imports this file, has the class of this name
+Scene: TypeAlias = Any
 
 # largest number of momenta that the equation v = ∂H/∂μ couples, solved for as letters
 MOST_TIED = 3
@@ -27,23 +30,23 @@ class LegendreTransform:
     `CannotMeasure` for another H, for a singular N, and for an N with a long inverse.
     """
 
-    hamiltonian: Callable[..., Any]
+    hamiltonian: Function
 
     @property
-    def __wrapped__(self) -> Callable[..., Any]:
+    def __wrapped__(self) -> Function:
         """The Hamiltonian, whose arguments and line serve for messages."""
         return self.hamiltonian
 
     @property
-    def __code__(self) -> Any:
+    def __code__(self) -> CodeType | None:
         return getattr(self.hamiltonian, "__code__", None)
 
     @property
-    def formula(self) -> Callable[..., Any]:
+    def formula(self) -> Function:
         """The function from which it is made, for pickling."""
         return self.hamiltonian
 
-    def __call__(self, x: Column, v: Column, *rest: Any) -> Expression:
+    def __call__(self, x: Point, v: Velocity, *rest: Any) -> Expression:
         m = len(v)
         mu = sympy.Matrix(m, 1, lambda i, _: sympy.Dummy(f"mu_{i}", real=True))
         value = sympy.sympify(self.hamiltonian(x, mu, *rest))
@@ -64,7 +67,7 @@ class LegendreTransform:
             total += part.dot(tied.LUsolve(part)) / 2
         return total
 
-    def exists(self, scene: Any) -> bool:
+    def exists(self, scene: Scene) -> bool:
         """Return True if the scene has that Lagrangian, or if this fails for another reason."""
         try:
             self(*_letters(scene))
@@ -74,7 +77,7 @@ class LegendreTransform:
             return True
         return True
 
-    def is_regular(self, scene: Any) -> bool:
+    def is_regular(self, scene: Scene) -> bool:
         """Return True if ∂²H/∂μ² is regular at a generic state, so that v determines μ."""
         x, mu, *rest = _letters(scene)
         value = sympy.sympify(self.hamiltonian(x, mu, *rest))
@@ -88,7 +91,9 @@ class LegendreTransform:
             return bool(min(sizes) > 1e-20 * max(sizes))
 
 
-def nested(given: Any, entry: Callable[[Any], Any]) -> Any:
+def nested(
+    given: Exact | tuple[Exact, ...], entry: Callable[[Exact], Expression]
+) -> Expression | SymbolicMatrix:
     """Return a parameter, or the matrix of one that is a tuple, with a function of each entry."""
     if not isinstance(given, tuple):
         return entry(given)
@@ -96,7 +101,7 @@ def nested(given: Any, entry: Callable[[Any], Any]) -> Any:
                          for row in given])  # fmt: skip
 
 
-def _letters(scene: Any) -> list[Any]:
+def _letters(scene: Scene) -> list[Any]:
     """Return the arguments of the scene's Hamiltonian: x, μ, the parameters' values, any time."""
     group = scene.groupoid
     x, v = (sympy.Matrix(n, 1, lambda i, _: sympy.Dummy(real=True))

@@ -10,14 +10,17 @@ import pickle
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields
+from fractions import Fraction
 from functools import partial
 from importlib import import_module
-from typing import Any
+from typing import Any, TypeAlias
 
 #: modules whose `get(name)` finds rules, scenes and lattices
 _ROOMS = ("discmech.integrators.rules", "discmech.integrators.scenes",
           "discmech.integrators.lattices.systems")  # fmt: skip
 Again = tuple[Callable[..., Any], tuple[Any, ...]]
+#: a rule, a scene, a lattice, a scheme or a flow, of rooms that come after this one
+Picklable: TypeAlias = Any
 
 
 def held(module: str, name: str) -> Any:
@@ -28,7 +31,7 @@ def held(module: str, name: str) -> Any:
     return found
 
 
-def called(room: str, name: str) -> Any:
+def called(room: str, name: str) -> Picklable:
     """Return the object that a discmech module's `get` finds under a name, or None."""
     try:
         return import_module(room).get(name)
@@ -36,24 +39,26 @@ def called(room: str, name: str) -> Any:
         return None
 
 
-def with_values(thing: Any, changes: dict[str, Any]) -> Any:
+def with_values(thing: Picklable, changes: dict[str, Any]) -> Picklable:
     """Return a copy with other values."""
     return thing.with_values(**changes)
 
 
-def composed(base: Any, method: str) -> Any:
+def composed(base: Picklable, method: str) -> Picklable:
     """Return a composition of a rule."""
     return import_module(_ROOMS[0]).compose(base, method)
 
 
-def flow_of(scheme: Any, step: Any, digits: int, on_edge: str, more: dict[str, Any]) -> Any:
+def flow_of(
+    scheme: Picklable, step: Fraction, digits: int, on_edge: str, more: dict[str, Any]
+) -> Picklable:
     """Return the flow of a scheme, with its attributes restored."""
     flow = scheme.flow_at(step, digits, on_edge)
     vars(flow).update(more)
     return flow
 
 
-def again(thing: Any, functions: Iterable[Any]) -> Again:
+def again(thing: Picklable, functions: Iterable[object]) -> Again:
     """Return the pickled form of a rule, a scene or a lattice that is given by these functions.
 
     Raises `pickle.PicklingError`, with the fix, if there is none.
@@ -81,11 +86,11 @@ def again(thing: Any, functions: Iterable[Any]) -> Again:
     )
 
 
-def _same(one: Any, other: Any) -> bool:
+def _same(one: object, other: object) -> bool:
     return one is other or (type(one) is type(other) and bool(one == other))
 
 
-def _modules(function: Any) -> Iterator[str]:
+def _modules(function: object) -> Iterator[str]:
     """Yield the modules that may define an object with this function."""
     while isinstance(function, partial):
         function = function.func
@@ -95,7 +100,7 @@ def _modules(function: Any) -> Iterator[str]:
             yield name
 
 
-def _changes(one: Any, other: Any) -> dict[str, Any]:
+def _changes(one: Picklable, other: Picklable) -> dict[str, Any]:
     """Return the fields in which another scene differs from `one`."""
     found = {f.name: getattr(other, f.name) for f in fields(one)}
     if one.groupoid.retraction == other.groupoid.retraction and (

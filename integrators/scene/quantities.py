@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import partial
@@ -11,6 +10,7 @@ from typing import Any, Literal, get_args
 
 from ..errors import BadInput, check_function, names_checked, shown
 from ..numbers import sympy
+from ..numbers.types import Column, Covector, Function, Given, Parameters, Point, Scalar
 
 Kind = Literal["momentum map", "Casimir", "first integral", "nonholonomic momentum"]
 
@@ -29,10 +29,10 @@ class Conserved:
     """
 
     name: str
-    formula: Callable[..., Any]
+    formula: Function
     kind: Kind = "momentum map"
     attitude: bool = False
-    value: Any = None
+    value: Given = None
     stretch: int | None = None
 
     def __post_init__(self) -> None:
@@ -48,7 +48,7 @@ class Conserved:
         """True if the quantity depends on the step h: a fourth argument without a default."""
         return takes_fourth(self.formula)
 
-    def at(self, x: Any, mu: Any, p: Any, h: Any) -> Any:
+    def at(self, x: Point, mu: Covector, p: Parameters, h: Scalar) -> Scalar | Column:
         """Return the quantity of sympy columns x, mu, parameters p and step h; lists as columns."""
         found = self.formula(x, mu, p, h) if self.of_step else self.formula(x, mu, p)
         if not isinstance(found, list | tuple) or any(isinstance(e, str) for e in found):
@@ -71,13 +71,13 @@ class OnGroup:
     of the method in (x, μ), if known.
     """
 
-    formula: Callable[..., Any]
-    branch: Callable[..., Any] | None = None
+    formula: Function
+    branch: Function | None = None
     kept: bool = False
     order: int | None = None
 
 
-def takes_fourth(function: Callable[..., Any] | None) -> bool:
+def takes_fourth(function: Function | None) -> bool:
     """Return True if a function of three arguments also has a fourth without a default.
 
     The fourth is the time, or the step.
@@ -85,7 +85,7 @@ def takes_fourth(function: Callable[..., Any] | None) -> bool:
     return arguments_of(function) == 4
 
 
-def arguments_of(function: Callable[..., Any] | None) -> int:
+def arguments_of(function: Function | None) -> int:
     """Return the number of a function's positional arguments without default; 0 if unknown."""
     if function is None:
         return 0
@@ -97,9 +97,9 @@ def arguments_of(function: Callable[..., Any] | None) -> int:
 
 
 def on_group(
-    formula: Callable[..., Any] | None = None,
+    formula: Function | None = None,
     *,
-    branch: Callable[..., Any] | None = None,
+    branch: Function | None = None,
     kept: bool = False,
     order: int | None = None,
 ) -> Any:

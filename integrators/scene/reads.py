@@ -72,7 +72,7 @@ class Opaque(Exception):
     """An object for which a change cannot be detected; its argument says what it is."""
 
 
-def reads(*things: Any, pure: bool = False) -> str:
+def reads(*things: object, pure: bool = False) -> str:
     """Return the digest; raises `Opaque` for an object that hides its content.
 
     pure: True to refuse also functions that may read something outside of objects: files, clocks,
@@ -112,19 +112,19 @@ class _Reader:
 
     def __init__(self, pure: bool = False) -> None:
         self.pure = pure
-        self.whole, self.seen, self.kept = hashlib.sha256(), dict[int, int](), list[Any]()
+        self.whole, self.seen, self.kept = hashlib.sha256(), dict[int, int](), list[object]()
         self.modules = set[tuple[int, frozenset[str]]]()
 
-    def digest(self, thing: Any) -> str:
+    def digest(self, thing: object) -> str:
         self.add(thing)
         return self.whole.hexdigest()
 
-    def say(self, *words: Any) -> None:
+    def say(self, *words: object) -> None:
         for word in words:
             self.whole.update(word if isinstance(word, bytes) else str(word).encode())
             self.whole.update(b"\0")
 
-    def add(self, thing: Any) -> None:
+    def add(self, thing: object) -> None:
         """Add any object to the digest."""
         if isinstance(thing, _PLAIN):
             # long integers are not written in decimal
@@ -172,7 +172,9 @@ class _Reader:
         else:
             self.instance(thing)
 
-    def function(self, thing: Any) -> None:
+    def function(
+        self, thing: FunctionType | MethodType | BuiltinFunctionType | partial[Any]
+    ) -> None:
         """Add a function: its bytecode, its defaults, and the outside values that it reads."""
         if isinstance(thing, partial):
             self.add([thing.func, thing.args, thing.keywords])
@@ -223,7 +225,7 @@ class _Reader:
         if package in ("numpy", "scipy") and (read := asked & _OF_FILES):
             raise Opaque(f"{min(read)} of {name}, which reads what may change")
 
-    def global_(self, thing: Any, names: frozenset[str]) -> None:
+    def global_(self, thing: object, names: frozenset[str]) -> None:
         """Add a global name's value; for a user's module the attributes that may be read."""
         self.add(thing)
         asked = (id(thing), names)
@@ -257,14 +259,14 @@ class _Reader:
                     held = getattr(held, word, held)
                 self.add(held)
 
-    def own_of(self, thing: Any) -> None:
+    def own_of(self, thing: object) -> None:
         """Add the user's class of a collection, and its attributes."""
         kind = type(thing)
         if not _is_library(kind.__module__):
             self.add(kind)
             self.add(getattr(thing, "__dict__", None))
 
-    def instance(self, thing: Any) -> None:
+    def instance(self, thing: object) -> None:
         """Add an instance: its class and its attributes."""
         kind = type(thing)
         self.add(kind)
@@ -335,7 +337,7 @@ def _imported(code: CodeType) -> frozenset[tuple[int, str]]:
     return frozenset(found)
 
 
-def _module(asked: tuple[int, str], function: FunctionType) -> Any:
+def _module(asked: tuple[int, str], function: FunctionType) -> ModuleType | str | None:
     """Return the module that a function imports when it is called; `Opaque` if that fails."""
     level, name = asked
     if not level and _is_library(name):

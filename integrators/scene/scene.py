@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
@@ -13,6 +13,8 @@ from typing import Any
 from ..errors import BadInput, check_function, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten, measure
+from ..numbers.types import Exact, Function, Given
+from ..retractions import Retraction
 from .affine import AffineLagrangian
 from .constraints import HOLONOMIC, NONHOLONOMIC, Constraint, entries_of
 from .legendre import LegendreTransform
@@ -73,34 +75,34 @@ class Scene:
 
     name: str
     groupoid: Groupoid
-    lagrangian: Callable[..., Any] | None = None
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    x0: Sequence[Any] = ()
-    v0: Sequence[Any] = ()
-    duration: Any = 10
-    step: Any = None
+    lagrangian: Function | None = None
+    parameters: Mapping[str, Given] = field(default_factory=dict)
+    x0: Sequence[Given] = ()
+    v0: Sequence[Given] = ()
+    duration: Given = 10
+    step: Given = None
     symmetries: Sequence[Conserved] = ()
     source: str = ""
     title: str = ""
-    discrete_lagrangian: Callable[..., Any] | None = None
-    fast: Callable[..., Any] | None = None
-    force: Callable[..., Any] | None = None
-    mu0: Sequence[Any] | None = None
-    holonomic: Callable[..., Any] | None = None
-    nonholonomic: Callable[..., Any] | None = None
+    discrete_lagrangian: Function | OnGroup | None = None
+    fast: Function | None = None
+    force: Function | None = None
+    mu0: Sequence[Given] | None = None
+    holonomic: Function | None = None
+    nonholonomic: Function | None = None
     constraints: Sequence[Constraint] = ()
-    contact: Callable[..., Any] | None = None
-    friction: Any = 0
-    restitution: Any = 0
+    contact: Function | None = None
+    friction: Given = 0
+    restitution: Given = 0
     impacts: str = "stepped"
-    numeric_hamiltonian: Callable[..., Any] | None = None
-    gradient: Callable[..., Any] | None = None
-    hamiltonian: Callable[..., Any] | None = None
-    sigma: Callable[..., Any] | None = None
-    one_form: Callable[..., Any] | None = None
+    numeric_hamiltonian: Function | None = None
+    gradient: Function | None = None
+    hamiltonian: Function | None = None
+    sigma: Function | None = None
+    one_form: Function | None = None
 
     def __post_init__(self) -> None:
-        def put(name: str, value: Any) -> None:
+        def put(name: str, value: object) -> None:
             object.__setattr__(self, name, value)
 
         if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][\w.-]*", self.name):
@@ -202,7 +204,7 @@ class Scene:
                     f"{self.name}: {shown(quantity)} is no symmetry: give Conserved(...)."
                 )
 
-    def _checked_energy(self) -> Callable[..., Any]:
+    def _checked_energy(self) -> Function:
         """Return H of a one-form; raises `BadInput` unless both stand alone, in even numbers."""
         if self.hamiltonian is None:
             raise BadInput(f"{self.name}: beside one_form= give hamiltonian=, a function (x, p).")
@@ -333,7 +335,7 @@ class Scene:
         return self.timed or (self.force is not None and not self.groupoid.dim_x)
 
     @property
-    def laws(self) -> tuple[Any, ...]:
+    def laws(self) -> tuple[object, ...]:
         """All functions of the scene: scenes with equal laws differ only in numbers."""
         return (self.lagrangian, self.discrete_lagrangian, self.fast, self.force, self.holonomic,
                 self.nonholonomic, self.constraints, self.contact, self.symmetries,
@@ -341,7 +343,7 @@ class Scene:
                 self.one_form)  # fmt: skip
 
     @property
-    def parameter_values(self) -> list[Any]:
+    def parameter_values(self) -> list[Exact]:
         """The exact values of all parameters, one after another and row by row."""
         return flatten(tuple(self.parameters.values()))
 
@@ -368,7 +370,7 @@ class Scene:
             changes["parameters"] = {**self.parameters, **changes["parameters"]}
         return replace(self, **changes)
 
-    def with_retraction(self, retraction: Any) -> Scene:
+    def with_retraction(self, retraction: Retraction) -> Scene:
         """Return this system in another retraction's chart; unchanged on a groupoid without
         retraction.
 
@@ -403,10 +405,10 @@ class Scene:
                      *(c.function for c in self.constraints))  # fmt: skip
         return again(self, functions)
 
-    def __deepcopy__(self, memo: Any) -> Scene:
+    def __deepcopy__(self, memo: object) -> Scene:
         return self  # a scene is immutable
 
-    def steps_for(self, step: Any) -> int:
+    def steps_for(self, step: Given) -> int:
         """Return the number of steps of this size in the scene's duration, rounded."""
         size = exact_rational(step, "step")
         if size <= 0:
