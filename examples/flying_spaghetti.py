@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from discmech import Scheme, trapezoidal
-from discmech.integrators.lattices import systems
+from discmech.integrators.scenes import lattices as systems
 from discmech.studies.lattices.following import Momentum
 from discmech.studies.lattices.known import OF_A_BEAM
 from discmech.studies.lattices.quantities import energies

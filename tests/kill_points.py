@@ -162,8 +162,8 @@ def command(*words: str) -> Callable[[], int]:
 def lattice() -> int:
     """A run with a state at every stop."""
     from discmech import Scheme, midpoint
-    from discmech.integrators.lattices import systems
     from discmech.integrators.runs import checkpoint
+    from discmech.integrators.scenes import lattices as systems
 
     checkpoint.SECONDS = 0
     scheme = Scheme(systems.rotors(6), midpoint)

@@ -2,7 +2,6 @@
 
 from .boundary_problem import Optimum
 from .problem import Control
-from .problems import NAMES, get
 from .stages import ControlStages
 
-__all__ = ["Control", "ControlStages", "NAMES", "Optimum", "get"]
+__all__ = ["Control", "ControlStages", "Optimum"]

@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 
 #: modules whose `get(name)` finds rules, scenes and lattices
 _ROOMS = ("discmech.integrators.rules", "discmech.integrators.scenes",
-          "discmech.integrators.lattices.systems")  # fmt: skip
+          "discmech.integrators.scenes.lattices")  # fmt: skip
 Again = tuple[Callable[..., Any], tuple[Any, ...]]
 #: a rule, a scene, a lattice, a scheme or a flow, of rooms that come after this one
 Picklable: TypeAlias = Any

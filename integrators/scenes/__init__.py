@@ -1,4 +1,7 @@
-"""The scenes that come with discmech: one file a mechanical system, found by name."""
+"""The scenes that come with discmech: one file a mechanical system, found by name.
+
+Well-known lattices are in `lattices`, problems of optimal control in `control`.
+"""
 
 from __future__ import annotations
 

@@ -33,10 +33,10 @@ def add_to(commands: Any) -> None:
 
 
 def _control(options: argparse.Namespace) -> int:
-    room = import_module("discmech.integrators.control")
+    problems = import_module("discmech.integrators.scenes.control")
     if options.problem is None:
-        for name in room.NAMES:
-            print(f"{name:<24} {room.get(name).scene.title}")
+        for name in problems.NAMES:
+            print(f"{name:<24} {problems.get(name).scene.title}")
         return 0
     return steer(options, lookup.control(options.problem))
 

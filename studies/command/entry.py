@@ -16,7 +16,7 @@ from typing import Any
 from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import nearest, unknown
-from discmech.integrators.lattices import systems
+from discmech.integrators.scenes import lattices as systems
 
 from .. import NAMES
 from ..core.options import THOROUGH

@@ -11,7 +11,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, rules, scenes
 from discmech.integrators.errors import shown
-from discmech.integrators.lattices import systems
+from discmech.integrators.scenes import lattices as systems
 
 from ..core.study import NAME, every_study
 from .output import write

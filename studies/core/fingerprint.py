@@ -19,10 +19,10 @@ from typing import Any
 
 from discmech.integrators import Lattice, Scheme, scenes
 from discmech.integrators.compiler import text_key
-from discmech.integrators.control import problems
 from discmech.integrators.lattices import LatticeScheme
 from discmech.integrators.rules import BUILT_IN, Discretisation
 from discmech.integrators.scene import Opaque, Scene, reads
+from discmech.integrators.scenes import control as problems
 
 from .case import Case, scheme_of
 from .parts import is_built_in, parts_of
@@ -211,7 +211,7 @@ def _text_of_all() -> str:
 def _text_of_mathematics() -> str:
     folders = (ROOT / name for name in ("integrators", "reference"))
     return _text(p for folder in folders for p in folder.rglob("*.py")
-                 if not any((ROOT / place) in (p, *p.parents) for place in DATA))  # fmt: skip
+                 if not {p, p.parent} & {ROOT / place for place in DATA})  # fmt: skip
 
 
 @cache

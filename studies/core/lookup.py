@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import misplaced, nearest, shown, unknown
-from discmech.integrators.lattices import systems
 from discmech.integrators.rules import METHODS, Composition, compose
+from discmech.integrators.scenes import lattices as systems
 from discmech.integrators.steps import WAYS, Varied, vary
 
 from .notebook import place_of
@@ -75,34 +75,37 @@ def scene(thing: Scene | str) -> Scene:
 
 def control(word: str) -> Any:
     """Return the optimal control problem of a built-in one's name, or of FILE.py:VARIABLE."""
-    from discmech.integrators import control as room
+    from discmech.integrators import Control
+    from discmech.integrators.scenes import control as problems
 
     file, name = in_file(word)
     if file is None:
-        return room.get(word)
-    held = {v: thing for v, thing in file.variables.items() if isinstance(thing, room.Control)}
+        return problems.get(word)
+    held = {v: thing for v, thing in file.variables.items() if isinstance(thing, Control)}
     return of_file(file, held, name, "Control(...)")[0]
 
 
 def problem_named(word: str) -> Any:
     """The problem of control that a word names, by a built-in name or its variable; else None."""
-    from discmech.integrators import control as room
+    from discmech.integrators import Control
+    from discmech.integrators.scenes import control as problems
 
     file, name = in_file(word)
     if file is None:
-        return room.get(word) if word in room.NAMES else None
+        return problems.get(word) if word in problems.NAMES else None
     thing = file.variables.get(name)
-    return thing if isinstance(thing, room.Control) else None
+    return thing if isinstance(thing, Control) else None
 
 
 def problem_of(scene: Scene) -> Any:
     """Return the optimal control problem with that scene, in any chart; None if there is none."""
-    from discmech.integrators import control as room
+    from discmech.integrators import Control
+    from discmech.integrators.scenes import control as problems
 
-    if scene.name in room.NAMES and room.get(scene.name).scene.laws == scene.laws:
-        return room.get(scene.name)
+    if scene.name in problems.NAMES and problems.get(scene.name).scene.laws == scene.laws:
+        return problems.get(scene.name)
     for file in reversed(loaded()):
-        held = {v: thing for v, thing in file.variables.items() if isinstance(thing, room.Control)
+        held = {v: thing for v, thing in file.variables.items() if isinstance(thing, Control)
                 and thing.scene.laws == scene.laws}  # fmt: skip
         if len(set(held.values())) > 1:
             raise BadInput(
@@ -221,13 +224,13 @@ def _scene_called(word: str) -> Any:
     """Return the scene of that name, also of a problem of control, or the lattice."""
     if word in scenes.every_name():
         return scenes.get(word)
-    from discmech.integrators import control as room
+    from discmech.integrators.scenes import control as problems
 
-    if word in room.NAMES:
-        return room.get(word).scene
+    if word in problems.NAMES:
+        return problems.get(word).scene
     if word in systems.NAMES:
         return systems.get(word)
-    raise unknown("scene", word, (*scenes.every_name(), *room.NAMES, *systems.NAMES))
+    raise unknown("scene", word, (*scenes.every_name(), *problems.NAMES, *systems.NAMES))
 
 
 def in_file(word: str) -> tuple[UserFile | None, str]:

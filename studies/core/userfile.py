@@ -17,7 +17,7 @@ from typing import Any
 from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import RAISED
-from discmech.integrators.lattices import systems
+from discmech.integrators.scenes import lattices as systems
 
 
 @dataclass(frozen=True)

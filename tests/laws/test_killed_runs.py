@@ -9,8 +9,8 @@ from scipy.linalg import expm
 
 from discmech import BadInput, Scheme, scenes
 from discmech.integrators import rules
-from discmech.integrators.lattices import systems
 from discmech.integrators.runs import checkpoint
+from discmech.integrators.scenes import lattices as systems
 from discmech.integrators.steps import vary
 
 

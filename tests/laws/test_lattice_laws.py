@@ -7,9 +7,10 @@ import pytest
 
 from discmech import Scheme, midpoint, rectangle, trapezoidal
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.lattices import systems, velocities
+from discmech.integrators.lattices import velocities
 from discmech.integrators.lattices.dual_step import DualStep
 from discmech.integrators.rules import compose, gauss
+from discmech.integrators.scenes import lattices as systems
 from discmech.reference.closed_forms.lattice_waves import (
     sine_gordon_breather,
     sine_gordon_kink,

@@ -6,9 +6,9 @@ import sympy
 
 from discmech import midpoint, rectangle, trapezoidal
 from discmech.integrators import rules
-from discmech.integrators.lattices import systems
-from discmech.integrators.lattices.linkages import linkage, rods
 from discmech.integrators.rules import compose, gauss, lobatto
+from discmech.integrators.scenes import lattices as systems
+from discmech.integrators.scenes.lattices.linkages import linkage, rods
 from tests.integrators.lattices.as_scenes import assert_same, assert_same_in_digits, slow
 from tests.integrators.lattices.test_bodies_as_sites import SITES
 from tests.integrators.lattices.test_bond_constraints import LATTICES

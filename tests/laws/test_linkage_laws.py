@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from discmech import Scheme, midpoint, trapezoidal
-from discmech.integrators.lattices import linkages
 from discmech.integrators.lattices.bond_constraints import BondConstraints
+from discmech.integrators.scenes.lattices import linkages
 
 EPS, STEPS = 2.0**-53, 20_000
 

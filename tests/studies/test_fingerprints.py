@@ -10,7 +10,6 @@ from functools import partial
 import pytest
 
 from discmech.integrators import scenes
-from discmech.integrators.lattices import systems
 from discmech.integrators.rules import (
     METHODS,
     compose,
@@ -21,6 +20,7 @@ from discmech.integrators.rules import (
     rectangle,
     trapezoidal,
 )
+from discmech.integrators.scenes import lattices as systems
 from discmech.studies import get
 from discmech.studies.core import fingerprint, lookup
 from discmech.studies.core.case import Case, Choice

@@ -9,8 +9,9 @@ import pytest
 import sympy
 
 from discmech import Lattice, Scheme, pair, trapezoidal
-from discmech.integrators.lattices import LatticeRun, RestrictedStep, poisson_defect, systems
+from discmech.integrators.lattices import LatticeRun, RestrictedStep, poisson_defect
 from discmech.integrators.rules import get
+from discmech.integrators.scenes import lattices as systems
 from discmech.studies import get as get_study
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.one_case import run_case

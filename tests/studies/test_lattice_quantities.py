@@ -9,7 +9,7 @@ import pytest
 
 from discmech import Lattice, Scheme, pair
 from discmech.integrators import rules
-from discmech.integrators.lattices import systems
+from discmech.integrators.scenes import lattices as systems
 from discmech.studies.systems import quantities
 from discmech.studies.systems.quantities import energies, momentum
 

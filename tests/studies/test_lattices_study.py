@@ -11,9 +11,10 @@ import sympy
 
 from discmech import BadInput, Lattice, Scheme, discretisation, pair
 from discmech.integrators import rules, scenes
-from discmech.integrators.lattices import DualStep, LatticeRun, systems
+from discmech.integrators.lattices import DualStep, LatticeRun
 from discmech.integrators.lattices.lattice_equations import LatticeEquations
 from discmech.integrators.lattices.sparse_steps import RELAXED
+from discmech.integrators.scenes import lattices as systems
 from discmech.studies import check, get
 from discmech.studies.core.case import Case, Choice, silent
 from discmech.studies.core.fingerprint import of_case

@@ -7,8 +7,8 @@ import json
 import pytest
 
 from discmech.integrators import discretisation, midpoint
-from discmech.integrators.control import get as problem
 from discmech.integrators.rules import gauss
+from discmech.integrators.scenes.control import get as problem
 from discmech.studies import check, get
 from discmech.studies.command.entry import main
 from discmech.studies.core import lookup

@@ -13,8 +13,8 @@ from scipy.linalg import expm
 
 from discmech import Control, Scene, Scheme, midpoint, pair, rectangle, scenes
 from discmech.integrators import retractions
-from discmech.integrators.control import NAMES, get
 from discmech.integrators.rules import gauss, lobatto, trapezoidal
+from discmech.integrators.scenes.control import NAMES, get
 
 
 @cache

@@ -11,7 +11,7 @@ import sympy
 from scipy import linalg
 
 from discmech import Scheme, midpoint
-from discmech.integrators.lattices import systems
+from discmech.integrators.scenes import lattices as systems
 
 #: roots of cos β cosh β = 1, ω = β² √(EI/m): Blevins, Formulas for Natural Frequency, 8-1
 ROOTS = (4.730040744862704, 7.853204624095838, 10.99560783800167)

@@ -15,8 +15,9 @@ from discmech import (
     trapezoidal,
 )
 from discmech.integrators.errors import BadInput, CannotMeasure, StepFailure
-from discmech.integrators.lattices import DualStep, linkages
+from discmech.integrators.lattices import DualStep
 from discmech.integrators.rules import compose, gauss
+from discmech.integrators.scenes.lattices import linkages
 from tests.integrators.lattices.as_scenes import ROUND_OFF
 
 SPRING = {"on_bond": lambda x, y, p: -((x[0] - y[0]) ** 2) / 3}

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from discmech import BadInput, Scheme, midpoint, trapezoidal
-from discmech.integrators.lattices import systems
 from discmech.integrators.runs import checkpoint as module
+from discmech.integrators.scenes import lattices as systems
 
 STEPS, EVERY = 60, 10
 KILLED = """
 import os
 from discmech import Scheme, {rule}
-from discmech.integrators.lattices import systems
+from discmech.integrators.scenes import lattices as systems
 from discmech.integrators.runs import checkpoint
 checkpoint.SECONDS = 0
 Scheme({lattice}, {rule}).flow("1/20").trajectory(

@@ -20,9 +20,9 @@ from discmech import (
 )
 from discmech.integrators.contact import ContactSteps
 from discmech.integrators.errors import CannotMeasure, StepFailure
-from discmech.integrators.lattices import systems
 from discmech.integrators.lattices.lattice_gaps import LatticeGaps
 from discmech.integrators.lattices.site_velocities import velocities
+from discmech.integrators.scenes import lattices as systems
 from discmech.studies.lattices import contacts
 from discmech.studies.systems.quantities import energies
 from tests.integrators.lattices.as_scenes import assert_same

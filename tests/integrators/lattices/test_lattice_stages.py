@@ -7,9 +7,10 @@ import pytest
 
 from discmech import Lattice, Scheme, midpoint, pair
 from discmech.integrators.errors import StepFailure
-from discmech.integrators.lattices import DualStep, LatticeRun, poisson_defect, systems
+from discmech.integrators.lattices import DualStep, LatticeRun, poisson_defect
 from discmech.integrators.rules import compose, gauss, lobatto
 from discmech.integrators.runs import checkpoint as checkpoints
+from discmech.integrators.scenes import lattices as systems
 from tests.integrators.lattices.as_scenes import ROUND_OFF, slow
 from tests.integrators.lattices.test_bodies_as_sites import SITES
 from tests.integrators.lattices.test_lattices import MASS, SCATTERED, fput

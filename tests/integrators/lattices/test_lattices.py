@@ -18,8 +18,10 @@ from discmech import (
     trapezoidal,
 )  # fmt: skip
 from discmech.integrators.errors import BadInput, CannotMeasure, StepFailure
-from discmech.integrators.lattices import linkages, systems, velocities
+from discmech.integrators.lattices import velocities
 from discmech.integrators.rules import MAPS
+from discmech.integrators.scenes import lattices as systems
+from discmech.integrators.scenes.lattices import linkages
 from tests.integrators.lattices.as_scenes import ROUND_OFF, slow
 
 N = 5

@@ -8,13 +8,13 @@ from functools import cache
 
 import numpy as np
 
-from ..algebras import se, so
-from ..errors import unknown
-from ..groupoids import lie_group, pair
-from ..numbers import exact_rational, sympy
-from ..numbers.types import Given, Parameters, Point, Scalar, Velocity
+from ...algebras import se, so
+from ...errors import unknown
+from ...groupoids import lie_group, pair
+from ...lattices import Lattice
+from ...numbers import exact_rational, sympy
+from ...numbers.types import Given, Parameters, Point, Scalar, Velocity
 from . import symmetries
-from .lattice import Lattice
 from .linkages import linkage, rods
 
 

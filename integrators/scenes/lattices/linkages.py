@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..algebras import se
-from ..groupoids import lie_group, pair
-from ..numbers.types import Parameters, Point, Scalar, Velocity
+from ...algebras import se
+from ...groupoids import lie_group, pair
+from ...lattices import Lattice
+from ...numbers.types import Parameters, Point, Scalar, Velocity
 from . import symmetries
-from .lattice import Lattice
 
 VERTICAL = "vertical angular momentum"
 DIRECTION = np.array([0.6, 0, -0.8])  # direction of the links at the start

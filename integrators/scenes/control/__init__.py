@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from functools import cache
 
-from ..errors import unknown
-from ..groupoids import pair
-from ..numbers import sympy
-from ..scene import Column, Parameters, Point, Scalar, Scene, Velocity
-from ..scenes import get as scene_of
-from .problem import Control
+from ...control import Control
+from ...errors import unknown
+from ...groupoids import pair
+from ...numbers import sympy
+from ...scene import Column, Parameters, Point, Scalar, Scene, Velocity
+from .. import get as scene_of
 
 
 def _effort(x: Point, v: Velocity, f: Column, p: Parameters) -> Scalar:
