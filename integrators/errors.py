@@ -11,7 +11,7 @@ from dataclasses import fields
 from difflib import get_close_matches
 from functools import wraps
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar, cast
+from typing import Any, ParamSpec, SupportsFloat, TypeVar, cast
 
 _Class = TypeVar("_Class")
 _P = ParamSpec("_P")
@@ -320,5 +320,5 @@ class StepFailure(DiscmechError, RuntimeError):
         return type(self), (*at, self.cause, self.trajectory, self.fix)
 
 
-def _brief(values: Iterable[float]) -> str:
+def _brief(values: Iterable[SupportsFloat]) -> str:
     return "[" + ", ".join(f"{float(value):.6g}" for value in values) + "]"

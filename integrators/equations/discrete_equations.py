@@ -10,7 +10,7 @@ from ..compiler import Step, kinds_of
 from ..errors import BadInput, line_of
 from ..groupoids import chart_extents
 from ..numbers import Scope, symbols_of, sympy, uncollected
-from ..numbers.types import Column, Expression, Expressions, Letters, SymbolicMatrix
+from ..numbers.types import Column, Expression, Letters, SymbolicMatrix
 from ..rules import Discretisation, adjoint
 from ..scene import Scene
 from .arrows import Arrows
@@ -96,7 +96,7 @@ class DiscreteEquations(StepEquations):
     def step(self) -> Step:
         """The rows, their derivative and the update of a step, all divided by h."""
         maps, element = self.discrete, self.element
-        on_group = dict[str, Expressions]()
+        on_group = dict[str, Any]()
         if element is not None:
             on_group = {"along": self._along_group(), "branch": element.branch}
         used = self.discrete.L.free_symbols

@@ -32,7 +32,7 @@ import numpy as np
 from ..errors import BadInput, CannotMeasure, shown
 from ..geometry import StepContext, composed_arrows, map_text
 from ..numbers import Arithmetic, Atoms, NotKnown, Series, arithmetic, run_text, series_namespace
-from ..numbers.types import Given, Rows, Scalar, Scalars
+from ..numbers.types import Given, Numbers, Rows, Scalar, Scalars
 from .step_series import StepSeries
 
 MOST = 12  # the highest power of the step: the sums of differences lose a digit with each
@@ -82,11 +82,11 @@ class ModifiedEquation:
 
     # -- at states -------------------------------------------------------------------------------
 
-    def field(self, z: Rows) -> np.ndarray:
+    def field(self, z: Numbers | Rows) -> np.ndarray:
         """Return f₁, …, f_K at rows z = (x, μ), (K, r, n+m), K = order + 1."""
         return self._shown(self._field(self._rows(z)))
 
-    def hamiltonian(self, z: Rows) -> np.ndarray:
+    def hamiltonian(self, z: Numbers | Rows) -> np.ndarray:
         """Return H₁, …, H_K at rows z = (x, μ), (K, r).
 
         H₁ is the energy. Of a one-step map each is known but for a constant, and is 0 at the first
@@ -138,7 +138,7 @@ class ModifiedEquation:
         whole = [[np.broadcast_to(e, len(rows)) for e in term] for term in columns]
         return np.array(whole).swapaxes(1, 2)
 
-    def _rows(self, z: Rows) -> np.ndarray:
+    def _rows(self, z: Numbers | Rows) -> np.ndarray:
         rows = np.atleast_2d(np.asarray(z, dtype=self.numbers.dtype))
         if rows.ndim != 2 or rows.shape[1] != self.n + self.m:
             raise BadInput(

@@ -17,7 +17,7 @@ from ..equations import mass_matrix, momentum
 from ..errors import BadInput, CannotMeasure, shown
 from ..geometry import StepContext
 from ..numbers import Series, jacobian, numeric
-from ..numbers.types import Number, Rows
+from ..numbers.types import Number, Numbers, Rows
 from ..runs import Trajectory
 from .step_series import StepSeries
 
@@ -85,7 +85,7 @@ class RunDifferentiated:
         start, others = found[:, :, : self.size], found[:, :, self.size :]
         return RunDerivatives(start, self._by_name(np.moveaxis(others, 2, 0)))
 
-    def adjoint(self, slope: Rows) -> RunGradient:
+    def adjoint(self, slope: Numbers | Rows) -> RunGradient:
         """Return the gradient of G by the start and the parameters.
 
         slope: ∂G/∂z of the last row, (N,), or of each row, (rows, N).

@@ -193,7 +193,7 @@ class Flow:
         return RunDifferentiated(self, run, held).tangent()
 
     @arguments_checked
-    def gradient(self, run: Trajectory, slope: Rows, *, held: str = "mu0") -> RunGradient:
+    def gradient(self, run: Trajectory, slope: Numbers | Rows, *, held: str = "mu0") -> RunGradient:
         """Return the gradient of a function of a run's rows by its start and by parameters.
 
         slope: the function's own gradient by z = (x, μ) of the last row, (N,), or of each row,

@@ -189,7 +189,7 @@ class Groupoid(ABC):
         return {**vectors, "h": sympy.Symbol("h", real=True, nonzero=True)}
 
     @cached_property
-    def derived(self) -> dict[str, SymbolicMatrix]:
+    def derived(self) -> dict[str, SymbolicMatrix | list[SymbolicMatrix]]:
         """ρ, L, R and C by differentiating b and p, in `symbols`; closed forms must equal them."""
         x, u, v, h = (self.symbols[k] for k in ("x", "u", "v", "h"))
         at_u0, at_v0 = dict.fromkeys(u, 0), dict.fromkeys(v, 0)

@@ -107,7 +107,7 @@ def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> F
 def _on_columns(function: Function) -> Function:
     """Return a function of numbers as one of columns; each of its results is a column."""
 
-    def on_columns(*arguments: Numbers | Number) -> np.ndarray:
+    def on_columns(*arguments: Numbers | Number) -> Number | np.ndarray:
         columns = np.broadcast_arrays(*arguments)
         if not columns[0].ndim:
             return function(*arguments)

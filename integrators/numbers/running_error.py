@@ -265,7 +265,7 @@ def with_running_errors(text: str, numbers: Arithmetic) -> Function:
         # only the function: the text before it was run on plain numbers
         function = run_text(text[text.rindex("def function(") :], names)["function"]
 
-    def on_balls(*arguments: Array) -> Tracked:
+    def on_balls(*arguments: Array) -> Tracked | tuple[Tracked, ...]:
         with numbers.working(), flint.ctx.workprec(bits):
             return function(*(tracked(e).balls[()] for e in arguments))
 
