@@ -131,7 +131,7 @@ class LatticeGaps(Gaps):
                       zip(terms, contacts, ("site", "bond"), strict=True)
                       if given is not None]  # fmt: skip
         self.count = sum(len(term.which) * term.K for term in self.terms)
-        self._last: tuple[Any, Any] = None, None
+        self._last: tuple[np.ndarray | None, Any] = None, None
 
     def _terms(self, t: Number) -> list[tuple[SceneSymbols, list[Number], np.ndarray]]:
         """Return the terms of the sites and of the bonds, with parameters as the flow's numbers."""

@@ -13,12 +13,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..compiler import Entry, Status, cores
 from .sparse_steps import RUN
+
+#: (ranges of sites, their number, segments of bonds, their number)
+Part: TypeAlias = tuple[np.ndarray, int, np.ndarray, int]
 
 LEAST = 4096  # no measured lattice with at least so many sites becomes slower
 
@@ -48,10 +51,10 @@ class TwoHalves:
             self._part(self.within[2], self.totals)
         return steps, Status.OK
 
-    def _part(self, part: tuple[Any, ...], totals: np.ndarray) -> int:
+    def _part(self, part: Part, totals: np.ndarray) -> int:
         return self.advance(RUN, 1, *self.arrays, *part, totals)[1]
 
-    def _both(self, one: tuple[Any, ...], other: tuple[Any, ...]) -> int:
+    def _both(self, one: Part, other: Part) -> int:
         """Do both parts side by side; return their common status."""
         self.others[[Entry.CORRECTIONS, Entry.MOST]] = 0
         second = self.second

@@ -20,6 +20,7 @@ from ..errors import BadInput, shown
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, Letter
 from .discretisation import Discretisation, GroupoidForRule, LagrangianForRule
+from .one_step import DualSystem
 from .quadrature import Nodes, NodeValue
 
 MOST_NODES = 20
@@ -90,7 +91,7 @@ def _galerkin(family: str, nodes: int) -> Discretisation:
     )
 
 
-def collocation_weight(G: GroupoidForRule, nodes: int, i: int, j: int) -> Expression:
+def collocation_weight(G: GroupoidForRule | DualSystem, nodes: int, i: int, j: int) -> Expression:
     """a_ij = ∫₀^{c_i} of node j's polynomial, on Gauss nodes, in Legendre's basis."""
 
     def value(k: int, what: str, degree: int = 0) -> Expression:
@@ -101,7 +102,7 @@ def collocation_weight(G: GroupoidForRule, nodes: int, i: int, j: int) -> Expres
 
 
 def node_value(
-    G: GroupoidForRule, family: str, nodes: int, i: int, what: str, degree: int = 0
+    G: GroupoidForRule | DualSystem, family: str, nodes: int, i: int, what: str, degree: int = 0
 ) -> Expression:
     """Return a number at node i: exact at the ends and the middle, mirrored in the right half.
 
