@@ -184,7 +184,7 @@ def with_terms(scheme: DiscretisedScene, entries: Any, digits: int) -> Rows:
     entries: those of the quantity, in x, μ and the parameters.
     """
     numbers = arithmetic(digits)
-    f = of_states(scheme.s, entries, list(map(absolute_terms, entries)), numbers)
+    f = of_states(scheme.s, list(entries), list(map(absolute_terms, entries)), numbers)
     return lambda run: in_rows(scheme, f, run, numbers)
 
 
