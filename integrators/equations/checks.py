@@ -21,15 +21,7 @@ from ..numbers import (
     sympy,
     to_sympy,
 )
-from ..numbers.types import (
-    Column,
-    Exact,
-    Expression,
-    Expressions,
-    Letter,
-    Numbers,
-    SymbolicMatrix,
-)
+from ..numbers.types import Column, Exact, Expression, Expressions, Letter, Numbers, SymbolicMatrix
 from ..rules import Discretisation
 from ..scene import Scene
 from .continuous import inverse_two_form, mass_matrix, momentum, two_form

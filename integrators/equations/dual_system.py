@@ -25,15 +25,7 @@ from ..numbers import (
     sympy,
 )
 from ..numbers.nodes import Nodes, Slopes
-from ..numbers.types import (
-    Column,
-    Expression,
-    Expressions,
-    Function,
-    Letter,
-    Letters,
-    SymbolicMatrix,
-)
+from ..numbers.types import Column, Expression, Expressions, Function, Letter, SymbolicMatrix
 from ..scene import halves
 from .continuous import (
     closed_velocity,
@@ -47,7 +39,7 @@ from .continuous import (
 from .symbols import SceneSymbols, column, vector
 
 #: letters, each with the matrix of derivatives by them
-Partials: TypeAlias = Iterable[tuple[Letters, SymbolicMatrix]]
+Partials: TypeAlias = Iterable[tuple[Column, SymbolicMatrix]]
 
 MOST_TERMS = 6  # terms of the series of a part's flow
 

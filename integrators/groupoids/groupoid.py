@@ -18,15 +18,7 @@ from typing import NamedTuple
 
 from ..errors import BadInput
 from ..numbers import evaluate_matrix, random_columns, sympy
-from ..numbers.types import (
-    Column,
-    Expression,
-    Expressions,
-    FieldPair,
-    Letter,
-    Replacement,
-    SymbolicMatrix,
-)
+from ..numbers.types import Column, Expression, FieldPair, Letter, Replacement, SymbolicMatrix
 from ..retractions import Retraction
 from .chart_margin import position
 
@@ -235,7 +227,7 @@ class Groupoid(ABC):
             return None
         return slope.LUsolve(-numerators.subs(dict.fromkeys(v, 0))).applyfunc(sympy.cancel)
 
-    def _at(self, expression: SymbolicMatrix, **values: Expressions | Expression) -> SymbolicMatrix:
+    def _at(self, expression: SymbolicMatrix, **values: Column | Expression) -> SymbolicMatrix:
         """Put values (vectors or numbers, by the names of `symbols`) into a derived matrix."""
         pairs: Replacement = {}
         for name, value in values.items():
