@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import BadInput
 from ..numbers import Arithmetic, Matrix, Number, Numbers, Vector
-from ..numbers.types import Function
+from ..numbers.types import DType, Function
 from .kernels import Kernels
 from .layout import PAST, STATUSES, Entry, Layout, Status
 from .machine_code import address
@@ -176,7 +176,7 @@ class KernelsAtStep:
                 )  # fmt: skip
                 return run
             widths = {"x": at.n, "u": at.row_width, "mu": at.m}
-            columns: dict[str, Any]
+            columns: dict[str, tuple[tuple[int, ...], DType]]
             columns = {name: ((width,), self.numbers.dtype) for name, width in widths.items()}
             columns |= {"iterations": ((), int), "translates": ((), int)}
             found = (allocate or _zeros)(columns, rows)
@@ -329,5 +329,5 @@ class KernelsAtStep:
         return None if status != Status.OK else (run.us[0], run.totals[Entry.BRANCH])
 
 
-def _zeros(columns: Mapping[str, Any], count: int) -> dict[str, Vector]:
+def _zeros(columns: Mapping[str, tuple[tuple[int, ...], DType]], count: int) -> dict[str, Vector]:
     return {name: np.zeros((count, *shape), kind) for name, (shape, kind) in columns.items()}

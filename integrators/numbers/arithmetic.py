@@ -12,17 +12,14 @@ from contextlib import AbstractContextManager, contextmanager
 from fractions import Fraction
 from functools import cache
 from types import ModuleType
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from ..errors import BadInput, shown
 from .exact import exact
 from .lazy import LazyModule, sympy
-from .types import Exact, Expression, Function, Matrix, Mpf, Namespace, Number, Numbers, Vector
-
-if TYPE_CHECKING:
-    from numpy.typing import DTypeLike
+from .types import DType, Exact, Expression, Function, Matrix, Mpf, Namespace, Number, Numbers
 
 #: digits computed beyond the requested ones: a run loses fewer by cancellation
 MOST_DIGITS = 10_000
@@ -79,7 +76,7 @@ class Double:
 
     digits, bits = 16, 53
     eps: Number = 2.0**-53
-    dtype: DTypeLike = np.float64
+    dtype: DType = np.float64
 
     def namespace(self) -> Namespace:
         """Return the names that generated text needs: functions, the number type R, constants."""
@@ -146,7 +143,7 @@ class Double:
         found = np.array([self.number(e) for e in given.flat], dtype=self.dtype)
         return found.reshape(given.shape)
 
-    def multiples(self, step: Fraction, index: np.ndarray) -> Vector:
+    def multiples(self, step: Fraction, index: np.ndarray) -> np.ndarray:
         """Return step·k for whole numbers k, each rounded once."""
         top, bottom = step.numerator, step.denominator
         largest = max(int(index[-1]), 1) if len(index) else 0
@@ -179,7 +176,7 @@ class Single(Double):
 
     digits, bits = 7, 24
     eps: Number = 2.0**-24
-    dtype: DTypeLike = np.float32
+    dtype: DType = np.float32
 
     def namespace(self) -> Namespace:
         """Return what generated text needs: functions, the number type R, constants."""
@@ -216,7 +213,7 @@ class Single(Double):
 class Multiple:
     """Any number of decimal digits, with guard digits, on gmpy2's binary floating point."""
 
-    dtype: DTypeLike = object
+    dtype: DType = object
     # these need only dtype, zeros, number, solve
     array, identity, matrices = Double.array, Double.identity, Double.matrices
     constant, own = Double.constant, Double.own
@@ -272,7 +269,7 @@ class Multiple:
         mantissa, exponent = value.as_mantissa_exp()
         return mpmath.mp.make_mpf(mpmath.libmp.from_man_exp(int(mantissa), int(exponent)))
 
-    def multiples(self, step: Fraction, index: np.ndarray) -> Vector:
+    def multiples(self, step: Fraction, index: np.ndarray) -> np.ndarray:
         return np.array([self.number(step * int(k)) for k in index], dtype=object)
 
     def zeros(self, *shape: int) -> np.ndarray:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,10 +20,7 @@ from .arithmetic import FUNCTIONS, Arithmetic
 from .lazy import LazyModule
 from .numeric import run_text
 from .registered import registered_names
-from .types import Array, Ball, Function, Namespace, Number, Numbers, Vector
-
-if TYPE_CHECKING:
-    from numpy.typing import DTypeLike
+from .types import Array, Ball, DType, Function, Namespace, Number, Numbers, Vector
 
 flint = LazyModule("flint")
 gmpy2 = LazyModule("gmpy2")
@@ -158,7 +155,7 @@ def _ball(number: Number) -> Ball:
     return flint.arb((int(mantissa), int(exponent)))
 
 
-def plain(balls: Iterable[Ball], dtype: DTypeLike) -> list[Number]:
+def plain(balls: Iterable[Ball], dtype: DType) -> list[Number]:
     """Return the middles of balls as doubles, or as gmpy2's numbers for objects."""
     if np.dtype(dtype) != np.dtype(object):
         return [float(ball) if ball.is_finite() else np.nan for ball in balls]

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from types import SimpleNamespace
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import DTypeLike
 
 #: a sympy expression, and a letter of one
 Expression: TypeAlias = Any
@@ -53,6 +56,8 @@ Mpf: TypeAlias = Any
 Vector: TypeAlias = np.ndarray
 Numbers: TypeAlias = Sequence[Number] | np.ndarray
 Matrix: TypeAlias = np.ndarray
+#: the type of an array's numbers: np.float64, object, or a dtype
+DType: TypeAlias = "DTypeLike"
 #: a matrix: an array, or one of scipy.sparse, which has no types of its own
 MatrixLike: TypeAlias = Any
 #: rows of numbers: nested sequences, or an array of two dimensions

@@ -18,17 +18,15 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..compiler import write_atomically
 from ..errors import BadInput, CouldNotRun, shown
 from ..numbers import Arithmetic
+from ..numbers.types import DType
 from .trajectory import Columns, allocated
-
-if TYPE_CHECKING:
-    from numpy.typing import DTypeLike
 
 SECONDS = 1.0  # time between two saved states: a kill loses no more work than this
 
@@ -178,7 +176,7 @@ class Checkpoint:
         bits: int = getattr(self.numbers, "bits", 53)
         return math.ceil(bits * math.log10(2)) + 1
 
-    def _kind(self, kind: DTypeLike) -> np.dtype:
+    def _kind(self, kind: DType) -> np.dtype:
         """Return the type on disk of a column's numbers."""
         own = np.dtype(kind)
         # sign, point and exponent take at most as much again as a 64-bit number has digits

@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..errors import BadInput
 from ..numbers import Arithmetic, Matrix, Vector
-from ..numbers.types import Array
-
-if TYPE_CHECKING:
-    from numpy.typing import DTypeLike
+from ..numbers.types import Array, DType
 
 #: a column of rows by its name: (the shape of one row, the type of its numbers)
-Columns: TypeAlias = "Mapping[str, tuple[tuple[int, ...], DTypeLike]]"
+Columns: TypeAlias = Mapping[str, tuple[tuple[int, ...], DType]]
 #: a function that makes `count` rows of zeros of such columns, in memory or on disk
 Allocate: TypeAlias = Callable[[Columns, int], dict[str, np.ndarray]]
 
