@@ -16,7 +16,7 @@ from ..numbers import Number, Numbers, Vector
 from ..numbers.types import Given
 from ..runs import Trajectory, run
 from .contact_run import ContactRun, Impacts
-from .contact_step import FreeSteps, Moment
+from .contact_step import Moment
 from .gaps import Gaps, gap_expressions
 from .located_step import LocatedSteps
 from .start import check_gaps
@@ -55,10 +55,10 @@ class ContactFlow(Flow):
 
     @cached_property
     def _steps(self) -> LocatedSteps:
-        scene, h = self.scheme.scene, self.context.h
+        scene = self.scheme.scene
         e = self.numbers.number(scene.restitution)
         stepped = scene.impacts == "stepped"
-        return LocatedSteps(self.gaps, FreeSteps(h, self._part), e, stepped)
+        return LocatedSteps(self.gaps, self.context.h, self._part, e, stepped)
 
     @property
     def unsure_gaps(self) -> set[int]:

@@ -77,7 +77,7 @@ class ContactRun(ABC):
                 self._look()
             if self.index == self.steps:
                 m = self.moment
-                self.write(m.place.x, m.mu, self.contact.free.part(1, m.place.x, m.mu, m.u)[2])
+                self.write(m.place.x, m.mu, self.contact.part(1, m.place.x, m.mu, m.u)[2])
                 self.ended = True
         except (StepFailure, CannotMeasure) as failure:
             self.cause: Exception = failure

@@ -19,8 +19,7 @@ one impulse for each closed gap, and one for each direction of its plane.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -42,16 +41,9 @@ LEFT_OVER = 2**12  # a gap may be negative by so many units of round-off
 ZENO = 64  # after so many impacts in one step a gap closes without a rebound
 
 
-@dataclass(frozen=True)
-class FreeSteps:
-    """Steps of the scheme without contact.
-
-    h: the step size; part: (share of the step, x, μ, a velocity nearby) ↦ (y, μ′, u), the state
-    after that part and the u that leaves x. It may raise `StepFailure`.
-    """
-
-    h: Number
-    part: Callable[[Number, Vector, Vector, Vector], tuple[Vector, Vector, Vector]]
+#: (share of the step, x, μ, a velocity nearby) ↦ (y, μ′, u), the state after that part of a step
+#: without contact, and the u that leaves x; it may raise `StepFailure`
+FreePart: TypeAlias = Callable[[Number, Vector, Vector, Vector], tuple[Vector, Vector, Vector]]
 
 
 class Moment(NamedTuple):
@@ -90,11 +82,12 @@ class StepPart(NamedTuple):
 class ContactSteps:
     """Steps of a scene under contact, with impacts at the end of a step.
 
-    restitution: a number of the arithmetic.
+    h: the step size; part: takes parts of it without contact; restitution: a number of the
+    arithmetic.
     """
 
-    def __init__(self, gaps: Gaps, free: FreeSteps, restitution: Number) -> None:
-        self.gaps, self.free, self.e = gaps, free, restitution
+    def __init__(self, gaps: Gaps, h: Number, part: FreePart, restitution: Number) -> None:
+        self.gaps, self.h, self.part, self.e = gaps, h, part, restitution
         self.eps, self.one = gaps.numbers.eps, gaps.numbers.number(1)
 
     def no_noise(self) -> Vector:
@@ -183,11 +176,11 @@ class ContactSteps:
         along the plane turns back. landing: gaps that an impulse without friction, only at the
         start, keeps from being negative. held: True if friction acts against the slips throughout.
         """
-        gaps, h, place = self.gaps, self.free.h * share, m.place
+        gaps, h, place = self.gaps, self.h * share, m.place
         start = active(gaps, place, resting, landing, slips)
         W = gaps.flexibility(place.x, m.u, start.rows, start.push)
         # Newton ends at the round-off of its whole solution, not of each component
-        reach = place.own + self.free.h * (gaps.fastest(place, m.u) + m.noise)
+        reach = place.own + self.h * (gaps.fastest(place, m.u) + m.noise)
         # A resting gap is closed only to round-off. A whole step removes the remainder: a short
         # part that did so would need an impulse larger by the factor 1/share.
         left_over = 0 * place.phi
@@ -196,16 +189,16 @@ class ContactSteps:
         def trial(P: Vector) -> tuple[Vector, Vector, tuple[Place, Vector, Vector]]:
             pushed = m.mu + start.push.T @ P
             near = gaps.velocity(place.x, pushed, m.u) if len(P) else m.u
-            y, mu, u = self.free.part(share, place.x, pushed, near)
+            y, mu, u = self.part(share, place.x, pushed, near)
             pushing = start.noise(abs(W) @ abs(P))
-            there = gaps.at(y, reach + self.free.h * pushing)
+            there = gaps.at(y, reach + self.h * pushing)
             F = (there.phi - left_over)[start.owners] / h
             unit = there.size[start.owners] / h
             for n, (plane, _) in start.cones.planes.items():
                 i = start.owners[n]
                 F[plane] = place.moved(i, there) / h
                 fast = max(abs(place.slip[i]) @ abs(near)) + m.noise[i] + pushing[i]
-                unit[plane] = (there.breadth[i] + self.free.h * fast) / h
+                unit[plane] = (there.breadth[i] + self.h * fast) / h
             return F, unit, (there, mu, u)
 
         P = gaps.numbers.zeros(len(start.owners))

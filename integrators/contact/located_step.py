@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import CannotMeasure, StepFailure
 from ..numbers.types import Number, Vector
 from .bounds import cubic
-from .contact_step import ContactSteps, FreeSteps, Impact, Moment, StepPart, carried
+from .contact_step import ContactSteps, FreePart, Impact, Moment, StepPart, carried
 from .gaps import TOUCHING, Gaps, Place
 
 EVENTS = 2**14  # largest number in one step
@@ -44,8 +44,10 @@ class LocatedSteps(ContactSteps):
     or when a gap closes and opens again before.
     """
 
-    def __init__(self, gaps: Gaps, free: FreeSteps, restitution: Number, stepped: bool) -> None:
-        super().__init__(gaps, free, restitution)
+    def __init__(
+        self, gaps: Gaps, h: Number, part: FreePart, restitution: Number, stepped: bool
+    ) -> None:
+        super().__init__(gaps, h, part, restitution)
         self.stepped = stepped
         #: gaps that were negative within a step by less than the round-off of their terms
         self.unsure = set[int]()
@@ -191,10 +193,10 @@ class LocatedSteps(ContactSteps):
         self, m: Moment, taken: StepPart, share: Number, done: set[int]
     ) -> tuple[int, Number, Number] | None:
         """Return (gap, its value at the start, a share at which it is negative), or None."""
-        place, there, h = m.place, taken.end.place, self.free.h * share
+        place, there, h = m.place, taken.end.place, self.h * share
         rates = place.normal @ m.u
         watched = [i for i in range(self.gaps.count) if i not in done]
-        first = {i: self.free.h * rates[i] if place.closed[i] else place.phi[i] for i in watched}
+        first = {i: self.h * rates[i] if place.closed[i] else place.phi[i] for i in watched}
         for i in watched:
             if there.phi[i] < 0 and not there.closed[i]:
                 return i, first[i], share

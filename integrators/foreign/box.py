@@ -6,7 +6,7 @@ import inspect
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from ..errors import BadInput, arguments_checked, shown
 from ..numbers.types import Function, Vector
@@ -41,11 +41,7 @@ class BlackBox(Discretisation):
     read: Callable[[Vector, Vector], tuple[Vector, Vector]] | None = None
     write: Callable[[Vector, Vector], tuple[Vector, Vector]] | None = None
     vectorised: bool = False
-
-    @property
-    def is_formula(self) -> bool:
-        """False: its steps are the output of a program."""
-        return False
+    is_formula: ClassVar[bool] = False  # its steps are the output of a program
 
     @property
     def digest(self) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
@@ -37,11 +37,7 @@ class Recorded(BlackBox):
     recordings: tuple[Recording, ...] = ()
     #: the name of the scene of the runs; if empty, any scene that they fit
     scene: str = ""
-
-    @property
-    def is_recorded(self) -> bool:
-        """True: no further step can be made."""
-        return True
+    is_recorded: ClassVar[bool] = True
 
     def unmeasured(self, study: str) -> str:
         """Return the reason why a study cannot measure runs: it makes steps of its own."""

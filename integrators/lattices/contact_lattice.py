@@ -13,7 +13,6 @@ from ..compiler import text_key
 from ..contact import (
     ContactRun,
     ContactSteps,
-    FreeSteps,
     Impact,
     Moment,
     Place,
@@ -115,8 +114,7 @@ class _Run(ContactRun):
         self.flow, self.made, gaps, number = flow, 0, flow.gaps, flow.numbers.number
         self.name, self.h = flow.lattice.name, number(flow.step)
         self.run = LatticeRun(flow, x.copy(), mu.copy(), t0)
-        free = FreeSteps(self.h, self._free_step)
-        contact = ContactSteps(gaps, free, number(flow.lattice.restitution))
+        contact = ContactSteps(gaps, self.h, self._free_step, number(flow.lattice.restitution))
         mu = (mu * flow.lattice.free[:, None]).ravel()
         moment = Moment(gaps.at_start(self._with_time(x)), mu, 0 * mu, contact.no_noise())
         super().__init__(contact, moment)

@@ -14,11 +14,9 @@ T*Q is put back to φ = μ − ϑ(x) = 0 along the Hamiltonian fields of φ, (λ
 
 from __future__ import annotations
 
-from functools import cache
-
 from ..errors import BadInput, shown
 from ..numbers.types import Column, Expression, Letter
-from .galerkin import MOST_NODES, collocation_weight, node_value
+from .galerkin import by_nodes, collocation_weight, node_value
 from .one_step import DualSystem, OneStepMap, Staged, one_step
 
 _ELLISON = "Ellison, Finn, Burby, Kraus, Qin, Tang, Phys. Plasmas 25 (2018), 052502"
@@ -52,17 +50,14 @@ def degenerate_euler(s: DualSystem, z: Column, h: Letter, K: list[Column]) -> St
     return new, [moved, rows]
 
 
+@by_nodes("degenerate-gauss")
 def degenerate_gauss(nodes: int) -> OneStepMap:
     """Gauss collocation of (q, p), p = ϑ_q(q, y), of order 2·nodes; one node is the midpoint rule.
 
     The y at the nodes are internal stages, at which ∂L/∂y = 0. It keeps dϑ. Raises `BadInput` for
     other than 1 to 20 nodes.
     """
-    return _degenerate_gauss(_count("degenerate-gauss", nodes))
 
-
-@cache
-def _degenerate_gauss(nodes: int) -> OneStepMap:
     @one_step(
         order=2 * nodes, stages=nodes + 1, name=f"degenerate-gauss-{nodes}", one_form="half",
         symplectic=True, reversible=True, source=f"{_ELLISON}; with one node: {_KRAUS}",
@@ -85,7 +80,6 @@ def _degenerate_gauss(nodes: int) -> OneStepMap:
             last[free] -= sum(b[j] * slopes[j][k] for j in range(nodes))
         return new, [*rows, last]
 
-    method.formula.__doc__ = degenerate_gauss.__doc__
     return method
 
 
@@ -101,10 +95,10 @@ def projected_gauss(nodes: int, projection: str = "symmetric") -> OneStepMap:
             f'projected_gauss: projection={shown(projection)}; say "symmetric", "midpoint" or '
             '"standard".'
         )
-    return _projected_gauss(_count("projected-gauss", nodes), projection)
+    return _projected_gauss(nodes, projection)
 
 
-@cache
+@by_nodes("projected-gauss")
 def _projected_gauss(nodes: int, projection: str) -> OneStepMap:
     both = projection != "standard"
     name = f"projected-gauss-{nodes}" + ("" if projection == "symmetric" else f"-{projection}")
@@ -139,12 +133,6 @@ def _projected_gauss(nodes: int, projection: str) -> OneStepMap:
 
     method.formula.__doc__ = projected_gauss.__doc__
     return method
-
-
-def _count(name: str, nodes: int) -> int:
-    if type(nodes) is not int or not 1 <= nodes <= MOST_NODES:
-        raise BadInput(f"{name} with {shown(nodes)} nodes: give a whole number from 1 to 20.")
-    return nodes
 
 
 def _weights(s: DualSystem, nodes: int) -> list[Expression]:

@@ -62,26 +62,19 @@ class Discretisation:
     #: the order of its processed form χ⁻¹ Φ χ with maps χ near the identity; None if none is
     #: declared
     effective: int | None = None
+    #: True if it discretises a Lagrangian, not a vector field
+    asks_lagrangian: ClassVar[bool] = True
+    #: True if its steps are formulas, which have derivatives and any number of digits
+    is_formula: ClassVar[bool] = True
+    #: True if its step is a function of the step size, which a composition chooses
+    composes: ClassVar[bool] = True
+    #: True if it consists of earlier runs, so that no further step can be made
+    is_recorded: ClassVar[bool] = False
 
     @property
     def of_step(self) -> Discretisation:
         """The rule of one step; for a composition, the rule of its substeps."""
         return self
-
-    @property
-    def asks_lagrangian(self) -> bool:
-        """True if it discretises a Lagrangian, not a vector field."""
-        return True
-
-    @property
-    def is_formula(self) -> bool:
-        """True if its steps are formulas, which have derivatives and any number of digits."""
-        return True
-
-    @property
-    def composes(self) -> bool:
-        """True if its step is a function of the step size, which a composition chooses."""
-        return True
 
     @property
     def digest(self) -> str:
@@ -90,15 +83,6 @@ class Discretisation:
         Raises `Opaque` for a program of which this is not known.
         """
         return ""
-
-    @property
-    def is_recorded(self) -> bool:
-        """True if it consists of earlier runs, so that no further step can be made."""
-        return False
-
-    def measured_by(self, study: str) -> bool:
-        """Return True if a study of that name can measure it."""
-        return not self.unmeasured(study)
 
     def unmeasured(self, study: str) -> str:
         """Return a sentence that says why the study cannot measure it, or ""."""

@@ -14,7 +14,8 @@ In the basis of Legendre polynomials s_j is of size h^j and a constant mass matr
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, wraps
+from typing import TypeVar
 
 from ..errors import BadInput, shown
 from ..numbers import sympy
@@ -23,25 +24,57 @@ from .discretisation import Discretisation, GroupoidForRule, LagrangianForRule
 from .one_step import DualSystem
 from .quadrature import Nodes, NodeValue
 
+_Method = TypeVar("_Method", bound=Discretisation)
+
 MOST_NODES = 20
 
 
+def by_nodes(
+    family: str, least: int = 1
+) -> Callable[[Callable[..., _Method]], Callable[..., _Method]]:
+    """Decorator of a function of the number of nodes and more, which makes a method.
+
+    Each method is made once, with the docstring of its family. Raises `BadInput` unless the number
+    is a whole one from `least` to `MOST_NODES`.
+    """
+
+    def decorate(make: Callable[..., _Method]) -> Callable[..., _Method]:
+        made = cache(make)
+
+        @wraps(make)
+        def method(nodes: int, *more: str) -> _Method:
+            if type(nodes) is not int or not least <= nodes <= MOST_NODES:
+                raise BadInput(
+                    f"{family} with {shown(nodes)} nodes: give a whole number from {least} to "
+                    f"{MOST_NODES}."
+                )
+            found = made(nodes, *more)
+            found.formula.__doc__ = found.formula.__doc__ or make.__doc__
+            return found
+
+        return method
+
+    return decorate
+
+
+@by_nodes("gauss")
 def gauss(nodes: int) -> Discretisation:
     """Return the rule of Gauss quadrature with `nodes` nodes and a polynomial of that degree.
 
     Its order is 2·nodes. One node is the midpoint rule, with the velocity of the curve at the
     middle of the chart.
     """
-    return _galerkin("gauss", _checked("gauss", nodes))
+    return _galerkin("gauss", nodes)
 
 
+@by_nodes("lobatto", 2)
 def lobatto(nodes: int) -> Discretisation:
     """Return the rule of Lobatto quadrature with a polynomial of degree nodes − 1.
 
     Its order is 2·nodes − 2. Two nodes are the trapezoidal rule, with the velocities of the curve
     at its ends.
     """
-    return _galerkin("lobatto", _checked("lobatto", nodes))
+    return _galerkin("lobatto", nodes)
 
 
 #: family name → (rule with so many nodes, least number of nodes)
@@ -51,16 +84,6 @@ FAMILIES: dict[str, tuple[Callable[[int], Discretisation], int]] = {
 }
 
 
-def _checked(family: str, nodes: int) -> int:
-    least = FAMILIES[family][1]
-    if type(nodes) is not int or not least <= nodes <= MOST_NODES:
-        raise BadInput(
-            f"{family} with {shown(nodes)} nodes: give a whole number from {least} to {MOST_NODES}."
-        )
-    return nodes
-
-
-@cache
 def _galerkin(family: str, nodes: int) -> Discretisation:
     degree = nodes if family == "gauss" else nodes - 1
     order = 2 * degree
@@ -79,7 +102,6 @@ def _galerkin(family: str, nodes: int) -> Discretisation:
             total += h * weight * L(G.target(x, w, h), G.velocity(x, w, dw, h))
         return total
 
-    formula.__doc__ = FAMILIES[family][0].__doc__
     return Discretisation(
         f"{family}-{nodes}",
         formula,

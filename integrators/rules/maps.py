@@ -9,11 +9,10 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cache
 
-from ..errors import BadInput, shown
 from ..numbers import measure, sympy
 from ..numbers.types import Column, Given, Letter
 from .degenerate import degenerate_euler, degenerate_gauss, projected_gauss
-from .galerkin import MOST_NODES, collocation_weight, node_value
+from .galerkin import by_nodes, collocation_weight, node_value
 from .one_step import DualSystem, OneStepMap, Staged, one_step
 
 _HNW = "Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.1"
@@ -51,6 +50,7 @@ def implicit_midpoint(s: DualSystem, z: Column, Z: Column, h: Letter) -> Column:
     return Z - z - h * s.f((z + Z) / 2)
 
 
+@by_nodes("dual-gauss")
 def dual_gauss(nodes: int) -> OneStepMap:
     """Return Gauss collocation of z on the dual, of order 2·nodes.
 
@@ -58,13 +58,7 @@ def dual_gauss(nodes: int) -> OneStepMap:
     Casimirs, and is symplectic if the bracket is canonical. Raises `BadInput` for other than 1 to
     20 nodes.
     """
-    if type(nodes) is not int or not 1 <= nodes <= MOST_NODES:
-        raise BadInput(f"dual-gauss with {shown(nodes)} nodes: give a whole number from 1 to 20.")
-    return _dual_gauss(nodes)
 
-
-@cache
-def _dual_gauss(nodes: int) -> OneStepMap:
     @one_step(order=2 * nodes, stages=nodes, name=f"dual-gauss-{nodes}", source=f"{_HLW}, II.1.3")
     def collocation(s: DualSystem, z: Column, h: Letter, K: list[Column]) -> Staged:
         each = range(nodes)
@@ -74,7 +68,6 @@ def _dual_gauss(nodes: int) -> OneStepMap:
         new = z + h * sum((b[j] * K[j] for j in each), 0 * z)
         return new, [K[i] - s.f(at[i]) for i in each]
 
-    collocation.formula.__doc__ = dual_gauss.__doc__
     return collocation
 
 

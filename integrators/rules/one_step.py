@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 from ..errors import BadInput, arguments_checked, shown
 from ..numbers.types import Column, Function
@@ -40,11 +40,7 @@ class OneStepMap(Discretisation):
     implicit: bool = False
     #: what it asks of a one-form ϑ: "" nothing, "any", or "half", that half of it vanishes
     one_form: str = ""
-
-    @property
-    def asks_lagrangian(self) -> bool:
-        """False: it follows the vector field."""
-        return False
+    asks_lagrangian: ClassVar[bool] = False  # it follows the vector field
 
     def applies(self, scene: Scene) -> bool:
         """True if the scene has a vector field on the dual, and a groupoid on which it exists."""

@@ -106,6 +106,3 @@ def on_group(
     """Mark formula(x, g, h, p) as given on the group; with options it is a decorator."""
     make = partial(OnGroup, branch=branch, kept=kept, order=order)
     return make if formula is None else make(formula)
-
-
-#: fields of a scene that are functions, with their arguments

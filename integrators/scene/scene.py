@@ -208,7 +208,9 @@ class Scene:
         """Return H of a one-form; raises `BadInput` unless both stand alone, in even numbers."""
         if self.hamiltonian is None:
             raise BadInput(f"{self.name}: beside one_form= give hamiltonian=, a function (x, p).")
-        self._check_alone("one_form= and hamiltonian= stand", "force", "sigma")
+        self._check_alone(
+            "one_form= and hamiltonian= stand", "numeric_hamiltonian", "force", "sigma"
+        )
         if not self.groupoid.canonical or self.groupoid.dim_x % 2:
             raise BadInput(
                 f"{self.name}: one_form= makes a phase space of the x of a pair(n) with n even, "
@@ -218,8 +220,8 @@ class Scene:
 
     def _check_alone(self, words: str, *more: str) -> None:
         """Raise `BadInput` if anything stands beside a Hamiltonian that cannot."""
-        others = ("discrete_lagrangian", "numeric_hamiltonian", "holonomic", "nonholonomic",
-                  "constraints", "contact", "fast", *more)  # fmt: skip
+        others = ("discrete_lagrangian", "holonomic", "nonholonomic", "constraints", "contact",
+                  "fast", *more)  # fmt: skip
         beside = [word for word in others if getattr(self, word) not in (None, ())]
         follows = isinstance(self.lagrangian, LegendreTransform | AffineLagrangian)
         if self.lagrangian is not None and not follows:
@@ -229,7 +231,7 @@ class Scene:
 
     def _check_hamiltonian(self) -> None:
         """Raise `BadInput` unless a Hamiltonian stands alone, with the momentum of the start."""
-        self._check_alone("hamiltonian= stands")
+        self._check_alone("hamiltonian= stands", "numeric_hamiltonian")
         if self.mu0 is None:
             raise BadInput(
                 f"{self.name}: a scene with hamiltonian= begins at x0= and mu0=; give the momentum "
@@ -243,12 +245,7 @@ class Scene:
                 f"{self.name}: give both numeric_hamiltonian=f, a function (q, p) of arrays, and "
                 "gradient=g, which gives the pair (∂H/∂q, ∂H/∂p) of arrays."
             )
-        others = ("lagrangian", "discrete_lagrangian", "force", "holonomic", "nonholonomic",
-                  "constraints", "contact", "fast")  # fmt: skip
-        if beside := [word for word in others if getattr(self, word) not in (None, ())]:
-            raise BadInput(
-                f"{self.name}: numeric_hamiltonian= stands alone; leave {beside[0]}= out."
-            )
+        self._check_alone("numeric_hamiltonian= stands", "force")
         if self.mu0 is None:
             raise BadInput(
                 f"{self.name}: a scene in numbers begins at x0= and mu0=; give the momentum mu0."

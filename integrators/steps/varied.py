@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from ..errors import BadInput, arguments_checked, check_function, shown, unknown
 from ..numbers.types import Function
@@ -40,11 +40,8 @@ class Varied(Discretisation):
     base: Discretisation = field(kw_only=True)
     sigma: Function | None = field(kw_only=True)
     way: str = field(kw_only=True)
-
-    @property
-    def composes(self) -> bool:
-        """False: its step is a step of the time τ and has a state of its own."""
-        return False
+    #: its step is a step of the time τ and has a state of its own
+    composes: ClassVar[bool] = False
 
     @property
     def digest(self) -> str:

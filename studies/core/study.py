@@ -204,7 +204,7 @@ class Study:
         from .parts import parts_of
 
         has = self.asks_for in parts_of(case.scene)
-        return has and bool(case.rule.measured_by(self.name))
+        return has and not case.rule.unmeasured(self.name)
 
 
 @dataclass(frozen=True, kw_only=True)

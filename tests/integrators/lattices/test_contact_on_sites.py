@@ -158,8 +158,8 @@ def turned_round(self, W, U0, cones, start):
     return -SOUND(self, W, U0, cones, start)
 
 
-def rebounding(self, gaps, free, restitution):
-    BEGIN(self, gaps, free, 0.25)
+def rebounding(self, gaps, h, part, restitution):
+    BEGIN(self, gaps, h, part, 0.25)
 
 
 @pytest.mark.parametrize(
