@@ -71,7 +71,7 @@ class ContactFlow(Flow):
         """Return (y, μ′, u) after a free step of a share of the step."""
         machine = self.machine
         if share != 1:
-            of = self.machine
+            of = machine
             parts = [[share * part.q[0], *part.q[1:]] for part in self.parts]
             machine = KernelsAtStep(of.kernels, self.numbers, parts, list(of.kinds), of.name)
         guess = self.context.start(x, mu, u)

@@ -15,7 +15,6 @@ import numpy as np
 
 from ..equations import mass_matrix, momentum
 from ..errors import BadInput, CannotMeasure, shown
-from ..geometry import StepContext
 from ..numbers import Series, jacobian, numeric
 from ..numbers.types import Number, Numbers, Rows
 from ..runs import Trajectory
@@ -146,7 +145,7 @@ class RunDifferentiated:
             of = numeric(dict(zip("xup", letters, strict=True)), [*parts, mass_matrix(s)],
                          self.numbers)  # fmt: skip
             x, mu = ([e[0] for e in part] for part in (self.z[: self.n], self.z[self.n :]))
-            parameters = self._constants(self.flow.parts[0])[: self.count]
+            parameters = list(self.flow.parts[0].q[1 : 1 + self.count])
             step = StepSeries(self.flow.parts[0], self.numbers)
             near = [self.numbers.number(e) for e in self.flow.scheme.scene.v0]
             at, with_mu = ([np.array([e], self.numbers.dtype) for e in part] for part in (x, mu))
@@ -160,9 +159,6 @@ class RunDifferentiated:
                 found[self.n :, self.size :] = values.pop(0)
             found[self.n :, self.n : self.size] = mass
         return np.asarray(found)
-
-    def _constants(self, part: StepContext) -> list[Number]:
-        return list(part.q[1:])
 
     def _steps(self) -> Iterator[np.ndarray]:
         """Yield the derivative of each row by the row before and by the parameters."""
@@ -196,7 +192,7 @@ class RunDifferentiated:
         x, mu = z[: self.n], z[self.n :]
         qs = []
         for part in self.flow.parts:
-            own = self._constants(part)
+            own = list(part.q[1:])
             own[: self.count] = [varied(e, self.size + k) for k, e in enumerate(own[: self.count])]
             qs.append([part.q[0], *own])
         span = self.numbers.number(self.flow.step) * every

@@ -118,8 +118,6 @@ class Scene:
             self._check_numeric()
         if self.one_form is not None:
             put("lagrangian", AffineLagrangian(self.one_form, self._checked_energy()))
-            if isinstance(self.v0, tuple) and not self.v0:
-                put("v0", (0,) * self.groupoid.dim_u)
         elif self.hamiltonian is not None:
             self._check_hamiltonian()
             put("lagrangian", LegendreTransform(self.hamiltonian))
@@ -138,8 +136,6 @@ class Scene:
         for word, *wanted in (("hamiltonian", *of_energy), *_FUNCTIONS):
             if getattr(self, word) is not None:
                 check_function(getattr(self, word), f"{self.name}: {word}=", *wanted)
-        if isinstance(self.constraints, Constraint):
-            put("constraints", (self.constraints,))
         given_constraints = entries_of(self.constraints)
         if not all(isinstance(e, Constraint) for e in given_constraints):
             raise BadInput(
@@ -179,8 +175,9 @@ class Scene:
             if self.one_form is not None:
                 raise BadInput(f"{self.name}: mu0 is ϑ(x0), by one_form=; leave mu0= out.")
             put("mu0", exact_vector(self.mu0, self.groupoid.dim_u, f"{self.name}: mu0"))
-            if isinstance(self.v0, tuple) and not self.v0:
-                put("v0", (0,) * self.groupoid.dim_u)
+        begun = self.one_form is not None or self.mu0 is not None
+        if begun and isinstance(self.v0, tuple) and not self.v0:
+            put("v0", (0,) * self.groupoid.dim_u)
         put("v0", exact_vector(self.v0, self.groupoid.dim_u, f"{self.name}: v0"))
         put(
             "parameters",
@@ -191,18 +188,14 @@ class Scene:
         put("step", measure(step, f"{self.name}: step"))
         if self.duration <= 0 or self.step <= 0:
             raise BadInput(f"{self.name}: duration and step must be positive.")
-        try:
-            one = isinstance(self.symmetries, Conserved)
-            put("symmetries", (self.symmetries,) if one else tuple(self.symmetries))
-        except TypeError:  # an array without axes also has __iter__
-            raise BadInput(
-                f"{self.name}: symmetries is {shown(self.symmetries)}; give a list."
-            ) from None
-        for quantity in self.symmetries:
+        symmetries = entries_of(self.symmetries)
+        for quantity in symmetries:
             if not isinstance(quantity, Conserved):
                 raise BadInput(
-                    f"{self.name}: {shown(quantity)} is no symmetry: give Conserved(...)."
+                    f"{self.name}: symmetries is {shown(self.symmetries)}, where {shown(quantity)} "
+                    "is no symmetry: give a list of Conserved(...)."
                 )
+        put("symmetries", tuple(symmetries))
 
     def _checked_energy(self) -> Function:
         """Return H of a one-form; raises `BadInput` unless both stand alone, in even numbers."""

@@ -6,14 +6,8 @@ from ..algebras import so
 from ..groupoids import RowAction, pair, product
 from ..numbers import sympy
 from ..retractions import cayley
-from ..scene import Parameters, Point, Scalar, Scene, Velocity
-
-
-def lagrangian(x: Point, v: Velocity, p: Parameters) -> Scalar:
-    """x = (centre, attitude row by row), v = (its velocity, the body's turning Ω)."""
-    moving = p.mass * sum(v[i] ** 2 for i in range(3))
-    turning = sum(p.inertia[i] * v[3 + i] ** 2 for i in range(3))
-    return (moving + turning) / 2 - p.mass * p.gravity * x[2]
+from ..scene import Parameters, Point, Scalar, Scene
+from .pivoted_body import lagrangian
 
 
 def _corners(x: Point, p: Parameters) -> list[tuple[Scalar, list[Scalar]]]:

@@ -232,7 +232,7 @@ class VariedFlow(Flow):
 
         judged: True if σ and the density have to be positive in all rows.
         """
-        numbers, n = self.numbers, len(self.inner.s.x)
+        numbers, n = self.numbers, len(self.varied.inner.s.x)
         base, t = run.base[:, :n], run.base[:, n]
         x, mu = numbers.own(run.base), numbers.own(run.mu)
         sigma, grows = self._control(x[:, :n], mu)
@@ -244,11 +244,6 @@ class VariedFlow(Flow):
             raise self.context.failure("", {"x": x[k], "mu": mu[k]}, k * every)
         density = numbers.public(zeta if self.varied.controlled else 1 / sigma)
         return replace(run, t=t, base=base, scheme=self.varied, density=density)
-
-    @property
-    def inner(self) -> Any:
-        """The scheme of the base rule."""
-        return self.varied.inner
 
     def _energy_of(self, start: Start) -> Number:
         """Return H at a start, which is rounded already, to twice the digits."""
