@@ -99,6 +99,16 @@ class DiscretisedScene:
         self.x, self.u, self.y, self.v = equations.x, equations.u, equations.y, equations.v
         self.h, self.groupoid = equations.h, equations.groupoid
 
+    def scene_with(self, values: dict[str, Any]) -> Scene:
+        """Return the scene with other values; raises `BadInput` for another law of the scene."""
+        functions = {"lagrangian", "groupoid", "discrete_lagrangian", "fast", "force", "contact"}
+        if derived := set(values) & functions:
+            raise BadInput(
+                f"{self.scene.name}: another {min(derived)} makes another scheme; "
+                "derive it: Scheme(scene.with_values(...), rule)."
+            )
+        return self.scene.with_values(**values)
+
     @property
     def arrows(self) -> Arrows | None:
         """The objects on arrows (x, u); None if a step of the equations is no map of arrows."""

@@ -67,13 +67,7 @@ class Scheme(DiscretisedScene):
         Nothing is derived or compiled again. Raises `BadInput` for values that do not fit, and for
         another Lagrangian or groupoid.
         """
-        functions = {"lagrangian", "groupoid", "discrete_lagrangian", "fast", "force", "contact"}
-        if derived := set(values) & functions:
-            raise BadInput(
-                f"{self.scene.name}: another {min(derived)} makes another scheme; "
-                "derive it: Scheme(scene.with_values(...), rule)."
-            )
-        return Scheme(self.scene.with_values(**values), self.rule, self.equations)
+        return Scheme(self.scene_with(values), self.rule, self.equations)
 
     @cached_property
     def self_adjoint(self) -> bool:

@@ -74,10 +74,6 @@ class BlackBox(Discretisation):
         """Return the unit of round-off of its numbers; in single precision it is 2⁻²⁴."""
         return 2.0**-24 if self.numbers == "float32" else super().unit(digits)
 
-    def applies(self, scene: Scene) -> bool:
-        """Return True if the scene has the Hamiltonian system that a box integrates."""
-        return not self.refusal(scene)
-
     def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the box cannot run on the scene, or ""."""
         if scene.contact is not None:

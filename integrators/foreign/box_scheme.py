@@ -69,13 +69,7 @@ class BoxScheme(DiscretisedScene):
 
     def at(self, **values: object) -> BoxScheme:
         """Return this box on the scene with other values; raises like `Scheme.at`."""
-        functions = {"lagrangian", "groupoid", "discrete_lagrangian", "fast", "force", "contact"}
-        if derived := set(values) & functions:
-            raise BadInput(
-                f"{self.scene.name}: another {min(derived)} makes another scheme; "
-                "derive it: Scheme(scene.with_values(...), rule)."
-            )
-        return BoxScheme(self.scene.with_values(**values), self.rule, self.equations)
+        return BoxScheme(self.scene_with(values), self.rule, self.equations)
 
     @arguments_checked
     def flow(

@@ -42,10 +42,6 @@ class OneStepMap(Discretisation):
     one_form: str = ""
     asks_lagrangian: ClassVar[bool] = False  # it follows the vector field
 
-    def applies(self, scene: Scene) -> bool:
-        """True if the scene has a vector field on the dual, and a groupoid on which it exists."""
-        return not self.refusal(scene)
-
     def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the map has no meaning for the scene, or ""."""
         if scene.all_constraints:

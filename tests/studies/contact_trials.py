@@ -186,7 +186,7 @@ def faulty(drawn: random.Random) -> tuple[str, dict[str, Any], Any, Any]:
     def steps(of: Any) -> Any:
         def change(flow: Any) -> None:
             own = flow._steps
-            flow.__dict__["_steps"] = of(own.gaps, own.free, own.e, own.stepped, size=size)
+            flow.__dict__["_steps"] = of(own.gaps, own.h, own.part, own.e, own.stepped, size=size)
 
         return change
 

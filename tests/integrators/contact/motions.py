@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import cache
 
-import numpy as np
 import sympy
 
 from discmech import (
@@ -37,16 +36,6 @@ def scheme(name, rule=midpoint):
 @cache
 def run(name, step, steps, impacts, rule=midpoint, digits=16):
     return scheme(name, rule).flow(step, digits, impacts=impacts).trajectory(steps)
-
-
-def energies(name, found):
-    """H at the rows, of scenes with a mass matrix of numbers."""
-    from discmech.integrators.contact import Gaps
-    from discmech.integrators.numbers import arithmetic
-
-    gaps = Gaps(scheme(name).equations.s, scenes.get(name), arithmetic(16))
-    return np.array([gaps.energy(x, gaps.velocity(x, mu, mu), mu)
-                     for x, mu in zip(found.x, found.mu, strict=True)])  # fmt: skip
 
 
 def ball(**given):

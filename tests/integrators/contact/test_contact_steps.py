@@ -20,7 +20,7 @@ from discmech.integrators.contact.impacts import active
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get
 from discmech.studies.contact.laws import defects
-from tests.integrators.contact.motions import BALL, energies, run, scheme
+from tests.integrators.contact.motions import BALL, run, scheme
 
 # -- several contacts -----------------------------------------------------------------------------
 
@@ -36,22 +36,10 @@ from tests.integrators.contact.motions import BALL, energies, run, scheme
         pytest.param("tumbling-box", marks=pytest.mark.slow),
     ],
 )
-def test_gaps_stay_open_and_energy_does_not_rise(name, impacts):
-    scene = scenes.get(name)
-    found = run(name, scene.step, 60, impacts)
-    assert found.gaps.min() >= -1e-13
-    assert (found.multipliers >= -1e-13).all()
-    energy = energies(name, found)
-    kept = ("falling-stick", "wedge-billiard")  # by midpoint between impacts
-    band = 2e-13 if name in kept else 2e-3
-    assert np.diff(energy).max() < band
-    kappa = float(scene.friction)
-    pushes = found.impulses
-    if kappa:
-        assert (np.linalg.norm(pushes[:, :, 1:], axis=2) <= kappa * pushes[:, :, 0] + 1e-13).all()
-    jumps = found.impacts
-    before, after = np.array(jumps.before), np.array(jumps.after)
-    assert jumps.t.size and (before != after).any(axis=1).all()
+def test_the_laws_of_contact_hold(name, impacts):
+    found = run(name, scenes.get(name).step, 60, impacts)
+    laws = defects(scheme(name), found, 16)
+    assert found.impacts.t.size and max(laws.values()) < 1e-11, laws
 
 
 def test_at_rest_on_two_ends_with_friction():

@@ -36,10 +36,3 @@ def test_legendre_polynomials_and_their_integrals_at_the_nodes():
                 integral = mpmath.quad(lambda t: mpmath.legendre(degree, 2 * t - 1), [0, c])  # noqa: B023
                 assert abs(P - wanted) < mpmath.mpf(10) ** -58
                 assert abs(Q - integral) < mpmath.mpf(10) ** -55
-
-
-def test_digits_asked_for_are_there():
-    value = NodeValue("gauss", 4, 0, "c")
-    with mpmath.workdps(130):
-        assert mpmath.mpf(10) ** -110 < abs(value(30) - value(120)) + mpmath.mpf(10) ** -100
-        assert abs(value(30) - value(120)) < mpmath.mpf(10) ** -30

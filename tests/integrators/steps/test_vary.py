@@ -8,7 +8,6 @@ import pytest
 import sympy
 
 from discmech import Scene, Scheme, compose, in_own_time, midpoint, pair, scenes, solution, vary
-from discmech.integrators.compiler import kernel_text
 from discmech.integrators.errors import BadInput, CannotMeasure, StepFailure
 from discmech.integrators.numbers import exact_rational
 from discmech.integrators.rules import get
@@ -181,17 +180,6 @@ def test_the_poincare_way_is_the_rule_on_the_scene_in_its_own_time():
     own = Scheme(in_own_time(KEPLER, square), get("gauss-2")).flow("1/10").trajectory(40)
     assert np.allclose(run.x, own.x, rtol=1e-12, atol=1e-14)
     assert np.all(np.diff(run.t) > 0) and not np.allclose(run.t, own.t)
-
-
-def test_a_scene_without_it_is_compiled_as_before():
-    """No letter of varying steps is in the text of another scheme, before or after one is made."""
-    plain = Scheme(KEPLER, get("trapezoidal"))
-    before = kernel_text(plain.flow("1/10").system)
-    varied = kernel_text(scheme().flow("1/10").system)
-    assert kernel_text(Scheme(KEPLER, get("trapezoidal")).flow("1/5").system) == before
-    assert "sd1" not in before and varied != before
-    driver = before[before.index("def advance(") :]
-    assert varied.endswith(driver)
 
 
 def test_it_takes_forces_and_times_and_groups_in_the_reversible_way():

@@ -6,7 +6,7 @@ import numpy as np
 
 from discmech import black_box
 
-from .methods import INNER, OUTER, composed, kick_drift_kick
+from .methods import INNER, OUTER, LateLeapfrog, composed, kick_drift_kick, loose
 
 #: cause → functions (q, p, h, system) that have it
 MISTAKES: list[tuple[str, object]] = []
@@ -90,18 +90,7 @@ def late(q, p, h, s):
     return q + h * s.velocity(q, p), p
 
 
-@mistake("stored half step")
-class Unsynchronised:
-    def start(self, q, p, h, s):
-        return q, p - h / 2 * s.gradient(q, p)
-
-    def step(self, state, h, s):
-        q, p = state
-        q = q + h * s.velocity(q, p)
-        return q, p - h * s.gradient(q, p)
-
-    def read(self, state, s):
-        return state
+mistake("stored half step")(LateLeapfrog.formula)
 
 
 @mistake("single precision")
@@ -194,13 +183,4 @@ def noisy(q, p, h, s):
     return q + 1e-6 * GENERATOR.standard_normal(len(q)), p
 
 
-@mistake("loose iteration")
-def loose(q, p, h, s):
-    Q, P = q, p
-    for _ in range(100):
-        a, b = s.f((q + Q) / 2, (p + P) / 2)
-        change = abs(q + h * a - Q).max() + abs(p + h * b - P).max()
-        Q, P = q + h * a, p + h * b
-        if change < 2.6e-5:
-            break
-    return Q, P
+mistake("loose iteration")(loose(2.6e-5))

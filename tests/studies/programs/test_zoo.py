@@ -58,7 +58,7 @@ def test_constraints_and_quaternions_of_ones_own():
     assert found == ["pass", "fail", "pass", "pass"]
 
 
-FAST = ("split-1", "Unsynchronised", "own-step")
+FAST = ("split-1", "LateLeapfrog", "own-step")
 
 
 @pytest.mark.parametrize(("cause", "box"), [
