@@ -10,7 +10,7 @@ from ..numbers.types import Given
 from ..rules import Discretisation
 from ..scene import Scene
 from .box_flow import BoxFlow
-from .numeric_scene import check_gradient, system_of
+from .numeric_scene import NumericScene, check_gradient
 from .scene_in_numbers import SceneInNumbers
 
 
@@ -50,7 +50,8 @@ class BoxScheme(DiscretisedScene):
 
     def in_numbers(self, numbers: Arithmetic, kind: type | None = None) -> SceneInNumbers:
         """Return the scene as the last argument of a black box, in the given arithmetic."""
-        return system_of(self.s, self.scene, numbers, kind)
+        made = NumericScene if self.scene.in_numbers else SceneInNumbers
+        return made(self.s, self.scene, numbers, kind)
 
     @property
     def order(self) -> int | None:

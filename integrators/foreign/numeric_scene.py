@@ -79,13 +79,6 @@ class NumericScene(SceneInNumbers):
         )
 
 
-def system_of(
-    s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: type | None
-) -> SceneInNumbers:
-    """Return the scene in numbers, for symbolic and for numeric scenes."""
-    return (NumericScene if scene.in_numbers else SceneInNumbers)(s, scene, numbers, kind)
-
-
 def check_gradient(scene: Scene) -> None:
     """Raise `BadInput` for functions of other shapes, and for a gradient that is not that of H."""
     n, m = scene.groupoid.dim_x, scene.groupoid.dim_u

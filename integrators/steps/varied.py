@@ -66,26 +66,21 @@ class Varied(Discretisation):
 
     def refusal(self, scene: Scene) -> str:
         """Return why the base does not exist on the scene, or with steps that vary so; or ""."""
-        for has, what in (
-            (scene.all_constraints, "constraints"),
-            (scene.contact is not None, "contact"),
-            (scene.discrete_lagrangian is not None, "a discrete Lagrangian of its own"),
-            (scene.in_numbers, "a Hamiltonian in numbers"),
-            (scene.one_form is not None, "a one-form of its own"),
+        by_poincare, other = self.way == "poincare", ': take way="reversible"'
+        for has, what, fix in (
+            (scene.all_constraints, "constraints", ""),
+            (scene.contact is not None, "contact", ""),
+            (scene.discrete_lagrangian is not None, "a discrete Lagrangian of its own", ""),
+            (scene.in_numbers, "a Hamiltonian in numbers", ""),
+            (scene.one_form is not None, "a one-form of its own", ""),
+            (by_poincare and scene.force is not None, "a force", other),
+            (by_poincare and scene.timed, "a time in its Lagrangian", other),
+            (by_poincare and not scene.groupoid.dim_x, "no base, on which sigma depends", other),
         ):
             if has:
-                return f"{scene.name} has {what}, for which {self.name} has no steps that vary."
-        for has, what in (
-            (scene.force is not None, "a force"),
-            (scene.timed, "a time in its Lagrangian"),
-            (not scene.groupoid.dim_x, "no base, on which sigma could depend"),
-        ):
-            if has and self.way == "poincare":
-                return (
-                    f"{scene.name} has {what}, for which {self.name} has no steps that vary: take "
-                    'way="reversible".'
-                )
-        if self.way == "poincare" and not self.base.asks_lagrangian:
+                why = f"{scene.name} has {what}, for which {self.name} has no steps that vary"
+                return f"{why}{fix}."
+        if by_poincare and not self.base.asks_lagrangian:
             return (
                 f"{self.name}: the way poincare takes rules on a Lagrangian, and {self.base.name} "
                 "is a one-step map: take a rule such as gauss-2, or a scene in its own time, "
