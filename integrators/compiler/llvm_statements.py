@@ -10,8 +10,8 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable, Sequence
-from functools import partial, reduce
-from types import FunctionType
+from functools import lru_cache, partial, reduce
+from types import CodeType, FunctionType
 from typing import Any
 
 from ..numbers.types import Function
@@ -23,21 +23,36 @@ LOOPS = (ast.While, ast.For)
 STATEMENTS = (ast.Assign, ast.AugAssign, ast.Return, ast.Expr, ast.If, ast.Break, ast.Pass, *LOOPS)
 
 
-def runnable(module: Any, node: ast.FunctionDef, function: FunctionType) -> Function:
-    """Return a function of a module's text as a callable that writes its instructions.
+@lru_cache(maxsize=512)  # the drivers' functions are the same in most modules
+def parsed(text: str) -> list[ast.stmt]:
+    """Return the statements of a part of a text."""
+    return ast.parse(text).body
+
+
+def runnable(module: Any, node: ast.FunctionDef, text: str, function: FunctionType) -> Function:
+    """Return a function of a part of a module's text as a callable that writes its instructions.
 
     It is Python's own `function` if its path does not depend on numbers. A call of a generator
     gives a function that writes its loops round those of `turn(value)`, where it yields.
     """
-    if not _steered(node, module.lines[node.lineno : node.end_lineno]):
+    if not _steered(node, text):
         return FunctionType(function.__code__, module.names)
-    node.decorator_list = []
-    _Language().generic_visit(node)
-    ast.fix_missing_locations(node)
-    often = _assigned_often(node)
-    if any(isinstance(n, ast.Yield) for n in ast.walk(node)):
+    node, often, yields = _read(text, node.name)
+    if yields:
         return lambda *arguments: partial(Scope(module, node, often).call, arguments)
     return lambda *arguments: Scope(module, node, often).call(arguments)
+
+
+@lru_cache(maxsize=512)
+def _read(text: str, name: str) -> tuple[ast.FunctionDef, set[str], bool]:
+    """Return a function in the form that `Scope` runs, and two facts.
+
+    They are the names that it assigns in more than one place, and whether it yields.
+    """
+    (node,) = (n for n in ast.parse(text).body if isinstance(n, ast.FunctionDef) and n.name == name)
+    _Language().generic_visit(node)
+    ast.fix_missing_locations(node)
+    return node, _assigned_often(node), any(isinstance(n, ast.Yield) for n in ast.walk(node))
 
 
 class Scope:
@@ -69,11 +84,7 @@ class Scope:
 
     def value(self, node: ast.expr) -> Any:
         """Return the value of an expression, evaluated by Python."""
-        if node not in self.module.expressions:
-            names = sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)})
-            code = compile(ast.Expression(node), "<kernels>", "eval")
-            self.module.expressions[node] = names, code
-        names, code = self.module.expressions[node]
+        names, code = _evaluated(node)
         for name in names:
             if name in self.places:
                 self.names[name] = loaded(self.places[name])
@@ -242,6 +253,13 @@ class _Language(ast.NodeTransformer):
         return _call("negated", node.operand) if isinstance(node.op, ast.Not) else node
 
 
+@lru_cache(maxsize=4096)
+def _evaluated(node: ast.expr) -> tuple[list[str], CodeType]:
+    """Return the names in an expression, and its code."""
+    names = sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)})
+    return names, compile(ast.Expression(node), "<kernels>", "eval")
+
+
 def loaded(place: Operand) -> Operand:
     """Return the numbers in variables."""
     return mapped(lambda one: one[0], place)
@@ -257,15 +275,15 @@ def _counts(node: ast.AST) -> bool:
     return isinstance(call, ast.Call) and getattr(call.func, "id", "") == "range"
 
 
-def _steered(node: ast.FunctionDef, lines: Sequence[str]) -> bool:
-    """Return True if the path through a function of these lines may depend on numbers.
+def _steered(node: ast.FunctionDef, text: str) -> bool:
+    """Return True if the path through a function of this text may depend on numbers.
 
     Most are long and straight, so that only functions with a word that steers are walked through.
     """
     *before, last = node.body
     straight = all(isinstance(n, ast.Expr) or (isinstance(n, ast.Assign) and len(n.targets) == 1)
                    for n in (before if isinstance(last, ast.Return) else node.body))  # fmt: skip
-    return not straight or (any(map(_STEERING.search, lines)) and any(map(_steers, ast.walk(node))))
+    return not straight or bool(_STEERING.search(text) and any(map(_steers, ast.walk(node))))
 
 
 def _steers(node: ast.AST) -> bool:

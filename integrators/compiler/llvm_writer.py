@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import ast
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
-from types import CodeType
 from typing import Any
 
 from ..numbers.types import Function
@@ -20,7 +20,7 @@ from .layout import STATUSES
 from .llvm_lanes import PRIMITIVES
 from .llvm_matrices import MATRICES
 from .llvm_sines import LARGEST  # noqa: F401 - with it sine and cosine are known
-from .llvm_statements import CONDITIONS, mathematical, runnable, whole
+from .llvm_statements import CONDITIONS, mathematical, parsed, runnable, whole
 from .llvm_values import (
     TYPES,
     Array,
@@ -41,6 +41,7 @@ KINDS = {"kernel": (FAST := "contract arcp nsz reassoc ", False), "node": (FAST,
          "ordered": ("contract nsz ", False), "aside": ("", True),
          "table": ("", True)}  # fmt: skip
 
+_PARTS = re.compile(r"\n\n+(?=@|def )")  # where a function begins, with its decorators
 MOST = 16  # largest number of results that are returned in registers
 
 
@@ -57,27 +58,25 @@ class Module:
         self.written = list[str]()
         self.declared: dict[str, str] = {}
         self.routine = Routine(self.declared)
-        #: expressions → the names in them, and their code
-        self.expressions: dict[ast.expr, tuple[list[str], CodeType]] = {}
         self._shared: dict[str, tuple[str, str, Operand]] = {}
         functions = {n: mathematical(n, getattr(math, n)) for n, f in names.items()
                      if callable(f) and getattr(math, n, None) is f}  # fmt: skip
         self.names = {**names, **functions, **CONDITIONS, "int": whole,
                       "zeros": self._zeros, "columns": lambda array: array.columns,
                       **{name: self._primitive(f) for name, f in PRIMITIVES.items()}}  # fmt: skip
-        text = MATRICES * ("matrix_" in text) + text
-        self.lines = text.splitlines()
-        for node in ast.parse(text).body:
-            if isinstance(node, ast.FunctionDef):
-                self.names[node.name] = self._function(node, names.get(node.name))
-            else:
-                exec(compile(ast.Module([node], []), "<kernels>", "exec"), self.names)
+        for part in _PARTS.split(MATRICES * ("matrix_" in text) + text):
+            for node in parsed(part):
+                if isinstance(node, ast.FunctionDef):
+                    self.names[node.name] = self._function(node, part, names.get(node.name))
+                else:
+                    exec(compile(ast.Module([node], []), "<kernels>", "exec"), self.names)
 
-    def _function(self, node: ast.FunctionDef, function: Any) -> Function:
+    def _function(self, node: ast.FunctionDef, part: str, function: Any) -> Function:
         """Return the function that writes the instructions of a function of the text."""
         words = decorators(node)
         fast, shared = next((kind for word, kind in KINDS.items() if word in words), ("", False))
-        run = cache(partial(runnable, self, node, function))  # only for functions that are called
+        # only for functions that are called
+        run = cache(partial(runnable, self, node, part, function))
 
         def inline(*arguments: Operand) -> Operand:
             if "helper" in words and (kind := lanes_among(arguments)):
