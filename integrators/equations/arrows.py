@@ -182,6 +182,11 @@ class Arrows:
         return [self._per_step(row) for row in self.of.graph.matrix(given)]
 
     @cached_property
+    def plus_of_rows(self) -> list[Node]:
+        """F⁺/h."""
+        return self._per_step(self._nodes("plus"))
+
+    @cached_property
     def gain_of_rows(self) -> list[Node]:
         """(F⁺ − F⁻)/h."""
         return self._per_step(self._nodes("gain"))

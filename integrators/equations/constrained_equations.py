@@ -29,9 +29,8 @@ from .constraints import (
     met_by_velocity,
     reaction_matrix,
 )
-from .continuous import mass_matrix, momentum
+from .continuous import mass_matrix
 from .discrete_equations import DiscreteEquations
-from .one_step_equations import over
 from .step_equations import StepEquations
 from .symbols import SceneSymbols, column, vector
 
@@ -55,7 +54,7 @@ class ConstrainedEquations(StepEquations):
         super().__init__(s, rule)
         self.free = DiscreteEquations(s, rule) if free is None else free
         self.discrete = self.free.discrete
-        of, maps, h = self.discrete.of, self.discrete, s.h
+        of, maps = self.discrete.of, self.discrete
         self.of, self.scope = of, of.scope
         #: (weight, letters of the point) of each evaluation of L in the rule
         self.asked = [
@@ -63,23 +62,28 @@ class ConstrainedEquations(StepEquations):
         ]
         self._check_rule()
         y = of.point_of_step(sympy.Integer(1)).letters if len(s.x) else s.y
-        before, after = reaction_matrix(s, s.x), reaction_matrix(s, y)
-        k = before.rows
+        graph, k = of.graph, reaction_matrix(s, s.x).rows
         self.multipliers, nu = vector("la", k), vector("nu", k)
         end = vector("ve", len(s.u))
-        leaving, arriving = before.T * self.multipliers, after.T * nu
-        met = over(constraint(s, y), h).col_join(met_by_velocity(s, self.asked))
-        at_end = dict(zip([*s.x, *s.u], [*y, *end], strict=True))
-        rows = [
-            over(maps.minus, h) - leaving - s.mu,
-            met,
-            momentum(s).xreplace(at_end) - over(maps.plus, h) - arriving,
-            constraint_matrix(s, y) * end - constraint_shift(s, y),
-        ]
-        self.rows = sympy.Matrix.vstack(*rows)
+        at_end = [*graph.letters(y), *(velocity := graph.letters(end))]
+        leaving, arriving = (
+            graph.transposed(graph.matrix(reaction_matrix(s, x)), graph.letters(impulse), len(end))
+            for x, impulse in ((s.x, self.multipliers), (y, nu))
+        )
+        value = graph.read(s.lagrangian, dict(zip([*s.x, *s.u], at_end, strict=True)))
+        (momentum,) = self.scope.jacobian([value], velocity)
+        moved = graph.times(graph.matrix(constraint_matrix(s, y)), velocity)
+        met = [graph.divided(e, of.h) for e in graph.column(constraint(s, y))]
+        self.rows = [
+            *graph.minus(maps.rows, leaving, graph.letters(s.mu)),
+            *met, *graph.column(met_by_velocity(s, self.asked)),
+            *graph.minus(momentum, maps.plus_of_rows, arriving),
+            *graph.minus(moved, graph.column(constraint_shift(s, y))),
+        ]  # fmt: skip
         self.unknowns = [("velocity", s.u), ("multiplier", self.multipliers), ("velocity", end),
                          ("impulse", nu)]  # fmt: skip
-        self.increment = maps.increment.col_join(over(maps.gain, h) + leaving + arriving)
+        gain = graph.plus(maps.gain_of_rows, leaving, arriving)
+        self.increment = [*graph.column(maps.increment), *gain]
 
     @property
     def symmetric(self) -> bool:

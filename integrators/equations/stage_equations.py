@@ -145,10 +145,9 @@ def _derived(s: SceneSymbols, nodes: Nodes, maps: _Maps) -> StageSystem:
     return StageSystem(
         name=s.name, nodes=nodes, q=tuple(s.q), x=tuple(s.x), w=w, **letters,
         target=target, momentum=momentum, mass=scope.jacobian(of_xi, xi),
-        right=[a - b for a, b in zip(momentum, still, strict=True)],
-        rates=(moved, [a - b for a, b in zip(F, of_w, strict=True)]),
-        turned=[a - b for a, b in zip(
-            graph.transposed(R, F), graph.transposed(rho, of_base, m), strict=True)],
+        right=graph.minus(momentum, still),
+        rates=(moved, graph.minus(F, of_w)),
+        turned=graph.minus(graph.transposed(R, F), graph.transposed(rho, of_base, m)),
         moved=along, pulled=None if along is None else graph.transposed(back, mu), right_field=R,
         gain=graph.transposed(difference(graph, L, R), p), increment=graph.column(maps.increment),
         extents=tuple((kind, graph.read(e)) for kind, e in maps.extents),

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..compiler import Kind, Step, kinds_of
 from ..errors import CannotMeasure
-from ..numbers import Graph, Scope, sympy, uncollected
+from ..numbers import Graph, Scope, uncollected
 from ..numbers.types import Column, SymbolicMatrix
 from ..rules import Discretisation
 from ..scene import Scene
@@ -25,8 +25,9 @@ class StepEquations:
     """One step by a rule, derived from a scene's functions: symbolic, exact, without values.
 
     Attributes: x, u, y, v, h, columns of the letters in `s`; z = (x, μ), (n+m)×1. unknowns: the
-    columns of w with their kinds. rows, which vanish at w, and increment, the growth of z, contain
-    z, w, h and the letters of `scope`, which differentiates them.
+    columns of w with their kinds. rows, which vanish at w, and increment, the growth of z, are
+    nodes, or columns of expressions, in z, w, h and the letters of `scope`, which differentiates
+    them.
     """
 
     #: L_d with its Legendre maps on arrows (x, u), without constraints; None if there is no L_d
@@ -108,15 +109,16 @@ class StepEquations:
     @uncollected()
     def step(self) -> Step:
         """One step as data for the compiler."""
-        n = len(self.x)
+        n, rows = len(self.x), [*map(self.graph.node, self.rows)]
+        slope = self.scope.jacobian(rows, self.graph.letters(self.w))
         return self._step(
             w=tuple(self.w),
             kinds=kinds_of(*self.unknowns),
-            rows=self.rows,
-            slope=self.slope,
-            increment=self.increment[:n, :],
-            gain=self.increment[n:, :],
-            wanted=tuple(sympy.zeros(len(self.w), 1)),
+            rows=rows,
+            slope=[e for row in slope for e in row],
+            increment=self.increment[:n],
+            gain=self.increment[n:],
+            wanted=(0,) * len(rows),
             explicit=self.explicit,
         )
 

@@ -26,13 +26,12 @@ from ..equations import (
     SceneSymbols,
     constraint,
     constraint_matrix,
-    momentum,
     times,
     vector,
 )
 from ..errors import BadInput
-from ..numbers import Double, LazyModule, jacobian, numeric, sympy
-from ..numbers.types import Column, Function, Letter, Number, SymbolicMatrix
+from ..numbers import Double, LazyModule, Node, NodeMatrix, Scope, jacobian, numeric, sympy
+from ..numbers.types import Function, Letter, Number
 from .blocks import at_ends, of_all, placed, places
 from .lattice import Lattice
 
@@ -69,58 +68,60 @@ class BondConstraints:
 
     def step(self) -> tuple[Step, Step]:
         """Return a step's equations of a site and of a bond, ordered by ends."""
-        s, of = self.s, self.of_step
-        rows = of.rows[: 2 * self.m + self.count, :].xreplace(dict.fromkeys(s.mu, 0))
-        unknowns = s.u.col_join(of.multipliers)
-        slope = of.total(rows, unknowns)
-        gain = of.increment[len(s.x) :, :].xreplace(dict.fromkeys(of.w[len(unknowns) :], 0))
-        return (self._of_site(self.site.step.shown),
-                self._of_bond(of.free.step.shown, rows, slope, gain, unknowns))  # fmt: skip
+        s, of, graph = self.s, self.of_step, self.of_step.graph
+        size = 2 * self.m + self.count
+        none = {e.index: graph.number(0) for e in graph.letters([*s.mu, *of.w[size:]])}
+        rows, gain = (graph.rebuilt(part, none)
+                      for part in (of.rows[:size], of.increment[len(s.x) :]))  # fmt: skip
+        slope = of.scope.jacobian(rows, graph.letters(of.w[:size]))
+        return self._of_site(self.site.step), self._of_bond(of.free.step, rows, slope, gain)
 
     def projection(self) -> tuple[Step, Step]:
         """Return the equations of v and ν of a site and of a bond, solved against μ; x stays."""
-        s, own, of = self.s, self.site.s, self.of_step
-        site, bond = (
-            replace(e.step.shown, increment=0 * e.x, gain=0 * e.u) for e in (self.site, of.free)
-        )
-        rows = momentum(own)
-        site = self._of_site(replace(site, rows=rows, slope=jacobian(rows, own.u)))
-        unknowns = s.u.col_join(of.multipliers)
-        rows = times(-self.matrix.T, of.multipliers).col_join(times(self.matrix, s.u))
-        return site, self._of_bond(bond, rows, jacobian(rows, unknowns), 0 * s.u, unknowns)
+        site, bond = (replace(e.step, increment=[0] * len(e.x), gain=[0] * len(e.u))
+                      for e in (self.site, self.of_step.free))  # fmt: skip
+        graph, u, scope = site.nodes.graph, site.nodes.u, Scope(site.nodes.graph)
+        (momentum,) = scope.jacobian([graph.read(self.site.s.lagrangian)], u)
+        slope = [e for row in scope.jacobian(momentum, u) for e in row]
+        site = self._of_site(replace(site, rows=momentum, slope=slope))
+        graph, u, scope = bond.nodes.graph, bond.nodes.u, Scope(bond.nodes.graph)
+        la, A = graph.letters(self.of_step.multipliers), graph.matrix(self.matrix)
+        rows = [*(-e for e in graph.transposed(A, la)), *graph.times(A, u)]
+        return site, self._of_bond(bond, rows, scope.jacobian(rows, [*u, *la]), bond.nodes.gain)
 
-    def _of_site(self, system: Step) -> Step:
-        """Return a site's system with multipliers after u, which its equations do not contain."""
-        m, (free, bound) = self.m, self.own
-        more = vector("la", self.count)
-        slope = sympy.diag(system.slope * free + sympy.eye(m) * (1 - free),
-                           sympy.eye(self.count) * (1 - bound))  # fmt: skip
-        u = sympy.Matrix(system.u)
+    def _of_site(self, step: Step) -> Step:
+        """Return a site's step with multipliers after u, which its equations do not contain."""
+        m, k, nodes, graph = self.m, self.count, step.nodes, step.nodes.graph
+        more = vector("la", k)
+        free, bound = graph.letters(self.own)
+        at_rest, unused = graph.one - free, graph.one - bound
+        zero = [graph.number(0)] * (m + k)
+        slope = [[*(e * free for e in row), *zero[m:]] for row in nodes.slope]
+        slope += [[*zero] for _ in range(k)]
+        for i, own in enumerate([at_rest] * m + [unused] * k):
+            slope[i][i] = slope[i][i] + own
+        rows = [e * free + u * at_rest for e, u in zip(nodes.rows, nodes.u, strict=True)]
         return replace(
-            system, w=(*system.u, *more), kinds=self.kinds, slope=slope,
-            gain=system.gain * free,
-            rows=(system.rows * free + u * (1 - free)).col_join(more * (1 - bound)),
+            step, w=(*step.u, *more), kinds=self.kinds, slope=[e for row in slope for e in row],
+            rows=[*rows, *(e * unused for e in graph.letters(more))],
+            gain=[e * free for e in nodes.gain],
         )  # fmt: skip
 
-    def _of_bond(
-        self, system: Step, rows: Column, slope: SymbolicMatrix, gain: Column, unknowns: Column
-    ) -> Step:
-        """Return a bond's system for rows of (u_i, u_j, λ); i's multipliers' places are unused."""
-        m, k = self.m, self.count
-        free_i, free_j, bound = self.bond_own
+    def _of_bond(self, step: Step, rows: list[Node], slope: NodeMatrix, gain: list[Node]) -> Step:
+        """Return a bond's step for rows of (u_i, u_j, λ); i's multipliers' places are unused."""
+        m, k, graph = self.m, self.count, step.nodes.graph
+        free_i, free_j, bound = graph.letters(self.bond_own)
         kept = [*[free_i] * m, *[free_j] * m, *[bound] * k]
         # the places of (u_i, u_j, λ) among the unknowns of both ends
-        at = [*range(m), *range(m + k, 2 * (m + k))]
-        by_ends, by_both = sympy.zeros(2 * (m + k), 1), sympy.zeros(2 * (m + k))
+        at, size = [*range(m), *range(m + k, 2 * (m + k))], 2 * (m + k)
+        by_ends, by_both = [graph.number(0)] * size, [graph.number(0)] * size**2
         for i, (row, keep) in enumerate(zip(at, kept, strict=True)):
-            by_ends[row, 0] = keep * rows[i]
+            by_ends[row] = keep * rows[i]
             for j, column in enumerate(at):
-                by_both[row, column] = keep * slope[i, j]
-        letters = [*unknowns[:m], *vector("nu", k), *unknowns[m:]]
-        held = sympy.Matrix([keep * e for keep, e in zip(kept, gain)])  # noqa: B905
-        return replace(
-            system, w=tuple(letters), rows=by_ends, kinds=2 * self.kinds, slope=by_both, gain=held
-        )
+                by_both[row * size + column] = keep * slope[i][j]
+        w = (*step.u[:m], *vector("nu", k), *step.u[m:], *self.of_step.multipliers)
+        held = [keep * e for keep, e in zip(kept, gain)]  # noqa: B905
+        return replace(step, w=w, rows=by_ends, kinds=2 * self.kinds, slope=by_both, gain=held)
 
 
 def _letters(*names: str) -> tuple[Letter, ...]:

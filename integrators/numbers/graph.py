@@ -277,6 +277,11 @@ class Graph(Walks):
         """Return the sum of columns."""
         return [self.sum((1, e) for e in row) for row in zip(*columns, strict=True)]
 
+    def minus(self, column: Sequence[Node], *others: Sequence[Node]) -> list[Node]:
+        """Return a column less others."""
+        rows = zip(column, *others, strict=True)
+        return [self.sum([(1, e), *((-1, a) for a in less)]) for e, *less in rows]
+
     # -- sympy -----------------------------------------------------------------------------------
 
     def read(self, e: Expression, swap: dict[Expression, Node] | None = None) -> Node:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy
 
 from discmech import Scheme, midpoint, trapezoidal
 from discmech.integrators.lattices.bond_constraints import BondConstraints
@@ -70,8 +71,8 @@ def test_a_wrong_reaction_is_seen(monkeypatch, rule):
 
     def wrong(self):
         site, bond = right(self)
-        gain = bond.gain.copy()
-        gain[: self.m, :] *= 1 - 10**-6
+        less = sympy.Rational(10**6 - 1, 10**6)
+        gain = [*(e * less for e in bond.gain[: self.m]), *bond.gain[self.m :]]
         return site, replace(bond, gain=gain)
 
     monkeypatch.setattr(BondConstraints, "step", wrong)

@@ -258,36 +258,42 @@ def _at_first_time(equations: Any, generator: Any, h: Any) -> Any:
     return _met_at(equations, [(w, x[:-1, :].col_join(first)) for w, x in equations.asked])
 
 
+def _shown(equations: Any, part: str) -> Any:
+    """The rows or the increment of a step as a column of expressions."""
+    graph = equations.graph
+    return graph.shown_column([*map(graph.node, getattr(equations, part))])
+
+
 def _met_at(equations: Any, points: Any) -> Any:
     """The rows with A u − a at other points, or None if they are the same."""
-    s, rows = equations.s, equations.rows.copy()
+    s, rows = equations.s, _shown(equations, "rows")
     met, end = met_by_velocity(s, points), len(s.u) + len(equations.multipliers)
     rows[end - len(met) : end, :] = met
-    return None if rows == equations.rows else rows
+    return None if rows == _shown(equations, "rows") else rows
 
 
 def _velocity_at_start(equations: Any, generator: Any, h: Any) -> Any:
     """A(x) ξ′ = a(x) in place of y: the velocity of the end meets the row of the start."""
     s, k = equations.s, len(equations.multipliers)
-    rows, m = equations.rows.copy(), len(s.u)
+    rows, m = _shown(equations, "rows"), len(s.u)
     end = equations.w[m + k : 2 * m + k, :]
     rows[-k:, :] = constraint_matrix(s, s.x) * end - constraint_shift(s, s.x)
-    return None if rows == equations.rows else rows
+    return None if rows == _shown(equations, "rows") else rows
 
 
 def _velocity_at_rest(equations: Any, generator: Any, h: Any) -> Any:
     """A(y) ξ′ = 0 in place of A(y) ξ′ = a(y), as if φ or the rows did not move, or None."""
-    k, rows = len(equations.multipliers), equations.rows.copy()
+    k, rows = len(equations.multipliers), _shown(equations, "rows")
     end = dict.fromkeys(equations.w[-len(equations.s.u) - k : -k, :], 0)
     rows[-k:, :] -= rows[-k:, :].xreplace(end)
-    return None if rows == equations.rows else rows
+    return None if rows == _shown(equations, "rows") else rows
 
 
 def _signed(letters: str) -> Any:
     """The impulses of one end with the other sign in what a step adds to μ."""
 
     def operator(equations: Any, generator: Any, h: Any) -> Any:
-        given = equations.increment
+        given = _shown(equations, "increment")
         found = [e for e in given.free_symbols if str(e).startswith(f"{letters}_")]
         return given.xreplace({e: -e for e in found})
 
