@@ -29,10 +29,10 @@ def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> Namespace:
     """
     width = count if numbers.digits > 16 else min(widest, 2 ** (count - 1).bit_length())
     functions = {
-        name: elementwise(f) for name, f in numbers.namespace().items()
+        name: f for name, f in numbers.array_namespace().items()
         if callable(f) and name.islower() and name not in ("array", *numbers.matrices())
     }  # fmt: skip
-    of_numbers = {**functions, "helper": elementwise, "table": elementwise}
+    of_numbers = {**functions, "helper": elementwise, "table": elementwise, "zeros": _zeros}
     own = {} if numbers.digits == 16 else of_numbers
     return own | {
         "lane": lambda v, j: v[j],
@@ -42,8 +42,13 @@ def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> Namespace:
         "read_lanes": lambda a, i, count: a[i : i + count],
         "write_lanes": _write,
         "WIDTH": width,
+        "PYTHON": numbers.digits > 16,
         "MOST_SWEEPS": SWEEPS * numbers.digits,
     }  # fmt: skip
+
+
+def _zeros(rows: int, columns: int) -> list[list[Number]]:
+    return [[0] * columns for _ in range(rows)]
 
 
 def _write(array: Vector, index: int, lanes: Vector, count: int) -> None:

@@ -21,8 +21,8 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
     kept = load(state, slice(LAYOUT.memory, at_xi))
     totals[AGE], u = kept[0], kept[1 : 1 + m]
     put(a.w3, 0, kept[1 + m :])
-    put_lanes(a.w1[0], 0, lanes_at(state, at_xi, m))
-    put_lanes(a.w2[0], 0, lanes_at(state, at_mu, m))
+    put_lanes(a.w1[0], 0, flat_lanes(state, at_xi, m))
+    put_lanes(a.w2[0], 0, flat_lanes(state, at_mu, m))
     guard, status = load(totals, slice(FARTHEST, CONTRACTION)), OK
     row_index = (index + every - 1) // every
     wait = row_index * every - index
@@ -53,7 +53,7 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
         wait -= 1
         index += 1
     save(state, 0, x + mu + ex + emu + (totals[AGE],) + u + row(a.w3, 0, m))
-    put_lanes(state, at_xi, lanes_at(a.w1[0], 0, m))
-    put_lanes(state, at_mu, lanes_at(a.w2[0], 0, m))
+    put_flat(state, at_xi, lanes_at(a.w1[0], 0, m))
+    put_flat(state, at_mu, lanes_at(a.w2[0], 0, m))
     save(totals, FARTHEST, guard)
     return index, status

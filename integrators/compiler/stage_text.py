@@ -59,6 +59,7 @@ def stage_text(system: StageSystem, lattice: LatticeStages | None = None) -> str
         f"n, m, COUNT, PARTS = {n}, {m}, {system.count}, -(-{system.count} // WIDTH)",
         # machine code holds the numbers of the nodes, and is stored under the digest of this text
         f"NODES = '{system.nodes.family}'",
+        f"AS_THEY_ARE = PYTHON and {lattice is None}",
         f"BONDED, TURNING = {lattice is not None}, {len(kernels.turning)}",
         f"SITES, BONDS = {len(kernels.own)}, {len(lattice.bond_own) if lattice else 0}",
         f"RULE = {kernels.record}",

@@ -11,6 +11,9 @@ similar values are tuples (parts) of tuples (components) of lanes. For each part
 gives MU (μ_ij, a column for each j), MU_OF_MOMENTUM (exactly 1 − μ_ji), WEIGHTS (b), OF_VELOCITY
 and OF_MOMENTUM (from the nodes of a step to those of the next).
 
+If Python runs the sweeps of a scene, the components at all nodes are kept AS_THEY_ARE, in one entry
+of an array of objects; machine code and lattices have flat arrays of numbers.
+
 The arrays reach the functions as one record `a`. x, nu and w3 hold x, μ and π₀ − μ of a site; w1
 and w2 ξ and μ at its nodes. A row of `work` holds w, and from column MOMENTA on π, from MOVES on
 ẇ h b, from GAINS on π̇ h b, from TURNS on f, of a lattice from PULL on the bonds' forces and
@@ -26,12 +29,25 @@ from .decorators import kernel, ordered
 
 def lanes_at(array, first, count):
     """Return `count` components at all nodes, from entry `first` of an array."""
+    return array[first] if AS_THEY_ARE else flat_lanes(array, first, count)
+
+
+def flat_lanes(array, first, count):
+    """Return `count` components at all nodes, from entry `first` of an array of numbers."""
     lanes = tuple([read_lanes(array, first + k * WIDTH, WIDTH) for k in range(PARTS * count)])
     return tuple([lanes[k * count : k * count + count] for k in range(PARTS)])
 
 
 def put_lanes(array, first, values):
     """Write components at all nodes, from entry `first` of an array."""
+    if AS_THEY_ARE:
+        array[first] = values
+    else:
+        put_flat(array, first, values)
+
+
+def put_flat(array, first, values):
+    """Write components at all nodes, from entry `first` of an array of numbers."""
     for k, value in enumerate(sum(values, ())):
         write_lanes(array, first + k * WIDTH, value, WIDTH)
 
@@ -86,11 +102,11 @@ def collocated(a, weights, c):
     first, ratio, apart = HUGE, 0.0, 0
     uneven, pending, going = 1 < 0, 1 < 0, True
     sizes, left, of = (HUGE,) * (2 * m), (HUGE,) * (2 * m), (0.0,) * (2 * m)
-    gate, whole, change = 0.0, 0.0, HUGE
+    gate, whole, change, none = 0.0, 0.0, HUGE, (0 * weights[0],) * (2 * m)
     while going:
         if BONDED:
             pull_sites(a, c)
-        moved, sizes = sweep(a, weights, c, count, sizes)
+        moved, sizes = sweep(a, weights, c, count, sizes, none)
         if count < 2:
             of = scales(sizes[:m]) + scales(sizes[m:])
             uneven = differ(sizes[:m]) or differ(sizes[m:])
@@ -129,15 +145,15 @@ def collocated(a, weights, c):
     return status, count
 
 
-def sweep(a, weights, c, count, sizes):
+def sweep(a, weights, c, count, sizes, none):
     """Compute π from w and the forces, then w from the new π, for every free site.
 
     The force uses the last ξ. If positions and momenta alternate, an error shrinks as in two
-    sweeps. Returns (the largest change of each component in each lane, the components' sizes: after
-    the first two sweeps those that are given).
+    sweeps. none: no change of any component. Returns (the largest change of each component in each
+    lane, the components' sizes: after the first two sweeps those that are given).
     """
     worst = 0.0
-    moved, found = (0 * weights[0],) * (2 * m), (0 * weights[0],) * (2 * m)
+    moved, found = none, none
     for i in free_sites(a):
         work, here, own = a.work[i], row(a.x, i, n), row(a.p, i, SITES)
         w, pi, xi = lanes_at(work, 0, m), lanes_at(work, MOMENTA, m), lanes_at(a.w1[i], 0, m)
@@ -154,7 +170,9 @@ def sweep(a, weights, c, count, sizes):
         if count < 2:
             found = extended(extremes(new_w) + extremes(new_pi), found)
         turns = tuple([e[1] for e in forces])
-        put_lanes(work, 0, new_w + new_pi + dw + gains + turns)
+        for first, values in ((0, new_w), (MOMENTA, new_pi), (MOVES, dw), (GAINS, gains)):
+            put_lanes(work, first, values)
+        put_lanes(work, TURNS, turns)
         put_lanes(a.w1[i], 0, tuple([e[1] for e in moves]))
         put_lanes(a.w2[i], 0, tuple([e[2] for e in moves]))
         if BONDED:
@@ -244,7 +262,12 @@ def at_nodes(tables, parts):
 def balanced(terms):
     """Return the sum by pairs and triples, so that each sum of products waits for no other."""
     half = len(terms) // 2
-    return sum(terms) if half < 2 else balanced(terms[:half]) + balanced(terms[half:])
+    if half > 1:
+        return balanced(terms[:half]) + balanced(terms[half:])
+    found = terms[0]  # `sum` would begin with 0, for Python one more sum of each lane
+    for e in terms[1:]:
+        found = found + e
+    return found
 
 
 @kernel
