@@ -69,7 +69,7 @@ def step_along(context: StepContext, here: Maps) -> Step:
 
 def _step_of_map(context: StepContext, x: Vector, mu: Vector, near: Vector) -> Step:
     """Return the step of a one-step map; raises `StepFailure` if Newton diverges."""
-    geometry: Any = context.geometry
+    geometry = context.geometry
     try:
         step: Step = geometry.step(x, mu, geometry.start(x, mu, near))
         return step
@@ -253,7 +253,7 @@ def _of_restricted(
     with context.numbers.working():
         here = context.vectors(x, mu)
         start = context.start(*here, _start(context, u0))
-        geometry: Any = context.geometry
+        geometry = context.geometry
         found = restricted_defect(geometry, here[0], here[1], start, sign, forced)
     return _public_number(of, found)
 

@@ -280,7 +280,7 @@ def _function(name: str) -> Function:
 
 
 def _rounded(number: Number) -> Ball:
-    return rounded(number).balls[()]
+    return rounded(number).balls.item()
 
 
 def _of_entries(numbers: Arithmetic, entries: list[Ball], *shape: int) -> Tracked:

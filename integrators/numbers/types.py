@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 if TYPE_CHECKING:
+    from flint import arb
     from numpy.typing import DTypeLike
 
 #: a sympy expression, and a letter of one
@@ -49,7 +50,7 @@ Scalars: TypeAlias = Sequence[Scalar]
 #: functions take, too, but their types do not say so
 Array: TypeAlias = Any
 #: a real ball of flint: a number with a bound of its error
-Ball: TypeAlias = Any
+Ball: TypeAlias = "arb"
 #: a number of mpmath
 Mpf: TypeAlias = Any
 #: numbers of an arithmetic in an array, of one and of two dimensions
