@@ -180,6 +180,8 @@ class KernelsAtStep:
             columns = {name: ((width,), self.numbers.dtype) for name, width in widths.items()}
             columns |= {"iterations": ((), int), "translates": ((), int)}
             found = (allocate or _zeros)(columns, rows)
+        except BadInput:  # rows on disk that are not this run's
+            raise
         except (MemoryError, ValueError):  # ValueError: more entries than an array can have
             raise BadInput(
                 f"{rows} rows do not fit into memory: keep fewer (every=, --every)."

@@ -40,13 +40,9 @@ class Scheme(DiscretisedScene):
         if cls is Scheme:  # subclasses check their own arguments: the second may be no rule
             check_names("Scheme", named, ("scene", "rule", "equations"))
             rule: Any = given[0] if given else named.get("rule")
-            swapped = isinstance(scene, Discretisation)  # it is refused
-            asked: tuple[tuple[object, Any], ...] = (
-                (None if swapped else scene, rule),
-                (rule, scene),
-            )
-            for one, other in asked:
-                if hasattr(one, "discretise"):
+            asked: tuple[tuple[object, Any], ...] = ((scene, rule), (rule, scene))
+            for one, other in () if isinstance(scene, Discretisation) else asked:
+                if hasattr(one, "discretise") and not isinstance(one, type):
                     return one.discretise(other)
         return super().__new__(cls)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compiler import LatticeKernels, NoShortForm, compile_lattice, compile_lattice_stages
 from ..equations import SceneSymbols, momentum, on_constraints
-from ..errors import BadInput, check_progress
+from ..errors import BadInput, arguments_checked, check_progress
 from ..numbers import (
     Arithmetic,
     Matrix,
@@ -74,6 +74,7 @@ class LatticeFlow:
             return None if stages is None else compile_lattice_stages(stages, self.numbers)
         return None
 
+    @arguments_checked
     def trajectory(
         self,
         steps: int,

@@ -182,6 +182,15 @@ CASES = {
     "constraints": (lambda: plain(constraints=0), "constraints= is 0, but is a list of Constraint"),
     "t": (lambda: plain(t=0), "no t=; say lagrangian=lambda x, v, p, t"),
     "h of a flow": (lambda: Scheme(plain(), midpoint).flow(h=1), "no h=; say step="),
+    "a lattice in a rule's place": (
+        lambda: Scheme(midpoint, Lattice("bad", pair(1), 2, on_site=kinetic, x0=[[0]] * 2,
+                                         on_bond=lambda x, y, p: x[0], v0=[[0]] * 2)),
+        "midpoint is a rule, where a scene is asked for: swap the two"),
+    "a class for a lattice": (lambda: Scheme(Lattice, midpoint), "Lattice is no scene: give a S"),
+    "a word of a lattice's run": (
+        lambda: Scheme(Lattice("bad", pair(1), 2, on_site=kinetic, x0=[[0]] * 2, v0=[[0]] * 2,
+                               on_bond=lambda x, y, p: x[0]), midpoint).flow(1).trajectory(1, u0=1),
+        r"trajectory\(u0=...\): there is no u0=; say mu0="),
     "t of a run": (lambda: Scheme(plain(), midpoint).flow(1).trajectory(t=1), "no t=; say steps="),
     "an unknown field": (lambda: plain(colour=0), "no colour=; it has name, groupoid"),
     "parameter not there": (

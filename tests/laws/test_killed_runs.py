@@ -149,6 +149,19 @@ def test_the_checkpoint_of_another_run_is_refused(tmp_path):
             run()
 
 
+@pytest.mark.parametrize("kind", ["Newton", "50 digits", "fixed point", "constraints", "varied"])
+def test_rows_that_are_not_there_or_not_its_own_are_refused(kind, tmp_path):
+    """They were said not to fit into memory."""
+    flow = FLOWS[kind][0]()
+    flow.trajectory(3, checkpoint=tmp_path / "run")
+    (tmp_path / "run.u.npy").unlink()
+    with pytest.raises(BadInput, match=r"run\.u\.npy of the checkpoint are gone or damaged"):
+        flow.trajectory(3, checkpoint=tmp_path / "run")
+    (tmp_path / "other.mu.npy").write_text("mine")
+    with pytest.raises(BadInput, match=r"would overwrite .*other\.mu\.npy"):
+        flow.trajectory(3, checkpoint=tmp_path / "other")
+
+
 def test_gaps_and_restitution_belong_to_a_run(tmp_path):
     ball, file = scenes.get("bouncing-ball"), tmp_path / "run"
     flow_of(ball).trajectory(20, checkpoint=file)
