@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from discmech.integrators.errors import BadInput
+
 from .quantities import Part, energies, momentum, step_round_off, sum_round_off, value_round_off
 
 MOST_ROWS = 1_000
@@ -36,7 +38,8 @@ class LongRun:
 def followed(scheme: Any, flow: Any, steps: int, parts: Mapping[str, Part]) -> LongRun:
     """Return a run of so many steps, its energy, and momenta that are given by their parts.
 
-    Only one block of rows is in memory at once, beside the states that are kept.
+    Only one block of rows is in memory at once, beside the states that are kept. Raises `BadInput`
+    for a start without an energy: no later value could be held against it.
     """
     every, sites = max(1, steps // MOST_ROWS), scheme.lattice.sites
     looks, kept = (_spread(steps // every + 1, some) for some in (LOOKS, STATES))
@@ -45,6 +48,11 @@ def followed(scheme: Any, flow: Any, steps: int, parts: Mapping[str, Part]) -> L
     states: list[tuple[float, np.ndarray, np.ndarray]] = []
     for block in flow.blocks(steps, every, size=max(1, BLOCK // sites)):
         values, most = energies(scheme, block)
+        if not first and not np.isfinite(values[0]):
+            raise BadInput(
+                f"{scheme.lattice.name}: its energy is no finite real number at x0, v0; begin "
+                "elsewhere, or write on_site and on_bond with functions that are real there."
+            )
         times.append(block.t)
         H.append(values)
         size = max(size, most)

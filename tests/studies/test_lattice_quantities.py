@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 import pytest
+import sympy
 
-from discmech import Lattice, Scheme, pair
+from discmech import BadInput, Lattice, Scheme, midpoint, pair
 from discmech.integrators import rules
 from discmech.integrators.scenes import lattices as systems
 from discmech.studies.systems import quantities
+from discmech.studies.systems.following import followed
 from discmech.studies.systems.quantities import energies, momentum
 
 
@@ -56,3 +58,13 @@ def test_a_sum_over_sites_is_rounded_no_more_than_it_says(sites):
     values = np.random.default_rng(sites).normal(size=sites)
     off = abs(values.sum() - math.fsum(values))
     assert off <= 2.0**-53 * quantities.sum_round_off(sites) * abs(values).sum()
+
+
+def test_a_start_without_an_energy_is_bad_input():
+    """Of log(x − y) at x < y the forces are right, and a sound rule was blamed."""
+    where = Lattice("log", pair(1), 4, on_site=lambda x, v, p: v[0] ** 2 / 2, fixed_ends=True,
+                    on_bond=lambda x, y, p: sympy.log(x[0] - y[0]), v0=np.zeros((4, 1)),
+                    x0=np.arange(4.0)[:, None])  # fmt: skip
+    scheme = Scheme(where, midpoint)
+    with pytest.raises(BadInput, match="log: its energy is no finite real number at x0, v0; beg"):
+        followed(scheme, scheme.flow("1/20"), 8, {})
