@@ -177,7 +177,7 @@ class BoundaryProblem:
         found = [np.abs(part).max(initial=0) for part in kinds(change)]
         return max(a / max(s, least) for a, s in zip(found, sizes, strict=True))
 
-    def solve(self, y: Parts) -> tuple[Parts, int, float] | None:
+    def newton(self, y: Parts) -> tuple[Parts, int, float] | None:
         """Return (z, p, v), the number of corrections and the size of the last one, or None.
 
         A correction is halved until the next one, computed with the same matrix, is smaller: this
@@ -185,7 +185,10 @@ class BoundaryProblem:
         """
         (*residual, H), before = self.residual(y), np.inf
         for iteration in range(1, MOST + 1):
-            corrections = self.linearised(H)
+            try:
+                corrections = self.linearised(H)
+            except np.linalg.LinAlgError:
+                return None
             change = corrections(*residual)
             size, share = self.size(change, y), 1.0
             for _ in range(HALVINGS):
@@ -202,15 +205,8 @@ class BoundaryProblem:
             before = size
         return None
 
-    def newton(self, y: Parts) -> tuple[Parts, int, float] | None:
-        """Return the result of `solve`, or None also if a matrix is singular."""
-        try:
-            return self.solve(y)
-        except np.linalg.LinAlgError:
-            return None
-
     def by_effort(self, y: Parts) -> tuple[Parts, int, float] | None:
-        """Return the result of `solve` by continuation from the motion of least effort ½|f|².
+        """Return the result of `newton` by continuation from the motion of least effort ½|f|².
 
         The share of the effort in the cost falls to 0. A cost that is nearly flat for large
         controls, such as smoothed fuel, drives Newton's method away from a guess without controls

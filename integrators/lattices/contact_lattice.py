@@ -21,7 +21,7 @@ from ..contact import (
 from ..errors import BadInput, CannotMeasure, StepFailure
 from ..numbers import Matrix, Number
 from ..numbers.types import Given, Rows
-from ..runs import File, Progress, Trajectory, run
+from ..runs import Trajectory
 from .lattice_flow import LatticeFlow
 from .lattice_gaps import LatticeGaps
 from .lattice_run import LatticeRun, LatticeScheme
@@ -89,12 +89,8 @@ class ContactLatticeFlow(LatticeFlow):
             self._check(x)
         return x, mu
 
-    def _run(
-        self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress,
-        t0: Number = 0,
-    ) -> Trajectory:  # fmt: skip
-        with self.numbers.working():
-            return run(_Run(self, x, mu, t0), steps, every, progress, checkpoint)
+    def stepper(self, x: Matrix, mu: Matrix, t0: Number) -> _Run:
+        return _Run(self, x, mu, t0)
 
     def _refused(self, *given: Any, **named: Any) -> Any:
         """Raise `CannotMeasure`: no form is defined if a step has impulses, no block is kept."""

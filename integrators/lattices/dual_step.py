@@ -41,25 +41,18 @@ class DualStep:
 
     def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, t: float = 0) -> None:
         scheme, lattice = flow.scheme, flow.lattice
-        if scheme.substeps:
-            raise CannotMeasure(f"{lattice.name}: {scheme.rule.name} has several substeps; ask its "
-                                "base rule.")  # fmt: skip
         if scheme.constraints:
             raise CannotMeasure(f"{lattice.name}: with constraints the form is defined on the "
                                 "vectors that they admit; use RestrictedStep.")  # fmt: skip
         if lattice.has_contact:
             raise CannotMeasure(f"{lattice.name} has contact: forms are not defined where a step "
                                 "holds impulses.")  # fmt: skip
-        flow, x, mu = in_doubles(flow, x, mu)
+        flow, x, mu = of_one_step(flow, x, mu)
         run = LatticeRun.from_row(flow, x, mu, t)
         self.flow, self.free, self.before = flow, lattice.free, (x, mu)
-        w = run.stepped()
-        self.after = run.x, run.mu
-        self._assembled(x, w, float(flow.step), t)
-
-    def _assembled(self, x: np.ndarray, w: np.ndarray, h: float, t: float) -> None:
-        N, S = w.shape
-        self._parts, self._of_bonds, self._order = derivatives_of_step(self.flow, x, w, h, t)
+        w, h = run.stepped(), float(flow.step)
+        self.after, (N, S) = (run.x, run.mu), w.shape
+        self._parts, self._of_bonds, self._order = derivatives_of_step(flow, x, w, h, t)
         held = sparse.diags(np.repeat(~self.free, S).astype(float))
         self._factors = linalg.splu((self._parts["Ew"] + held).tocsc())
         self._h, self._shape = h, (N, x.shape[1], self.before[1].shape[1], S)
@@ -127,8 +120,14 @@ class DualStep:
         return [bracket(*ends) for bracket, ends in zip(brackets, (before, after), strict=True)]
 
 
-def in_doubles(flow: LatticeFlow, x: Rows, mu: Rows) -> tuple[LatticeFlow, np.ndarray, np.ndarray]:
-    """Return a flow and a state of it in double precision, in which forms are measured."""
+def of_one_step(flow: LatticeFlow, x: Rows, mu: Rows) -> tuple[LatticeFlow, np.ndarray, np.ndarray]:
+    """Return a flow and a state of it in double precision, in which forms are measured.
+
+    Raises `CannotMeasure` for compositions.
+    """
+    if flow.scheme.substeps:
+        raise CannotMeasure(f"{flow.lattice.name}: {flow.scheme.rule.name} has several substeps; "
+                            "ask its base rule.")  # fmt: skip
     if flow.numbers.digits != NUMBERS.digits:
         flow = type(flow)(flow.scheme, flow.step)
     return flow, np.array(x, dtype=float), np.array(mu, dtype=float)

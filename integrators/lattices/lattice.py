@@ -101,10 +101,8 @@ class Lattice:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][\w.-]*", self.name):
-            raise BadInput(
-                f"a lattice's name is {shown(self.name)}: use letters, digits, dots and "
-                f"dashes only."
-            )
+            raise BadInput(f"a lattice's name is {shown(self.name)}: use letters, digits, dots and "
+                           "dashes only.")  # fmt: skip
         if not isinstance(self.site, Groupoid):
             given = brief_name(self.site)
             raise BadInput(f"{self.name}: site is {given}; give a groupoid, as pair(1) or lie_group"
@@ -133,9 +131,8 @@ class Lattice:
         self._check_contact()
         named = self.symmetries
         if not isinstance(named, Mapping) or not all(map(callable, named.values())):
-            raise BadInput(f"{self.name}: symmetries is {shown(named)}; give a dictionary "
-                           f"of functions "
-                           "ξ(x, p) by name.")  # fmt: skip
+            raise BadInput(f"{self.name}: symmetries is {shown(named)}; give a dictionary of "
+                           "functions ξ(x, p) by name.")  # fmt: skip
         for key, xi in named.items():
             check_function(xi, f"{self.name}: the symmetry {key}", "(x, p)")
         duration = measure(self.duration, f"{self.name}: duration")
@@ -283,9 +280,8 @@ class Lattice:
             fixed = np.flatnonzero(fixed)
         for i in fixed:
             if not isinstance(i, INTEGER) or not 0 <= i < self.sites:
-                raise BadInput(f"{self.name}: fixed names the site {shown(i)}, but the "
-                               f"sites are 0 to "
-                               f"{self.sites - 1}.")  # fmt: skip
+                raise BadInput(f"{self.name}: fixed names the site {shown(i)}, but the sites are 0 "
+                               f"to {self.sites - 1}.")  # fmt: skip
             free[i] = False
         if not free.any():
             raise BadInput(f"{self.name}: no site is left to move.")
@@ -306,9 +302,8 @@ class Lattice:
                     f"{self.name}: parameter {shown(key)} is no name; use letters and _."
                 )
             if iskeyword(key):
-                raise BadInput(f"{self.name}: parameter {shown(key)} is a word of Python's, "
-                               f"so p.{key} "
-                               f"cannot be written; call it {key}_.")  # fmt: skip
+                raise BadInput(f"{self.name}: parameter {shown(key)} is a word of Python's, so "
+                               f"p.{key} cannot be written; call it {key}_.")  # fmt: skip
             what = f"{self.name}: parameter {key}"
             if not isinstance(value, np.ndarray) or value.ndim == 0:
                 plain = value.item() if isinstance(value, np.ndarray) else value

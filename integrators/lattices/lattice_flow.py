@@ -21,7 +21,7 @@ from ..numbers import (
     whole_number,
 )
 from ..numbers.types import Function, Given, Rows
-from ..runs import File, Progress, Trajectory, run
+from ..runs import File, Progress, Stepper, Trajectory, run
 from ..scene import Again
 from .as_scene import scene_of
 from .blocks import at_ends, of_all
@@ -50,15 +50,10 @@ class LatticeFlow:
         """Return the pickled form: the flow is made again from its scheme and step."""
         return type(self), (self.scheme, self.step, self.numbers.digits)
 
-    @cached_property
-    def by_stages(self) -> bool:
-        """True if a run begins with a fixed point of its stages, not with Newton's method."""
-        return self._of_stages is not None
-
     @property
     def kernels(self) -> LatticeKernels:
         """The compiled kernels with which a run begins."""
-        return self._of_stages if self.by_stages and self._of_stages else self.newton
+        return self.of_stages or self.newton
 
     @property
     def newton(self) -> LatticeKernels:
@@ -68,7 +63,8 @@ class LatticeFlow:
         )
 
     @cached_property
-    def _of_stages(self) -> LatticeKernels | None:
+    def of_stages(self) -> LatticeKernels | None:
+        """The compiled kernels of a fixed point of the stages, with which a run begins, or None."""
         stages = self.scheme.stages
         with suppress(NoShortForm):
             return None if stages is None else compile_lattice_stages(stages, self.numbers)
@@ -98,15 +94,13 @@ class LatticeFlow:
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
         check_progress(progress)
         t = exact_rational(t0, "t0")
-        return self._run(*self._start(x0, mu0, t), steps, every, checkpoint, progress, t)
-
-    def _run(
-        self, x: Matrix, mu: Matrix, steps: int, every: int, checkpoint: File, progress: Progress,
-        t0: Number = 0,
-    ) -> Trajectory:  # fmt: skip
+        x, mu = self._start(x0, mu0, t)
         with self.numbers.working():
-            stepper = LatticeStepper(LatticeRun(self, x, mu, t0), checked=True)
-            return run(stepper, steps, every, progress, checkpoint)
+            return run(self.stepper(x, mu, t), steps, every, progress, checkpoint)
+
+    def stepper(self, x: Matrix, mu: Matrix, t0: Number) -> Stepper:
+        """Return a run from a start, for the loop `runs.run`."""
+        return LatticeStepper(LatticeRun(self, x, mu, t0), checked=True)
 
     def blocks(self, steps: int, every: int = 1, *, size: int = 1) -> Iterator[Trajectory]:
         """Yield the rows of `trajectory(steps, every)` in blocks of `size` rows; the last may be

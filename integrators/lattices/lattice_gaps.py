@@ -314,9 +314,6 @@ class LatticeGaps(Gaps):
 
     def struck_with(self, closed: np.ndarray, closing: np.ndarray) -> np.ndarray:
         """Return the closed gaps that are joined to a closing one by sites that move."""
-        if self.lattice.bond_contact is None:
-            struck = closing.reshape(-1, self.terms[0].K).any(axis=1)
-            return closed & np.repeat(struck, self.terms[0].K)
         joins = self._joins[closed]
         label = np.full(len(closed), -1)
         label[closed] = _labels(joins @ joins.T)

@@ -35,7 +35,7 @@ class LatticeRun:
         self.t0, self.index, self.solved = self.numbers.number(t0), index, 0
         self.u = flow.exact(flow.lattice.start[1] * self.free[:, None])
         self._projection: LatticeRun | None = None
-        self.kernels, self.by_stages = flow.kernels, flow.by_stages
+        self.kernels, self.by_stages = flow.kernels, flow.of_stages is not None
         #: the step from which Newton's method replaces a fixed point, or −1
         self.newton_since = -1
         self._prepare()
@@ -101,7 +101,7 @@ class LatticeRun:
         """Start from x and μ: find w of the first step, from the guess in `past`."""
         self.totals[:] = 0 * self.totals[0]
         self.totals[Entry.KAPPA], self.totals[Entry.STEPS] = self.kernels.huge, self.index
-        self.status = self.kernels.advance(BEGIN, 0, *self.arguments)[1]
+        self.status = self._task(BEGIN, 0)[1]
         if self.sparse is not None:
             self.status = self.sparse.begin()
         if self.status != Status.OK and self.by_stages:
@@ -149,19 +149,14 @@ class LatticeRun:
         return 16 * float(self.numbers.eps) * joined * largest / abs(float(self.flow.step))
 
     def _task(self, task: int, j: int) -> tuple[int, int]:
-        done, status = self.kernels.advance(task, j, *self.arguments)
-        return done, status
+        return self.kernels.advance(task, j, *self.arguments)
 
     def advance(self, steps: int) -> int:
         """Take `steps` steps; return the status."""
         if self.status != Status.OK or steps == 0:
             return self.status
-        if self.sparse is not None:
-            done, status = self.sparse.steps(steps)
-        elif self.halves is not None:
-            done, status = self.halves.steps(steps)
-        else:
-            done, status = self.kernels.advance(RUN, steps, *self.arguments)
+        way = self.sparse or self.halves
+        done, status = way.steps(steps) if way else self._task(RUN, steps)
         self.index += done
         self.solved += done * (len(self.x) if self.flow.scheme.local else 1)
         if status != Status.OK and self.by_stages:
@@ -198,7 +193,7 @@ class LatticeRun:
 
         If no iteration would notice, this checks that the state is finite.
         """
-        _, status = self.kernels.advance(SHOW, 0, *self.arguments)
+        _, status = self._task(SHOW, 0)
         self.u[:] = self.past[int(self.flow.scheme.local)][:, : self.u.shape[1]]
         if status == Status.OK and self.multipliers.shape[1]:
             status = self._project()

@@ -18,11 +18,10 @@ from functools import lru_cache
 import numpy as np
 
 from ..equations import SceneSymbols, constraint, constraint_matrix, mass_matrix, momentum, vector
-from ..errors import CannotMeasure
 from ..numbers import Double, LazyModule, Matrix, Vector, jacobian, numeric
 from ..numbers.types import Function, MatrixLike
 from .blocks import at_ends, of_all, of_lattice, placed, places
-from .dual_step import Bracket, Covector, DualStep, derivatives_of_step, in_doubles
+from .dual_step import Bracket, Covector, DualStep, derivatives_of_step, of_one_step
 from .lattice_run import LatticeFlow, LatticeRun, LatticeScheme
 
 sparse = LazyModule("scipy.sparse")
@@ -37,10 +36,7 @@ class RestrictedStep:
     """
 
     def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray, t: float = 0) -> None:
-        if flow.scheme.substeps:
-            raise CannotMeasure(f"{flow.lattice.name}: {flow.scheme.rule.name} has several "
-                                "substeps; ask its base rule.")  # fmt: skip
-        flow, x, mu = in_doubles(flow, x, mu)
+        flow, x, mu = of_one_step(flow, x, mu)
         self.flow, self.h, self.before = flow, float(flow.step), (x, mu)
         (self.N, self.m), self.pairs = mu.shape, flow.lattice.pairs
         self.free = flow.lattice.free[:, None]

@@ -36,7 +36,7 @@ class SparseMatrix:
         of_rows, of_columns = (np.r_[sites, ends.T.ravel()] for ends in (pairs, pairs[:, ::-1]))
         at = places(of_rows[:, None], S)[:, :, None], places(of_columns[:, None], S)[:, None]
         rows, columns = (e.ravel() for e in np.broadcast_arrays(*at))
-        self.size, self.count, self.S = S * len(free), len(free), S
+        self.size, self.S = S * len(free), S
         self.held = np.repeat(~free, S)
         self._kept = ~(self.held[rows] | self.held[columns])
         self._rows, self._columns = rows[self._kept], columns[self._kept]

@@ -21,13 +21,13 @@ LIST = {"alpha": "1/4", "mass": 2, "stiff": 1}
 def newton(flow):
     """The same flow, which begins with Newton's method."""
     other = flow.scheme.flow(flow.step)
-    other.by_stages = False
+    other.of_stages = None
     return other
 
 
 def both(lattice, rule, step="1/20"):
     flow = Scheme(lattice, rule).flow(step)
-    assert flow.by_stages
+    assert flow.of_stages
     return flow, newton(flow)
 
 
@@ -66,7 +66,7 @@ def test_the_form_is_kept_by_steps_of_stages():
     ids=["two unknowns", "constraints", "no collocation", "composition", "moving bonds"],
 )  # fmt: skip
 def test_newton_does_what_is_no_fixed_point_of_stages(lattice, rule):
-    assert not Scheme(lattice, rule).flow("1/20").by_stages
+    assert not Scheme(lattice, rule).flow("1/20").of_stages
 
 
 def stiff(k, sites=8):
