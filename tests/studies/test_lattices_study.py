@@ -298,9 +298,8 @@ def test_a_symmetry_of_one_s_own_gives_a_momentum_that_is_judged():
         of_case(momentum, c, timed=False) for c in (case, replace(case, scene=turning(**right)))
     }
     assert len(keys) == 2
-    with pytest.raises(BadInput, match="the symmetry short gives 1 entries; give 2"):
-        energies_of = quantities.of_symmetries(turning(short=lambda x, p: [1]))
-        quantities.entries_of(case.scheme, energies_of["short"])
+    with pytest.raises(BadInput, match="the symmetry short gives 1 entries; give a list of 2"):
+        Scheme(turning(short=lambda x, p: [1]), rules.get("midpoint"))
 
 
 def test_the_control_s_derivative_is_that_of_its_step():
