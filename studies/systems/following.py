@@ -47,7 +47,8 @@ def followed(scheme: Any, flow: Any, steps: int, parts: Mapping[str, Part]) -> L
     sums = {name: Momentum(sites) for name in parts}
     states: list[tuple[float, np.ndarray, np.ndarray]] = []
     for block in flow.blocks(steps, every, size=max(1, BLOCK // sites)):
-        values, most = energies(scheme, block)
+        with np.errstate(all="ignore"):  # a value that is not finite is told below, or judged
+            values, most = energies(scheme, block)
         if not first and not np.isfinite(values[0]):
             raise BadInput(
                 f"{scheme.lattice.name}: its energy is no finite real number at x0, v0; begin "
