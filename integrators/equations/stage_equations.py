@@ -31,10 +31,9 @@ from functools import cache, lru_cache, partial
 
 from ..compiler import StageSource, StageSystem
 from ..groupoids import chart_extents
-from ..numbers import Graph, Scope, jacobian, sympy
+from ..numbers import Graph, Node, Scope, sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Nodes
-from .continuous import mass_matrix, momentum
 from .points import difference
 from .step_equations import StepEquations
 from .symbols import SceneSymbols, vector
@@ -49,26 +48,29 @@ def no_stages(equations: StepEquations, nodes: Nodes, alone: bool = True) -> str
     s = equations.s
     if equations.mark or s.given is not None:
         return "the discrete equations are not those of the rule"
-    state = s.x.col_join(s.u)
     if s.degenerate:
         return "the Lagrangian is linear in the velocity"
     if s.clocked:
         return "the time is one of the coordinates"
-    if mass_matrix(s).free_symbols & set(s.u):
+    graph = Graph()
+    x, u = map(graph.letters, (s.x, s.u))
+    (slope,) = Scope(graph).jacobian([graph.read(s.lagrangian)], [*x, *u])
+    momenta = slope[len(x) :]
+    if _curved(momenta, u):
         return "the Lagrangian is not quadratic in the velocity"
-    if alone and s.groupoid.left_is_identity:
-        slope = jacobian([s.lagrangian], state)
-        if not jacobian(slope, state).free_symbols & set(state):
-            return "the equations are linear, and one correction solves them"
-    if nodes.family == "lobatto" and not _momentum_is_velocity(s):
+    if alone and s.groupoid.left_is_identity and not _curved(slope, [*x, *u]):
+        return "the equations are linear, and one correction solves them"
+    still = s.groupoid.canonical and not graph.symbols(momenta) & {*s.x}
+    if nodes.family == "lobatto" and not still:
         return "on Lobatto nodes it is collocation where μ is a constant matrix times ẋ alone"
     return ""
 
 
-def _momentum_is_velocity(s: SceneSymbols) -> bool:
-    """True if μ = M ẋ with a constant M, on a pair groupoid."""
-    constant = not set(momentum(s).free_symbols) & set(s.x)
-    return s.groupoid.canonical and constant
+def _curved(entries: list[Node], by: list[Node]) -> bool:
+    """True if ∂(entries)/∂(letters) contains one of the letters."""
+    graph, letters = by[0].graph, {e.args for e in by}
+    rows = (Scope(graph).jacobian([e], by)[0] for e in entries)
+    return any(graph.symbols(row) & letters for row in rows)
 
 
 OURS = __name__.split(".")[:1]  # the package's name, for any import path

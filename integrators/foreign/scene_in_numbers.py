@@ -20,9 +20,8 @@ from ..equations import (
     poisson_tensor,
     rates,
 )
-from ..numbers import Arithmetic, Double, jacobian, numeric, sympy
+from ..numbers import Arithmetic, Double, Graph, jacobian, numeric, sympy
 from ..numbers.types import (
-    Assignment,
     Expression,
     Function,
     Matrix,
@@ -225,13 +224,12 @@ RANKS = {"H": 0, "tensor": 2, "constraint_jacobian": 2}
 @lru_cache(maxsize=512)
 def _function(s: SceneSymbols, what: str, numbers: Arithmetic, columns: bool = False) -> Function:
     """Return a quantity as a function of the letters that it asks for, and of the parameters."""
-    letters = {"x": s.x}
-    known: list[Assignment] = []
+    letters, graph = {"x": s.x}, Graph()
     if what in OF_VELOCITY and (closed := closed_velocity(s)) is not None:
-        known = [(list(s.u), list(closed))]
+        graph.define(s.u, [graph.hold(e) for e in graph.column(closed)])
     elif what in OF_VELOCITY or what == "momentum":
         letters["u"] = s.u
     if what in OF_VELOCITY or what == "tensor":
         letters["mu"] = s.mu
     letters["p"] = s.parameter_list
-    return numeric(letters, [QUANTITIES[what](s)], numbers, known, columns)
+    return numeric(letters, [QUANTITIES[what](s)], numbers, columns, graph)

@@ -18,9 +18,8 @@ from .arithmetic import Arithmetic
 from .graph import Graph
 from .operations import Operations
 from .registered import registered_names, with_tables
-from .statements import body, define
+from .statements import body
 from .types import (
-    Assignment,
     Expression,
     Expressions,
     Function,
@@ -42,7 +41,6 @@ def numeric(
     arguments: Mapping[str, Letter | Letters],
     results: Sequence[Result],
     numbers: Arithmetic,
-    definitions: Sequence[Assignment] = (),
     columns: bool = False,
     graph: Graph | None = None,
 ) -> Function:
@@ -50,18 +48,17 @@ def numeric(
 
     arguments: name → a symbol, or a vector of symbols. results: an expression gives a number, a
     list of k expressions a vector (k,), a sympy matrix or a list of matrices an array of its shape;
-    a single result is returned by itself. definitions: (symbols, expressions) that results and
-    later definitions may contain. graph: that of letters for held nodes in them. columns: True if,
-    in double precision, each argument's entries may be numpy columns of r numbers; arrays that vary
-    then have one more dimension, r. Raises `BadInput` for functions that no arithmetic has.
+    a single result is returned by itself. columns: True if, in double precision, each argument's
+    entries may be numpy columns of r numbers; arrays that vary then have one more dimension, r.
+    graph: that of nodes, or of letters for held nodes, in the results. Raises `BadInput` for
+    functions that no arithmetic has.
     """
-    return numeric_function(numeric_text(arguments, results, definitions, graph), numbers, columns)
+    return numeric_function(numeric_text(arguments, results, graph), numbers, columns)
 
 
 def numeric_text(
     arguments: Mapping[str, Letter | Letters],
     results: Sequence[Result],
-    definitions: Sequence[Assignment] = (),
     graph: Graph | None = None,
 ) -> str:
     """Return the text of the function that `numeric` makes, valid in every arithmetic.
@@ -72,7 +69,6 @@ def numeric_text(
     entries = [e for array in shaped for e in array.flat]
     graph = graph or Graph()
     operations = Operations(graph)
-    define(graph, definitions)
     vectors: dict[str, list[str]] = {}
     for name, given in arguments.items():  # a letter's own name may be a word of Python
         if hasattr(given, "__len__"):

@@ -26,7 +26,7 @@ from .operations import (
     Operations,
     Value,
 )
-from .types import Assignment, Expression, Expressions, Letter
+from .types import Expression, Expressions, Letter
 
 #: the binding strength of a text; one that is weaker than needed gets parentheses
 _TERMS, _FACTORS, _FACTOR, _RAISED, _ATOM = range(5)
@@ -77,12 +77,6 @@ def coefficients_text(name: str, coefficients: Coefficients) -> str:
     for letter, given in zip(graph.letters(coefficients.q), names, strict=True):
         operations.name(letter, given)
     return text_of(name, {"q": names}, operations, [operations.values(coefficients.values)])
-
-
-def define(graph: Graph, assignments: Iterable[Assignment]) -> None:
-    """Let letters stand for the values of assignments, each computed by itself."""
-    for letters, values in assignments:
-        graph.define(letters, [graph.hold(graph.node(e)) for e in values])
 
 
 def with_arguments(operations: Operations, arguments: Arguments) -> None:

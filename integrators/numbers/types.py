@@ -30,8 +30,6 @@ FieldPair: TypeAlias = tuple[SymbolicMatrix, SymbolicMatrix]
 #: letters or expressions in order: a list, or a column
 Letters: TypeAlias = Sequence[Letter]
 Expressions: TypeAlias = Sequence[Expression]
-#: letters and their values, one each (or `statements.Together`)
-Assignment: TypeAlias = tuple[Letters, list[Expression]]
 #: letter → the expression or number that replaces it
 Replacement: TypeAlias = dict[Letter, Expression]
 #: an int, Fraction or sympy number without any rounding
