@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, combinations, combinations_with_replacement, permutations, product
@@ -10,7 +10,7 @@ from math import prod
 
 from .errors import BadInput, shown
 from .numbers import exact_matrices, floats_exact, sympy
-from .numbers.types import Column, Exact, Expressions, SymbolicMatrix
+from .numbers.types import Exact, Expressions, SymbolicMatrix
 
 Nested = tuple[tuple[Exact, ...], ...]
 
@@ -66,11 +66,11 @@ class MatrixAlgebra:
         """The N×N sympy matrix ξ^γ e_γ of the coordinates ξ (length m)."""
         return sum((c * e for c, e in zip(xi, self.matrices, strict=True)), sympy.zeros(self.size))
 
-    def coordinates(self, matrix: SymbolicMatrix) -> Column:
-        """The m×1 coordinates of an N×N sympy matrix that lies in the algebra."""
-        column = self.dual * matrix.reshape(self.size**2, 1)
+    def coordinates(self, *matrices: SymbolicMatrix) -> SymbolicMatrix:
+        """The coordinates of N×N sympy matrices that lie in the algebra, a column (m×1) each."""
+        found = self.dual * _side_by_side(matrices)
         # complex matrices have real coordinates; left alone, i·i would never be multiplied out
-        return column.applyfunc(lambda e: e.expand(complex=True)) if self.is_complex else column
+        return found.applyfunc(lambda e: e.expand(complex=True)) if self.is_complex else found
 
     @cached_property
     def is_complex(self) -> bool:
@@ -80,9 +80,10 @@ class MatrixAlgebra:
             for e in self.basis for row in e for entry in row
         )  # fmt: skip
 
-    def contains(self, matrix: SymbolicMatrix) -> bool:
-        """True if the matrix is a combination of the basis, exactly."""
-        rest = matrix - self.hat(self.coordinates(matrix))
+    def contains(self, *matrices: SymbolicMatrix) -> bool:
+        """True if the matrices are combinations of the basis, exactly."""
+        basis = _side_by_side(self.matrices)
+        rest = _side_by_side(matrices) - basis * self.coordinates(*matrices)
         return all(entry == 0 or sympy.simplify(entry) == 0 for entry in rest)
 
     @cached_property
@@ -93,7 +94,7 @@ class MatrixAlgebra:
     @cached_property
     def dual(self) -> SymbolicMatrix:
         """The m×N² matrix that maps a matrix to its coordinates (least squares, exact)."""
-        columns = sympy.Matrix([list(e) for e in self.matrices]).T
+        columns = _side_by_side(self.matrices)
         gram = columns.H * columns
         if gram.det() == 0:
             raise BadInput(
@@ -179,7 +180,12 @@ class MatrixAlgebra:
         """
         es = self.matrices
         pairs = combinations_with_replacement(es, 2)
-        return all(self.contains(a * e * b + b * e * a) for a, b in pairs for e in es)
+        return self.contains(*(a * e * b + b * e * a for a, b in pairs for e in es))
+
+
+def _side_by_side(matrices: Iterable[SymbolicMatrix]) -> SymbolicMatrix:
+    """Return matrices as columns, each row by row."""
+    return sympy.Matrix([list(e) for e in matrices]).T
 
 
 def _elementary(n: int, entries: dict[tuple[int, int], Exact]) -> Nested:
