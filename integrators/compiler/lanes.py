@@ -58,7 +58,7 @@ def _write(array: Vector, index: int, lanes: Vector, count: int) -> None:
 def elementwise(function: Function) -> Function:
     """Return the function extended to arrays: it is applied to each lane separately."""
 
-    def of_lanes(*given: Number | Vector) -> Number | Vector:
+    def of_lanes(*given: Number | Vector) -> Number | Vector | tuple[Vector, ...]:
         length = next((len(g) for g in given if isinstance(g, np.ndarray)), None)
         if length is None:
             return function(*given)

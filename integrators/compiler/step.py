@@ -10,13 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal
 
 from ..numbers import Graph, Letters, Node, sympy
-from ..numbers.types import Expression, Letter, Mpf
+from ..numbers.types import Entries, Expression, Letter, Mpf
 
-#: a column, or a matrix row by row, of expressions of sympy or of nodes
-Entries: TypeAlias = Any
 #: the kind of an unknown: u or another velocity, a stage, a slope of z = (x, μ), a multiplier that
 #: the rows of a run hold, an impulse at the end of a step, a place over h
 Kind = Literal["velocity", "stage", "slope", "multiplier", "impulse", "place"]
@@ -64,7 +62,7 @@ class Step:
     extents: tuple[tuple[str, Expression], ...] = ()
     branch: Expression | None = None
     constants: Mapping[Letter, Callable[[int], Mpf]] = field(default_factory=dict)
-    wanted: tuple[Expression, ...] = ()
+    wanted: tuple[Expression | Node, ...] = ()
     kinds: Sequence[Kind] = ()
     explicit: bool = False
     composed: bool = False
@@ -83,7 +81,7 @@ class Step:
         slope = sympy.Matrix(m, m, [graph.shown(e) for row in nodes.slope for e in row])
         return replace(self, rows=rows, slope=slope, increment=increment, gain=gain)
 
-    def at(self, swap: Mapping[Letter, Expression]) -> Step:
+    def at(self, swap: Mapping[Letter, Expression | Node]) -> Step:
         """Return the step with expressions in place of letters in all that a step computes."""
         nodes, graph = self.nodes, self.nodes.graph
         parts = [nodes.rows, *nodes.slope, nodes.increment, nodes.gain, nodes.wanted]

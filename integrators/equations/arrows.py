@@ -22,7 +22,7 @@ from functools import cached_property
 
 from ..groupoids import Groupoid
 from ..numbers import Node, NodeMatrix, sympy
-from ..numbers.types import Column, Expression, SymbolicMatrix
+from ..numbers.types import Column, Entries, Expression, Letters, SymbolicMatrix
 from ..rules import Discretisation
 from .checks import check_letters
 from .discrete_lagrangian import DiscreteLagrangian
@@ -201,7 +201,7 @@ class Arrows:
         """Return nodes/h, term by term."""
         return [self.of.graph.divided(e, self.of.h) for e in nodes]
 
-    def total(self, column: Column, variable: Column) -> SymbolicMatrix:
+    def total(self, column: Entries, variable: Letters) -> SymbolicMatrix:
         """Return d(column)/d(variable) through all letters; the variable is x, u or s."""
         return self.of.scope.total(column, variable)
 

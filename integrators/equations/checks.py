@@ -53,7 +53,7 @@ def check_letters(of: DiscreteLagrangian, rule: Discretisation) -> None:
             )
 
 
-def check_known(symbols: set[Expression], s: SceneSymbols, rule: Discretisation) -> None:
+def check_known(symbols: set[Letter], s: SceneSymbols, rule: Discretisation) -> None:
     """Raise `BadInput` if one of the symbols of L_d is not among x, u and parameters."""
     if unknown := symbols - {*s.x, *s.u, *s.q}:
         raise BadInput(

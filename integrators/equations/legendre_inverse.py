@@ -6,12 +6,13 @@ factorial of its size, and exists for a Lagrangian that is quadratic in the velo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 
 from ..numbers import Arithmetic, Double, newton, numeric
-from ..numbers.types import Matrix, Numbers, Vector
+from ..numbers.types import Matrix, Number, Vector
 from .continuous import closed_velocity, mass_matrix, momentum
 from .symbols import SceneSymbols
 
@@ -43,7 +44,9 @@ class LegendreInverse:
         letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
         self._maps = numeric(letters, [list(momentum(s)), mass], numbers, columns=self.double)
 
-    def __call__(self, x: Matrix, mu: Matrix, p: Numbers, start: Matrix) -> np.ndarray:
+    def __call__(
+        self, x: Matrix, mu: Matrix, p: Sequence[Number | Vector], start: Matrix
+    ) -> np.ndarray:
         if self.closed and self.double:
             found = np.asarray(self._maps(x.T, mu.T, p), dtype=float)
             return np.broadcast_to(found.T, mu.shape)
@@ -59,7 +62,7 @@ class LegendreInverse:
             found[part] = self._rows(x[part], mu[part], _of(p, part), start[part])
         return found
 
-    def _row(self, x: Vector, mu: Vector, start: Vector, p: Numbers) -> Vector:
+    def _row(self, x: Vector, mu: Vector, start: Vector, p: Sequence[Number | Vector]) -> Vector:
         """Solve one row, in any arithmetic."""
 
         def change(xi: Vector) -> Vector:
@@ -70,7 +73,9 @@ class LegendreInverse:
         found = newton(change, start, max(map(abs, start), default=0), eps)
         return start * np.inf * 0 if found is None else found
 
-    def _rows(self, x: Matrix, mu: Matrix, p: Numbers, start: Matrix) -> np.ndarray:
+    def _rows(
+        self, x: Matrix, mu: Matrix, p: Sequence[Number | Vector], start: Matrix
+    ) -> np.ndarray:
         """Solve many rows in doubles: corrections are halved until the remainder shrinks."""
         left, mass = self._left(x, start, mu, p)
         if self.quadratic:
@@ -100,14 +105,16 @@ class LegendreInverse:
             size = np.maximum(size, np.abs(xi).sum(axis=1))
         return found
 
-    def _left(self, x: Matrix, xi: Matrix, mu: Matrix, p: Numbers) -> tuple[np.ndarray, np.ndarray]:
+    def _left(
+        self, x: Matrix, xi: Matrix, mu: Matrix, p: Sequence[Number | Vector]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return μ − ∂l/∂ξ (r, m) and the mass matrix, (r, m, m), or (m, m) if it is constant."""
         # constant entries are integers, which beyond 2⁶³ numpy takes for objects
         value, mass = (np.asarray(e, dtype=float) for e in self._maps(x.T, xi.T, p))
         return mu - np.broadcast_to(value.T, mu.shape), np.moveaxis(mass, (0, 1), (-2, -1))
 
 
-def _of(p: Numbers, rows: np.ndarray | slice) -> Numbers:
+def _of(p: Sequence[Number | Vector], rows: np.ndarray | slice) -> Sequence[Number | Vector]:
     """Return the parameters of some rows: those of a lattice may differ by row."""
     return [e[rows] if np.ndim(e) else e for e in p]
 

@@ -105,7 +105,7 @@ class OneStepEquations(StepEquations):
 
     # -- asking the map --------------------------------------------------------------------------
 
-    def _asked(self, *arguments: Column | Letter) -> Any:
+    def _asked(self, *arguments: Column | Letter | list[Column]) -> Any:
         return self.s.evaluated(self.rule.formula, f"map {self.rule.name}", self.view, *arguments)
 
     def _state(self, given: Any, what: str) -> Column:

@@ -13,7 +13,7 @@ from typing import Any
 from ..compiler import Kind, Step, kinds_of
 from ..errors import CannotMeasure
 from ..numbers import Graph, Scope, uncollected
-from ..numbers.types import Column, SymbolicMatrix
+from ..numbers.types import Column, Entries, Letters, SymbolicMatrix
 from ..rules import Discretisation
 from ..scene import Scene
 from .arrows import Arrows
@@ -39,8 +39,8 @@ class StepEquations:
     #: a mark of equations that share step and groupoid with others (`DiscreteEquations.altered`)
     mark = ""
     unknowns: Sequence[tuple[Kind, Column]]
-    rows: Column
-    increment: Column
+    rows: Entries
+    increment: Entries
     scope: Scope
 
     def __init__(self, s: SceneSymbols, rule: Discretisation) -> None:
@@ -91,7 +91,7 @@ class StepEquations:
         """∂(rows)/∂w, square."""
         return self.total(self.rows, self.w)
 
-    def total(self, entries: Column, variable: Column) -> SymbolicMatrix:
+    def total(self, entries: Entries, variable: Letters) -> SymbolicMatrix:
         """Return d(entries)/d(variable) through all letters; the variable is part of w or z."""
         return self.scope.total(entries, variable)
 

@@ -29,7 +29,7 @@ from .nodes import (
     Rational,
     slot,
 )
-from .types import Exact, Expression, Letter, Number, SymbolicMatrix
+from .types import Exact, Expression, Letter, Mpf, Number, SymbolicMatrix
 
 
 def evaluate(expression: Expression, digits: int) -> Number:
@@ -172,7 +172,7 @@ def evaluate_matrix(
         return sympy.Matrix(len(rows), width, list(map(decimal, values)))
 
 
-def number(expression: Expression, bits: int) -> Number:
+def number(expression: Expression, bits: int) -> Mpf:
     """Return an expression without symbols as an mpmath number that is right to so many bits."""
     digits = -(-bits * 30103 // 4_000_000) * 40 + 20  # few different precisions
     numbers = arithmetic(digits)

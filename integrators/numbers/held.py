@@ -30,7 +30,7 @@ from .nodes import (
     Row,
     Slopes,
 )
-from .types import Column, Expression, Letter, SymbolicMatrix
+from .types import Entries, Expression, Letter, Letters, SymbolicMatrix
 
 
 @dataclass(eq=False)
@@ -131,7 +131,7 @@ class Scope:
 
     # -- derivatives -----------------------------------------------------------------------------
 
-    def total(self, column: Column, variable: Column) -> SymbolicMatrix:
+    def total(self, column: Entries, variable: Letters) -> SymbolicMatrix:
         """Return d(column)/d(variable), all in sympy; the variable is a column of letters."""
         g = self.graph
         rows = self.jacobian([g.node(e) for e in column], g.letters(variable))

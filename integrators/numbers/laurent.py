@@ -41,7 +41,7 @@ class Atoms:
         import gmpy2
 
         self.exact, self._gmpy2 = exact, gmpy2
-        self.expressions: list[Expression] = []
+        self.expressions: list[Expression | None] = []
         self._until = time.monotonic() + MOST_SECONDS
         #: (an atom, an exponent, what that power of it is in other atoms)
         self._rules: list[tuple[int, Fraction, Laurent]] = []
@@ -56,7 +56,7 @@ class Atoms:
         if time.monotonic() > self._until:
             raise TooLong("the formulas become too long: ask for fewer powers of the step.")
 
-    def number(self, top: Number, bottom: int = 1) -> Number:
+    def number(self, top: Number | Fraction, bottom: int = 1) -> Number:
         """Return top/bottom as a coefficient."""
         q = self._gmpy2.mpq(top) / bottom if isinstance(top, int | float | Fraction) else top
         return q if self.exact else self._gmpy2.mpfr(q)

@@ -188,7 +188,7 @@ def tracked_later(
     return [Tracked(e, partial(lambda k: once()[k].balls, k)) for k, e in enumerate(values)]
 
 
-def rounded(values: Numbers | Number, errors: Numbers | Number = None) -> Tracked:
+def rounded(values: Numbers | Number, errors: Numbers | Number | None = None) -> Tracked:
     """Return numbers with errors in units of round-off, by default one rounding each."""
     values = np.asarray(values)
     errors = abs(values) if errors is None else np.broadcast_to(errors, values.shape)

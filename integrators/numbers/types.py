@@ -44,6 +44,8 @@ Number: TypeAlias = Any
 #: graph, a power series, a ball
 Scalar: TypeAlias = Any
 Scalars: TypeAlias = Sequence[Scalar]
+#: a column, or a matrix row by row, of expressions of sympy or of nodes of the graph
+Entries: TypeAlias = Any
 #: an array, or what numpy makes one of: plain, or with bounds of errors (`Tracked`), which numpy's
 #: functions take, too, but their types do not say so
 Array: TypeAlias = Any

@@ -81,11 +81,11 @@ class Exponential(EquivariantRetraction):
             return super().lag(algebra, xi, theta)
         ends, middle = theta * (1 - theta) / 2, 2 * theta - 1
 
-        def odd(z: Column) -> SymbolicMatrix:
+        def odd(z: Expression) -> Expression:
             c1, before, after = (stumpff(1, z * t**2 / 4) for t in (1, theta, 1 - theta))
             return ends * before * after / c1
 
-        def even(z: Column) -> SymbolicMatrix:
+        def even(z: Expression) -> Expression:
             c1, c3, inner = (stumpff(k, z * t**2 / 4) for k, t in ((1, 1), (3, 1), (3, middle)))
             return middle * (middle**2 * inner - c3) / (8 * c1)
 
@@ -168,7 +168,7 @@ def _size(matrix: Matrix) -> Number:
     return abs(matrix).max()
 
 
-def _coth(z: Column) -> Expression:
+def _coth(z: Expression) -> Expression:
     """Q with g(s) = 1 + s² Q(−s²), which has poles at whole turns."""
     c1, c2, c3 = (stumpff(k, z / 4) for k in (1, 2, 3))
     return (c2 - c3) / (4 * c1)

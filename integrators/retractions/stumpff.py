@@ -20,10 +20,10 @@ from ..numbers import (
     registered_function,
     sympy,
 )
-from ..numbers.types import Column, Expression, Letter, Number, Numbers
+from ..numbers.types import Expression, Letter, Number, Numbers
 
 
-def stumpff(k: int, z: Column) -> Expression:
+def stumpff(k: int, z: Expression) -> Expression:
     """c_k(z) as a sympy expression, k a whole number from 0."""
     return _class()(k, z)
 

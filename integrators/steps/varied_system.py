@@ -14,7 +14,7 @@ from dataclasses import replace
 from ..compiler import Step
 from ..equations import SceneSymbols, vector_field
 from ..errors import BadInput
-from ..numbers import jacobian, ratio, sympy
+from ..numbers import Node, jacobian, ratio, sympy
 from ..numbers.types import Expression, Function, Letter
 
 #: names of this room's letters, which no parameter of a scene can have: the physical time, the
@@ -27,7 +27,9 @@ def letter(name: str) -> Letter:
     return sympy.Symbol(name, real=True)
 
 
-def with_columns(system: Step, columns: Sequence[Letter], increments: Sequence[Expression]) -> Step:
+def with_columns(
+    system: Step, columns: Sequence[Letter], increments: Sequence[Expression | Node]
+) -> Step:
     """Return the system with more entries of x, which grow by increments in its letters."""
     more = tuple(letter(f"{c}_y") for c in columns)
     return replace(
