@@ -122,11 +122,10 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
         if not rows.any():
             continue
         usual, most = np.median(rows, axis=0), rows.max(axis=0)
-        with np.errstate(all="ignore"):
-            reach = np.nanmax(np.abs(line), axis=0) + np.abs(value)
         # the rounding of the argument causes no jump: near a pole its effect is far larger than the
         # round-off of the value, and larger at some points of the line than at most
         with np.errstate(all="ignore"):
+            reach = np.nanmax(np.abs(line), axis=0) + np.abs(value)
             slope = np.nanmax(np.abs(np.diff(line, axis=0)), axis=0) / width
         rounding = ARGUMENT * unit * (np.nan_to_num(slope, posinf=0.0) + reach)
         found = 1.5 * usual * DEVIATION
@@ -173,57 +172,51 @@ def _sixth(line: Matrix) -> Matrix:
     return np.where(np.isfinite(rows).all(axis=1)[:, None], rows, 0.0)
 
 
-def derivative(
-    f: Map, size: int, scale: Vector, noise: Noise, at: Vector | None = None
-) -> Derivative:
-    """Return the derivative at 0 (or `at`) of f: R^l → R^size; its arguments vary over scale (l,).
-
-    The widths are powers of 2 and share points.
-    """
-    f = guarded(f, size)
-    origin = np.zeros(len(scale)) if at is None else at
-    steps = 2.0 ** np.floor(np.log2(scale))
+def derivative(f: Map, size: int, scale: Vector, noise: Noise) -> Derivative:
+    """Return the derivative at 0 of f: R^l → R^size; its arguments vary over scale (l,)."""
+    f, steps = guarded(f, size), 2.0 ** np.floor(np.log2(scale))
     rough, most = ROUND_OFFS * (FARTHEST * noise.level + noise.jump), steps.max(initial=0.0)
     value, error = np.empty((size, len(scale))), np.empty((size, len(scale)))
-    for j, d in enumerate(steps):
-        ways = np.zeros((len(PARTS), len(scale)))
-        ways[:, j] = np.array(PARTS) * d
-        with np.errstate(all="ignore"):
-            ends = [images(f, origin + sign * ways) for sign in (1, -1)]
-            seen = dict(zip(PARTS, ends[0] - ends[1], strict=True))
-
-        def pair(part: float, j: int = j, d: float = d, seen: dict[float, Vector] = seen) -> Vector:
-            if part not in seen:
-                way = np.zeros(len(scale))
-                way[j] = part * d
-                with np.errstate(all="ignore"):
-                    seen[part] = f(origin + way) - f(origin - way)
-            return seen[part]
-
-        with np.errstate(all="ignore"):
-            found = np.array([sum(c * pair(i * w) for i, c in WEIGHTS.items()) / (w * d)
-                              for w in WIDTHS])  # fmt: skip
-            gaps = np.abs(np.diff(found, axis=0))
-            off = np.maximum(gaps[:-1], gaps[1:])
-            off = off + rough / (np.array(WIDTHS[1:-1])[:, None] * d)
-            off += EPS * np.abs(found[1:-1])
-        off[~np.isfinite(off)] = np.inf
-        best = off.argmin(axis=0)
-        value[:, j] = np.take_along_axis(found[1:-1], best[None], 0)[0]
-        error[:, j] = np.take_along_axis(off, best[None], 0)[0]
-        # An argument that moves little may be smooth over a far larger width: otherwise the
-        # round-off of a light body's large coordinates would drown the small ones of a heavy body.
-        # A wider width counts only if each one before it did, and within the error known so far:
-        # far away a function may be flat, and widths that agree there tell nothing about its slope
-        # here.
-        better, (before, here), width = best == 0, (found[1], found[0]), WIDTHS[0]
-        while better.any() and 8 * width * d <= most:
-            with np.errstate(all="ignore"):
-                wider = sum(c * pair(2 * i * width) for i, c in WEIGHTS.items()) / (2 * width * d)
-                off = np.maximum(np.abs(here - before), np.abs(wider - here))
-                off = off + rough / (width * d) + EPS * np.abs(here)
-                better &= (off < error[:, j]) & (np.abs(here - value[:, j]) <= error[:, j])
-            value[better, j], error[better, j] = here[better], off[better]
-            before, here, width = here, wider, 2 * width
+    with np.errstate(all="ignore"):
+        for j, way in enumerate(np.diag(steps)):
+            value[:, j], error[:, j] = _along(f, way, steps[j], rough, most)
     value[~np.isfinite(error)] = 0.0
     return Derivative(value, error)
+
+
+def _along(f: Map, way: Vector, d: float, rough: Vector, most: float) -> tuple[Vector, Vector]:
+    """Return the slope of f at 0 along a way of the length d, and its errors.
+
+    rough: the noise of a difference; most: the longest way. The widths are powers of 2 and share
+    points.
+    """
+    rows = np.outer(PARTS, way)
+    seen = dict(zip(PARTS, images(f, rows) - images(f, -rows), strict=True))
+
+    def pair(part: float) -> Vector:
+        if part not in seen:
+            seen[part] = f(part * way) - f(-part * way)
+        return seen[part]
+
+    found = np.array([sum(c * pair(i * w) for i, c in WEIGHTS.items()) / (w * d) for w in WIDTHS])
+    gaps = np.abs(np.diff(found, axis=0))
+    off = np.maximum(gaps[:-1], gaps[1:])
+    off = off + rough / (np.array(WIDTHS[1:-1])[:, None] * d)
+    off += EPS * np.abs(found[1:-1])
+    off[~np.isfinite(off)] = np.inf
+    best = off.argmin(axis=0)
+    value = np.take_along_axis(found[1:-1], best[None], 0)[0]
+    error = np.take_along_axis(off, best[None], 0)[0]
+    # An argument that moves little may be smooth over a far larger width: otherwise the round-off
+    # of a light body's large coordinates would drown the small ones of a heavy body. A wider width
+    # counts only if each one before it did, and within the error known so far: far away a function
+    # may be flat, and widths that agree there tell nothing about its slope here.
+    better, (before, here), width = best == 0, (found[1], found[0]), WIDTHS[0]
+    while better.any() and 8 * width * d <= most:
+        wider = sum(c * pair(2 * i * width) for i, c in WEIGHTS.items()) / (2 * width * d)
+        off = np.maximum(np.abs(here - before), np.abs(wider - here))
+        off = off + rough / (width * d) + EPS * np.abs(here)
+        better &= (off < error) & (np.abs(here - value) <= error)
+        value[better], error[better] = here[better], off[better]
+        before, here, width = here, wider, 2 * width
+    return value, error

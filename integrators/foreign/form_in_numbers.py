@@ -60,15 +60,15 @@ def pulled_back_defect(of: Derivative, start: Derivative, form: Rows) -> Defect:
     return _worst(gap, unsure + 4 * len(w) * EPS * size, np.maximum(size, _natural(size)))
 
 
-def volume_defect(of: Derivative, growth: float = 1.0) -> Defect:
-    """Return how far det M is from `growth`, relative to 1; the error uses the inverse of M."""
+def volume_defect(of: Derivative) -> Defect:
+    """Return how far |det M| is from 1; the error uses the inverse of M."""
     value = abs(float(np.linalg.det(of.value)))
     try:
         inverse = np.abs(np.linalg.inv(of.value))
     except np.linalg.LinAlgError:
         return Defect(1.0, 1.0, float("inf"))
     unsure = value * float(np.trace(inverse @ of.error)) + 8 * len(of.value) * EPS * value
-    gap = abs(value - growth)
+    gap = abs(value - 1.0)
     return Defect(max(0.0, gap - unsure), gap, unsure)
 
 
