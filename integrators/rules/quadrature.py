@@ -61,17 +61,16 @@ class Nodes:
 @lru_cache(maxsize=64)
 def rule(family: str, count: int, digits: int) -> tuple[tuple[Mpf, Mpf], ...]:
     """Return (node, weight) in order, for "gauss" (count ≥ 1) or "lobatto" (count ≥ 2)."""
+    from numpy.polynomial import Legendre  # a list of rules needs none of it
+
     with working_digits(digits + 10):
         if family == "gauss":
-            guesses = [-mpmath.cos(mpmath.pi * (i + 0.75) / (count + 0.5)) for i in range(count)]
-            roots = [_root(_legendre, count, x) for x in guesses]
+            roots = [_root(_legendre, count, x) for x in Legendre.basis(count).roots()]
             weights = [1 / ((1 - x**2) * _legendre(count, x)[1] ** 2) for x in roots]
         else:
             n = count - 1
-            places = [
-                (i + 1.25) / n - 3 / (8 * n * mpmath.pi**2 * (i + 1.25)) for i in range(n - 1)
-            ]
-            inner = [_root(_slope_of_legendre, n, -mpmath.cos(mpmath.pi * a)) for a in places]
+            extremes = Legendre.basis(n).deriv().roots() if n > 1 else ()
+            inner = [_root(_slope_of_legendre, n, x) for x in extremes]
             inner = [(a - b) / 2 for a, b in zip(inner, reversed(inner), strict=True)]
             roots = [mpmath.mpf(-1), *inner, mpmath.mpf(1)]
             weights = [1 / (n * (n + 1) * _legendre(n, x)[0] ** 2) for x in roots]
@@ -92,12 +91,8 @@ def _slope_of_legendre(n: int, x: Mpf) -> tuple[Mpf, Mpf]:
     return slope, (2 * x * slope - n * (n + 1) * value) / (1 - x**2)
 
 
-def _root(function: Callable[..., tuple[Mpf, Mpf]], n: int, x: Mpf) -> Mpf:
-    """Return the root of function(n, ·) nearest to x, by Newton's method, in doubles first."""
-    near = float(x)
-    for _ in range(6):
-        value, slope = function(n, near)
-        near -= value / slope
+def _root(function: Callable[..., tuple[Mpf, Mpf]], n: int, near: float) -> Mpf:
+    """Return the root of function(n, ·) that is `near` to double precision, by Newton's method."""
     x = mpmath.mpf(near)
     for _ in range(60):
         value, slope = function(n, x)
