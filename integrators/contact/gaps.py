@@ -139,27 +139,23 @@ class Gaps:
     def at(self, x: Vector, reach: Vector | float = 0) -> Place:
         """Return the gaps at a point; reach (K,): sizes of numbers added on the way to it."""
         phi, own_size, slope, normal, rho, own, own_slope, own_breadth = self._made(x)
-        slip, bases, where, scale, breadth, first = [], [], [], [], [], 0
+        parts, first = [], 0
         for i, coordinates in enumerate(self.coordinates):
-            last = first + len(coordinates or ())
+            of_gap = slice(first, first + len(coordinates or ()))
+            first = of_gap.stop
             if coordinates is None and self.friction[i] > 0:
-                scale.append(length(slope[i]))
-                bases.append(_plane(slope[i] / scale[i]))
-                where.append(x[: self.n])
-                breadth.append(abs(x[: self.n]).max())
-                slip.append(bases[i].T @ rho)
+                steep, at = length(slope[i]), x[: self.n]
+                plane = _plane(slope[i] / steep)
+                parts.append((plane.T @ rho, plane, at, steep, abs(at).max()))
             else:
-                scale.append(1 + 0 * phi[i])
-                bases.append(self._own_basis[i])
-                where.append(own[first:last])
-                breadth.append(max(own_breadth[first:last], default=0 * phi[i]))
-                slip.append(own_slope[first:last])
-            first = last
+                breadth = max(own_breadth[of_gap], default=0 * phi[i])
+                one = 1 + 0 * phi[i]
+                parts.append((own_slope[of_gap], self._own_basis[i], own[of_gap], one, breadth))
+        slip, bases, where, scale, breadths = map(list, zip(*parts, strict=True))
         size = own_size + reach
         closed = abs(phi) <= TOUCHING * self.numbers.eps * size
-        scales, breadths = np.array(scale), np.array(breadth)
-        return Place(x, phi, own_size, size, normal, slip, bases, where, scales, closed,
-                     breadths, rho)  # fmt: skip
+        return Place(x, phi, own_size, size, normal, slip, bases, where, np.array(scale), closed,
+                     np.array(breadths), rho)  # fmt: skip
 
     def at_start(self, x: Vector) -> Place:
         """Return the gaps at a start, which is known to the round-off of its largest coordinate."""
