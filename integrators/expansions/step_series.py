@@ -91,36 +91,27 @@ class StepSeries:
                 left = [_constant(e) for e in self.rows(x, mu, w, q)[0]]
                 if all(self.numbers.written(e).equals(0) for e in left):
                     return w
-                raise NotExpanded(
-                    f"{self.context.scene.name} with {self.context.scheme.rule.name}: a step of "
-                    "length 0 has no closed form."
-                )
-            size = float(max((np.max(np.abs(e), initial=0.0) for e in change), default=0.0))
-            scale = float(max((np.max(np.abs(e), initial=0.0) for e in w), default=0.0))
+                raise self._refused("a step of length 0 has no closed form.")
+            size, scale = map(_largest, (change, w))
             unit = float(self.numbers.eps) * scale
             if over(size, before, 4 * unit, size, size <= 2**12 * unit):
                 return w
             if not size < np.inf:
                 break
             before = size
-        raise NotExpanded(
-            f"{self.context.scene.name} with {self.context.scheme.rule.name}: Newton found no step "
-            "from there."
-        )
+        raise self._refused("Newton found no step from there.")
+
+    def _refused(self, why: str) -> NotExpanded:
+        return NotExpanded(f"{self.context.scene.name} with {self.context.scheme.rule.name}: {why}")
 
     def _inverse(self, x: Scalars, mu: Scalars, w: Scalars, q: Scalars) -> np.ndarray:
         """Return (∂rows/∂w)⁻¹ of the constant terms, an m×m array of coefficients."""
-        slope = self.slope(x, mu, w, q)
-        slope = np.asarray(slope)
-        size = len(slope)
+        slope = np.asarray(self.slope(x, mu, w, q))
         entries = [[_constant(e) for e in row] for row in slope]
         try:
-            return _inverted(entries, size, self.numbers)
+            return _inverted(entries, self.numbers)
         except (ZeroDivisionError, np.linalg.LinAlgError):
-            raise NotExpanded(
-                f"{self.context.scene.name} with {self.context.scheme.rule.name}: the equations of "
-                "a step are singular there."
-            ) from None
+            raise self._refused("the equations of a step are singular there.") from None
 
     def start(self, x: Scalars, mu: Scalars, parameters: Scalars, near: Scalars) -> list[Scalar]:
         """Return where Newton starts from constants (x, μ): at ξ(x, μ), f(x, μ), or 0."""
@@ -178,6 +169,10 @@ def _until(e: Scalar, end: int) -> Scalar:
     return Series(e.c, e.start, min(e.end, end)) if isinstance(e, Series) else e
 
 
+def _largest(values: Scalars) -> float:
+    return float(max((np.max(np.abs(e), initial=0.0) for e in values), default=0.0))
+
+
 def _cut(e: Scalar, terms: int) -> Scalar:
     return Series(e.c[:terms], e.start, min(e.end, e.start + terms)) if isinstance(e, Series) else e
 
@@ -186,7 +181,8 @@ def _times(matrix: np.ndarray, vector: Scalars) -> list[Scalar]:
     return [sum((a * e for a, e in zip(row, vector, strict=True)), start=0) for row in matrix]
 
 
-def _inverted(entries: list[list[Scalar]], size: int, numbers: Arithmetic | Atoms) -> np.ndarray:
+def _inverted(entries: list[list[Scalar]], numbers: Arithmetic | Atoms) -> np.ndarray:
+    size = len(entries)
     found = np.empty((size, size), dtype=object)
     if isinstance(numbers, Atoms):
         found[:] = _eliminated(entries, numbers)
