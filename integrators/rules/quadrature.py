@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from ..numbers import LazyModule, working_digits
-from ..numbers.types import Mpf
+from ..numbers.types import Mpf, Number
 
 mpmath = LazyModule("mpmath")
 
@@ -91,7 +91,7 @@ def _slope_of_legendre(n: int, x: Mpf) -> tuple[Mpf, Mpf]:
     return slope, (2 * x * slope - n * (n + 1) * value) / (1 - x**2)
 
 
-def _root(function: Callable[..., tuple[Mpf, Mpf]], n: int, near: float) -> Mpf:
+def _root(function: Callable[..., tuple[Mpf, Mpf]], n: int, near: Number) -> Mpf:
     """Return the root of function(n, ·) that is `near` to double precision, by Newton's method."""
     x = mpmath.mpf(near)
     for _ in range(60):
