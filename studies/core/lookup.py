@@ -65,10 +65,12 @@ def scene(thing: Scene | str) -> Scene:
     """Return `scene_given`, but raise `BadInput` for a lattice."""
     found = scene_given(thing)
     if "sites" in parts_of(found):
+        from .apart import judging
+
         word = thing if isinstance(thing, str) else found.name
         raise BadInput(
-            f"{found.name} is a lattice: `discmech run {word}` runs it, and the studies order, "
-            "symplecticity, momentum, energy and lattices judge it."
+            f"{found.name} is a lattice: `discmech run {word}` runs it, and it is judged by "
+            f"{judging(found)}."
         )
     return found
 
