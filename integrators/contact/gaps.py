@@ -24,6 +24,7 @@ from ..equations import (
 )
 from ..errors import BadInput, shown
 from ..numbers import Arithmetic, Matrix, Numbers, finite, flatten, jacobian, numeric, sympy
+from ..numbers.numeric import Result
 from ..numbers.types import Column, Expression, Function, MatrixLike, Number, SymbolicMatrix, Vector
 from ..scene import Scene
 from .bounds import GapBounds
@@ -278,7 +279,7 @@ def gap_functions(
         ]  # fmt: skip
 
     given = {"x": s.x, "p": s.parameter_list}
-    results: list[Expression] = [list(phi), sizes(phi, slope), slope, slope * rho, rho]
+    results: list[Result] = [list(phi), sizes(phi, slope), slope, slope * rho, rho]
     own_slope = jacobian(own, s.position) if len(own) else own
     results += [list(own), own_slope * rho, sizes(own, own_slope)] if len(own) else [[], [], []]
     return (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, FieldPair, Letter, SymbolicMatrix
@@ -55,7 +56,7 @@ class Clocked(Groupoid):
         """Return (b, t + θh)."""
         return self._of("target", x, u, h).col_join(sympy.Matrix([x[-1] + h * self.share(u)]))
 
-    def _of(self, what: str, x: Column, *rest: Column | Expression) -> SymbolicMatrix:
+    def _of(self, what: str, x: Column, *rest: Column | Expression) -> Any:
         return getattr(self.inner, what)(x[:-1, :], *rest)
 
     def _with_row(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
@@ -92,7 +93,7 @@ class Clocked(Groupoid):
         return self._of("inversion", x, u, h)
 
     @property
-    def _inversion(self) -> Column:
+    def _inversion(self) -> Column | None:
         return self.inner._inversion
 
     def increment(self, x: Column, u: Column, h: Expression) -> Column:

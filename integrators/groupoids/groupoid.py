@@ -216,7 +216,7 @@ class Groupoid(ABC):
         return all(abs(e) < 10**-40 for e in evaluate_matrix(excess, 100))  # its size is u²
 
     @cached_property
-    def _inversion(self) -> Column:
+    def _inversion(self) -> Column | None:
         """Closed form of ι: −u if that solves p = 0, else the solution if p is affine in v."""
         x, u, v, h = (self.symbols[k] for k in ("x", "u", "v", "h"))
         if all(sympy.simplify(entry) == 0 for entry in self.product(x, u, -u, h)):

@@ -52,7 +52,7 @@ class LocalGroupoid(Groupoid):
         return column_of(self._product, self.dim_u, f"{self.name}: product", x, u, v, h)
 
     @cached_property
-    def _inversion(self) -> Column:
+    def _inversion(self) -> Column | None:
         if self._inverse is None:
             return super()._inversion
         x, u, h = (self.symbols[k] for k in ("x", "u", "h"))

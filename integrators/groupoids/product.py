@@ -124,7 +124,7 @@ class ProductGroupoid(Groupoid):
         return right, left
 
     @cached_property
-    def _inversion(self) -> Column:
+    def _inversion(self) -> Column | None:
         s = self.symbols
         if any(g._inversion is None for g in self.parts):
             return None
