@@ -82,7 +82,9 @@ class RowAction(ActionGroupoid):
         return f"action({self.algebra.name}{rows}{self._chart})"
 
     def moved(self, x: Column, g: SymbolicMatrix) -> Column:
-        return (x.reshape(self.rows, self.algebra.size) * g).reshape(self.dim_x, 1)
+        N = self.algebra.size  # entry by entry: sympy's product of matrices has a long way
+        return sympy.Matrix([sympy.Add(*(e * g[i, j] for i, e in enumerate(x[at : at + N])))
+                             for at in range(0, self.dim_x, N) for j in range(N)])  # fmt: skip
 
     def target(self, x: Column, u: Column, h: Expression) -> Column:
         return x + self.increment(x, u, h)
