@@ -35,7 +35,7 @@ from ..equations import SceneSymbols, legendre_inverse
 from ..errors import BadInput, CannotMeasure
 from ..numbers import LazyModule, Number, finite, numeric
 from ..numbers.types import Function, MatrixLike
-from .blocks import at_ends
+from .blocks import at_ends, places
 
 if TYPE_CHECKING:
     from .lattice_flow import LatticeFlow
@@ -48,16 +48,15 @@ graphs = LazyModule("scipy.sparse.csgraph")
 class GapTerm:
     """The gaps of every site, or of every bond: K functions of x at its ends.
 
-    word: "site" or "bond"; ends (E, 1 or 2): the sites; moving (E,): True if one of them moves; p:
-    parameters, numbers or (E,); place, values: functions of `contact.gap_functions`; m: velocities
-    of a site.
+    word: "site" or "bond"; ends (E, 1 or 2): the sites; which: the numbers of the sites or bonds
+    that move; p: parameters, numbers or (E,); place, values: functions of `contact.gap_functions`;
+    m: velocities of a site.
     """
 
     flow: LatticeFlow
-
     word: str
     ends: np.ndarray
-    moving: np.ndarray
+    which: np.ndarray
     p: list[Number]
     K: int
     place: Function
@@ -65,13 +64,8 @@ class GapTerm:
     m: int
 
     @cached_property
-    def which(self) -> np.ndarray:
-        """The numbers of the sites or bonds that move."""
-        return np.flatnonzero(self.moving)
-
-    @cached_property
     def _own_p(self) -> list[Number]:
-        return [e[self.moving] if np.ndim(e) else e for e in self.p]
+        return [e[self.which] if np.ndim(e) else e for e in self.p]
 
     def phi(self, rows: np.ndarray) -> np.ndarray:
         """Return φ of all, (r, E, K), at rows of x (r, N, n)."""
@@ -87,7 +81,7 @@ class GapTerm:
         At the centre of a distance, where its slope is 0/0, a point beside it is taken, as in
         `Gaps`.
         """
-        rows = x[self.ends[self.moving]].reshape(len(self.which), -1)
+        rows = x[self.ends[self.which]].reshape(len(self.which), -1)
 
         def found(at: np.ndarray) -> list[np.ndarray]:
             with np.errstate(all="ignore"):
@@ -145,8 +139,8 @@ class LatticeGaps(Gaps):
         if any(e is not None for e in coordinates):
             raise BadInput(f"{self.lattice.name}: the contact of a lattice has no friction; give "
                            "gaps φ alone, without the coordinates of a plane.")  # fmt: skip
-        moving = self.lattice.free[ends].any(axis=1)
-        return GapTerm(self.flow, word, ends, moving, p, len(coordinates), place, values, self.m)
+        which = np.flatnonzero(self.lattice.free[ends].any(axis=1))
+        return GapTerm(self.flow, word, ends, which, p, len(coordinates), place, values, self.m)
 
     @cached_property
     def owners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -166,7 +160,7 @@ class LatticeGaps(Gaps):
 
     def phi(self, rows: np.ndarray) -> np.ndarray:
         """Return φ of the gaps that move, (r, gaps), at rows of x (r, N, n)."""
-        return np.hstack([term.phi(rows)[:, term.moving].reshape(len(rows), -1)
+        return np.hstack([term.phi(rows)[:, term.which].reshape(len(rows), -1)
                           for term in self.terms])  # fmt: skip
 
     def by_terms(self, values: np.ndarray) -> dict[str, np.ndarray]:
@@ -206,10 +200,9 @@ class LatticeGaps(Gaps):
         parts, rows = [], self.of_sites(x)
         for term in self.terms:
             phi, own, slope, normal = term.at(rows)
-            ends = term.ends[term.moving]
+            ends = term.ends[term.which]
             free = np.repeat(self.lattice.free[ends], self.m, axis=1)
-            places = (self.m * ends[:, :, None] + np.arange(self.m)).reshape(len(ends), -1)
-            across = np.repeat(places, term.K, axis=0)
+            across = np.repeat(places(ends, self.m), term.K, axis=0)
             of_all = self._matrix((normal * free[:, None]).reshape(across.shape), across)
             parts.append((phi.ravel(), own.ravel(), abs(slope).sum(axis=2).ravel(), of_all))
         *columns, normals = zip(*parts, strict=True)
@@ -246,16 +239,14 @@ class LatticeGaps(Gaps):
         place, name = self.at_start(x.ravel()), self.lattice.name
         for k in np.flatnonzero(~(place.phi >= -TOUCHING * self.numbers.eps * place.size))[:1]:
             word, i, own = self.where(k)
-            raise BadInput(f"{name}: x0 of {word} {i} is inside the obstacle: "
-                           f"its gap {own} is {place.phi[k]:.3g}; begin outside."
-                           )  # fmt: skip
+            raise BadInput(f"{name}: x0 of {word} {i} is inside the obstacle: its gap {own} is "
+                           f"{place.phi[k]:.3g}; begin outside.")  # fmt: skip
         closed = np.flatnonzero(place.closed)
         normals = place.normal[closed]
         for k in closed[~(abs(normals).max(axis=1).toarray().ravel() > 0)]:
             word, i, own = self.where(k)
-            raise BadInput(f"{name}: gap {own} of {word} {i} is closed "
-                           "at x0 and no motion changes it there; write it with a slope (a "
-                           "distance has one).")  # fmt: skip
+            raise BadInput(f"{name}: gap {own} of {word} {i} is closed at x0 and no motion changes "
+                           "it there; write it with a slope (a distance has one).")  # fmt: skip
         for some in _components(normals @ normals.T):
             rows = normals[some]
             if opposed(rows[:, np.unique(rows.indices)].toarray()):
@@ -291,8 +282,8 @@ class LatticeGaps(Gaps):
         if isinstance(rows, np.ndarray):
             by_sites = rows.reshape(len(rows), self.N, 1, k)
             return np.matmul(by_sites, back).reshape(rows.shape)
-        places = np.arange(self.N * k).reshape(self.N, 1, k) + np.zeros((k, 1), dtype=int)
-        return rows @ self._matrix(back.reshape(-1, k), places.reshape(-1, k))
+        own = np.repeat(np.arange(self.N * k).reshape(self.N, k), k, axis=0)
+        return rows @ self._matrix(back.reshape(-1, k), own)
 
     def flexibility(
         self, x: np.ndarray, xi: np.ndarray, rows: MatrixLike, push: MatrixLike
@@ -305,7 +296,7 @@ class LatticeGaps(Gaps):
         mass, _, _ = self._of_mass(place.x)
         v = xi.reshape(self.N, self.m)
         twice = np.einsum("ia,iab,ib->i", v, mass, v)
-        of_gaps = [np.repeat(twice[term.ends[term.moving]].sum(axis=1), term.K)
+        of_gaps = [np.repeat(twice[term.ends[term.which]].sum(axis=1), term.K)
                    for term in self.terms]  # fmt: skip
         moved, normal = self._freed(place.x, place.normal), place.normal
         both = moved * normal if isinstance(moved, np.ndarray) else moved.multiply(normal)
@@ -324,7 +315,7 @@ class LatticeGaps(Gaps):
         """1 for each gap and each of its sites that move, (gaps, N)."""
         parts = []
         for term in self.terms:
-            ends = np.repeat(term.ends[term.moving], term.K, axis=0)
+            ends = np.repeat(term.ends[term.which], term.K, axis=0)
             rows = np.repeat(np.arange(len(ends)), ends.shape[1])
             values = self.lattice.free[ends].astype(float).ravel()
             made = sparse.csr_matrix((values, (rows, ends.ravel())), (len(ends), self.N))

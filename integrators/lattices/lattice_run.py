@@ -77,8 +77,7 @@ class LatticeRun:
             ranges, len(ranges), segments, len(segments), self.totals,
         )  # fmt: skip
         self.halves: TwoHalves | None = None
-        several = scheme.substeps or kernels.affine or scheme.timed
-        several = several or self.numbers.dtype is not np.float64
+        several = scheme.substeps or kernels.affine or scheme.timed or zeros(0).dtype != np.float64
         if scheme.local and not several and len(self.x) >= LEAST:
             self.halves = TwoHalves(kernels.advance, self.arguments)
         #: the digest of the data of a run in its arrays
