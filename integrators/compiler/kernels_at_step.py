@@ -51,26 +51,32 @@ class Run:
 
     @cached_property
     def xs(self) -> Matrix:
+        """The points of the rows, with any time behind."""
         return self._part(0, self.layout.n)
 
     @cached_property
     def us(self) -> Matrix:
+        """The unknowns of the steps that leave the rows."""
         return self._part(self.layout.n, self.layout.row_width)
 
     @cached_property
     def mus(self) -> Matrix:
+        """The momenta of the rows."""
         return self._part(self.layout.n + self.layout.row_width, self.layout.m)
 
     @cached_property
     def counts(self) -> Vector:
+        """The corrections of the steps that leave the rows."""
         return self._part(self.layout.columns, 1).view(np.int64)[:, 0]
 
     @cached_property
     def translates(self) -> Vector:
+        """The numbers of the translates in which the rows' u are written."""
         return self._part(self.layout.columns + 1, 1).view(np.int64)[:, 0]
 
     @cached_property
     def totals(self) -> Vector:
+        """The counters of the whole run, by `Entry`."""
         return self.block[-len(Entry) :]
 
     def count_in(self, totals: Vector) -> None:
