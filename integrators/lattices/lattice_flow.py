@@ -163,6 +163,7 @@ class LatticeFlow:
         with self.numbers.working():
             return self.numbers.array(list(map(self.numbers.number, array.ravel())), *array.shape)
 
+    @arguments_checked
     def poisson_defect(
         self, x: Rows, mu: Rows, *, t: Given = 0, pairs: int = 3, seed: int = 0,
         bracket_sign: int = 1,
@@ -175,6 +176,7 @@ class LatticeFlow:
         be a row of a run. bracket_sign = −1 flips the bracket, as a negative control. Raises
         `CannotMeasure` for compositions.
         """
+        pairs = whole_number("pairs", pairs, 1)
         step = step_derivative(self, *self._start(x, mu), float(exact_rational(t, "t")))
         return poisson_defect(step, pairs, seed, bracket_sign)
 

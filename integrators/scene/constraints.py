@@ -36,6 +36,15 @@ class ConstraintParts:
     shift: Scalars = ()
     reactions: Sequence[Scalars] | None = None
 
+    def __post_init__(self) -> None:
+        """Take arrays, matrices and single expressions for lists, as of a scene's own functions."""
+        for word in ("positions", "shift"):
+            object.__setattr__(self, word, _column(getattr(self, word)))
+        for word in ("rows", "reactions"):
+            if (given := getattr(self, word)) is not None:
+                rows = list(map(_column, entries_of(_listed(given))))
+                object.__setattr__(self, word, rows)
+
 
 @dataclass(frozen=True)
 class ConstraintKind:

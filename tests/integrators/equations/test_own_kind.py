@@ -105,6 +105,23 @@ def test_a_wrong_function_of_a_kind_is_said_in_a_sentence(parts, said):
         Scheme(follower("follower", wrong(lambda x, p: [[1, 0]])), rules.get("midpoint"))
 
 
+@pytest.mark.parametrize("parts", [
+    {"rows": sympy.Matrix([[1, 0]]), "shift": sympy.Matrix([0])},
+    {"rows": np.array([[1.0, 0.0]]), "shift": 0}, {"rows": ([1, 0],), "shift": [0]},
+])  # fmt: skip
+def test_parts_are_lists_arrays_matrices_and_single_expressions(parts):
+    kind = replace(SERVO, parts=lambda given, m: ConstraintParts(**parts))
+    scheme = Scheme(follower("follower", kind(lambda x, p: 0)), rules.get("midpoint"))
+    assert scheme.flow("1/20").trajectory(2).x[-1, 0] == pytest.approx(0, abs=1e-15)
+
+
+def test_parts_that_are_none_are_said_in_a_sentence():
+    for parts in ({"positions": None}, {"rows": [[1, 0]], "shift": None}):
+        kind = replace(SERVO, parts=lambda given, m, parts=parts: ConstraintParts(**parts))
+        with pytest.raises(BadInput, match="its constraint is None, not an expression"):
+            Scheme(follower("follower", kind(lambda x, p: 0)), rules.get("midpoint"))
+
+
 def test_it_is_asked_for_as_constraint_only():
     with pytest.raises(CannotMeasure, match="without stages"):
         Scheme(held(), rules.get("gauss-2"))
