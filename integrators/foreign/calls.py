@@ -34,8 +34,7 @@ class BoxRaised(Exception):
 class Calls:
     """A box on one scene at one step size: `run` makes steps in the box's own coordinates.
 
-    n, m: the lengths of its q and p (None: those of the first answer, if the box has its own
-    coordinates). kind: the type of its numbers.
+    kind: the type of its numbers.
     """
 
     def __init__(self, box: Box, system: System, h: Number, kind: type, scene: str) -> None:
@@ -46,7 +45,6 @@ class Calls:
         #: the last argument of each function, where it takes one
         self._last = {name: (system,) if takes_system(*part) else ()
                       for name, part in functions_of(box.formula, box.runs).items()}  # fmt: skip
-        self._step = 0  # the step that is being made
 
     def run(
         self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep
@@ -60,22 +58,24 @@ class Calls:
         if not steps:
             return
         way = self._with_memory if self.box.remembers else self._stepwise
-        self._step = 0
+        made = [0]  # the number of the step that is being made; runs may be made side by side
         try:
-            (self._whole if self.box.runs else way)(q, p, steps, every, at, row)
+            (self._whole if self.box.runs else way)(q, p, steps, every, at, row, made)
         except (BadInput, BoxRaised):
             raise
         except RAISED as error:
-            raise self._raised(error) from error
+            raise self._raised(made[0], error) from error
 
-    def _stepwise(self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep) -> None:
+    def _stepwise(
+        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep, made: list[int]
+    ) -> None:
         function, h, last = self.box.formula, self.h, self._last["the function"]
         shapes, kind = (q.shape, p.shape), self.kind
         plain, several = kind == DOUBLE and q.ndim == 1, q.ndim == 2
         q, p = q.copy(), p.copy()
         timed = self.system._clocked
         for k in range(steps):
-            self._step = k
+            made[0] = k
             if timed:
                 at(k)
             q.setflags(write=False)
@@ -94,14 +94,14 @@ class Calls:
                 row(k + 1, q, p)
 
     def _with_memory(
-        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep
+        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep, made: list[int]
     ) -> None:
         shapes, last, timed = (q.shape, p.shape), self._last, self.system._clocked
         method = self.box.formula()
         at(0)
         state = method.start(q.copy(), p.copy(), self.h, *last["start"])
         for k in range(steps):
-            self._step = k
+            made[0] = k
             if timed:
                 at(k)
             state = method.step(state, self.h, *last["step"])
@@ -113,7 +113,9 @@ class Calls:
                 if (k + 1) % every == 0:
                     row(k + 1, q.copy(), p.copy())
 
-    def _whole(self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep) -> None:
+    def _whole(
+        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep, made: list[int]
+    ) -> None:
         at(0)
         last = self._last["the function"]
         given = self.box.formula(q.copy(), p.copy(), self.h, steps, every, *last)
@@ -177,7 +179,7 @@ class Calls:
         if not fine:
             raise BoxRaised(k, "the black box gives numbers that are not finite")
 
-    def _raised(self, error: BaseException) -> Exception:
+    def _raised(self, k: int, error: BaseException) -> Exception:
         """Return the error for an exception that the box raised."""
         place, begun = line_of(self._asked, error), at_line(self._asked, error)
         if isinstance(error, ValueError) and str(error).endswith(" is read-only"):
@@ -192,14 +194,13 @@ class Calls:
                 '"pair" of a box that takes them to be as many'
             )
         said = " ".join(str(error).split())[:200]
-        if self._step == 0 and isinstance(error, SLIPS):
+        if k == 0 and isinstance(error, SLIPS):
             said += "; functions of the system take (q, p)" * said.startswith("SceneInNumbers.")
             return BadInput(
                 f"{begun}the black box {self.box.name} could not be run: {type(error).__name__}: "
                 f"{said}."
             )
-        why = f"the black box raises {type(error).__name__}: {said}{where}"
-        return BoxRaised(self._step, why)
+        return BoxRaised(k, f"the black box raises {type(error).__name__}: {said}{where}")
 
 
 #: errors of a function's text, which it raises at its first step for any numbers

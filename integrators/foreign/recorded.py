@@ -127,7 +127,6 @@ class RecordedScheme(BoxScheme):
 
     def __init__(self, scene: Scene, rule: Recorded) -> None:
         super().__init__(scene, rule)
-        self.given = self.scene
         first = rule.recordings[0]
         numbers = arithmetic(DIGITS)
         system = SceneInNumbers(self.s, scene, numbers)
