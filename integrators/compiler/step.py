@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Any, Literal
 
 from ..numbers import Graph, Letters, Node, sympy
+from ..numbers.nodes import HELD
 from ..numbers.types import Entries, Expression, Letter, Mpf
 
 #: the kind of an unknown: u or another velocity, a stage, a slope of z = (x, μ), a multiplier that
@@ -84,13 +85,15 @@ class Step:
     def at(self, swap: Mapping[Letter, Expression | Node]) -> Step:
         """Return the step with expressions in place of letters in all that a step computes."""
         nodes, graph = self.nodes, self.nodes.graph
-        parts = [nodes.rows, *nodes.slope, nodes.increment, nodes.gain, nodes.wanted]
+        parts = [nodes.rows, *nodes.slope, nodes.increment, nodes.gain, nodes.wanted, nodes.y]
         swapped = {graph.letter(a).index: graph.node(e) for a, e in swap.items()}
         made = iter(graph.rebuilt([e for part in parts for e in part], swapped))
-        rows, *slope, increment, gain, wanted = ([next(made) for _ in part] for part in parts)
+        rows, *slope, increment, gain, wanted, y = ([next(made) for _ in part] for part in parts)
+        # a held y has a new letter if its value changes
+        ends = (graph.shown(e) if e.kind == HELD else a for e, a in zip(y, self.y, strict=True))
         return replace(
             self, graph=graph, rows=rows, slope=[e for row in slope for e in row],
-            increment=increment, gain=gain, wanted=tuple(wanted),
+            increment=increment, gain=gain, wanted=tuple(wanted), y=tuple(ends),
         )  # fmt: skip
 
     @property
