@@ -17,14 +17,13 @@ def apart(choice: Choice, study: Study | None = None) -> list[str]:
     """
     asked = "equations" if study is None else study.asks_for
     return [
-        f"{s.name} {why_not(s)}: it is judged by {judging(s)}, and not by "
+        f"{s.name} {why_not(s)}: it is judged by {_judging(s)}, and not by "
         f"{'other studies' if study is None else study.name}."
         for s in choice.scenes if not {asked, "equations"} & parts_of(s)
     ]  # fmt: skip
 
 
-def judging(scene: Any) -> str:
-    """Return the commands of the studies that judge a system, as words of a sentence."""
+def _judging(scene: Any) -> str:
     parts = parts_of(scene)
     return ", ".join(f"`discmech {s.name}`" for s in every_study().values()
                      if s.usual and s.asks_for in parts)  # fmt: skip

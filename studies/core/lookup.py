@@ -65,12 +65,17 @@ def scene(thing: Scene | str) -> Scene:
     """Return `scene_given`, but raise `BadInput` for a lattice."""
     found = scene_given(thing)
     if "sites" in parts_of(found):
-        from .apart import judging
-
         word = thing if isinstance(thing, str) else found.name
+        others = {
+            "order": "end",
+            "symplecticity": "form",
+            "momentum": "momenta",
+            "energy": "energy",
+        }
+        asked = ["lattices", *(study for study, part in others.items() if part in parts_of(found))]
         raise BadInput(
             f"{found.name} is a lattice: `discmech run {word}` runs it, and it is judged by "
-            f"{judging(found)}."
+            f"{', '.join(f'`discmech {study}`' for study in asked)}."
         )
     return found
 
