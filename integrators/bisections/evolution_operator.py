@@ -37,10 +37,7 @@ class EvolutionOperator:
     """
 
     def __init__(
-        self,
-        context: StepContext,
-        sigma: Bisection | None = None,
-        upsilon: Bisection | None = None,
+        self, context: StepContext, sigma: Bisection | None = None, upsilon: Bisection | None = None
     ) -> None:
         if not isinstance(context, StepContext):
             raise BadInput(f"the context of an operator is {shown(context)}: give flow.context.")

@@ -27,15 +27,7 @@ from ..errors import CannotMeasure
 from ..numbers.types import Number, Vector
 from .cones import Jammed, NotFound, length
 from .gaps import Gaps, Place
-from .impacts import (
-    AGAIN,
-    NOISE,
-    Active,
-    active,
-    in_cones,
-    returned_share,
-    velocity_law,
-)
+from .impacts import AGAIN, NOISE, Active, active, in_cones, returned_share, velocity_law
 
 LEFT_OVER = 2**12  # a gap may be negative by so many units of round-off
 ZENO = 64  # after so many impacts in one step a gap closes without a rebound

@@ -21,15 +21,7 @@ from ..equations import (
     rates,
 )
 from ..numbers import Arithmetic, Double, Graph, jacobian, numeric, sympy
-from ..numbers.types import (
-    Expression,
-    Function,
-    Matrix,
-    Number,
-    Numbers,
-    SymbolicMatrix,
-    Vector,
-)
+from ..numbers.types import Expression, Function, Matrix, Number, Numbers, SymbolicMatrix, Vector
 from ..scene import Scene
 
 

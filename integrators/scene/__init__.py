@@ -2,15 +2,7 @@
 
 from ..errors import BadInput
 from ..numbers import refuse_unwritten, short_numbers
-from ..numbers.types import (
-    Column,
-    Covector,
-    Parameters,
-    Point,
-    Scalar,
-    SymbolicMatrix,
-    Velocity,
-)
+from ..numbers.types import Column, Covector, Parameters, Point, Scalar, SymbolicMatrix, Velocity
 from .affine import halves
 from .constraints import Constraint, ConstraintKind, ConstraintParts, entries_of, velocity_rows
 from .pickled import Again, again, flow_of

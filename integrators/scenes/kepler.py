@@ -25,8 +25,6 @@ scene = Scene(
     v0=[0, 2],  # (0, √((1 + e)/(1 − e)))
     duration=5,
     step="1/50",
-    symmetries=[
-        Conserved("angular momentum", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0]),
-    ],
+    symmetries=[Conserved("angular momentum", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0])],
     source="Hairer, Lubich, Wanner, Geometric Numerical Integration, I.2",
 )

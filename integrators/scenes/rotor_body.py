@@ -22,9 +22,7 @@ scene = Scene(
     v0=["0.3", "0.7", "0.6", "0.5"],
     duration=10,
     step="0.1",
-    symmetries=[
-        Conserved("|Π|²", lambda x, mu, p: mu[1:, 0].dot(mu[1:, 0]), kind="Casimir"),
-    ],
+    symmetries=[Conserved("|Π|²", lambda x, mu, p: mu[1:, 0].dot(mu[1:, 0]), kind="Casimir")],
     source="Bloch, Krishnaprasad, Marsden, Sánchez de Alvarez, Automatica 28 (1992); here the "
     "torque on the rotor is a spring's",
 )

@@ -12,13 +12,7 @@ import numpy as np
 from ..compiler import KernelsAtStep, Step
 from ..equations import SceneSymbols, energy, legendre_inverse
 from ..equations.legendre_inverse import LegendreInverse
-from ..errors import (
-    SMALLER,
-    BadInput,
-    CannotMeasure,
-    StepFailure,
-    arguments_checked,
-)
+from ..errors import SMALLER, BadInput, CannotMeasure, StepFailure, arguments_checked
 from ..flows import Flow, FreeMotion, Start
 from ..geometry import LocalGeometry, OneStepGeometry, StepContext
 from ..numbers import (

@@ -16,14 +16,7 @@ from ..numbers.types import Expression, Function, Given
 from ..scene import Scene
 from .poincare import ENERGY, in_own_time
 from .varied_flow import VariedFlow
-from .varied_system import (
-    TIME,
-    controlled,
-    letter,
-    logarithmic_rate,
-    sigma_of,
-    with_columns,
-)
+from .varied_system import TIME, controlled, letter, logarithmic_rate, sigma_of, with_columns
 
 
 class VariedScheme(DiscretisedScene):

@@ -7,16 +7,7 @@ import pytest
 import sympy
 from sympy import Matrix, Rational, zeros
 
-from discmech.integrators import (
-    BadInput,
-    MatrixAlgebra,
-    lie_group,
-    se,
-    sl,
-    so,
-    sp,
-    su,
-)
+from discmech.integrators import BadInput, MatrixAlgebra, lie_group, se, sl, so, sp, su
 from discmech.integrators.retractions import cayley, exponential
 from tests.objects.retractions import close, decimals, direction, element
 

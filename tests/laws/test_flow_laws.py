@@ -54,8 +54,7 @@ def strata():
 everywhere = pytest.mark.parametrize(("scene", "rule", "size", "start"), named(strata()))
 #: the same where no force acts: it need not keep any form
 unforced = pytest.mark.parametrize(
-    ("scene", "rule", "size", "start"),
-    named(e for e in strata() if SCENES[e[0]].force is None),
+    ("scene", "rule", "size", "start"), named(e for e in strata() if SCENES[e[0]].force is None)
 )
 
 

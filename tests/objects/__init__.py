@@ -18,14 +18,7 @@ from tests.objects.groupoids import (
 )  # fmt: skip
 from tests.objects.retractions import RETRACTIONS, fits
 from tests.objects.rules import PLAIN, RULES, two_thirds
-from tests.objects.scenes import (
-    ALIKE,
-    BUILT_IN,
-    OWN_SCENES,
-    SCENES,
-    exact_parameters,
-    exact_start,
-)
+from tests.objects.scenes import ALIKE, BUILT_IN, OWN_SCENES, SCENES, exact_parameters, exact_start
 from tests.objects.schedule import ALWAYS, EXPENSIVE, TURN, named
 from tests.objects.schemes import (
     BUILT_IN_SCHEMES,

@@ -228,12 +228,7 @@ MISPRINTS = (
         r"the discrete Lagrangian, $hl$ and $hL_c$",
         "the factor is common to all terms",
     ),
-    Misprint(
-        NOTATION,
-        "E-for-AG",
-        r"$\tau:E\to M$",
-        r"$\tau:AG\to M$ of section 2",
-    ),
+    Misprint(NOTATION, "E-for-AG", r"$\tau:E\to M$", r"$\tau:AG\to M$ of section 2"),
     Misprint(
         NOTATION,
         "alpha-as-index",

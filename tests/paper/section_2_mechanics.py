@@ -51,11 +51,7 @@ def variation(s: Sample) -> Iterator[Claim]:
         yield same("variation", slope(lambda t: sum(s.L_d(*g) for g in moved(t))), wanted)
 
 
-@checked(
-    "2.2-4",
-    r"$N=2$: $\overleftarrow{X}(g)(L_d)-\overrightarrow{X}(h)(L_d)=0$",
-    EVERYWHERE,
-)
+@checked("2.2-4", r"$N=2$: $\overleftarrow{X}(g)(L_d)-\overrightarrow{X}(h)(L_d)=0$", EVERYWHERE)
 def two_arrows(s: Sample) -> Iterator[Claim]:
     g, h = (s.x, s.u), (s.y, s.v)
     gap = [plus_by_curve(s, g, a) - minus_by_curve(s, h, a) for a in range(s.m)]
@@ -78,9 +74,7 @@ def prolonged_bracket(s: Sample) -> Iterator[Claim]:
 
     fields = [-c for c in s.C(s.x)]
     wanted = zip(
-        combined(s, fields, s.right(s.x, s.u)),
-        combined(s, s.C(s.y), s.left(s.x, s.u)),
-        strict=True,
+        combined(s, fields, s.right(s.x, s.u)), combined(s, s.C(s.y), s.left(s.x, s.u)), strict=True
     )
     yield same("bracket", lie_brackets(s, anchored, anchored), [a + b for a, b in wanted])
 
@@ -89,11 +83,7 @@ definition("2.3-4", r"$\Theta^-(X_g,Y_g)=-X_g(L_d)$, $\Theta^+(X_g,Y_g)=Y_g(L_d)
 definition("2.3-5", r"$X^{(1,0)}=(\overrightarrow{X},0)$, $X^{(0,1)}=(0,\overleftarrow{X})$")
 
 
-@checked(
-    "2.3-text",
-    r"$dL_d=\Theta^+-\Theta^-$, so $d\Theta^+=d\Theta^-$",
-    EVERYWHERE,
-)
+@checked("2.3-text", r"$dL_d=\Theta^+-\Theta^-$, so $d\Theta^+=d\Theta^-$", EVERYWHERE)
 def d_of_theta(s: Sample) -> Iterator[Claim]:
     dL = [s.d_x(s.x, s.u).T, s.d_u(s.x, s.u).T]
     gradient = dL[0].row_join(dL[1])

@@ -20,11 +20,7 @@ from .section_2_groupoids import arrow
 from .section_3_group import adjoint
 
 
-@checked(
-    "3.7-1",
-    r"$\alpha(x,g)=x$, $\beta(x,g)=xg$, $m=(x,gg')$, $i(x,g)=(xg,g^{-1})$",
-    ACTIONS,
-)
+@checked("3.7-1", r"$\alpha(x,g)=x$, $\beta(x,g)=xg$, $m=(x,gg')$, $i(x,g)=(xg,g^{-1})$", ACTIONS)
 def structure(s: Sample) -> Iterator[Claim]:
     g, h = s.tau(s.h * s.u), s.tau(s.h * s.v)
     yield same("β", s.b(s.x, s.u), act(s, s.x, g))
@@ -148,9 +144,7 @@ def equations_in_velocities(s: Sample) -> Iterator[Claim]:
 
 
 @checked(
-    "3.7-remark",
-    r"pair and group together: $\rho=(hI,0)$, $L$ and $R$ block-diagonal",
-    SYMBOLIC,
+    "3.7-remark", r"pair and group together: $\rho=(hI,0)$, $L$ and $R$ block-diagonal", SYMBOLIC
 )
 def product_of_both() -> Iterator[Claim]:
     G = product(pair(1), lie_group(so(3)))

@@ -167,8 +167,7 @@ def fields_adapted_to_beta(s: Sample) -> Iterator[Claim]:
     pairs = (("left", s.pushed_left, 1, s.right), ("right", s.pushed_right, -1, s.left))
     for name, pushed, sign, fields in pairs:
         found = columns(
-            s.m,
-            lambda a, f=pushed, sign=sign: sign * slope(lambda t: arrow(s.inverse(f(g, a, t)))),
+            s.m, lambda a, f=pushed, sign=sign: sign * slope(lambda t: arrow(s.inverse(f(g, a, t))))
         )
         yield same(name, found, -fields(*bar))  # [misprint: barred-signs]
         yield printed("barred-signs", found, fields(*bar))

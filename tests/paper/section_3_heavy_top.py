@@ -49,18 +49,13 @@ def bench() -> Scheme:
 def bench_equations() -> Any:
     """F⁺(Γ_k, Ω_k)/h − F⁻(Γ_{k+1}, Ω_{k+1})/h, with Γ_{k+1} as letters."""
     of = bench()
-    plus, minus = (
-        in_paper_letters(of.arrows.plus),
-        in_paper_letters(of.arrows.minus),
-    )
+    plus, minus = (in_paper_letters(of.arrows.plus), in_paper_letters(of.arrows.minus))
     later = [*zip(Gamma, Gamma_next, strict=True), *zip(now, then, strict=True)]
     return (plus - minus.subs(later, simultaneous=True)) / h
 
 
 @checked(
-    "3.7-7",
-    r"$L_c=\frac12\Omega\cdot I\Omega-mgd \Gamma\cdot e$, the scene `heavy-top`",
-    SYMBOLIC,
+    "3.7-7", r"$L_c=\frac12\Omega\cdot I\Omega-mgd \Gamma\cdot e$, the scene `heavy-top`", SYMBOLIC
 )
 def lagrangian() -> Iterator[Claim]:
     wanted = now.dot(momentum(now)) / 2 - mgd * Gamma.dot(e)

@@ -98,8 +98,7 @@ def derivatives_of_p(s: Sample) -> Iterator[Claim]:
         yield same(f"∂p/∂{name}", first, eye(s.m))
         for a in range(s.m):
             second = columns(
-                s.m,
-                lambda b, p=p, a=a: mixed_slope(lambda t, r: p(t * s.e(a) + r * s.e(b))),
+                s.m, lambda b, p=p, a=a: mixed_slope(lambda t, r: p(t * s.e(a) + r * s.e(b)))
             )
             yield same(f"∂²p/∂{name}∂{name}", second, zeros(s.m))
 

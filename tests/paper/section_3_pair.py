@@ -55,9 +55,7 @@ def at_target(expression: Any) -> Any:
 
 
 @checked(
-    "3.6.1-1",
-    r"$\alpha,\beta,\epsilon,i,m$ of $M\times M$, in the coordinates below",
-    SYMBOLIC,
+    "3.6.1-1", r"$\alpha,\beta,\epsilon,i,m$ of $M\times M$, in the coordinates below", SYMBOLIC
 )
 def structure() -> Iterator[Claim]:
     # (x₁, x₂) = (x, b(x, u)); the last point of a product is that of its second factor

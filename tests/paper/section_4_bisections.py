@@ -73,11 +73,7 @@ def fibres(s: Sample) -> Iterator[Claim]:
     yield same("(gk)·Σ = g(k·Σ)", arrow(to.right(product)), arrow(s.times(g, to.right(k))))
 
 
-@checked(
-    "4.1-4",
-    r"$TL_\Sigma(\overleftarrow{X}(g))=\overleftarrow{X}(L_\Sigma g)$",
-    EVERYWHERE,
-)
+@checked("4.1-4", r"$TL_\Sigma(\overleftarrow{X}(g))=\overleftarrow{X}(L_\Sigma g)$", EVERYWHERE)
 def left_fields_are_carried(s: Sample) -> Iterator[Claim]:
     to = Translations(s)
     x, u = to.g_W
@@ -86,11 +82,7 @@ def left_fields_are_carried(s: Sample) -> Iterator[Claim]:
     yield same("TL_Σ", moved, s.left(*to.left((x, u))))
 
 
-@checked(
-    "4.1-5",
-    r"$TR_\Sigma(\overrightarrow{X}(g))=\overrightarrow{X}(R_\Sigma g)$",
-    EVERYWHERE,
-)
+@checked("4.1-5", r"$TR_\Sigma(\overrightarrow{X}(g))=\overrightarrow{X}(R_\Sigma g)$", EVERYWHERE)
 def right_fields_are_carried(s: Sample) -> Iterator[Claim]:
     to = Translations(s)
     x, u = to.h_W

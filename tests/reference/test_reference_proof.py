@@ -25,13 +25,7 @@ from discmech.reference.closed_forms import registry
 from discmech.reference.enclosure import enclose, majorants, propagation, remainders, tube
 from discmech.reference.enclosure.majorants import majorant, upward
 from discmech.reference.failures import MotionEnds, Unproven
-from discmech.reference.taylor import (
-    SeriesProgram,
-    Step,
-    TaylorSettings,
-    compile_series,
-    integrate,
-)
+from discmech.reference.taylor import SeriesProgram, Step, TaylorSettings, compile_series, integrate
 from discmech.reference.taylor.balls import (
     BallRates,
     around_zero,

@@ -105,10 +105,7 @@ def test_run_backwards_returns(ask):
     assert back.x[-1] == pytest.approx([2], abs=1e-14)
 
 
-@pytest.mark.parametrize(
-    "step",
-    ["-0.1", "-1/10", "-1e-1"],
-)
+@pytest.mark.parametrize("step", ["-0.1", "-1/10", "-1e-1"])
 def test_a_negative_step_may_stand_apart(ask, step):
     assert ask("run", "pendulum", "--step", step, "--steps", "2")[0] == 0
 

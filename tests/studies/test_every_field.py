@@ -38,13 +38,7 @@ from discmech import (
 from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import Composition, Discretisation, OneStepMap, compose
 from discmech.integrators.rules.quadrature import Nodes
-from discmech.integrators.scene import (
-    ConstraintKind,
-    Opaque,
-    on_group,
-    reads,
-    velocity_rows,
-)
+from discmech.integrators.scene import ConstraintKind, Opaque, on_group, reads, velocity_rows
 from discmech.studies import get
 from discmech.studies.core import fingerprint
 from discmech.studies.core.case import Case, scheme_of

@@ -13,10 +13,7 @@ from typing import Any
 
 import pytest
 
-from discmech.studies.report import (
-    readme_picture,
-    tables,
-)
+from discmech.studies.report import readme_picture, tables
 from discmech.studies.report.page import write_report
 from discmech.studies.report.summary import headline, merged, trouble
 from tests.studies.fake_results import case, equations, results, scenes, spoiled

@@ -27,12 +27,7 @@ from discmech.studies.core.case import Choice, scheme_of
 from discmech.studies.core.running import run_study
 from discmech.studies.report.case import case_of
 from discmech.studies.stability import nonlinear_stability, own_scene, view
-from discmech.studies.stability.nonlinear_stability import (
-    limits,
-    one_run,
-    resonant,
-    stability_map,
-)
+from discmech.studies.stability.nonlinear_stability import limits, one_run, resonant, stability_map
 from discmech.studies.stability.records import Cell
 from discmech.studies.stability.stiff import FAMILIES
 from tests.studies.cached_results import SMALL, measured, measured_once

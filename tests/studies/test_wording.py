@@ -10,12 +10,7 @@ from typing import Any
 
 import pytest
 
-from discmech.studies.report import (
-    formulas,
-    plot_drift,
-    tables,
-    wording,
-)
+from discmech.studies.report import formulas, plot_drift, tables, wording
 from discmech.studies.report.case import AnyCase, case_of
 from discmech.studies.report.summary import headline, merged
 from discmech.studies.report.wording import whys

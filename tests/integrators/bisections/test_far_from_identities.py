@@ -19,9 +19,7 @@ from discmech.integrators import (
     rectangle,
     scenes,
 )
-from discmech.integrators import (
-    rules as discretisations,
-)
+from discmech.integrators import rules as discretisations
 from discmech.integrators.algebras import se, sl, so, sp, su
 from discmech.integrators.rules import compose
 from tests.objects import scheme_of

@@ -6,12 +6,7 @@ from functools import cache
 
 import sympy
 
-from discmech import (
-    Scene,
-    Scheme,
-    midpoint,
-    pair,
-)
+from discmech import Scene, Scheme, midpoint, pair
 from discmech.integrators import scenes
 
 BALL = scenes.get("bouncing-ball")

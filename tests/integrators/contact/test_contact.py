@@ -6,13 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from discmech import (
-    Scene,
-    Scheme,
-    midpoint,
-    pair,
-    trapezoidal,
-)
+from discmech import Scene, Scheme, midpoint, pair, trapezoidal
 from discmech.integrators.rules import get
 from tests.integrators.contact.motions import BALL, BLOCK, SPRING, run, scheme
 

@@ -7,15 +7,7 @@ import pytest
 import sympy
 from sympy import Rational
 
-from discmech import (
-    BadInput,
-    Scheme,
-    StepFailure,
-    lie_group,
-    midpoint,
-    pair,
-    so,
-)
+from discmech import BadInput, Scheme, StepFailure, lie_group, midpoint, pair, so
 from discmech.integrators import scenes
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get

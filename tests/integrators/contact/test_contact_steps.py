@@ -7,13 +7,7 @@ import pytest
 import sympy
 from sympy import Rational
 
-from discmech import (
-    Scene,
-    Scheme,
-    midpoint,
-    pair,
-    trapezoidal,
-)
+from discmech import Scene, Scheme, midpoint, pair, trapezoidal
 from discmech.integrators import retractions, scenes
 from discmech.integrators.contact.cones import scaling
 from discmech.integrators.contact.impacts import active

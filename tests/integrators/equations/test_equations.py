@@ -12,15 +12,7 @@ from sympy import Matrix, Rational, eye
 
 from discmech.integrators import Scene, Scheme, midpoint, pair, rectangle, trapezoidal
 from discmech.integrators.numbers import evaluate, evaluate_matrix
-from tests.objects import (
-    OWN_SCENES,
-    SCENES,
-    SCHEMES,
-    cross,
-    exact_start,
-    named,
-    scheme,
-)
+from tests.objects import OWN_SCENES, SCENES, SCHEMES, cross, exact_start, named, scheme
 
 DIGITS = 60
 EPS = Rational(1, 10**40)

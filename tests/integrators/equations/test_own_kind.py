@@ -26,10 +26,7 @@ def _parts(given, m):
 
 
 SERVO = ConstraintKind(
-    "servo",
-    _parts,
-    no_form="servo: a motor keeps no form",
-    no_energy="servo: its motor does work",
+    "servo", _parts, no_form="servo: a motor keeps no form", no_energy="servo: its motor does work"
 )
 
 

@@ -57,10 +57,7 @@ def test_a_discrete_lagrangian_alone_is_asked_for_nothing_continuous():
     assert run.steps == 3
 
 
-@pytest.mark.parametrize(
-    "digits",
-    [16, 30],
-)
+@pytest.mark.parametrize("digits", [16, 30])
 def test_a_mass_of_zero(digits):
     scene = SCENES["harmonic"].with_values(parameters={"mass": 0})
     with pytest.raises(DiscmechError, match=r"harmonic with trapezoidal: .*singular"):

@@ -6,14 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from discmech import (
-    Lattice,
-    Scheme,
-    discretisation,
-    midpoint,
-    pair,
-    trapezoidal,
-)
+from discmech import Lattice, Scheme, discretisation, midpoint, pair, trapezoidal
 from discmech.integrators.errors import BadInput, CannotMeasure, StepFailure
 from discmech.integrators.lattices import DualStep
 from discmech.integrators.rules import compose, gauss

@@ -8,16 +8,7 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech import (
-    BadInput,
-    Lattice,
-    Scheme,
-    lie_group,
-    midpoint,
-    pair,
-    se,
-    trapezoidal,
-)
+from discmech import BadInput, Lattice, Scheme, lie_group, midpoint, pair, se, trapezoidal
 from discmech.integrators.contact import ContactSteps
 from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.lattices.lattice_gaps import LatticeGaps

@@ -188,10 +188,7 @@ def test_a_block_that_fails_has_its_rows():
         ({"v0": np.zeros((N, 2))}, "v0 has the shape"),
         ({"v0": None}, "v0"),
         ({"x0": np.full((N, 1), np.nan)}, "not finite"),
-        (
-            {"parameters": {"mass": np.ones(N + 1)}},
-            "array of 6; give 5 entries, one per site",
-        ),
+        ({"parameters": {"mass": np.ones(N + 1)}}, "array of 6; give 5 entries, one per site"),
         ({"sites": 1}, "whole number from 2"),
         ({"on_bond": None}, "on_bond is None"),
         ({"fixed": [N]}, "fixed names the site 5"),

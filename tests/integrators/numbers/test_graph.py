@@ -6,13 +6,7 @@ import pytest
 import sympy
 from sympy import Rational, cos, exp, log, sin, sqrt, symbols
 
-from discmech.integrators.numbers import (
-    Graph,
-    Scope,
-    evaluate_at,
-    jacobian,
-    random_point,
-)
+from discmech.integrators.numbers import Graph, Scope, evaluate_at, jacobian, random_point
 
 A, B, C = LETTERS = symbols("a b c", real=True)
 

@@ -24,14 +24,7 @@ from discmech.integrators import (
 )
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import exact_rational
-from discmech.integrators.rules import (
-    Composition,
-    adjoint,
-    compose,
-    get,
-    names,
-    own,
-)
+from discmech.integrators.rules import Composition, adjoint, compose, get, names, own
 from tests.objects import SCENES, scheme
 
 DIGITS = 50

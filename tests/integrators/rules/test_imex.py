@@ -5,15 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from discmech.integrators import (
-    Scene,
-    Scheme,
-    imex,
-    midpoint,
-    pair,
-    scenes,
-    trapezoidal,
-)
+from discmech.integrators import Scene, Scheme, imex, midpoint, pair, scenes, trapezoidal
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import first_violation
 from discmech.studies.core.case import Choice

@@ -4,14 +4,7 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech import (
-    BadInput,
-    Scheme,
-    StepFailure,
-    discretisation,
-    one_step,
-    scenes,
-)
+from discmech import BadInput, Scheme, StepFailure, discretisation, one_step, scenes
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import compose, dual_gauss, get, newmark
 

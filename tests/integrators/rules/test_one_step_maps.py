@@ -8,13 +8,7 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech import (
-    Scene,
-    Scheme,
-    one_step,
-    pair,
-    scenes,
-)
+from discmech import Scene, Scheme, one_step, pair, scenes
 from discmech.integrators.equations import DualSystem, SceneSymbols, energy
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import arithmetic, evaluate_matrix, numeric, random_point

@@ -20,9 +20,7 @@ from discmech.integrators import (
     scenes,
     so,
 )
-from discmech.integrators import (
-    rules as discretisations,
-)
+from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
 from discmech.studies.causes import one_step

@@ -12,15 +12,7 @@ from discmech.integrators.rules import midpoint
 from discmech.studies import check
 from discmech.studies.causes.solver_sweep import of_symplecticity
 from discmech.studies.core.case import Case
-from tests.studies.causes.faults import (
-    Broken,
-    cause,
-    crooked,
-    damped,
-    drifting,
-    impatient,
-    loose,
-)
+from tests.studies.causes.faults import Broken, cause, crooked, damped, drifting, impatient, loose
 
 
 def symplecticity(scene, fault, digits=30):

@@ -167,11 +167,7 @@ def race(errors, metric="error", floor=None, periods=None, causes=()):
 
 
 def test_a_method_in_a_race_comes_to_the_truth():
-    assert race([1.0, 1e-1, 1e-2, STALLED]) == (
-        "pass",
-        "",
-        {"limit": STALLED},
-    )
+    assert race([1.0, 1e-1, 1e-2, STALLED]) == ("pass", "", {"limit": STALLED})
     verdict, reason, _ = race([1e-1, 1e-2, 1e-2, 1e-2])
     assert verdict == "fail" and "at 0.01: it solves another problem" in reason
     assert race([1e-2, 1e-2, 1e-2])[0] == "inconclusive"  # three runs speak against nothing

@@ -45,7 +45,7 @@ def test_a_quantity_that_is_not_conserved_fails_by_name(rule, digits):
         symmetries=[
             *scenes.get("kepler").symmetries,
             Conserved("first momentum", lambda x, mu, p: mu[0]),
-        ],
+        ]
     )
     found = measured("momentum", scene, rule, digits, 100)
     assert found["verdict"] == "fail"

@@ -24,8 +24,7 @@ CONTROLS = [
 @pytest.mark.dear("heavy-top-explicit Euler", "rotor-body-explicit Euler", "rigid-body-Heun")
 @pytest.mark.sampled
 @pytest.mark.parametrize(
-    ("digits", "margin"),
-    [(16, 1e3), pytest.param(50, 1e20, marks=pytest.mark.slow)],
+    ("digits", "margin"), [(16, 1e3), pytest.param(50, 1e20, marks=pytest.mark.slow)]
 )
 @pytest.mark.parametrize(("scene", "control"), CONTROLS)
 def test_every_control_is_caught_with_a_margin(scene, control, digits, margin):

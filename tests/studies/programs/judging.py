@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from discmech import (
-    scenes,
-)
+from discmech import scenes
 from discmech.studies.core.case import Case
 from discmech.studies.core.claims import claiming
 from discmech.studies.core.one_case import run_case

@@ -8,13 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from discmech import (
-    BadInput,
-    Scheme,
-    StepFailure,
-    black_box,
-    scenes,
-)
+from discmech import BadInput, Scheme, StepFailure, black_box, scenes
 from discmech.integrators import rules
 from discmech.studies.core.claims import claiming
 

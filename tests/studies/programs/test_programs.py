@@ -10,16 +10,7 @@ import types
 import numpy as np
 import pytest
 
-from discmech import (
-    BadInput,
-    Scene,
-    Scheme,
-    black_box,
-    external,
-    pair,
-    recorded,
-    scenes,
-)
+from discmech import BadInput, Scene, Scheme, black_box, external, pair, recorded, scenes
 from discmech.integrators import rules
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.foreign import (

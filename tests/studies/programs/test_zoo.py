@@ -5,14 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from discmech import (
-    Scene,
-    Scheme,
-    black_box,
-    one_step,
-    pair,
-    scenes,
-)
+from discmech import Scene, Scheme, black_box, one_step, pair, scenes
 from discmech.integrators import rules
 
 from . import methods
