@@ -18,14 +18,21 @@ from ..numbers.types import Function
 from .llvm_values import Operand, Value, mapped, register
 
 UNROLLED = 16  # a longer loop of constant length is not unrolled
-_STEERING = re.compile(r"\b(?:if|and|or|not)\b")
+#: what a function whose lines are plain assignments does not hold, nor anything after its end
+_STEERING = re.compile(r"\b(?:if|and|or|not|for|while|yield)\b|[-+*/]= | = .* = |^\S", re.MULTILINE)
 LOOPS = (ast.While, ast.For)
 STATEMENTS = (ast.Assign, ast.AugAssign, ast.Return, ast.Expr, ast.If, ast.Break, ast.Pass, *LOOPS)
 
 
 @lru_cache(maxsize=512)  # the drivers' functions are the same in most modules
 def parsed(text: str) -> list[ast.stmt]:
-    """Return the statements of a part of a text."""
+    """Return the statements of a part of a text.
+
+    A function of plain assignments, which Python runs itself, is left without them: most are long.
+    """
+    head, _, body = text.partition("):\n")
+    if body and text.startswith(("@", "def ")) and not _STEERING.search(body):
+        text = f"{head}):\n    return"
     return ast.parse(text).body
 
 
@@ -35,7 +42,7 @@ def runnable(module: Any, node: ast.FunctionDef, text: str, function: FunctionTy
     It is Python's own `function` if its path does not depend on numbers. A call of a generator
     gives a function that writes its loops round those of `turn(value)`, where it yields.
     """
-    if not _steered(node, text):
+    if not _steered(node):
         return FunctionType(function.__code__, module.names)
     node, often, yields = _read(text, node.name)
     if yields:
@@ -275,15 +282,12 @@ def _counts(node: ast.AST) -> bool:
     return isinstance(call, ast.Call) and getattr(call.func, "id", "") == "range"
 
 
-def _steered(node: ast.FunctionDef, text: str) -> bool:
-    """Return True if the path through a function of this text may depend on numbers.
-
-    Most are long and straight, so that only functions with a word that steers are walked through.
-    """
+def _steered(node: ast.FunctionDef) -> bool:
+    """Return True if the path through a function may depend on numbers."""
     *before, last = node.body
     straight = all(isinstance(n, ast.Expr) or (isinstance(n, ast.Assign) and len(n.targets) == 1)
                    for n in (before if isinstance(last, ast.Return) else node.body))  # fmt: skip
-    return not straight or bool(_STEERING.search(text) and any(map(_steers, ast.walk(node))))
+    return not straight or any(map(_steers, ast.walk(node)))
 
 
 def _steers(node: ast.AST) -> bool:
