@@ -89,6 +89,9 @@ def scene_files():
 def test_every_scene_file_is_registered_and_every_name_has_a_file():
     assert sorted(p.stem.replace("_", "-") for p in scene_files()) == sorted(scenes.every_name())
     assert len(set(scenes.every_name())) == len(scenes.every_name())
+    assert "cradle" in scenes.__getattr__("lattices").NAMES
+    assert "upright-top" in scenes.__getattr__("control").NAMES
+    assert not hasattr(scenes, "lattice")
 
 
 @pytest.mark.parametrize("path", scene_files(), ids=lambda p: p.stem)

@@ -1,12 +1,14 @@
 """The scenes that come with discmech: one file a mechanical system, found by name.
 
-Well-known lattices are in `lattices`, problems of optimal control in `control`.
+Well-known lattices are in `lattices`, problems of optimal control in `control`, which are loaded
+when they are first used.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import cast
+from types import ModuleType
+from typing import TYPE_CHECKING, cast
 
 from ..errors import unknown
 from ..scene import Scene
@@ -42,6 +44,14 @@ DEGENERATE = (
     "lotka-volterra", "lotka-volterra-half", "vortex-pair", "four-vortices", "magnetic-mirror",
     "guiding-centre", "ablowitz-ladik",
 )  # fmt: skip
+
+
+if not TYPE_CHECKING:  # which would take any name for one of them
+
+    def __getattr__(name: str) -> ModuleType:
+        if name in ("lattices", "control"):
+            return import_module(f".{name}", __name__)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def names() -> tuple[str, ...]:
