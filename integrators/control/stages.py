@@ -65,23 +65,23 @@ class ControlStages:
         self._hamiltonian = self._checked(SceneSymbols(scene), cost, inputs or _itself)
         equations = DiscretisedScene(controlled, rule).equations
         self.s = s = equations.s
-        system = equations.step.shown
+        step, graph = equations.step, equations.graph
+        nodes = step.nodes
         self.n, self.m = s.n, len(s.u)
         control = list(getattr(s.parameters, VALUES))
-        w, kappa, p = system.w, vector("ka", len(system.w)), vector("pp", s.n + self.m)
+        w, kappa, p = step.w, vector("ka", len(step.w)), vector("pp", s.n + self.m)
         columns = {"x": s.position, "mu": s.mu, "w": w, "f": control, "kappa": kappa, "p": p}
         self.slices: dict[str, slice] = {}
         inputs_of_step: list[Letter] = []
         for name, letters in columns.items():
             self.slices[name] = slice(len(inputs_of_step), len(inputs_of_step) + len(letters))
             inputs_of_step += list(letters)
-        wanted = system.wanted or [*s.mu, *[sympy.Integer(0)] * len(s.stages)]
-        rows = [e - mu for e, mu in zip(system.rows, wanted, strict=True)]
-        after = [*(s.position + system.increment[: s.n, :]), *(s.mu + system.gain)]
-        of_step = _dot(kappa, rows) + _dot(p, after)
+        rows = graph.minus(nodes.rows, nodes.wanted)
+        start, grown = [*s.position, *s.mu], [*nodes.increment[: s.n], *nodes.gain]
+        after, by = graph.plus(graph.letters(start), grown), graph.letters([*kappa, *p])
+        of_step = graph.sum((1, a * e) for a, e in zip(by, [*rows, *after], strict=True))
         self._data = [s.x[-1], *(q for q in s.q if q not in control)]
-        graph = equations.graph
-        self._of_step = SecondDerivatives(graph.node(of_step), inputs_of_step, self._data)
+        self._of_step = SecondDerivatives(of_step, inputs_of_step, self._data)
         self.cost_symbols = c = SceneSymbols(
             replace(controlled, lagrangian=_with_control(cost), force=None), rule.stages
         )
@@ -89,7 +89,7 @@ class ControlStages:
         of_cost = [c.x[-1], *(q for q in c.q if q not in control)]
         self._of_cost = SecondDerivatives(of.value, inputs_of_step, of_cost)
         #: everything from which it was made
-        self.formulas = [system, graph.key(graph.node(of_step)), of.graph.key(of.value)]
+        self.formulas = [step, of_step, of.value]
 
     def cost(self, a: np.ndarray, times: np.ndarray, h: float) -> tuple[np.ndarray, ...]:
         """Return C_d, its gradients and Hessians."""
