@@ -19,7 +19,10 @@ from .llvm_values import Operand, Value, mapped, register
 
 UNROLLED = 16  # a longer loop of constant length is not unrolled
 #: what a function whose lines are plain assignments does not hold, nor anything after its end
-_STEERING = re.compile(r"\b(?:if|and|or|not|for|while|yield)\b|[-+*/]= | = .* = |^\S", re.MULTILINE)
+_STEERING = re.compile(
+    r"\b(?:if|and|or|not|for|while|with|yield|del|try|raise|assert|import|global|def|class)\b"
+    r"|[-+*/%]= | = .* = |: |^\S", re.MULTILINE,
+)  # fmt: skip
 LOOPS = (ast.While, ast.For)
 STATEMENTS = (ast.Assign, ast.AugAssign, ast.Return, ast.Expr, ast.If, ast.Break, ast.Pass, *LOOPS)
 
