@@ -24,18 +24,11 @@ PROJECTED = ("projected-gauss-1", "projected-gauss-2", "projected-gauss-1-midpoi
 OTHERS = ("implicit-midpoint", "average-vector-field", "runge-kutta-4")
 REVERSIBLE = {*HALF[1:], *PROJECTED[:3], "implicit-midpoint", "average-vector-field"}
 LINEAR = ("vortex-pair", "four-vortices")  # scenes whose ϑ is, so that a step keeps μ = ϑ(x)
-CANONICAL = (
-    "lotka-volterra-half",
-    "guiding-centre",
-    "ablowitz-ladik",
-)  # scenes where half of ϑ vanishes
+CANONICAL = ("lotka-volterra-half", "guiding-centre", "ablowitz-ladik")  # half of ϑ vanishes
 DEAR = {"vortex-pair", "four-vortices", "magnetic-mirror", "guiding-centre", "ablowitz-ladik"}
-LATER = {
-    "degenerate-gauss-2",
-    "projected-gauss-2",
-    "projected-gauss-1-midpoint",
-    "average-vector-field",
-}  # they show what others do
+#: they show what others do
+LATER = {"degenerate-gauss-2", "projected-gauss-2", "projected-gauss-1-midpoint",
+         "average-vector-field"}  # fmt: skip
 PAIRS = [
     pytest.param(s, m, id=f"{s}-{m}", marks=pytest.mark.slow if s in DEAR or m in LATER else ())
     for s in DEGENERATE for m in (*HALF, *PROJECTED, *OTHERS)

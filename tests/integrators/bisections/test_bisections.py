@@ -35,20 +35,10 @@ def stretched_pair():
     )
 
 
-GROUPOIDS = {
-    g.name: g
-    for g in (
-        pair(2),
-        lie_group(so(3)),
-        lie_group(se(2)),
-        action(so(3)),
-        product(pair(1), lie_group(so(3))),
-        affine_group(),
-        affine_action(),
-        framed_plane(),
-        stretched_pair(),
-    )
-}
+GROUPOIDS = {g.name: g for g in (
+    pair(2), lie_group(so(3)), lie_group(se(2)), action(so(3)), product(pair(1), lie_group(so(3))),
+    affine_group(), affine_action(), framed_plane(), stretched_pair(),
+)}  # fmt: skip
 
 
 def sample(groupoid, scale, seed):

@@ -36,10 +36,8 @@ def test_exact_numbers_stay_as_they_are():
     with mpmath.workdps(70):
         first = 1 / (2 - mpmath.cbrt(2))
         assert abs(rule.method.coefficients(65)[0] - first) < mpmath.mpf(10) ** -65
-    assert (
-        compose(midpoint, ["0.25", Fraction(1, 2), 1 - Fraction(3, 4)]).method.coefficients(30)[0]
-        == 0.25
-    )
+    rule = compose(midpoint, ["0.25", Fraction(1, 2), 1 - Fraction(3, 4)])
+    assert rule.method.coefficients(30)[0] == 0.25
 
 
 @pytest.mark.parametrize(
@@ -129,17 +127,9 @@ def test_parts_that_are_no_splitting(parts, words):
 
 def test_lyndon_words_are_as_many_as_necklaces_say():
     """1, 1, 2, 3, 6, 9, 18 by weight (Hairer, Lubich, Wanner, III.3), fewer of odd ones."""
-    of = [len(conditions(p, 1, False)) for p in range(8)]
-    assert np.diff(of).tolist() == [1, 1, 2, 3, 6, 9, 18]
-    assert np.diff([len(conditions(p, 2, True)) for p in range(8)]).tolist() == [
-        1,
-        0,
-        1,
-        1,
-        2,
-        2,
-        4,
-    ]
+    for over, odd, wanted in ((1, False, [1, 1, 2, 3, 6, 9, 18]), (2, True, [1, 0, 1, 1, 2, 2, 4])):
+        of = [len(conditions(p, over, odd)) for p in range(8)]
+        assert np.diff(of).tolist() == wanted
 
 
 @pytest.mark.parametrize(("make", "words"), [
