@@ -154,9 +154,10 @@ def check_function(function: object, what: str, *wanted: str) -> None:
 def _is_stray(own: str, word: str, given: Container[str]) -> bool:
     """Return True if a function calls p, t or v what is handed in as something else.
 
-    Of a Hamiltonian the momentum may be called p, and v may be the second of two points u and v.
+    Of a Hamiltonian the momentum may be called p, v may be the second of two points u and v, and
+    the number of steps that are done may have any name.
     """
-    return word not in (own, "mu") and (own in ("p", "t") or (own == "v" and "x" in given))
+    return word not in (own, "mu", "done") and (own in ("p", "t") or (own == "v" and "x" in given))
 
 
 def shown(value: object) -> str:

@@ -28,6 +28,7 @@ from discmech.integrators import (
 )
 from discmech.integrators.control import Control
 from discmech.integrators.equations import SceneSymbols
+from discmech.integrators.errors import check_function
 from discmech.integrators.groupoids import check_axioms
 from discmech.integrators.lattices import Lattice
 from discmech.integrators.numbers import code
@@ -440,6 +441,16 @@ def test_what_is_no_list_no_function_and_no_number_of_digits():
     ):
         with pytest.raises(BadInput, match=words):
             make()
+
+
+def test_names_of_ones_own_are_taken():
+    """A name says that arguments are in another order only where it is that of another one."""
+    for function, *wanted in (
+        (lambda t: None, "(done)"), (lambda p: None, "(done)"), (lambda q, p, c: 0, "(x, mu, p)"),
+        (lambda u, v, c: 0, "(x, y, p)"), (lambda q, qd, par, time: 0, "(x, v, p, t)"),
+        (lambda x, p, scale=2: 0, "(x, p)", "(x, p, t)"), (lambda *given: 0, "(x, v, p)"),
+    ):  # fmt: skip
+        check_function(function, "it", *wanted)
 
 
 def nested(x, times):
