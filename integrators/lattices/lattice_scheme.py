@@ -36,9 +36,10 @@ class LatticeScheme:
     def __init__(self, lattice: Lattice, rule: Discretisation) -> None:
         check_rule(rule)
         of_step = rule.of_step
-        if not of_step.asks_lagrangian:
+        if not (of_step.asks_lagrangian and of_step.is_formula):
+            kind = "one-step map" if of_step.is_formula else "program"
             raise CannotMeasure(f"{lattice.name}: lattices run by rules, and {rule.name} is a "
-                                "one-step map.")  # fmt: skip
+                                f"{kind}.")  # fmt: skip
         self.lattice, self.rule = lattice, rule
         self.equations = LatticeEquations(lattice, of_step)
         if self.constraints:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech import BadInput, Lattice, Scheme, midpoint, pair, so, trapezoidal
-from discmech.integrators.errors import StepFailure
+from discmech import BadInput, Lattice, Scheme, black_box, midpoint, pair, so, trapezoidal
+from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.lattices import lattice_run
 from discmech.integrators.rules import gauss
 from tests.integrators.lattices.test_lattices import fput
@@ -105,3 +105,14 @@ def test_what_a_function_of_a_lattice_may_not_give(given, words):
 def test_a_symmetry_of_one_number_is_that_of_a_list():
     """A site of one coordinate has one velocity."""
     assert Scheme(fput(symmetries={"a": lambda x, p: 1}), midpoint).flow(1)
+
+
+def test_a_program_on_a_lattice_is_refused_as_one():
+    """It was evaluated with symbols, as a rule is."""
+
+    @black_box(order=2)
+    def drift(q, p, h):
+        return q + h * p, p
+
+    with pytest.raises(CannotMeasure, match="lattices run by rules, and drift is a program"):
+        Scheme(fput(), drift)
