@@ -117,6 +117,7 @@ def test_a_study_rests_on_those_that_it_imports_and_on_its_c_files(checkout):
     ask = partial(key, "lattices", systems.get("toda"), trapezoidal)
     assert changes(checkout, "studies/symplecticity/measuring.py", ask)
     assert changes(checkout, "studies/lattices/lattice.c", ask)
+    assert changes(checkout, "integrators/scenes/lattices/linkages.py", ask)
     assert not changes(checkout, "studies/stability/measuring.py", ask)
     assert not changes(checkout, "studies/lattices/lattice.c", key)
 
