@@ -119,7 +119,7 @@ class SceneInNumbers:
         if several(q, second):
             return self._at_once(what, q, second, t)
         function = _function(self._s, what, self._numbers)
-        solved = what in OF_VELOCITY and not self._closed
+        solved = not self._closed and what in OF_VELOCITY
         if not solved and second is not None and self._plain(q, second):
             return self._given(function(self._base(q, t), second.tolist(), self._p))
         with self._numbers.working():
