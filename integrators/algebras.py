@@ -225,9 +225,7 @@ def so(n: int) -> MatrixAlgebra:
     _sized("so", n, 2)
     pairs = [(1, 2), (2, 0), (0, 1)] if n == 3 else list(combinations(range(n), 2))
     return MatrixAlgebra(
-        f"so({n})",
-        tuple(_elementary(n, {(i, j): -1, (j, i): 1}) for i, j in pairs),
-        _signatures(n),
+        f"so({n})", tuple(_elementary(n, {(i, j): -1, (j, i): 1}) for i, j in pairs), _signatures(n)
     )
 
 

@@ -53,10 +53,7 @@ class DiscretisedScene:
 
     @uncollected()
     def __init__(
-        self,
-        scene: Scene,
-        rule: Discretisation,
-        equations: StepEquations | None = None,
+        self, scene: Scene, rule: Discretisation, equations: StepEquations | None = None
     ) -> None:
         if isinstance(scene, Discretisation):
             raise misplaced(scene.name, "rule", "scene")

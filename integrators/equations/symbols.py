@@ -14,15 +14,7 @@ import numpy as np
 
 from ..errors import RAISED, BadInput, CannotMeasure, at_line, line_of, remedy, shown
 from ..groupoids import Clocked
-from ..numbers import (
-    Arithmetic,
-    exact,
-    floats_exact,
-    refuse_large,
-    short_numbers,
-    sympy,
-    to_sympy,
-)
+from ..numbers import Arithmetic, exact, floats_exact, refuse_large, short_numbers, sympy, to_sympy
 from ..numbers.types import (
     Column,
     Exact,

@@ -9,13 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..bisections import EdgePolicy
-from ..compiler import (
-    Entry,
-    KernelsAtStep,
-    Status,
-    taken_over,
-    text_key,
-)
+from ..compiler import Entry, KernelsAtStep, Status, taken_over, text_key
 from ..errors import StepFailure
 from ..geometry import StepContext
 from ..groupoids import margin_of

@@ -223,12 +223,7 @@ def form_change_defects(
 
 
 def restricted_form_defect(
-    flow: Any,
-    x: Numbers,
-    mu: Numbers,
-    u0: Numbers,
-    bracket_sign: int = 1,
-    forced: bool = False,
+    flow: Any, x: Numbers, mu: Numbers, u0: Numbers, bracket_sign: int = 1, forced: bool = False
 ) -> Number:
     """Return the defect of ω under a step of a flow from (x, μ), on the constrained states.
 

@@ -15,13 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..equations import (
-    SceneSymbols,
-    constraint_matrix,
-    constraint_shift,
-    mass_matrix,
-    momentum,
-)
+from ..equations import SceneSymbols, constraint_matrix, constraint_shift, mass_matrix, momentum
 from ..numbers import Arithmetic, jacobian, numeric
 from ..numbers.types import Function, Matrix, Number, Vector
 from .defects import in_round_offs

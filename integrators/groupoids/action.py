@@ -104,11 +104,7 @@ class UserAction(ActionGroupoid):
     fix = "; a right action has x·e = x and (x·g)·g′ = x·(gg′)"
 
     def __init__(
-        self,
-        algebra: MatrixAlgebra,
-        retraction: Retraction,
-        right_action: Function,
-        dim_x: int,
+        self, algebra: MatrixAlgebra, retraction: Retraction, right_action: Function, dim_x: int
     ) -> None:
         super().__init__(algebra, retraction)
         if not callable(right_action) or type(dim_x) is not int or dim_x < 1:

@@ -10,14 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..compiler import text_key
-from ..contact import (
-    ContactRun,
-    ContactSteps,
-    Impact,
-    Moment,
-    Place,
-    gap_expressions,
-)
+from ..contact import ContactRun, ContactSteps, Impact, Moment, Place, gap_expressions
 from ..errors import BadInput, CannotMeasure, StepFailure
 from ..numbers import Matrix, Number
 from ..numbers.types import Given, Rows

@@ -11,15 +11,7 @@ import numpy as np
 from ..compiler import LatticeKernels, NoShortForm, compile_lattice, compile_lattice_stages
 from ..equations import SceneSymbols, momentum, on_constraints
 from ..errors import BadInput, arguments_checked, check_progress
-from ..numbers import (
-    Arithmetic,
-    Matrix,
-    Number,
-    arithmetic,
-    exact_rational,
-    numeric,
-    whole_number,
-)
+from ..numbers import Arithmetic, Matrix, Number, arithmetic, exact_rational, numeric, whole_number
 from ..numbers.types import Function, Given, Rows
 from ..runs import File, Progress, Stepper, Trajectory, run
 from ..scene import Again

@@ -63,14 +63,7 @@ from .running_error import (
     with_running_errors,
 )
 from .series import NotKnown, Series, series_namespace
-from .statements import (
-    called_text,
-    code,
-    coefficients_text,
-    function_text,
-    text_of,
-    with_arguments,
-)
+from .statements import called_text, code, coefficients_text, function_text, text_of, with_arguments
 from .stop import over, steepness
 from .trees import parts_of, replaced, symbols_of
 from .types import Letters, Matrix, Number, Numbers, Vector

@@ -57,9 +57,7 @@ def numeric(
 
 
 def numeric_text(
-    arguments: Mapping[str, Letter | Letters],
-    results: Sequence[Result],
-    graph: Graph | None = None,
+    arguments: Mapping[str, Letter | Letters], results: Sequence[Result], graph: Graph | None = None
 ) -> str:
     """Return the text of the function that `numeric` makes, valid in every arithmetic.
 

@@ -11,15 +11,7 @@ from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
-from ..numbers import (
-    Arithmetic,
-    InArithmetic,
-    collect,
-    entry,
-    register,
-    registered_function,
-    sympy,
-)
+from ..numbers import Arithmetic, InArithmetic, collect, entry, register, registered_function, sympy
 from ..numbers.types import Expression, Letter, Number, Numbers
 
 
