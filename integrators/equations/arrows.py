@@ -97,7 +97,7 @@ class Arrows:
         rho, L, R = map(graph.matrix, (self.rho, self.L, self.R))
         m = len(of_u)
         along_x = graph.plus(graph.transposed(rho, of_x, m), of.turned_x)
-        minus = graph.plus(graph.transposed(R, of_u), [-e for e in along_x])
+        minus = graph.minus(graph.transposed(R, of_u), along_x)
         plus = graph.plus(graph.transposed(L, of_u), of.turned_y)
         apart = difference(graph, L, R)
         gain = graph.plus(graph.transposed(apart, of_u), along_x, of.turned_y)
@@ -111,16 +111,15 @@ class Arrows:
                 along = gradient_along(of.scope, point, gradient, "k", self.s.forced)
             right, left = (graph.transposed(e, along, m) for e in (point.right, point.left))
             minus, plus = graph.plus(minus, right), graph.plus(plus, left)
-            apart = [[b - a for a, b in zip(*rows, strict=True)]
-                     for rows in zip(point.right, point.left, strict=True)]  # fmt: skip
+            apart = [graph.minus(b, a) for a, b in zip(point.right, point.left, strict=True)]
             gain = graph.plus(gain, graph.transposed(apart, along, m))
             if point.displacement is not None:
                 force = of.force_at(point.nodes)
                 right, left = (graph.transposed(e, force) for e in point.displacement)
                 minus, plus = graph.plus(minus, right), graph.plus(plus, left)
-                gain = graph.plus(gain, left, [-e for e in right])
+                gain = graph.minus(graph.plus(gain, left), right)
         at_start = of.force_at(of.x)  # the start is displaced by −a
-        minus, gain = graph.plus(minus, [-e for e in at_start]), graph.plus(gain, at_start)
+        minus, gain = graph.minus(minus, at_start), graph.plus(gain, at_start)
         return {"minus": minus, "plus": plus, "gain": gain, "stages": stages}
 
     @cached_property

@@ -125,11 +125,6 @@ class DiscreteLagrangian:
             u = self.scope.held_sums(u)
         return x, u, stages, moved
 
-    @property
-    def by_x(self) -> Column:
-        """Return ∂L_d/∂x at fixed u, stages and points, in sympy."""
-        return self.graph.shown_column(self.gradient()[0])
-
     def force_at(self, nodes: Nodes) -> list[Node]:
         """Return the weighted force at x or at a point of the straight step, m entries."""
         none = [self.graph.number(0)] * len(self.u)

@@ -58,14 +58,7 @@ class Point:
             scope.frames.append(self.frame)
             partials.insert(0, (self.frame.letters, self.anchor))
         elif anchor.cols:
-            columns = [list(c) for c in zip(*self.slope, strict=True)]
-            matrix = [
-                [
-                    graph.sum((1, a * s) for a, s in zip(row, c, strict=True) if a and s)
-                    for c in columns
-                ]
-                for row in self.anchor
-            ]
+            matrix = [graph.transposed(self.slope, row) for row in self.anchor]
             partials.insert(0, (self.by, matrix))
 
 
@@ -92,7 +85,7 @@ def difference(graph: Graph, one: NodeMatrix, other: NodeMatrix) -> NodeMatrix:
 
     Those of functions of ours cancel unexpanded: multiplying their factors out would take long.
     """
-    found = [[a - b for a, b in zip(*rows, strict=True)] for rows in zip(one, other, strict=True)]
+    found = (graph.minus(*rows) for rows in zip(one, other, strict=True))
     return [[e if opaque(graph.order([e])) else graph.expanded(e) for e in row] for row in found]
 
 

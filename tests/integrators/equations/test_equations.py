@@ -130,7 +130,8 @@ def test_legendre_maps_from_their_definitions(scene, rule):
     gain = point.at(of.arrows.written_out(of.arrows.gain))
     assert all_close(gain, [p - q for p, q in zip(plus, minus, strict=True)])
     # and a wrong sign of ρ, which no group would show, is seen
-    of_x = of.arrows.written_out(of.arrows.of.by_x) if point.g.dim_x else []
+    terms = of.arrows.of
+    of_x = of.arrows.written_out(terms.graph.shown_column(terms.gradient()[0]))
     if point.g.dim_x and not all(d == 0 for d in of.rho.T * of_x):
         flipped = of.legendre_minus + 2 * of.rho.T * of_x
         assert not all_close(point.at(flipped), minus, 10)
