@@ -30,10 +30,8 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     measured = found.measured
     if found.kind == "linear":
         return _judge_linear(case, measured)
-    if not case.control and (verdict := _judge_ends(found.rows)) is not None:
-        return verdict
     if reason := not case.control and not_claimed(case.rule, "symplectic"):
-        return Verdict("pass", "", {"not_demanded": reason})
+        return _judge_ends(found.rows) or Verdict("pass", "", {"not_demanded": reason})
     own = case.scene.name not in FAMILIES
     if own and (verdict := _judge_own(measured)) is not None:
         return verdict
@@ -63,9 +61,9 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
 
 def _judge_ends(rows: Sequence[Row]) -> Verdict | None:
-    """Return the verdict on a map of which no run goes through, whatever is claimed; or None.
+    """Return the verdict on a map of which no run goes through, where nothing is claimed; or None.
 
-    Runs that grow beyond all bounds do, and are what a map shows.
+    Runs that grow beyond all bounds do go through, and are what a map shows.
     """
     if not rows or not all(row.cause for row in rows):
         return None
