@@ -151,13 +151,15 @@ def check_function(function: object, what: str, *wanted: str) -> None:
     )
 
 
-def _is_stray(own: str, word: str, given: Container[str]) -> bool:
+def _is_stray(own: str, word: object, given: Container[str]) -> bool:
     """Return True if a function calls p, t or v what is handed in as something else.
 
     Of a Hamiltonian the momentum may be called p, v may be the second of two points u and v, and
-    the number of steps that are done may have any name.
+    the number of steps that are done may have any name. So may a tuple of all that is handed in.
     """
-    return word not in (own, "mu", "done") and (own in ("p", "t") or (own == "v" and "x" in given))
+    if not isinstance(word, str) or word in (own, "mu", "done"):
+        return False
+    return own in ("p", "t") or (own == "v" and "x" in given)
 
 
 def shown(value: object) -> str:

@@ -433,6 +433,8 @@ class SceneSymbols:
 
 def _letters_in(value: Any) -> set[Letter]:
     """Return the symbols in an expression, or in lists and arrays of them."""
+    if getattr(value, "shape", None) == ():  # numpy's array of one number cannot be iterated
+        value = value[()]
     if not isinstance(value, str) and hasattr(value, "__iter__"):
         return {letter for e in value for letter in _letters_in(e)}
     return set(getattr(value, "free_symbols", ()))

@@ -106,6 +106,7 @@ CASES = {
            ("an entry", lambda x, v, p: v.dot(v) / 2 - x[2]),
            ("a sum", lambda x, v, p: v.dot(v) / 2 - x.dot(x)),
            ("a trace", lambda x, v, p, t: v.dot(v) / 2 - t * x.trace()),
+           ("an array of one number", lambda x, v, p: np.array(v.dot(v) / 2 - x[2])),
        )},
     "attitude, of a force": (
         lambda: Scheme(Scene("turned", lie_group(so(3)), lambda x, v, p: v.dot(v) / 2,
@@ -448,7 +449,7 @@ def test_names_of_ones_own_are_taken():
     for function, *wanted in (
         (lambda t: None, "(done)"), (lambda p: None, "(done)"), (lambda q, p, c: 0, "(x, mu, p)"),
         (lambda u, v, c: 0, "(x, y, p)"), (lambda q, qd, par, time: 0, "(x, v, p, t)"),
-        (lambda x, p, scale=2: 0, "(x, p)", "(x, p, t)"), (lambda *given: 0, "(x, v, p)"),
+        (lambda x, p, scale=2: 0, "(x, p)", "(x, p, t)"), (lambda *p: 0, "(x, v, p)"),
     ):  # fmt: skip
         check_function(function, "it", *wanted)
 
