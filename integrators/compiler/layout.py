@@ -36,7 +36,9 @@ class Entry(IntEnum):
     PLACE, KAPPA, SCALE, AGE, DEGREE, MOVED, STEPS = range(9, 16)
 
 
-STATUSES = 512  # machine code returns an index and a status as one number, index·STATUSES + status
+#: machine code returns an index and a status as one number, index·STATUSES + status; any number
+#: above those of `Status` would do, and an index may be as large as 2⁵⁴
+STATUSES = 512
 INNER = 3  # number of sweeps that bring a curve into the next chart
 PAST = 5  # number of past solutions from which Newton's start is extrapolated
 

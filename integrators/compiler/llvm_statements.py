@@ -18,7 +18,8 @@ from ..numbers.types import Function
 from .llvm_values import Operand, Value, mapped, register
 
 UNROLLED = 16  # a longer loop of constant length is not unrolled
-#: what a function whose lines are plain assignments does not hold, nor anything after its end
+#: words and signs that are not in a text of one function whose lines are plain assignments; it may
+#: be found in others that are plain, too, which are then only parsed in full
 _STEERING = re.compile(
     r"\b(?:if|and|or|not|for|while|with|yield|del|try|raise|assert|import|global|def|class)\b"
     r"|[-+*/%]= | = .* = |: |^\S", re.MULTILINE,

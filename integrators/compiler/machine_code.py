@@ -18,7 +18,9 @@ from .llvm_writer import Module
 
 llvm = LazyModule("llvmlite.binding")
 llvmlite = LazyModule("llvmlite")
-LONG = 1500  # least number of lines of a text that is only simplified
+#: least number of lines of a text that is only simplified: shorter ones (pendulum, Duffing) run
+#: 1.05 to 1.1 times as long if the first correction is not peeled off Newton's loop
+LONG = 1500
 
 
 @cache

@@ -21,7 +21,7 @@ SAVINGS = {
     "coefficients": "what depends on the step and the parameters alone is computed once a flow",
     "carried": "costly functions of x at the end of a step are handed on to the next",
 }
-TRIES = 8  # points where rows may have no value: a root of what is negative
+TRIES = 8  # pairs of points: at some the rows may have no value, a root of what is negative
 
 
 def is_affine(step: Step) -> bool:

@@ -154,7 +154,7 @@ def of_poisson(
     """
     if context.scene.all_constraints:
         if reason := context.scene.no_form:
-            raise CannotMeasure(f"{context.scene.name} is {reason}.")
+            raise CannotMeasure(f"{context.scene.name} has no form that a step keeps ({reason}).")
         return _of_restricted(context, x, mu, guess, sign)
     exactly = context.exactly
     with exactly.numbers.working():

@@ -48,10 +48,10 @@ def numeric(
 
     arguments: name → a symbol, or a vector of symbols. results: an expression gives a number, a
     list of k expressions a vector (k,), a sympy matrix or a list of matrices an array of its shape;
-    a single result is returned by itself. columns: True if, in double precision, each argument's
-    entries may be numpy columns of r numbers; arrays that vary then have one more dimension, r.
-    graph: that of nodes, or of letters for held nodes, in the results. Raises `BadInput` for
-    functions that no arithmetic has.
+    a single result is returned by itself. columns: True if each argument's entries may be numpy
+    columns of r numbers (at more than 16 digits, if the results call no tables); arrays that vary
+    then have one more dimension, r. graph: that of nodes, or of letters for held nodes, in the
+    results. Raises `BadInput` for functions that no arithmetic has.
     """
     return numeric_function(numeric_text(arguments, results, graph), numbers, columns)
 
