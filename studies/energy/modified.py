@@ -137,9 +137,7 @@ def certain_drift(rows: Sequence[Change]) -> Change | None:
         if off <= LIMITS["straight"] * abs(values[-1]) and as_near:
             return last
     beyond -= last.walk
-    later = np.sign(values[1 + len(rows) // 2 :])
-    one_way = goes_one_way(rows) and abs(later.sum()) == len(later)
-    return last if beyond > LIMITS["beyond"] * last.path and one_way else None
+    return last if beyond > LIMITS["beyond"] * last.path and goes_one_way(rows) else None
 
 
 def drift_beside(places: Sequence[Beside]) -> tuple[Beside, Change] | None:
@@ -165,5 +163,10 @@ def covers(rows: Sequence[Change], duration: float) -> bool:
 
 
 def goes_one_way(rows: Sequence[Change]) -> bool:
-    """True if the modified energy goes one way, from row to row."""
-    return steadiness(np.array([0.0, *(r.modified for r in rows)])) >= LIMITS["steady"]
+    """True if the modified energy goes one way from row to row, on one side in the later half.
+
+    One state far off, where the series of H̃ is worth little, is most of the way by itself.
+    """
+    values = np.array([0.0, *(r.modified for r in rows)])
+    sides = np.sign(values[1 + len(rows) // 2 :])
+    return steadiness(values) >= LIMITS["steady"] and abs(sides.sum()) == len(sides)

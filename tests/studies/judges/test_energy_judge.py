@@ -79,6 +79,20 @@ def test_a_certain_drift_is_told_inside_the_band():
     assert "all of its band" in energy_of(drifts=[once], band=0.0)[1]
 
 
+def test_a_modified_energy_that_goes_one_way_does_so_in_more_than_its_last_state():
+    def told(*changes, bound=1e-5):
+        times = np.linspace(100 / len(changes), 100, len(changes))
+        rows = [{"time": t, "modified": e, "bound": bound, "path": 1e-3}
+                for t, e in zip(times, changes, strict=True)]  # fmt: skip
+        return energy_of(modified=rows)
+
+    verdict, reason, _ = told(1e-4, 3e-4, 4e-4, 8e-4)
+    assert verdict == "inconclusive" and "only seems to oscillate" in reason
+    assert "changes by 0.0008" in reason
+    assert told(1e-7, -1e-7, -1e-7, 8e-4)[0] == "pass"  # on both sides before the last
+    assert told(1e-4, 3e-4, 4e-4, 8e-4, bound=1e-3)[0] == "pass"
+
+
 @pytest.mark.parametrize(("slope", "steady"), [(0.0, 1.0), (1.0, 0.0)])
 def test_a_large_error_of_the_first_half_alone_is_no_band(slope, steady):
     def told(band=0.8, second=0.0, still=True):
