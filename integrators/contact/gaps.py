@@ -254,7 +254,8 @@ def gap_expressions(s: SceneSymbols, contact: GapFunction) -> tuple[Column, list
 
 def _listed(given: object) -> bool:
     """Return True for a list, tuple, array or column with entries."""
-    return isinstance(given, (tuple, list, np.ndarray, sympy.MatrixBase)) and len(given) > 0
+    kinds = tuple, list, np.ndarray, sympy.MatrixBase
+    return isinstance(given, kinds) and getattr(given, "shape", None) != () and len(given) > 0
 
 
 @lru_cache(maxsize=64)

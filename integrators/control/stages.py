@@ -187,7 +187,9 @@ class ControlStages:
 
         of_cost = s.call(cost, "its cost", *point(cost))
         given = s.evaluated(inputs, "its inputs", *point(inputs))
-        entries = list(given) if hasattr(given, "__iter__") or hasattr(given, "shape") else []
+        shape = getattr(given, "shape", None)
+        many = hasattr(given, "__iter__") if shape is None else shape != ()
+        entries = list(given) if many else []
         if len(entries) != len(s.u):
             raise BadInput(
                 f"{s.name}: inputs= gives {shown(given)}, but must give a list of {len(s.u)} "

@@ -405,8 +405,7 @@ class SceneSymbols:
         """
         x, h = self.position if x is None else x, self.h if h is None else h
         given = self.evaluated(quantity.at, quantity.name, x, self.mu, self.parameters, h)
-        entries = list(given) if hasattr(given, "shape") else [given]
-        found = [self.scalar(e, quantity.name, quantity.formula) for e in entries]
+        found = [self.scalar(e, quantity.name, quantity.formula) for e in entries_of(given)]
         known, words = {*x, *self.mu, self.h}, "x, mu, p and h"
         self.refuse_unknown(column(found), known, quantity.name, quantity.formula, words)
         return found

@@ -17,7 +17,8 @@ Rows = list[list[Scalar]]
 def rows_of(given: object) -> Rows:
     """Return the natural velocities that a symmetry's function gives, one row each."""
     entries = entries_of(given)
-    return entries if entries and isinstance(entries[0], list) else [entries]
+    in_rows = (isinstance(e, list | tuple) or getattr(e, "shape", ()) for e in entries)
+    return list(map(entries_of, entries)) if entries and all(in_rows) else [entries]
 
 
 def check_symmetries(s: SceneSymbols, lattice: Lattice) -> None:

@@ -32,6 +32,7 @@ PLANE = {"groupoid": pair(2), "x0": [0, 1], "v0": [1, 0], "friction": 1, "parame
         ({**PLANE, "contact": lambda x, p: [(x[1], [p.g])]}, "along its plane"),
         ({"contact": lambda x, p: []}, "must give a list of gaps"),
         ({"contact": lambda x, p: x[0]}, "must give a list of gaps"),
+        ({"contact": lambda x, p: np.array(x[0])}, "must give a list of gaps"),
         ({"contact": lambda x, p: {x[0]: 0}}, "must give a list of gaps"),
         ({"contact": lambda x, p: [(x[0], [])]}, "give φ, or"),
         ({"contact": lambda x, p: [sympy.Symbol("z")]}, "unknown symbol z"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import sympy
 
@@ -45,6 +46,7 @@ HALF_TURN = [-1, 0, 0, 0, -1, 0, 0, 0, 1]
     ((mass(), lambda x, v, f, p: f[0] ** 2 + p.k, ([1], [0])), "its cost asks for what is not"),
     ((mass(), lambda x, v, f, p: [f, f], ([1], [0])), "its cost is"),
     ((mass(), effort, ([1], [0]), lambda x, v, f, p: [f[0], 0], 1), "must give a list of 1"),
+    ((mass(), effort, ([1], [0]), lambda x, v, f, p: np.array(f[0]), 1), "must give a list of 1"),
     ((mass(), effort, ([1, 2], [0])), "x1 has 2 entries"),
     ((mass(), effort, 3), "give \\(x1, v1\\)"),
     ((mass(), effort, ([1], [0]), None, 2), "give their number"),

@@ -265,3 +265,5 @@ def test_numbers_may_be_text_and_quantities_a_list():
     s = Scheme(scene, midpoint).s
     assert list(s.force) == [sympy.Rational(1, 10), s.x[0]] and scene.symmetries == (kept,)
     assert kept.at(s.x, s.mu, s.parameters, s.h).shape == (2, 1)
+    of_array = Conserved("first", lambda x, mu, p: np.array(mu[0]))
+    assert s.conserved(kept) == [s.mu[0], s.x[0] * s.mu[1]] and s.conserved(of_array) == [s.mu[0]]

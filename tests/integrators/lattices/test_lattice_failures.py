@@ -8,7 +8,7 @@ import sympy
 
 from discmech import BadInput, Lattice, Scheme, black_box, midpoint, pair, so, trapezoidal
 from discmech.integrators.errors import CannotMeasure, StepFailure
-from discmech.integrators.lattices import lattice_run
+from discmech.integrators.lattices import lattice_run, rows_of
 from discmech.integrators.rules import gauss
 from tests.integrators.lattices.test_lattices import fput
 
@@ -102,9 +102,14 @@ def test_what_a_function_of_a_lattice_may_not_give(given, words):
         Scheme(fput(**given), midpoint)
 
 
-def test_a_symmetry_of_one_number_is_that_of_a_list():
+@pytest.mark.parametrize("given, count", [
+    (1, 1), ([1], 1), (np.array(1), 1), (sympy.Matrix([1]), 1), ([[1], [2]], 2), (((1,), (2,)), 2),
+    (np.array([[1], [2]]), 2), ([sympy.Matrix([1]), sympy.Matrix([2])], 2),
+])  # fmt: skip
+def test_a_symmetry_gives_one_velocity_or_several_in_any_form(given, count):
     """A site of one coordinate has one velocity."""
-    assert Scheme(fput(symmetries={"a": lambda x, p: 1}), midpoint).flow(1)
+    assert Scheme(fput(symmetries={"a": lambda x, p: given}), midpoint).flow(1)
+    assert len(rows_of(given)) == count
 
 
 def test_a_program_on_a_lattice_is_refused_as_one():
