@@ -112,8 +112,8 @@ _REMEDIES = (
     ("positional argument", "give every function its arguments, no more and no fewer"),
     ("and 'list'", "s is a list of columns, s[0] the first"),
     (r"Matrix size mismatch: \(\d+, 1\) \+ ",
-     "where x and u are not of one size, a point is no sum of them: write G.target(x, u, h/2), or "
-     'say @discretisation(groupoids="pair")'),
+     "where x and u are not of one size (x ends with the time, if there is one), a point is no sum "
+     'of them: write G.target(x, u, h/2), or say @discretisation(groupoids="pair")'),
 )  # fmt: skip
 
 

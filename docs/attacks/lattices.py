@@ -22,6 +22,8 @@ def string(name, gap):
 
 
 table, far_table = string("table", 0), string("far-table", -100)
+#: the table under a drive, which does work on the beads
+pushed = replace(table, name="pushed", force=lambda x, v, p, t: [3 * sympy.sin(2 * t)])
 
 
 @discretisation(order=4)

@@ -110,12 +110,19 @@ class ConstrainedEquations(StepEquations):
             point in known and tuple(call.args[len(s.x) :]) == tuple(s.u)
             for (_, point), (_, call) in zip(self.asked, of.asked, strict=True)
         )
-        found = sum((weight for weight, _ in self.asked), sympy.Integer(0))
-        if not straight or sympy.expand(found - self.h) != 0:
+        at = f"{self.s.name} with {self.rule.name}:"
+        if not straight:
             raise CannotMeasure(
-                f"{self.s.name} with {self.rule.name}: constraints need a rule without stages that "
-                "asks for L at points of the straight step; take midpoint or trapezoidal, or a "
+                f"{at} constraints need a rule without stages that asks for L at points of the "
+                "straight step and with its velocity u; take midpoint or trapezoidal, or a "
                 "composition of one that is its own adjoint."
+            )
+        found = sympy.expand(sum((weight for weight, _ in self.asked), sympy.Integer(0)))
+        if found != self.h:
+            what = f"have the sum {found}" if self.asked else "are not known one by one"
+            raise BadInput(
+                f"{at} the weights of L {what}, and under constraints their sum has to be h, "
+                "exactly: write L(x, u)/6 and not 1/6*L(x, u), which is a float."
             )
 
     def check_regular(self, scene: Scene, rule: Discretisation) -> None:

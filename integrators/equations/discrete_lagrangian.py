@@ -96,7 +96,8 @@ class DiscreteLagrangian:
         if self.s.forced and not len(weights):
             raise BadInput(
                 f"{self.s.name}: a force acts where the rule asks for L, with the weight that L "
-                "has there, and this rule is no weighted sum of values of L; take another rule."
+                "has there, and this rule is no weighted sum of values of L; take another rule, or "
+                "write its weights as fractions: L(x, u)/6 and not 1/6*L(x, u), which is a float."
             )
         for weight, call in zip(weights, names, strict=True):
             if weight != 0:

@@ -38,7 +38,8 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
         made = case.scheme.flow(lattice.step / part).trajectory(part * steps)
         return contact.rise(energies(case.scheme, made)[0]) / size
 
-    rises = contact.falling(contact.rise(H) / size, finer, limit(16))
+    parts = contact.FINER[:1] if lattice.forced or lattice.timed else contact.FINER
+    rises = contact.falling(contact.rise(H) / size, finer, limit(16), parts)
     progress(f"{label}: single steps", 0.4)
     rows = [{"kind": "run", "time": float(t), "error": float(e - H[0]) / size}
             for t, e in zip(run.t, H, strict=True)]  # fmt: skip

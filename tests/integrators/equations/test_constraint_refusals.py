@@ -49,6 +49,10 @@ def test_what_constraints_go_with():
               holonomic=lambda x, p: [0])  # fmt: skip
     with pytest.raises(CannotMeasure, match="without stages"):
         Scheme(scenes.get("suslov"), rules.get("gauss-2"))
+    light = rules.discretisation(name="light")(lambda L, G, x, u, h: h * L(x, u) / 3)
+    with pytest.raises(BadInput, match="the weights of L have the sum h/3") as refused:
+        Scheme(scenes.get("suslov"), light)
+    assert not isinstance(refused.value, CannotMeasure)  # a wrong rule is no case to leave out
     with pytest.raises(
         CannotMeasure, match=r"suslov has constraints: a step is a map on \(x, mu\)"
     ):
