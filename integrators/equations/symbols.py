@@ -397,7 +397,7 @@ class SceneSymbols:
         return found
 
     def conserved(
-        self, quantity: Conserved, x: Column | None = None, h: Letter | None = None
+        self, quantity: Conserved, x: SymbolicMatrix | None = None, h: Expression | None = None
     ) -> list[Expression]:
         """Return the entries of a quantity at (x, μ), x by default `position`, and a step h.
 

@@ -34,7 +34,7 @@ from ..contact import (
 from ..equations import SceneSymbols, legendre_inverse
 from ..errors import BadInput, CannotMeasure
 from ..numbers import LazyModule, Number, finite, numeric
-from ..numbers.types import Function, MatrixLike
+from ..numbers.types import Function, MatrixLike, Vector
 from .blocks import at_ends, places
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class GapTerm:
     word: str
     ends: np.ndarray
     which: np.ndarray
-    p: list[Number]
+    p: list[Number | Vector]
     K: int
     place: Function
     values: Function
