@@ -89,12 +89,18 @@ class ContactRun(ABC):
         return 0
 
     def _look(self) -> None:
-        """Raise `CannotMeasure` if the present x or μ is no longer finite."""
+        """Raise `CannotMeasure` if the present x, μ or gaps are no longer finite.
+
+        A gap without a value is neither open nor closed: the body would go through the obstacle.
+        """
         for name, part in (("x", self.moment.place.x), ("mu", self.moment.mu)):
             if len(lost := np.flatnonzero(~finite(part))):
                 self.index -= 1
                 where = self.component(name, int(lost[0]))
                 raise CannotMeasure(f"the numbers are no longer finite, first {where}")
+        if not finite(self.moment.place.phi).all():
+            self.index -= 1
+            raise CannotMeasure("a gap has no real value there")
 
     def component(self, name: str, k: int) -> str:
         """Return the name of entry k of x or mu."""

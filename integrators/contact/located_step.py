@@ -58,7 +58,7 @@ class LocatedSteps(ContactSteps):
         if len(x) < 3:
             return 0, phi
         surely = self.gaps.bounds.open(x[:, : self.gaps.n].astype(float))
-        where = np.flatnonzero(~surely | (phi[1:] < 0).any(axis=1))
+        where = np.flatnonzero(~surely | ~(phi[1:] >= 0).all(axis=1))  # it may have no value
         return (int(where[0]) if len(where) else len(x) - 1), phi
 
     def _take_step(

@@ -111,6 +111,16 @@ def test_what_a_flow_with_contact_has_not():
             asked()
 
 
+@pytest.mark.parametrize("digits", [16, 30])
+@pytest.mark.parametrize("impacts", ["located", "stepped"])
+def test_a_gap_without_a_value_is_not_open(impacts, digits):
+    """A cube root is not real below 0: the ball was let through the ground without an impact."""
+    falling = ball(contact=lambda x, p: [sympy.cbrt(x[0]) - Rational(1, 10)], impacts=impacts)
+    with pytest.raises(StepFailure, match="a gap has no real value there") as failed:
+        falling.scheme.flow("0.1", digits).trajectory(400)
+    assert float(failed.value.trajectory.x.min()) > 0
+
+
 def test_a_failure_keeps_its_rows():
     """A potential that ends: the ball reaches log(0) before the ground."""
 
