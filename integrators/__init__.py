@@ -53,10 +53,11 @@ else:
         steps="in_own_time vary",
     )  # fmt: skip
 
-#: rooms beside the core, which it does not import: a scene or a lattice that needs one loads it
+#: what is in rooms that a scene or a lattice does not import: it loads one that it needs
 provide(
     ContactFlow=f"{__name__}.contact",
     LatticeScheme=f"{__name__}.lattices",
+    Scheme=f"{__name__}.flows",
     check_gaps=f"{__name__}.contact",
 )
 

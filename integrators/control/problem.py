@@ -40,6 +40,9 @@ class Control:
     duration: Given = None
     path: Path | None = None
 
+    #: the sentence with which a `Scheme` refuses it
+    no_scheme = "a problem of control has no scheme: solve it by problem.solve(steps, rule)."
+
     def __post_init__(self) -> None:
         scene = self.scene
         if not isinstance(scene, Scene):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..errors import BadInput, CannotMeasure, brief_name, misplaced
+from ..errors import BadInput, CannotMeasure, brief_name, misplaced, shown
 from ..groupoids import check_axioms
 from ..numbers import uncollected
 from ..numbers.types import Column
@@ -57,11 +57,18 @@ class DiscretisedScene:
     ) -> None:
         if isinstance(scene, Discretisation):
             raise misplaced(scene.name, "rule", "scene")
+        if said := getattr(scene, "no_scheme", ""):
+            raise BadInput(said)
         if not isinstance(scene, Scene):
             raise BadInput(
                 f"{brief_name(scene)} is {self.no_scene}: give a Scene, or scenes.get(name)."
             )
         check_rule(rule)
+        if not isinstance(equations, StepEquations | None):
+            raise BadInput(
+                f"{shown(equations)} is no StepEquations: give a scene and a rule alone; for a "
+                "retraction say SCENE.with_retraction(...)."
+            )
         derived = self.derive(scene, rule) if equations is None else equations
         if len(scene.parameter_values) != len(derived.s.parameter_list):
             raise BadInput(f"{scene.name}: a parameter has another shape than before.")

@@ -12,7 +12,7 @@ from ..geometry import is_self_adjoint, order_of_step
 from ..numbers.lazy import provided
 from ..numbers.types import Given
 from ..rules import Discretisation, Substep
-from ..scene import Again
+from ..scene import Again, Scene
 from .flow import Flow, Substeps
 from .latex import latex_of
 from .step_choice import step_for
@@ -35,14 +35,14 @@ class Scheme(DiscretisedScene):
     def __new__(cls, scene: Any = None, *given: Any, **named: Any) -> Any:
         """Return what the scene's own `discretise` makes of the rule, or the rule's of the scene.
 
-        A lattice has one, and a rule without a formula.
+        A lattice has one, and a rule without a formula; that of a `Scene` is this class.
         """
         if cls is Scheme:  # subclasses check their own arguments: the second may be no rule
             check_names("Scheme", named, ("scene", "rule", "equations"))
             rule: Any = given[0] if given else named.get("rule")
             asked: tuple[tuple[object, Any], ...] = ((scene, rule), (rule, scene))
             for one, other in () if isinstance(scene, Discretisation) else asked:
-                if hasattr(one, "discretise") and not isinstance(one, type):
+                if hasattr(one, "discretise") and not isinstance(one, type | Scene):
                     return one.discretise(other)
         return super().__new__(cls)
 

@@ -13,6 +13,7 @@ from typing import Any
 from ..errors import BadInput, check_function, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten, measure
+from ..numbers.lazy import provided
 from ..numbers.types import Exact, Function, Given
 from ..retractions import Retraction
 from .affine import AffineLagrangian
@@ -336,6 +337,10 @@ class Scene:
     def parameter_values(self) -> list[Exact]:
         """The exact values of all parameters, one after another and row by row."""
         return flatten(tuple(self.parameters.values()))
+
+    def discretise(self, rule: Any) -> Any:
+        """Return the `Scheme` by a rule, which `Scheme(scene, rule)` is."""
+        return provided("Scheme")(self, rule)
 
     def with_values(self, **changes: Any) -> Scene:
         """Return a copy with some fields changed; `parameters` are merged, not replaced.

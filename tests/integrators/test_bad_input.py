@@ -361,6 +361,11 @@ CASES = {
     "x + h u/2 on a group": (
         lambda: Scheme(scenes.get("rigid-body"), discretisation(name="pairs")(
             lambda L, G, x, u, h: h * L(x + h * u / 2, u))), r"write G\.target\(x, u, h/2\)"),
+    "a scheme of a problem": (
+        lambda: Scheme(Control(plain(), lambda x, v, f, p: f[0] ** 2, ([1], [0])), midpoint),
+        r"solve it by problem\.solve\(steps, rule\)"),
+    "a retraction for equations": (lambda: Scheme(plain(), midpoint, "cayley"),
+                                   r"'cayley' is no StepEquations"),
     "kind of a quantity": (lambda: Conserved("J", lambda x, mu, p: mu[0], kind="first intgral"),
                            "no kind='first intgral': did you mean 'first integral'"),
     "a list in a list of constraints": (

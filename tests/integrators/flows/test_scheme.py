@@ -143,6 +143,12 @@ def test_an_order_that_is_not_stated_is_none():
     assert two_thirds.order is None
 
 
+def test_a_scene_says_itself_how_it_is_discretised():
+    pendulum, box = scenes.get("pendulum"), black_box(order=1)(lambda q, p, h: (q, p))
+    assert type(pendulum.discretise(midpoint)) is Scheme
+    assert type(pendulum.discretise(box)) is type(Scheme(pendulum, box)) is not Scheme
+
+
 #: what only a discrete Lagrangian, and what only steps of one size have
 OF_ARROWS = ("FL", "W", "omega", "residual", "legendre_minus", "legendre_plus", "rho", "L", "R",
              "discrete_lagrangian")  # fmt: skip
