@@ -347,7 +347,7 @@ class Flow:
 
     @property
     def by_newton(self) -> str:
-        """Why steps are solved by Newton's method alone; "" if a fixed point goes first."""
+        """The reason for steps by Newton's method alone; "" if a fixed point goes first."""
         return self._collocation[1]
 
     @cached_property

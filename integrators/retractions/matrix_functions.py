@@ -51,7 +51,7 @@ class MatrixFunction:
         return sympy.Matrix(size, size, [entry(table, i) for i in range(size**2)])
 
     def directions(self, order: int) -> list[tuple[int, ...]]:
-        """Which partial derivatives a table of that order holds, in its order."""
+        """The partial derivatives that a table of that order holds, in its order."""
         return list(combinations_with_replacement(range(len(self.basis)), order))
 
     @cached_property

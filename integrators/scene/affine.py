@@ -25,7 +25,7 @@ class AffineLagrangian:
 
     @property
     def __code__(self) -> CodeType | None:
-        """Whose line messages name."""
+        """The code of the Hamiltonian, whose line messages name."""
         return getattr(self.hamiltonian, "__code__", None)
 
     @property

@@ -300,7 +300,7 @@ class Scene:
 
     @cached_property
     def without_lagrangian(self) -> str:
-        """Why its Hamiltonian has no Lagrangian, not even as an unknown of the step; or ""."""
+        """The reason why its Hamiltonian has no Lagrangian, not even as an unknown; or ""."""
         found = self.lagrangian
         if not isinstance(found, LegendreTransform) or found.exists(self):
             return ""

@@ -93,7 +93,7 @@ class Case(Generic[Measured, Expected, Row]):
 
     @cached_property
     def expected(self) -> Expected:
-        """What the judge expected."""
+        """The expectations of the judge."""
         return decoded(self.kinds[1], self.given.get("expected"), finite=True)
 
     @cached_property
@@ -108,7 +108,7 @@ class Case(Generic[Measured, Expected, Row]):
 
     @property
     def wanted(self) -> Mapping[str, Any]:
-        """What the judge expected, by the names of JSON."""
+        """The expectations of the judge, by the names of JSON."""
         return self.given.get("expected") or {}
 
     @property
