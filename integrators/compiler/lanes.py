@@ -32,9 +32,10 @@ def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> Namespace:
         name: f for name, f in numbers.array_namespace().items()
         if callable(f) and name.islower() and name not in ("array", *numbers.matrices())
     }  # fmt: skip
-    of_numbers = {**functions, "helper": elementwise, "table": elementwise, "zeros": _zeros}
+    of_numbers = {**functions, "helper": elementwise, "table": elementwise}
     own = {} if numbers.digits == 16 else of_numbers
     return own | {
+        "blank": _blank,
         "lane": lambda v, j: v[j],
         "total": lambda v: sum(v),
         "larger": np.maximum,
@@ -47,7 +48,8 @@ def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> Namespace:
     }  # fmt: skip
 
 
-def _zeros(rows: int, columns: int) -> list[list[Number]]:
+def _blank(rows: int, columns: int) -> list[list[Number]]:
+    """Return rows of zeros as lists, which Python reads sooner than the arrays of `zeros`."""
     return [[0] * columns for _ in range(rows)]
 
 

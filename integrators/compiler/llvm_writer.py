@@ -62,7 +62,8 @@ class Module:
         functions = {n: mathematical(n, getattr(math, n)) for n, f in names.items()
                      if callable(f) and getattr(math, n, None) is f}  # fmt: skip
         self.names = {**names, **functions, **CONDITIONS, "int": whole,
-                      "zeros": self._zeros, "columns": lambda array: array.columns,
+                      "zeros": self._zeros, "blank": self._zeros,
+                      "columns": lambda array: array.columns,
                       **{name: self._primitive(f) for name, f in PRIMITIVES.items()}}  # fmt: skip
         for part in _PARTS.split(MATRICES * ("matrix_" in text) + text):
             for node in parsed(part):

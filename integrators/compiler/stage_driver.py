@@ -13,8 +13,8 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
     c = load(coefficients[0], slice(0, RULE.width))
     weights = tuple([c[0] * e for e in WEIGHTS])
     a = Record(
-        x=zeros(1, n), nu=zeros(1, m), w1=zeros(1, MOMENTA), w2=zeros(1, MOMENTA), w3=zeros(1, m),
-        work=zeros(1, WORK), p=xs, ranges={(0, 0): 0, (0, 1): 1}, parts=1, totals=totals,
+        x=blank(1, n), nu=blank(1, m), w1=blank(1, MOMENTA), w2=blank(1, MOMENTA), w3=blank(1, m),
+        work=blank(1, WORK), p=xs, ranges={(0, 0): 0, (0, 1): 1}, parts=1, totals=totals,
     )  # fmt: skip
     at_xi = LAYOUT.memory + 1 + 2 * m
     at_mu = at_xi + m * LAYOUT.lanes
