@@ -279,7 +279,10 @@ class SceneSymbols:
         """Return a column of `scalar`s; raises `BadInput` also if one is not finite and real."""
         found = column(self.scalar(e, what, function) for e in values)
         if found.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I):
-            raise BadInput(f"{self._at(function, what)} is not finite and real: mend 1/0 or I.")
+            raise BadInput(
+                f"{self._at(function, what)} is not finite and real: write it without a division "
+                "by 0, nan, oo and I."
+            )
         return found
 
     @cached_property

@@ -208,7 +208,7 @@ CASES = {
         "bad with gauss-3: .* unknown symbol gn0"),
     **{f"Lagrangian that is {name}": (
         lambda bad=bad: with_lagrangian(lambda x, v, p: v[0] ** 2 / 2 + bad * x[0]),
-        r"line \d+: bad: its Lagrangian is not finite and real: mend 1/0 or I")
+        r"line \d+: bad: its Lagrangian is not finite and real: write it without a division by 0")
        for name, bad in (("nan", sympy.nan), ("x/0", sympy.zoo), ("infinite", sympy.oo),
                          ("complex", sympy.I))},
     "a start without momentum": (
