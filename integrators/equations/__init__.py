@@ -36,7 +36,7 @@ from .discrete_lagrangian import DiscreteLagrangian
 from .discretised_scene import DiscretisedScene
 from .dual_system import DualSystem
 from .legendre_inverse import legendre_inverse
-from .nonsmooth import blamed, check_finite
+from .nonsmooth import blamed, check_finite, refuse_pieces
 from .one_step_equations import OneStepEquations
 from .rule_view import answers_of
 from .stage_equations import no_stages, stage_source
@@ -53,6 +53,6 @@ __all__ = [
     "discrete_force", "energy", "energy_gradient", "energy_terms", "field_parts", "force_points",
     "initial_momentum", "inverse_two_form", "legendre_inverse", "mass_matrix", "met_by_velocity",
     "momentum", "natural_structure", "nearest_start", "no_stages", "on_constraints", "orientation",
-    "poisson_tensor", "power", "rates", "reaction_matrix", "stage_source", "times",
+    "poisson_tensor", "power", "rates", "reaction_matrix", "refuse_pieces", "stage_source", "times",
     "vanishing_at_states", "vanishing_in_a_step", "vector", "vector_field",
 ]  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -61,13 +61,18 @@ def check_smooth(scene: Scene, s: SceneSymbols) -> None:
     its gradient.
     """
     noun, value = check_finite(scene, s)
-    letters = {*s.x, *s.u, *s.mu}
-    if _breaks(value, letters):
-        raise _refusal(f"the {noun} of {scene.name}", scene.lagrangian)
-    if s.degenerate and any(_breaks(e, letters) for e in s.one_form):
-        raise _refusal(f"the one-form of {scene.name}", scene.one_form)
-    if any(_breaks(e, letters) for e in s.force):
-        raise _refusal(f"the force of {scene.name}", scene.force)
+    refuse_pieces([value], s, f"the {noun} of {scene.name}", scene.lagrangian)
+    if s.degenerate:
+        refuse_pieces(s.one_form, s, f"the one-form of {scene.name}", scene.one_form)
+    refuse_pieces(s.force, s, f"the force of {scene.name}", scene.force)
+
+
+def refuse_pieces(
+    values: Iterable[Expression], s: SceneSymbols, what: str, function: Function | None
+) -> None:
+    """Raise `BadInput` if one of the values is made of pieces in x, u, μ or t."""
+    if any(_breaks(e, {*s.x, *s.u, *s.mu}) for e in values):
+        raise _refusal(what, function)
 
 
 def _refusal(what: str, function: Function | None) -> BadInput:

@@ -19,6 +19,7 @@ from ..equations import (
     SceneSymbols,
     check_regular,
     no_stages,
+    refuse_pieces,
     stage_source,
 )
 from ..errors import CannotMeasure
@@ -58,7 +59,8 @@ class LatticeEquations:
         if not self.site.discrete.of.weighted:
             raise CannotMeasure(
                 f"{lattice.name}: {rule.name} is no weighted sum of values of L, so its step "
-                "is not one of sites and bonds; take another rule."
+                "is not one of sites and bonds; take another rule, or write its weights as "
+                "fractions: L(x, u)/6 and not 1/6*L(x, u), which is a float."
             )
         bond = _bond_scene(lattice)
         if lattice.constraint is not None and (refusal := rule.refusal(bond)):
@@ -66,7 +68,11 @@ class LatticeEquations:
         self.bond_symbols = SceneSymbols(bond, rule.stages)
         self.bond_symbols.name = f"a bond of {lattice.name}"
         _check_lagrangian(self.bond_symbols, "on_bond", lattice.on_bond, "x, y, v, w, p and t")
-        self.bond_symbols.force  # noqa: B018 - so too
+        for one, term, force in (
+            (s, "on_site", "force"), (self.bond_symbols, "on_bond", "bond_force"),
+        ):  # fmt: skip
+            for word, values in ((term, [one.lagrangian]), (force, one.force)):
+                refuse_pieces(values, one, f"{word}= of {lattice.name}", getattr(lattice, word))
 
     @cached_property
     def bond(self) -> DiscreteEquations:

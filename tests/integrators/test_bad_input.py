@@ -361,6 +361,12 @@ CASES = {
     "x + h u/2 on a group": (
         lambda: Scheme(scenes.get("rigid-body"), discretisation(name="pairs")(
             lambda L, G, x, u, h: h * L(x + h * u / 2, u))), r"write G\.target\(x, u, h/2\)"),
+    **{f"pieces in a lattice: {word}": (
+        lambda word=word, f=f: Scheme(Lattice("bad", pair(1), 2, **{
+            "on_site": kinetic, "on_bond": lambda x, y, p: 0, word: f, "v0": [[0], [0]],
+            "x0": [[0], [1]]}), rule_called("trapezoidal")), rf"{word}= of bad holds Abs")
+       for word, f in (("on_bond", lambda x, y, p: -sympy.Abs(y[0] - x[0])),
+                       ("force", lambda x, v, p: [-sympy.Max(x[0], 0)]))},
     "a scheme of a problem": (
         lambda: Scheme(Control(plain(), lambda x, v, f, p: f[0] ** 2, ([1], [0])), midpoint),
         r"solve it by problem\.solve\(steps, rule\)"),
