@@ -10,7 +10,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, cast
 
-from ..errors import unknown
+from ..errors import BadInput, unknown
 from ..scene import Scene
 
 NAMES = (
@@ -67,6 +67,9 @@ def every_name() -> tuple[str, ...]:
 def get(name: str) -> Scene:
     """The scene of that name; raises `BadInput` with the nearest name."""
     if name not in every_name():
+        for room, kind in (("lattices", "lattice"), ("control", "problem of control")):
+            if name in import_module(f".{room}", __name__).NAMES:
+                raise BadInput(f'{name} is a {kind}: say scenes.{room}.get("{name}").')
         raise unknown("scene", name, every_name())
     return cast(Scene, import_module(f".{name.replace('-', '_')}", __name__).scene)
 

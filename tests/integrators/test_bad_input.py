@@ -276,6 +276,7 @@ CASES = {
     "rule's element": (lambda: with_rule(lambda L, G, x, u, h: G.element(u, h)[0, 0]),
                        r"pair\(2\) has no group elements"),
     # scenes, groupoids
+    "a lattice's name": (lambda: scenes.get("fput"), r'scenes\.lattices\.get\("fput"\)'),
     "scene's name": (lambda: scenes.get("pendulm"), 'no scene "pendulm": did you mean pendulum?'),
     "scene unlike any": (lambda: scenes.get("zzz"), "there are harmonic, pendulum,"),
     "Cayley on sl(3)": (
