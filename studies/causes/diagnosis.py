@@ -138,6 +138,9 @@ def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str,
                 "which makes order 1, and in the middle 2: move them, or declare order 1."
             )
     if found.order_of_points > wanted - NEAR:
+        if found.order < 1 - NEAR and (whole := sum_of_weights(scheme)) not in ("", "1"):
+            said = f"its weights sum to {whole}, and have to sum to 1 ({off})."
+            return "factor", f"its points are those of L, but its momenta are not: {said}"
         return (
             "gauge",
             f"L_d differs from one of order {wanted} by what the discrete Euler–Lagrange equations "

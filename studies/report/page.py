@@ -62,7 +62,7 @@ def write_report(
     studies = merged(made)
     definitions: dict[str, str] = {}
     with published(Path(folder), last="index.html") as new:
-        for name in ("figures", "tables", "equations"):
+        for name in ("figures", "tables", *["equations"] * bool(equations)):
             (new / name).mkdir()
         drawn = plates(studies, titles, definitions, remembered or anew, look)
         for plate in drawn:

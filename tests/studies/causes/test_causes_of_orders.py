@@ -369,6 +369,19 @@ def test_a_part_that_holds_no_velocity_is_told_by_the_equations(scene, excess, o
     assert found["evidence"]["order_of_legendre"] == pytest.approx(order_found + 1, abs=0.1)
 
 
+@pytest.mark.slow
+def test_weights_whose_sum_is_not_one_are_told_on_a_group():
+    """Momenta that were 7/6 of theirs beside points of order 2 were called a gauge."""
+
+    @discretisation(order=2)
+    def heavy(L, G, x, u, h):
+        middle, end = (L(G.target(x, u, share), u) for share in (h / 2, h))
+        return h * (L(x, u) + 4 * middle + 2 * end) / 6
+
+    found = cause(order("heavy-top", heavy))
+    assert found["cause"] == "factor" and "sum to 7/6" in found["sentence"]
+
+
 def test_a_small_fault_is_not_taken_for_a_factor_of_one():
     """A field that is off by 2e-6 was called one of too few digits, or a step of its own."""
     fields = [(1.0, 0.0), (0.5, 1.0), (-0.7, 2.0)]
