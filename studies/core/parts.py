@@ -44,8 +44,9 @@ def why_not(thing: Any) -> str:
     """Return the reason why a system lacks the other parts."""
     if "contact" in parts_of(thing):
         return "has contact"
-    more = " with forces" if thing.forced else " with explicit time" if thing.timed else ""
-    return f"is a lattice{more}"
+    more = {" with contact": thing.has_contact, " with forces": thing.forced,
+            " with explicit time": thing.timed}  # fmt: skip
+    return "is a lattice" + next((words for words, so in more.items() if so), "")
 
 
 def is_built_in(lattice: Lattice) -> bool:

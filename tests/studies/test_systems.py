@@ -51,4 +51,4 @@ def test_what_a_system_lacks_is_said_in_a_sentence():
     beam = system_of(Case("order", lookup.scene_given("beam"), rules.trapezoidal, 16))
     assert beam.single_steps() is None and "--thorough" in beam.lacks["single_steps"]
     assert parts_of(lookup.scene_given("bouncing-ball")) == {"contact"}
-    assert why_not(lookup.scene_given("bead-chain")) == "is a lattice"
+    assert why_not(lookup.scene_given("bead-chain")) == "is a lattice with contact"
