@@ -47,7 +47,7 @@ SETTLED = 0.05  # difference of two successive orders below which no further run
 RESOLVED = 0.01  # largest error of a run whose ε is taken for the energy, the form and the way back
 BACK = 24  # steps forth and back
 STEPS = 50_000
-HALVINGS = 6  # number of sizes of ε that a long run is tried with
+HALVINGS = 6  # number of sizes of ε that a long run, and one from a place, is tried with
 PLACES = 2  # number of places for the way back and the form, beside the start
 
 
@@ -184,15 +184,23 @@ def _states(case: Case) -> list[tuple[Any, Any]]:
 def _largest(
     number: Callable[..., float], case: Case, step: Fraction
 ) -> tuple[float | None, str | None]:
-    """Return the largest number at the start and beside it, and why it has none at some place."""
+    """Return the largest number at the start and beside it, and why it has none at some place.
+
+    A place beside the motion may be too far for steps of the scene's own size: they are halved
+    there until a run goes through. A way back is right, and a form kept, with steps of any size.
+    """
     found, lost = [], None
     for x, mu in _states(case):
-        try:
-            value = number(case, step, x, mu)
-        except StepFailure as failure:
-            lost = str(failure)
+        for halvings in range(HALVINGS):
+            try:
+                value = number(case, step / 2**halvings, x, mu)
+            except StepFailure as failure:
+                why = str(failure)
+            else:
+                found.append(math.inf if math.isnan(value) else value)
+                break
         else:
-            found.append(math.inf if math.isnan(value) else value)
+            lost = why
     return max(found, default=None), lost
 
 

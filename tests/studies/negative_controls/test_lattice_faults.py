@@ -19,14 +19,19 @@ KICKS, FORCE = LatticeEquations._kicks, lattice_equations._force_of
 
 def twice(s):
     """The force of a bond, counted twice."""
-    return FORCE(s) + s.force
+    once = FORCE(s)
+    graph = once[0].graph
+    return graph.plus(once, graph.column(s.force))
 
 
 def at_the_start(self, name, s, force, own):
     """The forces at the end of a step, at the time of its start."""
     kicks = KICKS(self, name, s, force, own)
-    plus = kicks.plus.xreplace({clock(): clock() - s.h})
-    return replace(kicks, plus=plus, whole=plus + kicks.whole - kicks.plus)
+    graph = kicks.plus[0].graph
+    t, h = graph.letters([clock(), s.h])
+    plus = graph.rebuilt(kicks.plus, {t.index: t - h})
+    others = graph.minus(kicks.whole, kicks.plus)
+    return replace(kicks, plus=plus, whole=graph.plus(others, plus))
 
 
 @pytest.mark.parametrize(("name", "place", "word", "fault"), [
