@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from discmech.studies.evidence.order import NEAR
 from discmech.studies.user.assertions import assert_order
 
 ORDERS = {f"gauss-{s}": 2 * s for s in range(1, 9)} | {
@@ -20,5 +21,6 @@ DIGITS = {f"gauss-{s}": 80 for s in range(5, 9)}
 def test_orders_2_to_16_on_a_pair_groupoid_a_group_an_action_and_a_product(scene, rule, order):
     found = assert_order(rule, scene, digits=DIGITS.get(rule, 50))
     assert found["expected"]["order"] == order
-    assert found["expected"]["local_order"] == pytest.approx(order, abs=0.005)
+    # at a drawn place the constant of a component may be so small that the next power shows too
+    assert found["expected"]["local_order"] == pytest.approx(order, abs=NEAR)
     assert found["measured"]["order"] == pytest.approx(order, abs=0.01)
