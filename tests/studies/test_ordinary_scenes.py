@@ -116,8 +116,11 @@ def test_it_passes_all_that_judges_a_rule(scene):
     chosen = Choice(scenes=(scene,), rules=(midpoint, trapezoidal))
     asked = [study for study in map(get, studies()) if list(study.cases(chosen))]
     results, _ = run_studies(asked, chosen)
-    cases = [case for result in results for case in result["cases"]]
-    assert {case["verdict"] for case in cases} == {"pass"}, [case["reason"] for case in cases]
+    for result in results:
+        # the angles of double-spherical end where it hangs at rest
+        at_rest = (scene.name, result["study"]) == ("double-spherical", "stability")
+        for case in result["cases"]:
+            assert case["verdict"] == ("inconclusive" if at_rest else "pass"), case["reason"]
 
 
 @named

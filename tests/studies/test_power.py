@@ -42,7 +42,7 @@ def of_rule(seed):
 
 
 def named(words, catalogue=CATALOGUE):
-    (found,) = [fault for fault in catalogue if words in fault.name]
+    (found,) = [fault for fault in catalogue if fault.name == words]
     return found
 
 
