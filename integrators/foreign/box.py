@@ -176,6 +176,11 @@ def _one_of(word: str, given: object, known: Sequence[str]) -> None:
         raise BadInput(f"black_box({word}={shown(given)}): {word} is {choices}.")
 
 
+def given_name(name: object, otherwise: str) -> Any:
+    """Return a name, or the other where none is given, or an empty one; `_checked` judges it."""
+    return otherwise if name is None or (isinstance(name, str) and not name) else name
+
+
 def _checked(formula: object, name: str | None, runs: bool) -> str:
     """Return the name of a box; raises `BadInput` unless it is a fit function or class."""
     if not callable(formula):
@@ -183,7 +188,8 @@ def _checked(formula: object, name: str | None, runs: bool) -> str:
             f"a black box is a function (q, p, h, system) or a class with start, step and read, "
             f"not {shown(formula)}."
         )
-    label = name or str(getattr(formula, "__name__", "black-box")).replace("_", "-").strip("<>")
+    own = str(getattr(formula, "__name__", "black-box")).replace("_", "-").strip("<>")
+    label = given_name(name, own)
     if not isinstance(label, str) or not re.fullmatch(r"[\w.-]{1,80}", label):
         raise BadInput(
             f"a black box's name is {shown(label)}: use letters, digits, dots and dashes."

@@ -16,7 +16,7 @@ from ..flows import StepChoice, Trajectory
 from ..numbers import arithmetic, exact_rational, mpmath, whole_number
 from ..numbers.types import Given, Number, Numbers, Vector
 from ..scene import Scene
-from .box import BlackBox, black_box
+from .box import BlackBox, black_box, given_name
 from .box_flow import BoxFlow
 from .box_scheme import BoxScheme
 from .caller import folder_of_caller
@@ -108,7 +108,7 @@ def recorded(
     """
     found = recordings(files, folder_of_caller(), state)
     pattern = str(files if isinstance(files, str | Path) else files[0])
-    label = name or "-".join(filter(None, ["recorded", Path(pattern).parent.name]))
+    label = given_name(name, "-".join(filter(None, ["recorded", Path(pattern).parent.name])))
     made = black_box(order, runs=True, state=state, name=label,
                      **{"source": f"recorded: {pattern}", **claims})(_no_step)  # fmt: skip
     if not isinstance(scene, str):

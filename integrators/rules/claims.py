@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..errors import BadInput, shown
 
 
@@ -25,7 +27,8 @@ class Claims:
            keeps: str | Sequence[str]) -> Claims:  # fmt: skip
         """Return the claims given to a decorator; raises `BadInput` for those of another kind."""
         for word, given in (("symplectic", symplectic), ("reversible", reversible)):
-            if given not in (None, True, False):
+            fit = given is None or (isinstance(given, int | np.bool_) and given in (True, False))
+            if not fit:  # an array has no truth value that could be compared
                 raise BadInput(f"{who}({word}=...): {word} is True or False, not {shown(given)}.")
         names = (keeps,) if isinstance(keeps, str) else keeps
         if not isinstance(names, list | tuple) or not all(isinstance(e, str) for e in names):
