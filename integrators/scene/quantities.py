@@ -39,7 +39,7 @@ class Conserved:
         check_function(self.formula, self.name, "(x, mu, p)", "(x, mu, p, h)")
         kinds = get_args(Kind)
         if not isinstance(self.kind, str) or self.kind not in kinds:
-            near = get_close_matches(str(self.kind), kinds, 1, 0.5)
+            near = get_close_matches(shown(self.kind), kinds, 1, 0.5)
             say = f"did you mean {shown(near[0])}?" if near else f"there are {', '.join(kinds)}."
             raise BadInput(f"{self.name}: there is no kind={shown(self.kind)}: {say}")
 
