@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from discmech.integrators import Scheme, rules, scenes
+from discmech.studies.evidence import evidence_of
 from discmech.studies.evidence.order import NEAR
 from discmech.studies.user.assertions import assert_order
 
@@ -21,6 +23,11 @@ DIGITS = {f"gauss-{s}": 80 for s in range(5, 9)}
 def test_orders_2_to_16_on_a_pair_groupoid_a_group_an_action_and_a_product(scene, rule, order):
     found = assert_order(rule, scene, digits=DIGITS.get(rule, 50))
     assert found["expected"]["order"] == order
-    # at a drawn place the constant of a component may be so small that the next power shows too
-    assert found["expected"]["local_order"] == pytest.approx(order, abs=NEAR)
+    local = evidence_of(Scheme(scenes.get(scene), rules.get(rule))).order
+    largest = {c.place: c for c in sorted(local.components, key=lambda c: c.error)}
+    for component in largest.values():
+        assert component.order == pytest.approx(order, abs=0.005)
+    # the lowest of all is of a component whose constant may be 30,000 times smaller than another's
+    # (mu[1] of kahan-li-8 on the heavy top, at a drawn place): there the next power shows, too
+    assert found["expected"]["local_order"] == local.order == pytest.approx(order, abs=NEAR)
     assert found["measured"]["order"] == pytest.approx(order, abs=0.01)
