@@ -109,7 +109,7 @@ def test_importing_and_commands_find_everything(installed, tmp_path):
     assert found[-1] == ("" if not environment else " ".join(FOLDERS))
 
 
-@pytest.mark.dear("checkout", "editable")
+@pytest.mark.slow
 def test_the_plugin_runs_next_to_a_user_s_folders_of_those_names(installed, tmp_path):
     python, environment, words = installed
     folder = tmp_path / "mine"

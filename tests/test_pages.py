@@ -17,7 +17,7 @@ from tests.studies.test_browser import BROWSER, width_of
 
 #: pages whose Python blocks take more than a few seconds
 SLOW = {"rules.md", "symmetries.md", "tutorial.md", "one-step-maps.md", "lattices.md",
-        "body-in-space.md"}  # fmt: skip
+        "body-in-space.md", "degenerate.md"}  # fmt: skip
 
 
 def label(page):

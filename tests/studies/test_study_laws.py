@@ -80,7 +80,7 @@ def test_order_in_double_precision(scene, rule):
     has_its_order(scene, rule, 16, 0.05)
 
 
-@pytest.mark.dear("ball-in-cylinder")
+@pytest.mark.dear("ball-in-cylinder", "kirchhoff")
 @pytest.mark.parametrize(("scene", "rule"), often(PAIRWISE[1::4]))
 def test_order_at_50_digits(scene, rule):
     has_its_order(scene, rule, 50, 0.01)
@@ -110,7 +110,7 @@ def is_symplectic(scene, rule, digits, limit, steps, retraction=None):
     return tried
 
 
-@pytest.mark.dear("bead-on-hoop")
+@pytest.mark.dear("bead-on-hoop", "fpu-rectangle")
 @pytest.mark.parametrize(("scene", "rule"), often(PAIRWISE[2::4]))
 def test_symplectic_in_double_precision(scene, rule):
     is_symplectic(scene, rule, 16, 1e-13, 8)
@@ -146,6 +146,7 @@ def keeps_its_momenta(scene, rule, digits, limit, steps, retraction=None):
         assert found["rows"][-1]["step"] == steps
 
 
+@pytest.mark.dear("ball-in-cylinder")
 @pytest.mark.parametrize(("scene", "rule"), named(with_quantities))
 def test_momentum_over_ten_thousand_steps(scene, rule):
     keeps_its_momenta(scene, rule, 16, 1e-12, 10**4)

@@ -72,6 +72,7 @@ def slopes_by(letter, column, point):
 
 
 @pytest.mark.dear("carried-body-gauss-2")
+@pytest.mark.dear("carried-body", "skewed-body")
 @pytest.mark.sampled
 @pytest.mark.parametrize("adjoint", [False, True])
 @pytest.mark.parametrize(("scene", "rule"), [
