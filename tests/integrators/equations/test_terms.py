@@ -71,7 +71,6 @@ def slopes_by(letter, column, point):
         return [(a - b) * 10**15 / 2 for a, b in zip(ahead, back, strict=True)]
 
 
-@pytest.mark.dear("carried-body-gauss-2")
 @pytest.mark.dear("carried-body", "skewed-body")
 @pytest.mark.sampled
 @pytest.mark.parametrize("adjoint", [False, True])
