@@ -205,7 +205,7 @@ class Store:
                 return self._opened(path)
         inode, how = path.stat().st_ino, "mode=rw" if path == self.path else "immutable=1"
         where = f"{path.absolute().as_uri()}?{how}"
-        file = sqlite3.connect(where, PATIENCE, uri=True, check_same_thread=False)
+        file = sqlite3.connect(where, timeout=PATIENCE, uri=True, check_same_thread=False)
         self._open[path] = _Open(file, inode, os.getpid())
         (version,) = file.execute("PRAGMA user_version").fetchone()
         file.execute("PRAGMA synchronous = NORMAL")
