@@ -53,15 +53,19 @@ class Store:
     """
 
     def __init__(self, fresh: bool = False) -> None:
+        self._open: dict[Path, _Open] = {}
         self.path, self.fresh = _file_of(cache_folder()), fresh
         self._others = [_file_of(folder) for folder in cache_folders()[1:]]
         self.troubles: dict[str, str] = {}
-        self._open: dict[Path, _Open] = {}
         self._used: list[tuple[float, str, str]] = []
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for another process, which opens the files itself."""
         return {**vars(self), "_open": {}, "_used": []}
+
+    def __del__(self) -> None:
+        """Close the files: since Python 3.13 a connection that nobody closes is warned of."""
+        self.close()
 
     def find(self, kind: str, name: str) -> Any | None:
         """Return the content of a row that can be made again, or None; a damaged one is removed."""
