@@ -234,7 +234,8 @@ def _exact(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> tuple
     def entries(parameters: Any) -> list[sympy.Expr]:
         value = function(*states, parameters, *([T] if timed else []))
         many = hasattr(value, "shape") or isinstance(value, (list, tuple))
-        return [sympy.sympify(e) for e in (list(value) if many else [value])]
+        listed = [sympy.sympify(e) for e in (list(value) if many else [value])]
+        return [e[0] if getattr(e, "shape", None) == (1, 1) else e for e in listed]
 
     try:
         with short_numbers(f"the {what} of scene {scene.name}"):
@@ -251,6 +252,11 @@ def _exact(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> tuple
             f"the {what} of scene {scene.name} cannot be evaluated on symbols "
             f"({type(error).__name__}: {error}); write it with sympy functions of x, v and p"
         ) from error
+    for k, entry in enumerate(found):
+        if not isinstance(entry, sympy.Expr) or hasattr(entry, "shape"):  # matrices are Expr, too
+            raise ReferenceFailure(
+                f"component {k} of the {what} of scene {scene.name} is {entry}: give a number"
+            )
     known = {e for state in states for e in state} | {T for _ in range(timed)}
     unknown = set().union(*(e.free_symbols for e in found)) - known
     if unknown:
@@ -294,8 +300,6 @@ def balance_of(scene: Any) -> Balance:
     x_rates = structure.rho * v if n else sympy.zeros(0, 1)
     force = sympy.Matrix([_force(structure, lagrangian, momentum, x, v, g) for g in range(m)])
     for g, component in enumerate(mechanics.acting):
-        if not isinstance(component, sympy.Expr):
-            raise ReferenceFailure(f"component {g} of the force is {component}: give a number")
         force[g] += component
     for g in range(m):
         force[g] -= momentum[g].diff(T)

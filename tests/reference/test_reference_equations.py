@@ -214,6 +214,19 @@ def test_unusable_lagrangians_are_named(lagrangian, message):
     assert "mine" in str(failure.value) and "\n" not in str(failure.value)
 
 
+def test_a_component_is_one_number_and_a_matrix_of_one_entry_is_too():
+    def pushed(component):
+        return Scene("pushed", pair(1), lagrangian=lambda x, v, p: v[0] ** 2 / 2, x0=[1], v0=[0],
+                     duration=1, step="1/10", force=lambda x, v, p: [component(x)])  # fmt: skip
+
+    found = solution(pushed(lambda x: sympy.Matrix([[-x[0]]])), "1/2", 20)
+    with mpmath.workdps(30):
+        assert abs(found.x[0] - mpmath.cos(0.5)) < 1e-20
+    for several in (lambda x: sympy.Matrix([[x[0], 2]]), lambda x: x[0] > 0):
+        with pytest.raises(ReferenceFailure, match="component 0 of the force of scene pushed is"):
+            solution(pushed(several), "1/2", 20)
+
+
 def test_algebra_that_is_not_closed_is_refused():
     basis = (((0, 1, 0), (-1, 0, 0), (0, 0, 0)), ((0, 0, 0), (0, 0, 1), (0, -1, 0)))
     groupoid = SimpleNamespace(kind="group", dim_x=0, dim_u=2, algebra=SimpleNamespace(basis=basis))
