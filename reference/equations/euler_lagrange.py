@@ -135,12 +135,12 @@ def mechanics_of(scene: Any) -> Mechanics:
                 f"{len(x)}; give {len(x)}"
             )
         lagrangian = sum(a * b for a, b in zip(theta, v, strict=True))
-        lagrangian -= _exact(scene, "Hamiltonian", energy, x)[0]
+        lagrangian -= _number(scene, "Hamiltonian", energy, x)
         energy = None
     elif energy is not None:
-        lagrangian = _exact(scene, "Hamiltonian", energy, x, v)[0]
+        lagrangian = _number(scene, "Hamiltonian", energy, x, v)
     else:
-        lagrangian = _exact(scene, "Lagrangian", scene.lagrangian, x, v)[0]
+        lagrangian = _number(scene, "Lagrangian", scene.lagrangian, x, v)
     structure = algebroid_of(scene, x)
     phi, admitted, moving, pushing = _constraints(scene, structure, x)
     if one_form is not None:
@@ -220,6 +220,14 @@ def _matrix(entries: Any, columns: int) -> sympy.Matrix:
     """Return exact entries, row by row."""
     found = [without_floats(sympy.sympify(e)) for e in entries]
     return sympy.Matrix(len(found) // columns, columns, found)
+
+
+def _number(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> sympy.Expr:
+    """Return the one value of a function of (x, p), (x, v, p) or (x, v, p, t)."""
+    found = _exact(scene, what, function, *states)
+    if len(found) != 1:
+        raise ReferenceFailure(f"the {what} of scene {scene.name} has {len(found)} values; give 1")
+    return found[0]
 
 
 def _exact(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> tuple[sympy.Expr, ...]:

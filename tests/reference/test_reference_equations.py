@@ -202,6 +202,7 @@ def test_a_float_in_the_lagrangian_is_exact():
         (lambda x, v, p: v[0] ** 2 / 2 + x[0] * v[1], "mass matrix .* singular"),
         (lambda x, v, p: __import__("math").cos(x[0]), "sympy functions"),
         (lambda x, v, p: v[0] ** 2 + sympy.Symbol("q"), "unknown symbols q"),
+        (lambda x, v, p: [v.dot(v) / 2, x[0]], "has 2 values"),
         (None, "no continuous Lagrangian"),
         (lambda x, v, p: v.dot(v) / 2 + sympy.besselj(0, x[0]), "besselj.*cannot expand"),
         (lambda x, v, p: p.missing * v[0], "missing"),
