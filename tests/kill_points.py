@@ -21,6 +21,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
+from discmech.integrators.files import DRAFT, READY
+
 KILLED = 9
 #: what Python tells of before it does it
 EVENTS = ("os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate")
@@ -296,9 +298,11 @@ def _again(program: Any, result: Any, wanted: Any, where: Path) -> Iterator[str]
         yield f"begun again it ends with {again.code}: {again.said[-600:]}"
     elif result(where) != wanted:
         yield "other numbers"
-    litter = [p.name for p in where.rglob("*") if "discmech-draft" in p.name
-              or "discmech-ready" in p.name or (p.name.startswith(("discmech-cache", "run.npz."))
-              and p.suffix == ".new")]  # fmt: skip
+    litter = [
+        p.name
+        for p in where.rglob("*")
+        if p.name.startswith((DRAFT, READY)) and not p.is_relative_to(where / "cache")
+    ]  # which is swept once a day
     if litter:
         yield f"{litter[0]} is left"
 

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
         say_once,
         seal,
         unsealed,
-        write_atomically,
     )
     from .kernels import (
         Kernels,
@@ -52,7 +51,7 @@ else:
     __getattr__ = on_demand(
         __name__,
         cache="Damaged cache_folder cache_folders cached_text digest is_temporary "
-              "make_private of_others prune say_once seal unsealed write_atomically",
+              "make_private of_others prune say_once seal unsealed",
         kernels="Kernels LatticeKernels compile compile_lattice compile_lattice_stages "
                 "compile_stages compiled_text interpreted kernel_text names_of text_key",
         kernels_at_step="KernelsAtStep Run",
@@ -75,5 +74,4 @@ __all__ = [
     "compile_lattice_stages", "compile_stages", "compiled", "compiled_text", "cores", "digest",
     "interpreted", "is_affine", "is_temporary", "kernel_text", "kinds_of", "make_private",
     "names_of", "of_others", "prune", "say_once", "seal", "taken_over", "text_key", "unsealed",
-    "write_atomically",
 ]  # fmt: skip

@@ -20,6 +20,7 @@ from functools import cache
 from pathlib import Path
 
 from ..errors import BadInput
+from ..files import draft_folder, sweep, write_atomically
 
 _LOG = logging.getLogger("discmech")
 #: the environment variable by which a process names its temporary folder to the processes it starts
@@ -124,8 +125,9 @@ def _temporary_folder() -> Path:
         with suppress(BadInput):
             _refuse_others(Path(given))
             return Path(given)
-    _sweep_temporary()
-    folder, own = Path(tempfile.mkdtemp(prefix=f"discmech-cache-{os.getpid()}-")), os.getpid()
+    temporary, own = Path(tempfile.gettempdir()), os.getpid()
+    sweep(temporary)
+    folder = draft_folder(temporary)
     os.environ[_TEMPORARY] = str(folder)
 
     def remove() -> None:
@@ -139,18 +141,6 @@ def _temporary_folder() -> Path:
         "next run; DISCMECH_CACHE names another folder."
     )
     return folder
-
-
-def _sweep_temporary() -> None:
-    """Remove the temporary folders of processes that were killed."""
-    for folder in Path(tempfile.gettempdir()).glob("discmech-cache-*-*"):
-        number = folder.name.split("-")[2]
-        if (
-            number.isdecimal()
-            and not Path("/proc", number).exists()
-            and Path("/proc/self").exists()
-        ):
-            shutil.rmtree(folder, ignore_errors=True)
 
 
 #: folders whose text is part of the equations, so that the key of every kernel holds it already
@@ -172,20 +162,6 @@ def digest(*parts: str | bytes) -> str:
     """Return a name that depends on all the parts (24 hexadecimal digits of SHA-256)."""
     whole = b"\0".join(part.encode() if isinstance(part, str) else part for part in parts)
     return hashlib.sha256(whole).hexdigest()[:24]
-
-
-def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write under another name, then rename, so that no reader or crash leaves half a file."""
-    handle, draft = tempfile.mkstemp(dir=path.parent, prefix=path.name[:40], suffix=".new")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content.encode() if isinstance(content, str) else content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(draft, path)
-    except BaseException:
-        Path(draft).unlink(missing_ok=True)
-        raise
 
 
 def seal(path: Path, content: str | bytes) -> None:
@@ -279,7 +255,7 @@ def _asked_for(path: Path) -> None:
 
 @cache  # checked once in a process
 def prune() -> None:
-    """Remove files that nobody used for 90 days, and day-old drafts of killed processes.
+    """Remove files that nobody used for 90 days, and drafts of killed processes.
 
     This happens once a day. Results have their own rule (`studies.core.store`); baselines stay.
     """
@@ -292,8 +268,10 @@ def prune() -> None:
         for path in _files(folder):
             age = now - path.stat().st_mtime
             made_again = path.relative_to(folder).parts[0] not in _NOT_PRUNED
-            if (made_again and age > KEPT) or (path.suffix == ".new" and age > DAY):
+            if made_again and age > KEPT:
                 path.unlink(missing_ok=True)
+        for place in (folder, *filter(Path.is_dir, folder.iterdir())):
+            sweep(place)
 
 
 def _files(folder: Path) -> Iterator[Path]:

@@ -16,14 +16,13 @@ import math
 import os
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..compiler import write_atomically
 from ..errors import BadInput, CouldNotRun, shown
+from ..files import sweep, write_atomically
 from ..numbers import Arithmetic
 from ..numbers.types import DType
 from .trajectory import Columns, allocated
@@ -110,7 +109,7 @@ class Checkpoint:
                         f"{self.name}: the rows would overwrite {path}, which does not belong "
                         "to this run; delete it, or name another checkpoint."
                     )
-            self._sweep()
+            sweep(self.path.parent)  # of drafts that a killed process left beside the file
             self._write({})  # from here on these rows belong to this run
         begins = self.state is None
         try:
@@ -210,12 +209,6 @@ class Checkpoint:
             "name another file. What was saved before is whole, and the run goes on from there."
         )
 
-    def _sweep(self) -> None:
-        """Remove drafts that a killed process left beside the file."""
-        for draft in self.path.parent.glob(f"{_literal(self.path.name[:40])}*.new"):
-            with suppress(OSError):
-                draft.unlink()
-
 
 def _digest(key: str, state: Mapping[str, np.ndarray]) -> bytes:
     whole = hashlib.sha256(key.encode())
@@ -231,10 +224,6 @@ def _chained(seal: bytes, row: Sequence[np.ndarray]) -> bytes:
     for values in row:
         whole.update(np.ascontiguousarray(values).tobytes())
     return whole.digest()
-
-
-def _literal(name: str) -> str:
-    return "".join(f"[{letter}]" if letter in "*?[" else letter for letter in name)
 
 
 def _create(path: Path, shape: tuple[int, ...], kind: np.dtype) -> np.memmap:

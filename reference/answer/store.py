@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -45,6 +43,8 @@ class Table:
 
 def write(path: Path, table: Table) -> None:
     """Write the table as text that people can read too; no reader ever sees half a file."""
+    from discmech.integrators.files import write_atomically
+
     content = {
         "schema": SCHEMA,
         "scene": table.scene,
@@ -53,15 +53,7 @@ def write(path: Path, table: Table) -> None:
     }
     text = json.dumps(content | {"checksum": checksum(content)}, indent=1, ensure_ascii=False)
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".new")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text + "\n")
-        os.chmod(beside, 0o644)
-        os.replace(beside, path)
-    except BaseException:
-        Path(beside).unlink(missing_ok=True)
-        raise
+    write_atomically(path, text + "\n", 0o644)
 
 
 def read(path: Path) -> Table:

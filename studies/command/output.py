@@ -63,7 +63,7 @@ def write(file: str, text: str) -> None:
     if file == "-":
         print(_said(text))
         return
-    from discmech.integrators.compiler import write_atomically
+    from discmech.integrators.files import write_atomically
 
     try:
         path = _target(file)
@@ -71,8 +71,7 @@ def write(file: str, text: str) -> None:
             path.write_text(text + "\n", encoding="utf-8")
             return
         mode = path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask()
-        write_atomically(path, text + "\n")
-        path.chmod(mode)  # the new file is readable by its owner alone
+        write_atomically(path, text + "\n", mode)
     except OSError as error:
         raise cannot_write(file, error) from None
 

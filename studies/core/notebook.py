@@ -13,7 +13,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from discmech.integrators.compiler import cache_folder, digest, make_private, write_atomically
+from discmech.integrators.compiler import cache_folder, digest, make_private
+from discmech.integrators.files import write_atomically
 
 
 def place_of(thing: Any, function: Any) -> str | None:

@@ -7,14 +7,12 @@ import json
 import os
 import shutil
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-#: prefixes of a folder being written (beside the target, or inside it if that has other files), and
-#: of one that is ready and only has to be moved; the process number follows
-_DRAFT, _READY = ".discmech-draft-", ".discmech-ready-"
+from discmech.integrators.files import DRAFT, READY, draft_folder, left, sweep
+
 _ORDER = "order.json"  # the names of ready entries in the order in which they move
 
 
@@ -29,8 +27,12 @@ def published(folder: Path, last: str) -> Iterator[Path]:
     """
     folder = Path(folder).resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    _sweep(folder)
-    new = _draft(folder.parent if _may_be_exchanged(folder) else folder)
+    for ready in left(folder, READY):
+        _complete(ready, folder)
+    sweep(folder)
+    sweep(folder.parent)
+    # beside the target, or inside it if that has other files
+    new = draft_folder(folder.parent if _may_be_exchanged(folder) else folder)
     try:
         yield new
         new.chmod(folder.stat().st_mode & 0o777)
@@ -64,7 +66,7 @@ def _exchanged(one: Path, other: Path) -> bool:
 def _move(new: Path, folder: Path, last: str) -> None:
     """Move the entries into the folder in a way that a later run can complete."""
     names = sorted((entry.name for entry in new.iterdir()), key=lambda name: name == last)
-    ready = folder / new.name.replace(_DRAFT, _READY)
+    ready = folder / new.name.replace(DRAFT, READY)
     (new / _ORDER).write_text(json.dumps(names), encoding="utf-8")
     os.rename(new, ready)  # from here on it will be completed
     _complete(ready, folder)
@@ -72,40 +74,13 @@ def _move(new: Path, folder: Path, last: str) -> None:
 
 def _complete(ready: Path, folder: Path) -> None:
     order = ready / _ORDER
+    aside = draft_folder(folder)
     for name in json.loads(order.read_text(encoding="utf-8")) if order.exists() else ():
         source, target = ready / name, folder / name
         if not source.exists():  # it was moved before
             continue
         if target.is_dir() and not target.is_symlink():
-            os.rename(target, _draft(folder) / name)
+            os.rename(target, aside / name)
         os.replace(source, target)
-    shutil.rmtree(ready, ignore_errors=True)
-    for draft in folder.glob(f"{_DRAFT}{os.getpid()}-*"):
-        shutil.rmtree(draft, ignore_errors=True)
-
-
-def _sweep(folder: Path) -> None:
-    """Complete what is ready, and remove drafts of killed processes."""
-    for ready in filter(_is_left, folder.glob(f"{_READY}*")):
-        _complete(ready, folder)
-    for place in (folder, folder.parent):
-        for draft in filter(_is_left, place.glob(f"{_DRAFT}*")):
-            shutil.rmtree(draft, ignore_errors=True)
-
-
-def _draft(folder: Path) -> Path:
-    return Path(tempfile.mkdtemp(prefix=f"{_DRAFT}{os.getpid()}-", dir=folder))
-
-
-def _is_left(path: Path) -> bool:
-    """Return True if the process that wrote it has ended."""
-    number = path.name.split("-")[2]
-    if not number.isdecimal() or int(number) == os.getpid():
-        return False
-    try:
-        os.kill(int(number), 0)
-    except (ProcessLookupError, OverflowError):
-        return True
-    except OSError:  # it runs and is not ours; Windows always says this
-        return False
-    return False
+    for done in (ready, aside):
+        shutil.rmtree(done, ignore_errors=True)

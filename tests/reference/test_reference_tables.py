@@ -203,11 +203,11 @@ def test_an_interrupted_write_leaves_the_old_file(copies, monkeypatch):
     def stopped(*names):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(store.os, "replace", stopped)
+    monkeypatch.setattr("os.replace", stopped)
     with pytest.raises(KeyboardInterrupt):
         store.write(path, store.read(path))
     assert path.read_text(encoding="utf-8") == right
-    assert not list(copies.glob("*.new"))
+    assert not list(copies.glob(".*"))
 
 
 def nothing_is_computed(*ignored, **named):

@@ -210,16 +210,6 @@ def test_a_cache_that_cannot_be_written_is_no_obstacle(tmp_path, monkeypatch):
     assert cache.cache_folder() != blocked
 
 
-def test_nothing_half_written_stays(tmp_path, monkeypatch):
-    def refuse(*_):
-        raise OSError("disk full")
-
-    monkeypatch.setattr(cache.os, "replace", refuse)
-    with pytest.raises(OSError, match="disk full"):
-        cache.write_atomically(tmp_path / "kernel.py", "text")
-    assert list(tmp_path.iterdir()) == []
-
-
 # -- runs that fail in the middle -----------------------------------------------------------------
 
 
