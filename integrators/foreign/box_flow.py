@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -84,7 +83,7 @@ class BoxFlow:
             if progress is not None and k % (CHUNK * every) < every:
                 progress(k)
 
-        with self._working():
+        with self.numbers.user_working():
             q, p = self._written(x, mu, t0)
             try:
                 self._calls.run(q, p, steps, every, lambda k: self._at(k, t0), row)
@@ -151,13 +150,6 @@ class BoxFlow:
     @property
     def _type(self) -> DTypeLike:
         return float if self.digits == 16 else object
-
-    def _working(self) -> AbstractContextManager[Any]:
-        if self.digits == 16:
-            return np.errstate(all="ignore")
-        import mpmath
-
-        return mpmath.workdps(self.digits + 15)
 
     def _public(self, given: Numbers) -> Vector:
         """Return numbers of the flow's own arithmetic in the form that the box and the user get."""

@@ -46,11 +46,13 @@ class GroupChart(AlgebraInNumbers):
 
     def element(self, xi: Numbers, translate: int = 0) -> Matrix:
         """Return τ(ξ) B, N×N."""
-        return np.asarray(self.tau.element_in(self, xi) @ self.translates[translate][0])
+        with self.numbers.user_working():  # τ may be a user's
+            return np.asarray(self.tau.element_in(self, xi) @ self.translates[translate][0])
 
     def coordinates(self, g: Matrix, translate: int = 0) -> Vector:
         """Return ξ with g = τ(ξ) B, m numbers; raises `ArithmeticError` at the chart's edge."""
-        return self.tau.coordinates_in(self, g @ self.translates[translate][1])
+        with self.numbers.user_working():
+            return self.tau.coordinates_in(self, g @ self.translates[translate][1])
 
     def alike(self, g: Matrix, other: Matrix, part: Number, floor: int = 0) -> bool:
         """Return True if two elements differ by at most a part of (floor + |g|), column by column.

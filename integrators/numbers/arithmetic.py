@@ -127,6 +127,9 @@ class Double:
         """Return the context for computing in this arithmetic."""
         return np.errstate(all="ignore")
 
+    #: the context for code of a user, who computes with public numbers
+    user_working = working
+
     def public(self, array: Numbers) -> np.ndarray:
         """Return an array in the form that the user gets: of floats, or of mpmath's numbers."""
         return np.asarray(array, dtype=np.float64)
@@ -255,6 +258,13 @@ class Multiple:
     @contextmanager
     def working(self) -> Iterator[None]:
         with self._gmpy2.context(self._gmpy2.context(), precision=self.bits):
+            yield
+
+    @contextmanager
+    def user_working(self) -> Iterator[None]:
+        import mpmath  # all threads share its precision, so our own kernels do not set it
+
+        with self.working(), mpmath.workprec(self.bits):
             yield
 
     def public(self, array: Numbers) -> np.ndarray:

@@ -68,7 +68,7 @@ def _numbers(
 ) -> Vector:
     """The m entries at numbers ξ, η; raises `BadInput` outside the chart."""
     m, frame = algebra.dim, AlgebraInNumbers(algebra.real, numbers)
-    with numbers.working():
+    with numbers.user_working():  # a retraction may be a user's
         first, second = (tau.element_in(frame, part) for part in (values[:m], values[m:]))
         try:
             return tau.coordinates_in(frame, first @ second)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -101,7 +101,7 @@ def measured_case(study: Study, case: Case, progress: Progress = silent) -> Foun
 
     def measure() -> Measurement:
         watched = nullcontext() if progress is silent else progress_to(along)
-        with watched, arithmetic(max(16, case.digits)).working():
+        with watched:
             return study.measurement(case, progress)
 
     begun = time.perf_counter()
@@ -131,11 +131,7 @@ def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found
     begun, measurement = time.perf_counter(), found.measurement
     assert measurement is not None
 
-    def measure() -> Mapping[str, Any]:
-        with arithmetic(max(16, case.digits)).working():
-            return study.measure_more(case, measurement, verdict)
-
-    told = _or_why(case, measure)
+    told = _or_why(case, lambda: study.measure_more(case, measurement, verdict))
     if isinstance(told, Verdict):
         found = _with(found, told)
     elif told:
@@ -164,7 +160,8 @@ def diagnosed(study: Study, case: Case, found: Found) -> Mapping[str, Any] | Non
     if found.measurement is None:
         return None
     try:
-        return study.diagnose(case, found.measurement)
+        with _digits_of(case):
+            return study.diagnose(case, found.measurement)
     except (StepFailure, BadInput, ReferenceFailure):
         return None
 
@@ -180,12 +177,18 @@ def with_order(found: Found, case: Case) -> Found:
     return replace(found, order=case.order, knows_order=True) if case.knows_order else found
 
 
+def _digits_of(case: Case) -> AbstractContextManager[object]:
+    """Return the context in which each function of a study runs: that of the case's digits."""
+    return arithmetic(max(16, case.digits)).user_working()
+
+
 def _or_why(case: Case, make: Callable[[], Made]) -> Made | Verdict:
-    """Return the value of a function, or a verdict with the reason why it raises an error."""
+    """Return the value of a function of a study, or a verdict with the reason for its error."""
     from discmech.reference import ReferenceFailure
 
     try:
-        return make()
+        with _digits_of(case):
+            return make()
     except StepFailure as failure:
         try:
             refuse_ended(case, failure.time)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from discmech.integrators import BadInput
 from discmech.integrators.errors import RAISED, DiscmechError, line_of, shown
-from discmech.integrators.numbers import arithmetic
 
 from .outcome import VERDICTS, Measurement, Verdict
 
@@ -17,13 +16,12 @@ if TYPE_CHECKING:
 
 
 def measured_by(study: Any, case: Case, progress: Progress) -> Measurement:
-    """Return `Study.measure` with the case's digits, as numbers that JSON can hold.
+    """Return `Study.measure` as numbers that JSON can hold.
 
     Raises `BadInput` for an error in it, and for an answer that is not {"measured": {name:
     number}}.
     """
-    with arithmetic(case.digits).working():
-        given = _asked(study, study.measure, case, progress)
+    given = _asked(study, study.measure, case, progress)
     if not isinstance(given, Mapping) or not isinstance(given.get("measured"), Mapping):
         raise BadInput(
             f'the study {study.name}: measure() gave {_short(given)}: return {{"measured": '

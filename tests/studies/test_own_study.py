@@ -8,9 +8,12 @@ from importlib import invalidate_caches
 from typing import ClassVar
 
 import mpmath
+import numpy as np
 import pytest
 
-from discmech import BadInput, check
+from discmech import BadInput, Scheme, black_box, cayley, check, lie_group, scenes, so
+from discmech.integrators.groupoids import GroupChart
+from discmech.integrators.numbers import arithmetic
 from discmech.integrators.scene import Opaque
 from discmech.studies import Study, Verdict
 from discmech.studies.command import main
@@ -108,17 +111,122 @@ def test_other_processes_find_it_again(file, capsys):
 
 
 class Kept(Study):
-    """It keeps the digits of the case in plain arithmetic."""
+    """It tells the digits that its measure has, in plain arithmetic with a row of a run."""
 
     name, limits = "kept", {"lost": 1e-45}
 
     def measure(self, case, progress):
-        third = mpmath.mpf(1) / 3 if case.digits > 16 else 0
-        return {"measured": {"lost": abs(3 * (-third) + (case.digits > 16))}}
+        run = case.scheme.flow(case.scene.step, case.digits).trajectory(1)
+        return {"measured": {"lost": lost(run.mu[-1][0]) if case.digits > 16 else 0}}
+
+
+def lost(number=1):
+    """Return the error of √(2 z²)² = 2 z² at the digits of mpmath; 0 would be no answer."""
+    square = mpmath.mpf(2) * number**2
+    return abs(mpmath.sqrt(square) ** 2 - square) + mpmath.eps * square
 
 
 def test_numbers_keep_the_digits_of_the_case():
     assert check(Kept(), ["pendulum"], ["midpoint"], digits=[50])["verdict"] == "pass"
+
+
+def of_study(seen):
+    """Let each function of a study tell; none is a pass, so that all are asked."""
+
+    class Told(Kept):
+        def measure(self, case, progress):
+            seen("measure")
+            return super().measure(case, progress)
+
+        def judge(self, case, measurement):
+            seen("judge")
+            return Verdict("fail", "it always fails.")
+
+        def measure_more(self, case, measurement, said):
+            seen("measure_more")
+            return {}
+
+        def diagnose(self, case, measurement):
+            seen("diagnose")
+
+    check(Told(), ["pendulum"], ["midpoint"], digits=[50])
+
+
+def of_box(seen):
+    """Let a box tell that is a function, of a step and of a run, and its change of coordinates."""
+
+    def step(q, p, h, system):
+        seen("step")
+        return q + h * system.velocity(q, p), p
+
+    def run(q, p, h, steps, every, system):
+        seen("run")
+        return np.array([q] * (steps // every + 1)), np.array([p] * (steps // every + 1))
+
+    def turned(name):
+        def change(q, p):
+            seen(name)
+            return q, p
+
+        return change
+
+    way = {"read": turned("read"), "write": turned("write")}
+    for function, options in ((step, way), (step, {"state": "qv"}), (run, {"runs": True})):
+        made = black_box(numbers="any", name="told", **options)(function)
+        flow = Scheme(scenes.get("pendulum"), made).flow("1/10", 50)
+        flow.trajectory(2, progress=lambda k: seen("progress"))
+
+
+def of_memory(seen):
+    """Let a box tell that is a class."""
+
+    class Told:
+        def start(self, q, p, h):
+            seen("start")
+            return q, p
+
+        def step(self, state, h):
+            seen("step")
+            return state
+
+        def read(self, state):
+            seen("read")
+            return state
+
+    Scheme(scenes.get("pendulum"), black_box(numbers="any")(Told)).flow("1/10", 50).trajectory(2)
+
+
+def of_retraction(seen):
+    """Let a retraction tell, which has no product of its own."""
+
+    class Told(type(cayley)):
+        def element_in(self, frame, xi):
+            seen("element_in")
+            return super().element_in(frame, xi)
+
+        def coordinates_in(self, frame, g):
+            seen("coordinates_in")
+            return super().coordinates_in(frame, g)
+
+    chart = GroupChart(lie_group(so(3), Told()), arithmetic(50))
+    chart.coordinates(chart.element(chart.array([[1, 2, 3]])[0] / 8))
+
+
+HOOKS = {
+    of_study: {"measure", "judge", "measure_more", "diagnose"},
+    of_box: {"step", "run", "read", "write", "progress"},
+    of_memory: {"start", "step", "read"},
+    of_retraction: {"element_in", "coordinates_in"},
+}
+
+
+@pytest.mark.parametrize("hooks", HOOKS, ids=lambda hooks: hooks.__name__)
+def test_a_function_of_a_user_computes_with_the_digits_that_are_asked(hooks):
+    """Wherever one is called with numbers of 50 digits, mpmath has as many; afterwards its own."""
+    told, before = {}, mpmath.mp.prec
+    hooks(lambda name: told.setdefault(name, []).append((mpmath.mp.dps, lost())))
+    assert set(told) == HOOKS[hooks] and mpmath.mp.prec == before
+    assert all(digits >= 50 and 0 < off < 1e-50 for each in told.values() for digits, off in each)
 
 
 def test_what_nothing_could_fail_is_inconclusive():
