@@ -13,7 +13,7 @@ import importlib
 import inspect
 import pickle
 import sys
-from collections.abc import Callable, Hashable, Mapping, Set
+from collections.abc import Callable, Mapping, Set
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial, wraps
@@ -24,8 +24,10 @@ from types import (
     FunctionType,
     GetSetDescriptorType,
     MemberDescriptorType,
+    MethodDescriptorType,
     MethodType,
     ModuleType,
+    WrapperDescriptorType,
 )
 from typing import Any, TypeVar
 
@@ -38,7 +40,7 @@ _Made = TypeVar("_Made", bound=Callable[..., Any])
 #: packages whose functions are known by name: their versions or texts are part of other keys
 _LIBRARIES = sys.stdlib_module_names - {"__main__"} | {
     "discmech", "flint", "gmpy2", "jax", "jaxlib", "llvmlite", "matplotlib", "mpmath",
-    "numpy", "scipy", "sympy", "torch",
+    "numba", "numpy", "scipy", "sympy", "torch",
 }  # fmt: skip
 #: with these a function can read objects that its text does not name
 _ANYTHING = frozenset((
@@ -54,6 +56,12 @@ _OF_FILES = frozenset((
     "fromfile", "genfromtxt", "load", "loadmat", "loadtxt", "memmap", "random",
 ))  # fmt: skip
 _SLOTS = (GetSetDescriptorType, MemberDescriptorType)
+#: what the class of an object of C has in place of functions
+_OF_C = (MethodDescriptorType, WrapperDescriptorType)
+_FUNCTIONS = (FunctionType, MethodType, BuiltinFunctionType)
+#: where what a class wraps has its function
+_WRAPPED = {classmethod: "__func__", staticmethod: "__func__", property: "fget",
+            cached_property: "func"}  # fmt: skip
 _PLAIN = (type(None), bool, int, float, complex, str, bytes, Fraction, type(...))
 MOST = 20_000  # largest number of parts of an object that is remembered
 #: a program's step may call anything in these packages except what reads files, clocks or chance
@@ -72,6 +80,24 @@ class Opaque(Exception):
     """An object for which a change cannot be detected; its argument says what it is."""
 
 
+class _Asked:
+    """Arguments of a function with their digest; equal ones have both equal."""
+
+    def __init__(self, seen: str, given: tuple[Any, ...]) -> None:
+        self.seen, self.given = seen, given
+
+    def __hash__(self) -> int:
+        return hash(self.seen)
+
+    def __eq__(self, other: object) -> bool:
+        try:
+            return isinstance(other, _Asked) and bool(
+                self.seen == other.seen and self.given == other.given
+            )
+        except Exception:  # an object of a user compares as it likes
+            return False
+
+
 def reads(*things: object, pure: bool = False) -> str:
     """Return the digest; raises `Opaque` for an object that hides its content.
 
@@ -84,13 +110,13 @@ def reads(*things: object, pure: bool = False) -> str:
 def remembered(maxsize: int) -> Callable[[_Made], _Made]:
     """Decorator: `lru_cache` whose key includes what functions among the arguments read.
 
-    Results for opaque or unhashable arguments are computed anew each time.
+    Results for arguments that are opaque or cannot be compared are computed anew each time.
     """
 
     def decorate(function: _Made) -> _Made:
         @lru_cache(maxsize=maxsize)
-        def made(seen: str, *given: Any) -> Any:
-            return function(*given)
+        def made(asked: _Asked) -> Any:
+            return function(*asked.given)
 
         @wraps(function)
         def asked(*given: Any) -> Any:
@@ -98,8 +124,7 @@ def remembered(maxsize: int) -> Callable[[_Made], _Made]:
                 seen = reads(*given)
             except Opaque:
                 return function(*given)
-            known = all(isinstance(e, Hashable) for e in given)
-            return made(seen, *given) if known else function(*given)
+            return made(_Asked(seen, given))
 
         asked.cache_clear = made.cache_clear  # type: ignore[attr-defined]
         return asked  # type: ignore[return-value]
@@ -116,7 +141,12 @@ class _Reader:
         self.modules = set[tuple[int, frozenset[str]]]()
 
     def digest(self, thing: object) -> str:
-        self.add(thing)
+        try:
+            self.add(thing)
+        except Opaque:
+            raise
+        except Exception as error:  # attributes, comparison and repr may raise anything
+            raise Opaque(f"an object that raises {type(error).__name__} when it is read") from None
         return self.whole.hexdigest()
 
     def say(self, *words: object) -> None:
@@ -124,12 +154,13 @@ class _Reader:
             self.whole.update(word if isinstance(word, bytes) else str(word).encode())
             self.whole.update(b"\0")
 
-    def add(self, thing: object) -> None:
-        """Add any object to the digest."""
-        if isinstance(thing, _PLAIN):
+    def add(self, thing: Any) -> None:
+        """Add any object to the digest, by its type: what it says of itself may be anything."""
+        kind = type(thing)
+        if issubclass(kind, _PLAIN):
             # long integers are not written in decimal
-            written = hex(thing) if type(thing) is int else repr(thing)
-            self.say(type(thing).__name__, written)
+            written = hex(thing) if kind is int else repr(thing)
+            self.say(kind.__name__, written)
             return
         if id(thing) in self.seen:
             self.say("again", self.seen[id(thing)])
@@ -138,36 +169,35 @@ class _Reader:
         self.kept.append(thing)  # keeps the object alive, so that its id stays unique
         if len(self.seen) > MOST:
             raise Opaque("a thing of too many parts")
-        if isinstance(thing, FunctionType | MethodType | BuiltinFunctionType | partial):
+        if issubclass(kind, (*_FUNCTIONS, partial)):
             self.function(thing)
-        elif isinstance(thing, ModuleType | LazyModule):
-            lazy = isinstance(thing, LazyModule)
-            name = thing._name if lazy else thing.__name__
+        elif issubclass(kind, ModuleType | LazyModule):
+            name = thing._name if kind is LazyModule else thing.__name__
             self.say("module", name)
             if _is_library(name):
                 self.known(name)
-        elif isinstance(thing, type):
+        elif issubclass(kind, type):
             self.of_class(thing)
-        elif isinstance(thing, np.ndarray | np.generic) and thing.dtype.kind != "O":
+        elif issubclass(kind, np.ndarray | np.generic) and thing.dtype.kind != "O":
             self.say("array", thing.dtype.str, thing.shape, np.ascontiguousarray(thing).tobytes())
             self.own_of(thing)
-        elif isinstance(thing, Mapping):
+        elif issubclass(kind, Mapping):
             self.own_of(thing)
             self.say("mapping", len(thing))
             for key, value in thing.items():
                 self.add(key)
                 self.add(value)
-        elif isinstance(thing, Set):
+        elif issubclass(kind, Set):
             self.own_of(thing)
-            self.say("set", *sorted(reads(e) for e in thing))
-        elif isinstance(thing, (list, tuple, np.ndarray)):
+            self.say("set", *sorted(reads(e, pure=self.pure) for e in thing))
+        elif issubclass(kind, (list, tuple, np.ndarray)):
             self.own_of(thing)
-            self.say(type(thing).__name__, len(thing))
+            self.say(kind.__name__, len(thing))
             for entry in thing:
                 self.add(entry)
-        elif isinstance(thing, CodeType):
+        elif kind is CodeType:
             self.code(thing)
-        elif hasattr(thing, "__wrapped__"):  # for example by a cache
+        elif _is_library(kind.__module__) and hasattr(thing, "__wrapped__"):  # by a cache
             self.add(thing.__wrapped__)
         else:
             self.instance(thing)
@@ -187,6 +217,8 @@ class _Reader:
         if known or not isinstance(thing, FunctionType):
             self.known(known or thing.__qualname__, {thing.__name__})
         if not isinstance(thing, FunctionType):
+            if not _is_library(thing.__module__):
+                raise Opaque(f"{thing.__qualname__}, which is compiled")
             return
         self.add([thing.__defaults__, thing.__kwdefaults__])
         for cell in thing.__closure__ or ():
@@ -250,13 +282,15 @@ class _Reader:
         if known:
             self.known(known)
             return
+        if _is_compiled(thing):
+            raise Opaque(f"{thing.__qualname__}, which is compiled")
         self.add([type(thing), *thing.__bases__])
         for name, held in vars(thing).items():
             special = name.startswith("__") and name.endswith("__") and not callable(held)
             if not (special or isinstance(held, _SLOTS) or name == "_abc_impl"):
                 self.say(name)
-                for word in ("__func__", "fget", "func"):  # for methods and properties
-                    held = getattr(held, word, held)
+                if (word := _WRAPPED.get(type(held))) is not None:
+                    held = getattr(held, word)
                 self.add(held)
 
     def own_of(self, thing: object) -> None:
@@ -275,17 +309,18 @@ class _Reader:
                 self.say(field.name)
                 self.add(getattr(thing, field.name))
             return
-        if hasattr(thing, "_mpf_"):
-            self.add(thing._mpf_)
         # the class of an undefined function f(x) of sympy has no module
-        elif (kind.__module__ or "sympy").partition(".")[0] in ("sympy", "gmpy2", "mpmath"):
+        package = str(kind.__module__ or type(kind).__module__).partition(".")[0]
+        if package == "mpmath" and hasattr(thing, "_mpf_"):
+            self.add(thing._mpf_)
+        elif package in ("sympy", "gmpy2", "mpmath"):
             try:
                 self.say(repr(thing))
             except ValueError:  # a number with too many digits
                 raise Opaque(f"{kind.__name__}") from None
-        elif hasattr(thing, "__dict__") and not (
-            _is_library(kind.__module__) and not kind.__module__.startswith("discmech")
-        ):
+        elif hasattr(thing, "__dict__") and (package == "discmech" or not _is_library(package)):
+            if compiled := [c for c in kind.__mro__[:-1] if _is_compiled(c)]:
+                raise Opaque(f"{kind.__name__}, a {compiled[0].__name__}, which is compiled")
             for name, held in sorted(vars(thing).items()):
                 given = inspect.getattr_static(kind, name, None)
                 if not isinstance(given, cached_property):  # it is made from the other attributes
@@ -298,8 +333,16 @@ class _Reader:
                 raise Opaque(f"{kind.__name__}") from None
 
 
-def _is_library(module: str | None) -> bool:
-    return (module or "builtins").partition(".")[0] in _LIBRARIES
+def _is_library(module: object) -> bool:
+    """Whether the module, as an object names it, is one of a known library."""
+    name = "builtins" if module is None else module
+    return type(name) is str and name.partition(".")[0] in _LIBRARIES
+
+
+@lru_cache(maxsize=4096)
+def _is_compiled(kind: type) -> bool:
+    """Whether a class is written in C, so that the content of its objects is not to be seen."""
+    return any(type(e) in _OF_C and e.__objclass__ is kind for e in vars(kind).values())
 
 
 @lru_cache(maxsize=4096)
