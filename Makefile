@@ -3,7 +3,7 @@
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup report docs test test-all test-lowest test-peers bench mutants paper lint format lock clean distclean FORCE
+.PHONY: help setup report docs test test-all test-lowest test-newest test-peers bench mutants paper lint format lock clean distclean FORCE
 
 # What the caller's shell says about other Pythons must not leak into ours.
 unexport PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE VIRTUAL_ENV
@@ -15,7 +15,11 @@ LOCK := requirements-lock.txt
 DOCS := requirements-docs.txt
 READY := $(VENV)/.ready
 LOWEST := .venv-lowest
+NEWEST := .venv-newest
 PIP := -m pip --disable-pip-version-check --no-input
+# JOBS=1: one process in place of one for each core.
+JOBS ?= auto
+SUITE := -m pytest -q -n $(JOBS) --dist worksteal --benchmark-disable
 CACHES := .pytest_cache .mypy_cache .ruff_cache .benchmarks build dist
 
 # A shell word list: the interpreters to try, in order.
@@ -72,10 +76,10 @@ $(VENV)/.docs: $(READY) $(DOCS)
 	@touch $@
 
 test: $(READY)  ## all tests but the slow ones
-	@$(BIN)/python -m pytest -q -n auto --dist worksteal --benchmark-disable -m 'not slow'
+	@$(BIN)/python $(SUITE) -m 'not slow'
 
 test-all: $(READY)  ## every test
-	@$(BIN)/python -m pytest -q -n auto --dist worksteal --benchmark-disable
+	@$(BIN)/python $(SUITE)
 
 # In an environment of its own, so that `make test` stays what everybody has. Siconos comes with
 # Debian (python3-siconos) for the system's interpreter; its test says so where it is not there.
@@ -93,7 +97,7 @@ $(VENV)/.peers: $(READY)
 
 # The oldest packages that pyproject.toml allows, in an environment of their own.
 test-lowest: $(LOWEST)/.ready  ## all tests but the slow ones, with the oldest packages allowed
-	@$(LOWEST)/bin/python -m pytest -q -n auto --dist worksteal --benchmark-disable -m 'not slow'
+	@$(LOWEST)/bin/python $(SUITE) -m 'not slow'
 
 $(LOWEST)/.ready: pyproject.toml .ci/lowest.py
 	@$(FIND); rm -rf $(LOWEST) && "$$python" -m venv $(LOWEST)
@@ -101,6 +105,15 @@ $(LOWEST)/.ready: pyproject.toml .ci/lowest.py
 	@$(LOWEST)/bin/python $(PIP) install -q -c $(LOWEST)/constraints.txt hatchling editables
 	@$(LOWEST)/bin/python $(PIP) install -q -c $(LOWEST)/constraints.txt --no-build-isolation -e '.[test]'
 	@touch $@
+
+# What `pip install .` brings today: an environment of its own, brought up to date each time.
+test-newest:  ## all tests but the slow ones, with the newest packages there are
+	@$(FIND); has=$$($(NEWEST)/bin/python -V 2>/dev/null) && \
+		{ [ -z "$(PYTHON)" ] || [ "$$has" = "$$("$$python" -V)" ]; } || \
+		{ rm -rf $(NEWEST) && "$$python" -m venv $(NEWEST); }
+	@$(NEWEST)/bin/python $(PIP) install -q --upgrade hatchling editables
+	@$(NEWEST)/bin/python $(PIP) install -q --upgrade --upgrade-strategy eager --no-build-isolation -e '.[test]'
+	@$(NEWEST)/bin/python $(SUITE) -m 'not slow'
 
 bench: $(READY)  ## timings beside C and scipy, in one run (needs gcc)
 	@command -v gcc >/dev/null || { \
@@ -151,6 +164,6 @@ clean:  ## remove what was generated, keep .venv
 	@find . -path ./$(VENV) -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean  ## remove .venv as well
-	@rm -rf $(VENV) $(LOWEST)
+	@rm -rf $(VENV) $(LOWEST) $(NEWEST)
 
 FORCE:

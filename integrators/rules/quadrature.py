@@ -65,11 +65,11 @@ def rule(family: str, count: int, digits: int) -> tuple[tuple[Mpf, Mpf], ...]:
 
     with working_digits(digits + 10):
         if family == "gauss":
-            roots = [_root(_legendre, count, x) for x in Legendre.basis(count).roots()]
+            roots = [_root(_legendre, count, x) for x in Legendre.basis(count).roots().real]
             weights = [1 / ((1 - x**2) * _legendre(count, x)[1] ** 2) for x in roots]
         else:
             n = count - 1
-            extremes = Legendre.basis(n).deriv().roots() if n > 1 else ()
+            extremes = Legendre.basis(n).deriv().roots().real if n > 1 else ()
             inner = [_root(_slope_of_legendre, n, x) for x in extremes]
             inner = [(a - b) / 2 for a, b in zip(inner, reversed(inner), strict=True)]
             roots = [mpmath.mpf(-1), *inner, mpmath.mpf(1)]

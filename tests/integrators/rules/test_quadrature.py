@@ -2,6 +2,7 @@
 
 import mpmath
 import pytest
+from numpy.polynomial import Legendre
 
 from discmech.integrators.rules.quadrature import NodeValue, rule
 
@@ -25,6 +26,14 @@ def test_powers_below_the_order_are_exact_and_the_next_is_not(family, count):
         assert (family == "lobatto") == (nodes[0] == 0) == (nodes[-1] == 1)
         gaps = [abs(a + b - 1) for a, b in zip(nodes, nodes[::-1], strict=True)]
         assert max(gaps) < mpmath.mpf(10) ** -68
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_roots_of_a_complex_type_are_the_same(family, monkeypatch):
+    """As numpy has them from 2.5 on."""
+    wanted, real = rule(family, 5, 41), Legendre.roots
+    monkeypatch.setattr(Legendre, "roots", lambda self: real(self).astype(complex))
+    assert rule.__wrapped__(family, 5, 41) == wanted
 
 
 def test_legendre_polynomials_and_their_integrals_at_the_nodes():
