@@ -15,7 +15,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.errors import nearest, unknown
+from discmech.integrators.errors import CouldNotRun, nearest, unknown
 from discmech.integrators.scenes import lattices as systems
 
 from .. import NAMES
@@ -65,6 +65,8 @@ def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
     except KeyboardInterrupt:
         farewell.say()
         return farewell.code
+    except SystemExit:
+        return told(CouldNotRun("something that the command ran asks to exit: remove that."))
     except Exception as error:
         from discmech.reference import ReferenceFailure
 

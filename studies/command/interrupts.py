@@ -13,9 +13,9 @@ from multiprocessing import active_children
 from threading import Thread, current_thread, main_thread
 from typing import Any
 
+from .watched import STOPS
+
 PATIENCE = 1.5  # seconds after which the process is ended
-#: signals that ask a process to end: Ctrl-C, a supervisor, a closed terminal
-STOPS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 GOES_ON = "; the same command goes on where it stopped"
 GOES_ON_FRESH = "; without --fresh the same command goes on where it stopped"
 
@@ -47,8 +47,9 @@ def ended_soon() -> Iterator[Farewell]:
 
     For all these signals Python raises KeyboardInterrupt between two of its own steps, but machine
     code may take long, and a library may swallow the exception. So another thread is notified as
-    well. Workers are killed; finished cases are kept, and files are written to a new name and then
-    renamed.
+    well. Only the first signal counts: a terminal sends it to this process, and the one that
+    watches it (`watched`) passes it on. Workers are killed; finished cases are kept, and files are
+    written to a new name and then renamed.
     """
     farewell = Farewell()
     if current_thread() is not main_thread():
@@ -56,15 +57,18 @@ def ended_soon() -> Iterator[Farewell]:
         return
 
     def stop(number: int, frame: Any) -> None:
+        for each in own:
+            signal.signal(each, signal.SIG_IGN)
+        own.clear()
         farewell.code = 128 + number
         raise KeyboardInterrupt
 
     told, teller = socket.socketpair()
     teller.setblocking(False)
     before = signal.set_wakeup_fd(teller.fileno(), warn_on_full_buffer=False)
-    # an ignored signal (nohup) stays ignored, and SIGINT is Python's own already
-    own = {number: signal.signal(number, stop) for number in STOPS[1:]
-           if signal.getsignal(number) is signal.SIG_DFL}  # fmt: skip
+    # an ignored signal (nohup) stays ignored
+    usual = (signal.SIG_DFL, signal.default_int_handler)
+    own = {n: signal.signal(n, stop) for n in STOPS if signal.getsignal(n) in usual}
     Thread(target=_watch, args=(told, farewell), daemon=True).start()
     try:
         yield farewell

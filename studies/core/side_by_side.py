@@ -196,8 +196,8 @@ def finished(
                 yield taken()
     except BrokenProcessPool:
         raise CouldNotRun(
-            "a process that was measuring was killed (too little memory?); the same command goes "
-            "on where it stopped: say --jobs 1."
+            "a process that was measuring was killed (too little memory?), or something that it "
+            "ran calls exit; the same command goes on where it stopped: say --jobs 1."
         ) from None
 
 

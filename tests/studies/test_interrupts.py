@@ -23,7 +23,7 @@ from tests.studies.test_workers import lives, until
 BEGIN = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from discmech.studies.command.entry import main
+from discmech.studies.command import main
 sys.argv = ["discmech", *sys.argv[1:]]
 """
 DEAF = """
@@ -92,15 +92,22 @@ def test_an_interrupt_ends_the_command_and_its_workers(words, tmp_path):
         process.wait()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="sends a signal")
-def test_machine_code_that_hears_nothing_is_ended(tmp_path):
+@linux
+@pytest.mark.parametrize("ending", ["one", "all", "killed"])
+def test_machine_code_that_hears_nothing_is_ended(ending, tmp_path):
     assert PATIENCE < 2
     process = begun(tmp_path, BEGIN + DEAF + RUN, "list")
     try:
         assert process.stdout.readline() == "begun\n"
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate()
-        assert process.returncode == 130 and said == "discmech: interrupted.\n"
+        (own,) = descendants(process.pid)
+        if ending == "one":
+            process.send_signal(signal.SIGINT)
+        else:
+            os.killpg(process.pid, signal.SIGINT) if ending == "all" else process.kill()
+        said = process.communicate()[1]
+        wanted = (-signal.SIGKILL, "") if ending == "killed" else (130, "discmech: interrupted.\n")
+        assert (process.returncode, said) == wanted
+        until(lambda: not lives(own))
     finally:
         process.kill()
         process.wait()
