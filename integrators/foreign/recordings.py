@@ -11,7 +11,6 @@ from __future__ import annotations
 import hashlib
 import itertools
 import math
-import re
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -19,14 +18,15 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import BadInput, shown
-from .tables import STEP, WANTED, Columns, columns_of, place
+from ..numbers.exact import LARGEST_COUNT, measure
+from .tables import STEP, WANTED, Column, Columns, columns_of, place
 
 #: the first letters of columns, for state="qp" and for velocities, state="qv"
 NAMES = {"qp": (("q", "x"), ("p", "mu", "μ")), "qv": (("q", "x"), ("v",))}
-#: a decimal number with so many significant digits is a double without rounding
-ALL_DIGITS = 16
 #: probability that a random number has such a simple fraction within its rounding (`_simplest`)
 CHANCE = 1e-4
+#: relative difference of steps that are one: a run is found by its step to the same tolerance
+ALIKE = 1e-9
 #: rows may be a whole number of steps apart to this tolerance, since a step may be written rounded
 WHOLE = 0.01
 
@@ -36,8 +36,8 @@ class Recording:
     """A recorded run: t (r,), x (r, n), mu (r, m), and the step.
 
     mu holds the second half of the columns, momenta or velocities. interval is the time between
-    rows, `every` steps. rounding: the largest error of x and mu from writing fewer digits; late:
-    the same for the times.
+    rows, `every` steps. rounding: the largest error of x and mu from writing fewer digits, or all
+    in single precision; late: the same for the times.
     """
 
     path: Path
@@ -82,7 +82,7 @@ def recordings(pattern: object, folder: Path, state: str = "qp") -> tuple[Record
 
     Patterns are relative to the folder. Raises `BadInput` if no file is found, if a file cannot be
     read, lacks a column, or has an entry that is not a finite number or times that are not evenly
-    spaced, and for runs of different sizes.
+    spaced, and for runs of different sizes or of one step.
     """
     if not isinstance(state, str) or state not in NAMES:
         raise BadInput(f"recorded(state={shown(state)}): state is {' or '.join(map(repr, NAMES))}.")
@@ -115,7 +115,14 @@ def recordings(pattern: object, folder: Path, state: str = "qp") -> tuple[Record
                 f"{first.path.name} has {_size(first)} and {run.path.name} {_size(run)}: runs of "
                 "one system have the same columns."
             )
-    return tuple(sorted(runs, key=lambda run: -run.step))
+    runs.sort(key=lambda run: -run.step)
+    for run, other in itertools.pairwise(runs):
+        if run.step - other.step <= ALIKE * run.step:
+            raise BadInput(
+                f"{run.path.name} and {other.path.name} have one step, {float(run.step):.6g}: give "
+                "runs whose steps differ. Where not every step has a row, a column h says the step."
+            )
+    return tuple(runs)
 
 
 def read(path: Path, state: str = "qp") -> Recording:
@@ -123,7 +130,6 @@ def read(path: Path, state: str = "qp") -> Recording:
     columns = columns_of(path)
     if "t" not in columns:
         raise _lacking(path, "no column t", columns)
-    t, written = columns["t"]
     x_names, mu_names = (_numbered(path, columns, letters) for letters in NAMES[state])
     if not mu_names:
         fix = ""
@@ -131,22 +137,28 @@ def read(path: Path, state: str = "qp") -> Recording:
             fix = ' Velocities are meant? Say recorded(..., state="qv").'
         letter = NAMES[state][1][0]
         raise _lacking(path, f"no column {letter}1", columns, fix)
+    rows = len(columns["t"].values)
     for name in ("t", *x_names, *mu_names):
-        values = columns[name][0]
-        if len(values) != len(t):
-            raise BadInput(f"{path.name}: {name} has {len(values)} rows and t has {len(t)}.")
+        values = columns[name].values
+        if len(values) != rows:
+            raise BadInput(f"{path.name}: {name} has {len(values)} rows and t has {rows}.")
         if len(wrong := np.flatnonzero(~np.isfinite(values))):
             raise BadInput(
                 f"{path.name}: {name} is {values[wrong[0]]} in row {wrong[0]}; a run that broke "
                 "down ends before."
             )
-    if len(t) < 2:
-        raise BadInput(f"{path.name} has {len(t)} row: a run has its start and at least one more.")
-    interval, late = _interval(path, t, written)
-    rounding = max((_rounding(columns[name][1]) for name in (*x_names, *mu_names)), default=0.0)
-    x, mu = (np.stack([columns[name][0] for name in names], 1) if names else np.zeros((len(t), 0))
+    if rows < 2:
+        raise BadInput(f"{path.name} has {rows} row: a run has its start and at least one more.")
+    interval, late = _interval(path, columns["t"])
+    x, mu = (np.stack([columns[name].values for name in names], 1) if names else np.zeros((rows, 0))
              for names in (x_names, mu_names))  # fmt: skip
-    return Recording(path, t, x, mu, _step(path, columns, interval), interval, rounding, late)
+    # all are written alike; alone, a coordinate of 1/2 would be one of a single digit
+    parts = [columns[name] for name in (*x_names, *mu_names)]
+    digits, places = (max(getattr(part, name) for part in parts) for name in ("digits", "places"))
+    together = Column(np.concatenate([part.values for part in parts]), digits, places)
+    rounding = float(together.roundings.max())
+    step = _step(path, columns, interval)
+    return Recording(path, columns["t"].values, x, mu, step, interval, rounding, late)
 
 
 def _size(run: Recording) -> str:
@@ -189,27 +201,26 @@ def _numbered(path: Path, columns: Columns, letters: tuple[str, ...]) -> list[st
     return [numbers[k] for k in order]
 
 
-def _interval(path: Path, t: np.ndarray, written: list[str] | None) -> tuple[Fraction, float]:
+def _interval(path: Path, column: Column) -> tuple[Fraction, float]:
     """Return (the time between rows, the largest error of the times).
 
-    Decimal times that are exactly even are taken as they are. Others may have been added up, with a
-    rounding per step, or written with few digits: they must be even within these bounds, and the
-    simplest fraction within them is the interval if that cannot be chance. Raises `BadInput` for
-    times that stand still, go back, or are uneven.
+    Decimal times that are exactly even are taken as they are. Others may have been added up in
+    double precision, with a rounding per step, or written with few decimals or in single precision:
+    each must be as near to even times as its own rounding allows, and the simplest fraction within
+    these bounds is the interval if that cannot be chance. Raises `BadInput` for times that stand
+    still, go back, or are uneven.
     """
-    rows = len(t) - 1
+    t, rows = column.values, len(column.values) - 1
     if len(wrong := np.flatnonzero(np.diff(t) <= 0)):
         how = "stands still" if t[wrong[0] + 1] == t[wrong[0]] else "goes back"
         raise BadInput(f"{path.name}: t {how} in row {wrong[0] + 1}; the times of a run rise.")
-    if written is not None:
-        times = [Fraction(text) for text in written]
-        if all(b - a == times[1] - times[0] for a, b in itertools.pairwise(times)):
-            return times[1] - times[0], 0.0
-    bound = _rounding(written) + np.finfo(float).eps * rows * np.abs(t).max()
-    mean = (t[-1] - t[0]) / rows
-    # among the lines through the times the middle one: it is even if all are within the bound
-    off = t - (t[0] + mean * np.arange(len(t)))
-    if np.ptp(off) / 2 > 2 * bound:
+    if column.difference is not None:
+        return column.difference, 0.0
+    bound = column.roundings + np.finfo(float).eps * rows * np.abs(t).max()
+    mean, share = (t[-1] - t[0]) / rows, np.arange(len(t)) / rows
+    # the line through the first and the last time is off by the part of their errors at each row
+    off = np.abs(t - (t[0] + (t[-1] - t[0]) * share))
+    if (off > bound + (1 - share) * bound[0] + share * bound[-1]).any():
         gaps = np.diff(t)
         row = int(np.abs(gaps - np.median(gaps)).argmax())
         raise BadInput(
@@ -217,11 +228,11 @@ def _interval(path: Path, t: np.ndarray, written: list[str] | None) -> tuple[Fra
             f"{np.median(gaps):.6g} elsewhere; an order needs runs of constant steps, so write "
             "each k-th step, and all with the same k."
         )
-    width = 4 * bound / rows
-    simple = _simplest(Fraction(mean - width / 2), Fraction(mean + width / 2))
-    if simple.denominator**2 * width < CHANCE:
+    half = (bound[0] + bound[-1]) / rows
+    simple = _simplest(Fraction(mean - half), Fraction(mean + half))
+    if simple.denominator**2 * 2 * half < CHANCE:
         return simple, 0.0
-    return Fraction(mean), 2 * bound
+    return Fraction(mean), 2 * float(bound.max())
 
 
 def _simplest(low: Fraction, high: Fraction) -> Fraction:
@@ -237,32 +248,15 @@ def _step(path: Path, columns: Columns, interval: Fraction) -> Fraction:
     told = next((name for name in STEP if name in columns), None)
     if told is None:
         return interval
-    values, texts = columns[told]
+    values = columns[told].values
     if not len(values) or values.min() != values.max() or not 0 < values[0] < math.inf:
         raise BadInput(f"{path.name}: the column {told} is the step, one positive number.")
-    step = Fraction(texts[0]) if texts else Fraction(float(values[0]))
+    step = measure(columns[told].first, f"{path.name}: the step in the column {told}")
     every = round(interval / step)
-    if abs(interval / step - every) > WHOLE or not every:
+    many = every * len(columns["t"].values) > LARGEST_COUNT
+    if abs(interval / step - every) > WHOLE or not every or many:
         raise BadInput(
             f"{path.name}: rows are {float(interval):.6g} apart, which is no whole number of steps "
             f"of {float(step):.6g} (the column {told})."
         )
     return interval / every
-
-
-def _rounding(texts: list[str] | None) -> float:
-    """Return the rounding error of decimal numbers: half a unit in their last place.
-
-    The place is that of the column's largest number, if its longest number shows how many digits
-    were written; 0 if a double has no more digits.
-    """
-    if texts is None:
-        return 0.0
-    digits, largest = 0, 0.0
-    for text in texts:
-        mantissa = re.sub(r"[eE].*", "", text).lstrip("+-")
-        digits = max(digits, len(mantissa.replace(".", "").lstrip("0")))
-        largest = max(largest, abs(float(text)))
-    if digits >= ALL_DIGITS or not largest:
-        return 0.0
-    return 0.5 * 10.0 ** (math.floor(math.log10(largest)) + 1 - digits)

@@ -16,7 +16,7 @@ from numbers import Complex, Integral, Real
 from threading import Lock
 from typing import Any
 
-from ..errors import BadInput, shown
+from ..errors import LISTED, BadInput, shown
 from .lazy import sympy
 from .types import Exact, Expression, Function, Given, GivenVector, Rows
 
@@ -24,6 +24,8 @@ from .types import Exact, Expression, Function, Given, GivenVector, Rows
 LARGEST = 14_000
 #: bits of a user's intermediate number: computed within a tenth of a second
 LONGEST = 2**20
+#: largest power of ten of a number that is written as text
+LARGEST_POWER = 9999
 FLOAT_BITS = 1000  # bits of a whole number that is certainly a double
 #: modules of sympy with functions of whole numbers that are computed exactly
 _EXACT = ("sympy.functions.combinatorial", "sympy.functions.special")
@@ -99,15 +101,19 @@ def _read(value: Given, what: str) -> Exact:
     if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
         raise BadInput(f"{what} is {shown(value)}: give a number, not a truth value.")
     if isinstance(value, str):
-        if re.search(r"[eE][+-]?0*[1-9]\d{4}", value):  # its integer alone would fill the memory
-            raise BadInput(f"{what} is {value[:40]}: choose units that fit the motion.")
         try:
-            return Fraction(value.strip())
+            # Python reads digits of any script, and underscores between them
+            power = re.search(r"[eE]([+-]?[\d_]+)\s*$", value)
+            large = power is not None and abs(int(power[1])) > LARGEST_POWER
+            number = Fraction(0) if large else Fraction(value.strip())
         except (ValueError, ZeroDivisionError):
             raise BadInput(
-                f'{what} is "{value}", which is no number: write a decimal ("0.1") '
+                f'{what} is "{value[:LISTED]}", which is no number: write a decimal ("0.1") '
                 'or a fraction ("1/3").'
             ) from None
+        if large:  # its integer alone would fill the memory
+            raise BadInput(f"{what} is {value[:40]}: choose units that fit the motion.")
+        return number
     if getattr(value, "is_Rational", False):  # one of sympy's
         return Fraction(int(value.p), int(value.q))
     if hasattr(value, "_mpf_") and not hasattr(value, "as_mantissa_exp"):  # not one of gmpy2's

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from discmech.integrators import BadInput
+from discmech.integrators.foreign import tables
 from discmech.integrators.foreign.recordings import recordings
 
 ROWS = 12
@@ -158,6 +159,12 @@ T = "\n".join(f"{k / 8},{k % 3},1" for k in range(6))
      "t is uneven, 0.05 from row 2 to row 3 and 0.1 elsewhere"),
     ("t,q1,p1,h\n0,1,2,0.1\n0.1,1,2,0.05", "the column h is the step, one positive"),
     ("t,q1,p1,h\n0,1,2,0.03\n0.1,1,2,0.03", "no whole number of steps of 0.03"),
+    ("t,q1,p1,h\n0,1,2,1e-99\n0.1,1,2,1e-99", "no whole number of steps of 1e-99"),
+    ("t,q1,p1\n0,1,2\n1e-999999999,1,2", "t stands still in row 1|choose units"),
+    ("t,q1,p1\n1e-999999999,1,2\n1,1,2", "line 2: t is 1e-999999999: choose units"),
+    ("t,q1,p1,h\n0,1,2,1e-999999999\n1,1,2,1e-999999999", "the step, one positive number"),
+    (f"t,q1,p1\n0,1,2\n1,1,\"{'2' * 200_000}", "cannot be read as CSV"),
+    (f"t,p{'1' * 5000}\n0,1\n1,1", "no column p1"),
 ])  # fmt: skip
 def test_what_is_no_run_is_a_sentence(tmp_path, text, words):
     tmp_path.joinpath("run.csv").write_text(text)
@@ -174,6 +181,70 @@ def test_uneven_times_are_found_however_small_the_unevenness(tmp_path):
         np.savez(tmp_path / "run.npz", t=t, q=q, p=p)
         with pytest.raises(BadInput, match="t is uneven"):
             recordings("run.npz", tmp_path)
+
+
+def rounded(t, form):
+    """Times as a file of that form has them: in single precision, or with decimals."""
+    return t.astype(np.float32).astype(float) if form == "single" else np.round(t, form)
+
+
+@pytest.mark.parametrize("form", ["single", 3, 6])
+@pytest.mark.parametrize("interval", [0.1, 0.00625, np.pi / 100])
+def test_rounded_times_are_even_as_far_as_their_rounding_allows(tmp_path, form, interval):
+    """One that is moved by two units of its last place is refused."""
+    t, q, p = motion(1600, interval)
+    times = rounded(t, form)
+    unit = np.spacing(times.astype(np.float32)).astype(float) if form == "single" else 10.0**-form
+    csv(tmp_path / "a.csv", ["t", "q1", "p1"], [times, q[:, 0], p[:, 0]])
+    (run,) = recordings("a.csv", tmp_path)
+    assert abs(run.step / Fraction(interval) - 1) < 1e-4 and run.rounding == 0
+    if form == "single" and interval != np.pi / 100:
+        assert run.step == Fraction(interval).limit_denominator(1000)
+    for sign in (1, -1):
+        moved = times + 2 * unit * sign * (np.arange(1600) == 1500)
+        np.savez(tmp_path / "b.npz", t=moved, q=q, p=p)
+        csv(tmp_path / "b.csv", ["t", "q1", "p1"], [moved, q[:, 0], p[:, 0]])
+        with pytest.raises(BadInput, match=r"t is uneven"):
+            recordings("b.csv" if form != "single" else "b.*", tmp_path)
+
+
+@pytest.mark.parametrize("form", ["{!r}", "{:.9g}"])
+def test_a_run_of_single_precision_has_its_round_off(tmp_path, form):
+    """Only if all its numbers are of it."""
+    t, q, p = motion(400)
+    q, p = (part[:, 0].astype(np.float32) for part in (q, p))
+    csv(tmp_path / "a.csv", ["t", "q1", "p1"], [t.astype(np.float32), q, p], form)
+    csv(tmp_path / "b.csv", ["t", "q1", "q2", "p1", "p2"],
+        [t, np.sin(t), 0 * t + 0.5, np.cos(t), 0 * t], "{!r}")  # fmt: skip
+    (run,), (double,) = (recordings(name, tmp_path) for name in ("a.csv", "b.csv"))
+    assert run.unit == pytest.approx(2.0**-24, rel=0.1) and run.step == Fraction(1, 10)
+    assert double.unit == 0  # a coordinate of 1/2
+
+
+def test_runs_of_one_step_are_a_sentence(tmp_path):
+    for name in ("a", "b"):
+        t, q, p = motion()
+        np.savez(tmp_path / f"{name}.npz", t=t, q=q, p=p)
+    with pytest.raises(BadInput, match=r"a.npz and b.npz have one step, 0.1: .* a column h says"):
+        recordings("*.npz", tmp_path)
+
+
+def test_a_file_is_read_in_pieces_up_to_a_size(tmp_path, monkeypatch):
+    t, q, p = motion(50)
+    for name, times in (("a", t), ("b", np.cumsum(0 * t + 0.1))):
+        csv(tmp_path / f"{name}.csv", ["t", "q1", "p1"], [times, q[:, 0], p[:, 0]])
+    whole = [recordings(name, tmp_path)[0] for name in ("a.csv", "b.csv")]
+    monkeypatch.setattr(tables, "PIECE", 7)
+    parts = [recordings(name, tmp_path)[0] for name in ("a.csv", "b.csv")]
+    assert [run.digest for run in whole] == [run.digest for run in parts]
+    np.savez_compressed(tmp_path / "a.npz", t=np.arange(1e5), q=np.zeros(10**5), p=np.zeros(10**5))
+    assert (tmp_path / "a.npz").stat().st_size < 2**20
+    monkeypatch.setattr(tables, "MOST_BYTES", 2**20)
+    with pytest.raises(BadInput, match=r"a.npz has 2 MB of numbers, and 1 MB are read at most"):
+        recordings("a.npz", tmp_path)
+    monkeypatch.setattr(tables, "MOST_BYTES", 1000)
+    with pytest.raises(BadInput, match=r"a.csv has .* write fewer rows, each k-th step"):
+        recordings("a.csv", tmp_path)
 
 
 def test_files_that_are_none_are_a_sentence(tmp_path):

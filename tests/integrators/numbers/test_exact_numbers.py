@@ -93,6 +93,9 @@ def test_vectors_and_nested():
                   None, [1], 1j, {}, sympy.I, sympy.Symbol("q")]),
     ('".*", which is no number: write a decimal',
      ["one", "", "1/0", "0x10", "1,5", "__import__('os')"]),
+    (".*: choose units that fit the motion",
+     ["1e-999999999", "1E+99999", "-2.5e00012345", "1e5_0_0_0_0", "1e٩٩٩٩٩٩٩٩٩", " 1e-999999999 "]),
+    ('".*", which is no number', ["9" * 10**6, "1e" + "9" * 10**6, "1e_9", "1e999999999/3"]),
     (".*not a truth value", [True, False, np.bool_(True)]),
     ("", [np.array([0.5, 1.0]), np.complex128(1j)]),
 ])  # fmt: skip
