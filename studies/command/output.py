@@ -15,7 +15,7 @@ from typing import Any
 from discmech.integrators import BadInput
 from discmech.integrators.errors import CouldNotRun
 
-EXIT = {"pass": 0, "fail": 1, "bad input": 2, "inconclusive": 3, "could not run": 4}
+EXIT = {"pass": 0, "measured": 0, "fail": 1, "bad input": 2, "inconclusive": 3, "could not run": 4}
 LOGGED_EVERY = 60.0  # seconds
 DERIVED = 0.5  # approximate share of deriving in the time to derive and compile
 

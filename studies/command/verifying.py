@@ -15,13 +15,14 @@ from discmech.integrators import BadInput
 
 from .. import NAMES
 from ..core.options import digits_in, whole
+from ..core.outcome import is_trouble
 from ..core.store import Store
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import RULE_HELP, add_fresh, add_jobs, jobs, typed
 from .output import EXIT, console, exit_code, progress_shown, writable, write
 
 EPILOG = "A bar shows the progress; after Ctrl-C the same command continues where it stopped. "
-EPILOG += "Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive, "
+EPILOG += "Exit codes: 0 pass or only measured, 1 a verdict failed, 2 bad input, 3 inconclusive, "
 EPILOG += "4 could not run."
 
 
@@ -92,7 +93,7 @@ def _answer(options: argparse.Namespace) -> int:
     reasons: set[str] = set()
 
     def told(study: str, case: dict[str, Any]) -> None:
-        if barred and case["verdict"] == "pass":
+        if barred and not is_trouble(case["verdict"]):
             return
         if not quiet and not case.get("unusable"):  # these are reported once, at the end
             print(verdicts.line(study, case, reasons), flush=True)

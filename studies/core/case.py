@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -16,7 +16,7 @@ from discmech.integrators.scene import Scene, remembered
 from . import lookup
 from .family import DIGITS as OF_FAMILY
 from .family import FAMILY
-from .outcome import VERDICTS, Measurement, Verdict
+from .outcome import Measurement, Verdict, worst
 from .parts import parts_of, usual_lattices, usual_rules
 from .userfile import word_for_study
 
@@ -212,11 +212,6 @@ class Case:
 
 def silent(label: str, fraction: float) -> None:
     """Ignore progress."""
-
-
-def worst(verdicts: Iterable[str]) -> str:
-    """Return the worst of some verdicts; inconclusive without any."""
-    return min(verdicts, key=VERDICTS.index, default="inconclusive")
 
 
 def plain_cases(

@@ -117,13 +117,13 @@ def judged(study: Study, case: Case, found: Found) -> Verdict:
     measurement = found.measurement
     if measurement is None:
         return found.failed or Verdict("inconclusive", "nothing was measured.")
-    return _or_why(case, lambda: study.verdict(case, measurement))
+    return _or_why(case, lambda: study.verdict(case, measurement).settled())
 
 
 def asks_more(study: Study, found: Found, verdict: Verdict) -> bool:
     """Return True if more has to be measured before that verdict can be given."""
     asked = found.more or found.measurement is None or found.declined == _words(verdict)
-    return verdict.verdict != "pass" and study.measures_more and not asked
+    return verdict.is_trouble and study.measures_more and not asked
 
 
 def with_more(study: Study, case: Case, found: Found, verdict: Verdict) -> Found:
@@ -150,7 +150,7 @@ def asks_cause(study: Study, case: Case, verdict: Verdict) -> bool:
     """Return True if the cause of a verdict is to be sought."""
     degenerate = getattr(case.scene, "one_form", None) is not None  # any study may see its modes
     seeks = study.tells_causes or degenerate
-    return verdict.verdict != "pass" and seeks and case.control is None
+    return verdict.is_trouble and seeks and case.control is None
 
 
 def diagnosed(study: Study, case: Case, found: Found) -> Mapping[str, Any] | None:

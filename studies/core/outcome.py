@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from .records import encoded
 
-VERDICTS = ("fail", "inconclusive", "pass")  # worst first
+#: the words of a verdict, worst first. What nothing was demanded of is "measured", and no pass.
+VERDICTS = ("fail", "inconclusive", "measured", "pass")
 #: extras of a measurement that are shown beside `measured` and `rows`
 DETAILS = (
     "kind", "periods", "duration", "floor", "crossovers", "race", "label", "title", "extreme",
@@ -60,6 +61,8 @@ class Measurement(Mapping[str, Any]):
 class Verdict:
     """The answer of `judge`: a verdict, a sentence if it is no pass, and the expected numbers.
 
+    A judge that demands nothing of a property gives the reason in expected["not_demanded"], and
+    names in expected["demanded"] what it demands all the same, if there is something.
     unusable: True if the input is bad, so that nothing can be judged. measured: numbers that
     judging adds to those of the measurement; rows: rows that are shown in place of its own.
     """
@@ -75,9 +78,34 @@ class Verdict:
         """Return this verdict with more expected numbers."""
         return replace(self, expected={**self.expected, **more})
 
+    @property
+    def is_trouble(self) -> bool:
+        """True for a verdict that somebody has to look at: a fail, or an inconclusive one."""
+        return is_trouble(self.verdict)
+
+    def settled(self) -> Verdict:
+        """Return this verdict, with "measured" in place of a pass that demanded nothing."""
+        free = "not_demanded" in self.expected and not self.expected.get("demanded")
+        return replace(self, verdict="measured") if free and self.verdict == "pass" else self
+
     def because(self, reason: str) -> Verdict:
         """Return this verdict with another reason."""
         return replace(self, reason=reason)
+
+
+def is_trouble(verdict: str) -> bool:
+    """Return True for the word of a verdict that somebody has to look at."""
+    return verdict in ("fail", "inconclusive")
+
+
+def worst(verdicts: Iterable[str]) -> str:
+    """Return the worst of some verdicts; inconclusive without any.
+
+    What is measured says nothing about the others: it counts only where nothing else is there.
+    """
+    words = list(verdicts)
+    judged = [word for word in words if word != "measured"]
+    return min(judged or words, key=VERDICTS.index, default="inconclusive")
 
 
 @dataclass(frozen=True)

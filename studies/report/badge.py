@@ -7,7 +7,10 @@ from html import escape
 from typing import Any
 
 #: white text on these has a contrast of at least 4.5 (WCAG AA); the mark needs no colour
-LOOKS = {"pass": ("✓", "#2a7d2e"), "fail": ("✗", "#b3261e"), "inconclusive": ("?", "#8a5a00")}
+LOOKS = {
+    "pass": ("✓", "#2a7d2e"), "measured": ("○", "#1f5f99"),
+    "fail": ("✗", "#b3261e"), "inconclusive": ("?", "#8a5a00"),
+}  # fmt: skip
 GREY = "#4a4a4a"
 # in pixels: a letter's width, the margin beside a text, the badge's height
 WIDTH, MARGIN, HEIGHT = 6.8, 8, 20

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
+from ..core.outcome import VERDICTS, is_trouble
 from ..core.records import decoded
 from ..core.study import view_of
 
-VERDICTS = ("fail", "inconclusive", "pass")  # in the order in which they are shown
 #: the default retraction, which names omit
 USUAL_RETRACTION = "cayley"
 NONE = "—"
@@ -120,6 +120,11 @@ class Case(Generic[Measured, Expected, Row]):
     def passed(self) -> bool:
         """True for a pass."""
         return self.verdict == "pass"
+
+    @property
+    def is_trouble(self) -> bool:
+        """True for a verdict that somebody has to look at: a fail, or an inconclusive one."""
+        return is_trouble(self.verdict)
 
     @property
     def word(self) -> str:

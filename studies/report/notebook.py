@@ -1,4 +1,4 @@
-"""A result in a notebook: the table, the reasons of cases that did not pass, the figures."""
+"""A result in a notebook: the table, the reasons of cases in trouble, the figures."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
+from ..core.outcome import VERDICTS
 from .canvas import render
-from .case import VERDICTS, result_of
+from .case import result_of
 from .figures import sketches
 from .tables import columns, filled
 from .wording import whys
 
-COLOURS = {"pass": "#00694d", "fail": "#a84a00", "inconclusive": "#855c00"}
+COLOURS = {"pass": "#00694d", "measured": "#1f5a94", "fail": "#a84a00", "inconclusive": "#855c00"}
 MOST_FIGURES = 4
 
 
@@ -28,7 +29,7 @@ def html_of(given: Mapping[str, Any]) -> str:
         cells = [f"<td style='text-align:left'>{escape(text(case))}</td>" for _, text in shown[:-1]]
         last = escape(shown[-1][1](case))
         lines.append(f"<tr>{''.join(cells)}<td style='color:{colour}'><b>{last}</b></td></tr>")
-    bad = [case for case in cases if not case.passed and case.reason]
+    bad = [case for case in cases if case.is_trouble and case.reason]
     said = [
         f"<li><b>{escape(case.name)}</b>: {escape(reason)}"
         f"<br><code>{escape(case.command)}</code></li>"

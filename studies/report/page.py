@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.outcome import VERDICTS
 from ..core.study import every_study, known_study
-from .case import VERDICTS, AnyCase, Result, result_of
+from .case import AnyCase, Result, result_of
 from .formulas import display, spaced, together
 from .glossary import met
 from .publish import published
@@ -171,7 +172,7 @@ def _lines(study: str, cases: Sequence[AnyCase], past: Sparklines) -> dict[str, 
     lines = [
         {"cells": [text(case) for _, text in shown[:-1]], "verdict": case.verdict,
          "word": shown[-1][1](case), "past": past.of(case), "reason": why(case),
-         "told": case.counts and not case.passed, "command": case.command, "when": when(case)}
+         "told": case.counts and case.is_trouble, "command": case.command, "when": when(case)}
         for case in cases
     ]  # fmt: skip
     return {"heads": [head for head, _ in shown], "lines": lines}
@@ -201,6 +202,7 @@ def _view(
         "count": tally(study.cases),
         "bad": _lines(name, parts["fail"] + parts["inconclusive"], past),
         "good": _lines(name, parts["pass"], past),
+        "free": _lines(name, parts["measured"], past),
         "others": _lines(name, [case for case in sound if not case.counts], past),
         "controls": _lines(name, [case for case in study.cases if case.control], past),
         "plates": [plate for plate in drawn if plate.study == name],

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from ..core.outcome import VERDICTS, worst
 from ..core.study import every_study
-from .case import NONE, VERDICTS, AnyCase, Result, result_of
+from .case import NONE, AnyCase, Result, result_of
 from .tables import COLOURS, file_name, got, print_trouble, rich_table, wanted
 from .wording import whys
 
@@ -28,9 +29,9 @@ def merged(results: Sequence[Mapping[str, Any] | Result]) -> list[Result]:
         if before is not None:
             result, cases = before, [*before.cases, *cases]
             said.append(before.verdict)
-        worst = min(said, key=VERDICTS.index)
-        given = {**result.given, "verdict": worst, "cases": [case.given for case in cases]}
-        found[result.study] = replace(result, given=given, cases=cases, verdict=worst)
+        of_all = worst(said)
+        given = {**result.given, "verdict": of_all, "cases": [case.given for case in cases]}
+        found[result.study] = replace(result, given=given, cases=cases, verdict=of_all)
     known = [name for name in every_study() if name in found]
     return [found[name] for name in [*known, *(n for n in found if n not in known)]]
 
@@ -48,13 +49,11 @@ def headline(results: Sequence[Mapping[str, Any] | Result]) -> dict[str, str]:
     studies = list(map(result_of, results))
     count = tally([case for study in studies for case in study.cases])
     missed = count["controls"] - count["caught"]
-    worst = min((study.verdict for study in studies), key=VERDICTS.index, default="inconclusive")
-    if count["fail"] or missed:
-        worst = "fail"
-    elif count["inconclusive"] or not count["cases"]:
-        worst = min(worst, "inconclusive", key=VERDICTS.index)
+    said = [study.verdict for study in studies]
+    said += ["fail"] * bool(count["fail"] or missed)
+    said += ["inconclusive"] * bool(count["inconclusive"] or not count["cases"])
     if not count["cases"] and not count["controls"]:
-        return {"verdict": worst, "text": "Nothing was measured."}
+        return {"verdict": worst(said), "text": "Nothing was measured."}
     parts = []
     if count["fail"]:
         parts.append(_some(count["fail"], count["cases"], "case", "fails", "fail"))
@@ -62,26 +61,31 @@ def headline(results: Sequence[Mapping[str, Any] | Result]) -> dict[str, str]:
         verbs = ("is inconclusive", "are inconclusive")
         few = f"{count['inconclusive']} {verbs[count['inconclusive'] > 1]}"
         parts.append(few if parts else _some(count["inconclusive"], count["cases"], "case", *verbs))
-    if not parts and count["cases"]:
-        parts.append(_some(count["cases"], count["cases"], "case", "passes", "pass"))
+    if not parts and count["pass"]:
+        parts.append(_some(count["pass"], count["cases"], "case", "passes", "pass"))
+    if count["measured"]:
+        verbs = ("is measured", "are measured")
+        few = f"{count['measured']} {verbs[count['measured'] > 1]}"
+        few = few if parts else _some(count["measured"], count["cases"], "case", *verbs)
+        parts.append(f"{few}, where nothing is claimed")
     if count["controls"]:
         verbs = ("was caught", "were caught")
         parts.append(_some(count["caught"], count["controls"], "control", *verbs))
     text = "; ".join(parts) + "."
-    return {"verdict": worst, "text": text[0].upper() + text[1:]}
+    return {"verdict": worst(said), "text": text[0].upper() + text[1:]}
 
 
 def print_summary(screen: Console, results: Sequence[Mapping[str, Any] | Result]) -> None:
-    """Print the verdict of each study in a line, then the cases that did not pass."""
+    """Print the verdict of each study in a line, then the cases in trouble."""
     studies, lines = merged(results), []
     for study in studies:
         count = tally(study.cases)
         caught_of = f"{count['caught']} of {count['controls']}" if count["controls"] else NONE
-        numbers = [str(count[key]) for key in ("fail", "inconclusive", "pass")]
+        numbers = [str(count[key]) for key in VERDICTS]
         word = f"[{COLOURS[study.verdict]}]{study.verdict}[/]"
         lines.append([study.study, word, *numbers, caught_of])
     said = headline(studies)
-    right = ("Fail", "Inconclusive", "Pass", "Controls caught")
+    right = (*(word.capitalize() for word in VERDICTS), "Controls caught")
     heads = ("Study", "Verdict", *right)
     screen.print(rich_table(said["text"], heads, lines, COLOURS[said["verdict"]], right))
     for study in studies:
@@ -98,7 +102,7 @@ def _some(number: int, whole: int, noun: str, one: str, more: str) -> str:
 
 def trouble(studies: Sequence[Result]) -> list[dict[str, Any]]:
     """Return every failed, missed or inconclusive case of ours in all studies, failures first."""
-    bad = [case for study in studies for case in study.cases if case.counts and not case.passed]
+    bad = [case for study in studies for case in study.cases if case.counts and case.is_trouble]
     bad.sort(key=lambda case: VERDICTS.index(case.verdict))
     return [
         {"study": case.study, "anchor": file_name(case.study), "name": case.name,

@@ -11,8 +11,9 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.outcome import VERDICTS
 from ..core.study import view_of
-from .case import NONE, VERDICTS, AnyCase, Result, case_of, result_of
+from .case import NONE, AnyCase, Result, case_of, result_of
 from .view import Column
 from .wording import whys
 
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-COLOURS = {"pass": "green", "fail": "bold red", "inconclusive": "yellow"}  # on a terminal
+#: on a terminal
+COLOURS = {"pass": "green", "measured": "cyan", "fail": "bold red", "inconclusive": "yellow"}
 
 
 _TEX = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
@@ -196,7 +198,7 @@ def paper_tex(result: Result, labels: Mapping[str, str] | None = None) -> str:
 
 
 def _cell(case: AnyCase) -> str:
-    return tex(got(case) or NONE) + ("" if case.passed else r"\rlap{$^{*}$}")
+    return tex(got(case) or NONE) + (r"\rlap{$^{*}$}" if case.is_trouble else "")
 
 
 def write_tables(
@@ -265,7 +267,7 @@ def terminal_table(given: Mapping[str, Any] | Result) -> Table:
 
 
 def print_result(screen: Console, given: Mapping[str, Any]) -> None:
-    """Print the table, then a paragraph per case that did not pass, too long for a column.
+    """Print the table, then a paragraph per case in trouble, too long for a column.
 
     A view may have its own way (`View.printed`).
     """
@@ -278,8 +280,8 @@ def print_result(screen: Console, given: Mapping[str, Any]) -> None:
 
 
 def print_trouble(screen: Console, cases: Sequence[AnyCase], commands: bool = False) -> None:
-    """Print a paragraph per case that did not pass, failures last, with its command if asked."""
-    bad = sorted((case for case in cases if not case.passed),
+    """Print a paragraph per case in trouble, failures last, with its command if asked."""
+    bad = sorted((case for case in cases if case.is_trouble),
                  key=lambda case: -VERDICTS.index(case.verdict))  # fmt: skip
     for case, reason in zip(bad, whys(bad), strict=True):
         words = ": ".join(filter(None, [case.word, case.name, reason]))

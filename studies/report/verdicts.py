@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..core.outcome import VERDICTS, worst
 from ..core.records import number
 from ..core.study import view_of
 from .advising import times
-from .case import NONE, VERDICTS, AnyCase, case_of, result_of
+from .case import NONE, AnyCase, case_of, result_of
 from .tables import COLOURS, got, rich_table, short, wanted
 from .wording import duration, scientific, whys
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-MARKS = {"pass": "✓", "fail": "✗", "inconclusive": "?"}
+MARKS = {"pass": "✓", "measured": "○", "fail": "✗", "inconclusive": "?"}
 Cell = list[tuple[str, str, int]]
 #: quantities that `compare` shows side by side: heading and format
 COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
@@ -34,12 +35,12 @@ def line(study: str, given: Mapping[str, Any], told: Collection[str] = ()) -> st
     """Return a line such as: ✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ±
     0.05).
 
-    For a case that did not pass it has the reason, unless that was printed before. The cause and
+    For a case in trouble it has the reason, unless that was printed before. The cause and
     the command come once, at the end (`troubles`).
     """
     case, written = case_of(study, given), view_of(study).line
     figure = written(case) if written and case.figures else got(case)
-    known = case.passed or case.reason in told
+    known = not case.is_trouble or case.reason in told
     why_not = "" if known else case.reason.partition(" Cause: ")[0]
     figure = why_not if figure == NONE and why_not else figure
     expected = wanted(case)
@@ -97,12 +98,11 @@ def _cell(cases: Sequence[AnyCase]) -> Cell:
     shown = []
     for digits in sorted({case.digits for case in cases}):
         same = [case for case in cases if case.digits == digits]
-        worst = min((case.verdict for case in same), key=VERDICTS.index)
         if len(same) == 1:
             words = short(same[0].study, same[0])
         else:
             words = f"{sum(case.passed for case in same)} of {len(same)}"
-        shown.append((worst, words, digits))
+        shown.append((worst(case.verdict for case in same), words, digits))
     return shown
 
 
@@ -182,18 +182,18 @@ def by_study(result: Mapping[str, Any], command: Callable[[str], str]) -> list[M
         found.setdefault(str(case["study"]), []).append(case)
     return [
         {**result, "study": study, "cases": cases, "notes": [], "command": command(study),
-         "verdict": min((case["verdict"] for case in cases), key=VERDICTS.index)}
+         "verdict": worst(case["verdict"] for case in cases)}
         for study, cases in found.items()
     ]  # fmt: skip
 
 
 def troubles(given: Mapping[str, Any]) -> list[str]:
-    """Return a paragraph per case that did not pass, failures first: case, reason, command.
+    """Return a paragraph per case in trouble, failures first: case, reason, command.
 
     Cases of one scene and rule with the same reason, for example a rule that cannot be used, share
     one paragraph.
     """
-    bad = [case for case in result_of(given).cases if not case.passed]
+    bad = [case for case in result_of(given).cases if case.is_trouble]
     alike: dict[tuple[Any, ...], list[AnyCase]] = {}
     for case in sorted(bad, key=lambda case: VERDICTS.index(case.verdict)):
         place = (case.verdict, case.scene, case.rule, case.retraction, case.reason)

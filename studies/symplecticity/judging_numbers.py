@@ -42,7 +42,8 @@ def judge(case: Case, found: FoundOfNumbers) -> Verdict:
     if reason:
         if unknown := _volume_unknown(case, rows):
             return Verdict("inconclusive", unknown, expected)
-        return Verdict("pass", "", {**expected, "not_demanded": reason})
+        demanded = ["volume"] if _claims_volume(case) else []
+        return Verdict("pass", "", {**expected, "not_demanded": reason, "demanded": demanded})
     rough = ""
     if noise:
         rough = f"; the box is not smooth: it jumps by {noise:.1e} of the motion, as an iteration "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import pytest
@@ -10,9 +11,11 @@ from discmech import Scene, midpoint, pair
 from discmech.integrators import rules as discretisations
 from discmech.integrators import scenes
 from discmech.studies import check, get
+from discmech.studies.command import main
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.lookup import rules
 from discmech.studies.core.one_case import run_case
+from discmech.studies.core.outcome import Verdict, worst
 from discmech.studies.core.running import _dropped
 from discmech.studies.core.study import every_study
 from discmech.studies.report import tables
@@ -133,6 +136,24 @@ def test_a_step_back_that_ends_at_no_number_is_not_passed(monkeypatch):
     monkeypatch.setattr(measuring, "_at_places", lambda case: None)
     case = Case("reversibility", scenes.get("pendulum"), midpoint, 16, 4)
     assert run_case(every_study()["reversibility"], case, causes=False)["verdict"] == "fail"
+
+
+def test_what_nothing_is_demanded_of_is_measured_and_no_pass(capsys, tmp_path):
+    """A Runge-Kutta step without claims once passed the study of the form, 4.8e-3 off."""
+    file = tmp_path / "euler.py"
+    file.write_text(
+        "from discmech import black_box\n\n\n@black_box()\ndef euler(q, p, h, system):\n"
+        "    return q + h * system.velocity(q, p), p - h * system.gradient(q, p)\n"
+    )
+    assert main(["symplecticity", "harmonic", "--rule", f"{file}:euler", "--json", "-"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [found["verdict"], found["cases"][0]["verdict"]] == ["measured"] * 2
+    free = Verdict("pass", expected={"not_demanded": "no claim"})
+    assert free.settled().verdict == "measured"
+    assert free.expecting(demanded=["volume"]).settled().verdict == "pass"
+    assert Verdict("fail", expected=free.expected).settled().verdict == "fail"
+    assert [worst(words) for words in (["measured"], ["measured", "pass"], ["fail", "measured"])
+            ] == ["measured", "pass", "fail"]  # fmt: skip
 
 
 @pytest.mark.parametrize("study", ["order", "optimality", "steps"])

@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from discmech.studies.core.outcome import is_trouble
+
 OUTCOMES = ("caught", "equivalent", "survives")
 ABOUT = (
     "A fault is caught if a study fails, or if the bench refuses the object. Equivalent ones are "
@@ -16,7 +18,7 @@ Result = Mapping[str, Any]
 
 def complete(result: Result) -> dict[str, Any]:
     """Counts and tables; candidates for which there was no place are no cases."""
-    cases = [case for case in result["cases"] if case["rows"] or case["verdict"] != "pass"]
+    cases = [case for case in result["cases"] if case["rows"] or is_trouble(case["verdict"])]
     faults = [case for case in cases if case["control"] and case["rows"]]
     valid = [case for case in cases if not case["control"] and case["rows"]]
     outcomes = [outcome(fault["measured"]) for fault in faults]

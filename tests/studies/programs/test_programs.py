@@ -65,7 +65,7 @@ def test_claims_alone_are_judged():
     claimed = dataclasses.replace(methods.rk4, claims=rules.Claims(keeps=("energy",)))
     assert judged("energy", "pendulum", claimed, 5000)["verdict"] == "fail"
     found = judged("energy", "pendulum", methods.rk4, 500)
-    assert found["verdict"] == "pass" and "does not claim" in found["expected"]["not_demanded"]
+    assert found["verdict"] == "measured" and "does not claim" in found["expected"]["not_demanded"]
 
 
 def test_a_hamiltonian_in_numbers():
@@ -169,8 +169,8 @@ def test_the_leaf_of_a_pair_groupoid_is_all_of_it():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("force", "verdict"), [
-    (lambda x, v, p: [x[1], x[0]], "fail"), (lambda x, v, p: [x[1], -x[0]], "pass"),
-    (lambda x, v, p: [-v[0], 0], "pass"),
+    (lambda x, v, p: [x[1], x[0]], "fail"), (lambda x, v, p: [x[1], -x[0]], "measured"),
+    (lambda x, v, p: [-v[0], 0], "measured"),
 ])  # fmt: skip
 def test_a_force_with_a_potential_leaves_the_form_to_be_kept(force, verdict):
     forced = Scene(
@@ -180,7 +180,7 @@ def test_a_force_with_a_potential_leaves_the_form_to_be_kept(force, verdict):
     claimed = dataclasses.replace(methods.rk4, claims=rules.Claims(symplectic=True))
     found = judged("symplecticity", forced, claimed, causes=False)
     assert found["verdict"] == verdict
-    assert ("forced" in str(found["expected"].get("not_demanded"))) == (verdict == "pass")
+    assert ("forced" in str(found["expected"].get("not_demanded"))) == (verdict == "measured")
 
 
 # -- what is remembered ----------------------------------------------------------------------------
