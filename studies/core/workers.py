@@ -17,6 +17,8 @@ from .environment import collect_rarely, environment, one_thread
 
 #: the queue by which a process of a pool sends news before its task ends; None in the first one
 _news: Any = None
+#: a process that has this variable runs no socket.py of the current folder in place of Python's
+SAFE = "PYTHONSAFEPATH"
 
 
 def tell(news: Any) -> None:
@@ -43,15 +45,16 @@ def worker_pool(
     # the resource tracker, which starts here, removes the semaphores of a process that was ended at
     # once (`command.interrupts`), and would report each to the user
     filters = os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker:UserWarning"
-    with environment({"PYTHONWARNINGS": ",".join(filter(None, filters))}):
+    safe = os.environ.get(SAFE)
+    with environment({"PYTHONWARNINGS": ",".join(filter(None, filters)), SAFE: "1"}):
         news = None if heard is None else get_context("spawn").SimpleQueue()
-        own = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (news,))
+        own = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (news, safe))
     if news is not None:
         listener = Thread(target=_listen, args=(news, heard), daemon=True)
         listener.start()
     try:
         # a new process keeps its parent's blocked signals, and its settings
-        with _interrupts_wait(), one_thread():
+        with _interrupts_wait(), one_thread(), environment({SAFE: "1"}):
             for _ in range(workers):
                 own.submit(os.getpid)
         yield own
@@ -91,10 +94,13 @@ def _interrupts_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin(news: Any) -> None:
-    """Leave interrupts to the first process, and end with it."""
+def _begin(news: Any, safe: str | None) -> None:
+    """Leave interrupts to the first process, and end with it; safe: its value of `SAFE`."""
     global _news
     _news = news
+    del os.environ[SAFE]  # the programs that this process starts are the user's
+    if safe is not None:
+        os.environ[SAFE] = safe
     collect_rarely()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()

@@ -131,6 +131,7 @@ def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: flo
             states = run.states()
         except (StepFailure, CannotMeasure, BadInput) as failure:
             row["cause"] = getattr(failure, "cause", "") or str(failure)
+            row["steps"] = getattr(failure, "step_index", None)
             lost += bool(found.runs) or isinstance(failure, NoEnd)
             continue
         errors = {k: v for k, v in yardstick.errors(states).items() if math.isfinite(v)}

@@ -12,7 +12,8 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
 
     Errors that stop above √ε, and a thousand times above the floor, belong to another problem. Time
     is never judged: if the budget left fewer than `FEWEST` runs, and none of them is as accurate,
-    the verdict is open; two runs whose errors sink may converge to any limit.
+    the verdict is open; two runs whose errors sink may converge to any limit. A method that makes
+    no step at any setting fails, as in every other study.
     """
     metric = "error" if measurement["periods"] is None else "energy-max"
     limit = max(LIMITS["stalled"], LIMITS["floors"] * measurement["floor"].get(metric, 0.0))
@@ -20,6 +21,8 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     errors = errors_of(measurement.rows, metric)
     if not errors:
         causes = [row["cause"] for row in measurement.rows if row["cause"]]
+        if causes and all(row["steps"] == 0 for row in measurement.rows):
+            return Verdict("fail", f"no run makes a step: {causes[-1]}.", expected)
         why = causes[-1] if causes else measurement.measured["cut"]
         return Verdict("inconclusive", f"no run came to its end: {why}.", expected)
     best, share = min(errors), LIMITS["sinking"]

@@ -26,7 +26,7 @@ from discmech.studies.core.environment import SETTINGS
 from discmech.studies.core.plan import Plan
 from discmech.studies.core.running import run_studies
 from discmech.studies.core.userfile import load
-from discmech.studies.core.workers import worker_pool
+from discmech.studies.core.workers import SAFE, worker_pool
 
 SCRIPT = """
 import os, signal, sys, time
@@ -201,6 +201,20 @@ def test_a_process_that_is_ended_at_once_says_nothing_of_what_it_leaves(tmp_path
     ended = subprocess.run([sys.executable, script], capture_output=True, text=True)
     assert (ended.returncode, ended.stderr) == (3, "")
     assert "PYTHONWARNINGS" not in os.environ
+
+
+@pytest.mark.parametrize("safe", [None, "", "1"])
+def test_processes_run_no_file_of_the_current_folder_in_place_of_a_module(
+    safe, tmp_path, monkeypatch
+):
+    """And the programs that they start find the settings that the user made."""
+    for name in ("multiprocessing", "socket", "random", "pickle", "numpy"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('a file of the user')")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(SAFE, safe) if safe is not None else monkeypatch.delenv(SAFE, raising=False)
+    with worker_pool(1) as pool:
+        assert pool.submit(os.getenv, SAFE).result() == safe
+    assert os.environ.get(SAFE) == safe
 
 
 def test_what_two_processes_measure_is_told_once(tmp_path, monkeypatch):

@@ -157,9 +157,9 @@ def test_savings_change_no_digit():
         assert told(0.0, wrong)[0] == "fail" and "saving 'v1'" in told(0.0, wrong)[1]
 
 
-def race(errors, metric="error", floor=None, periods=None, causes=()):
+def race(errors, metric="error", floor=None, periods=None, causes=(), steps=None):
     rows = [{metric: e, "cause": None} for e in errors]
-    rows += [{metric: None, "cause": cause} for cause in causes]
+    rows += [{metric: None, "cause": cause, "steps": steps} for cause in causes]
     return judged(
         "work-precision", None, rows=rows, floor=floor or {}, periods=periods,
         measured={"cut": "the budget"},
@@ -185,3 +185,5 @@ def test_a_method_in_a_race_comes_to_the_truth():
     verdict, reason, _ = race([], causes=(None, "first", "second", "last"))
     assert (verdict, reason) == ("inconclusive", "no run came to its end: last.")
     assert race([])[1] == "no run came to its end: the budget."
+    assert race([], causes=("one", "two"), steps=0)[:2] == ("fail", "no run makes a step: two.")
+    assert race([], causes=("one", "two"), steps=1)[0] == "inconclusive"

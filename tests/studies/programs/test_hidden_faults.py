@@ -118,6 +118,16 @@ def test_a_step_that_raises_is_a_failure_with_the_rows_so_far():
         Scheme(scenes.get("pendulum"), ends).flow("0.1").trajectory(1)
 
 
+@pytest.mark.parametrize("study", ["order", "symplecticity", "momentum", "energy", "stability"])
+def test_a_step_that_always_raises_fails_in_every_study(study):
+    @black_box(order=2)
+    def unlicensed(q, p, h, s):
+        raise ValueError("no licence")
+
+    found = judged(study, "kepler", unlicensed, causes=False)
+    assert found["verdict"] == "fail" and "raises ValueError: no licence" in found["reason"]
+
+
 def test_a_way_back_may_change_what_it_is_given():
     def read(q, p):
         p *= 0.5

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from discmech.integrators import BadInput, discretisation, scenes
+from discmech.integrators import BadInput, black_box, discretisation, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import BUILT_IN
 from discmech.studies import get
@@ -304,6 +304,23 @@ def test_a_rule_that_fails_from_some_step_on_is_not_asked_without_end(monkeypatc
     monkeypatch.setattr(RuleContestant, "prepare", failing)
     found = contest.climb(rule, Yardstick(problem, equations), "error", 10.0)
     assert len(found.runs) == 3 and len(found.rows) == 3 + contest.GIVEN_UP
+
+
+@pytest.mark.parametrize(("every", "verdict"), [(1, "fail"), (2, "inconclusive")])
+def test_a_program_that_makes_no_step_fails_as_in_every_study(every, verdict):
+    calls = itertools.count(1)
+
+    @black_box(order=2)
+    def raising(q, p, h, s):
+        if next(calls) % every == 0:
+            raise ValueError("no licence")
+        return q, p
+
+    problem, equations = race_on(scenes.get("pendulum"))
+    rule = RuleContestant(problem, raising)
+    rows = contest.climb(rule, Yardstick(problem, equations), "error", 1).rows
+    told = {"periods": None, "floor": {}, "rows": rows, "kind": "rule"}
+    assert get("work-precision").judge(None, told).verdict == verdict
 
 
 def test_a_run_that_fails_is_a_row_with_its_cause():
