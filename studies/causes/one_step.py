@@ -50,8 +50,8 @@ class Beginning:
     """The first terms of the error at one place.
 
     The vector field f and its parts, z̈, z⃛, ∂f/∂t, and e₁, e₂, e₃ of the step's error; e₂ and e₃
-    hold if those before them are 0. later: e₁ of three steps together. parts: by name, terms of f
-    in all entries.
+    hold if those before them are 0. later: e₁ of three steps together. grown: D(h)/h of the
+    shortest step over that of the longest, in norm. parts: by name, terms of f in all entries.
     """
 
     z: Vector
@@ -64,6 +64,7 @@ class Beginning:
     second_error: Vector
     third_error: Vector
     later: Vector
+    grown: float
     parts: dict[str, Vector]
     others: dict[str, Vector]
     span: Vector
@@ -148,7 +149,14 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
     return Beginning(z, time, field, second, third, of_time, first,
                      _at_zero(sizes, one / sizes[:, None] ** 2),
                      _at_zero(sizes, one / sizes[:, None] ** 3),
-                     _at_zero(sizes, three / sizes[:, None]), parts, others, span)  # fmt: skip
+                     _at_zero(sizes, three / sizes[:, None]),
+                     _grown(sizes, one / span), parts, others, span)  # fmt: skip
+
+
+def _grown(sizes: Vector, errors: np.ndarray) -> float:
+    """Return how many times the error of a step over its size grows as steps get shorter."""
+    rates = np.abs(errors).max(axis=1) / sizes
+    return float(rates[-1] / rates[0]) if rates[0] else 0.0
 
 
 def _errors(scheme: Any, place: Place, steps: list[Fraction], count: int) -> np.ndarray:
@@ -255,6 +263,11 @@ def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
     """Return the cause if the limit of (Φ_h(z) − z)/h is not the vector field."""
     if _vanishes(found, lambda b: b.first_error):
         return None
+    if all(b.grown > float(PARTS[0] / PARTS[-1]) / 2 for b in found):  # D(h) does not sink with h
+        return "no step", (
+            "a step moves the state also as h goes to 0, where it has to leave it as it is: look "
+            "for a factor h that is missing, or for one too many of the state."
+        )
     for word, sentence in _NAMED.items():
         known = all(word in b.others for b in found)
         if known and _explains(found, lambda b, w=word: b.others[w]):

@@ -97,6 +97,18 @@ def steadiness(values: np.ndarray) -> float:
     return float(abs(way.sum()) / taken) if taken > 0 and np.isfinite(taken) else 1.0
 
 
+def orders_between(steps: Sequence[float], errors: Sequence[float]) -> list[float]:
+    """Return the order from each error to the next; not a number where one is 0 or not finite."""
+
+    def order(h: float, shorter: float, error: float, finer: float) -> float:
+        ratio = error / finer if finer else math.nan
+        known = 0 < ratio < math.inf
+        return math.log2(ratio) / math.log2(h / shorter) if known else math.nan
+
+    pairs = zip(itertools.pairwise(steps), itertools.pairwise(errors), strict=True)
+    return [order(*ends, *both) for ends, both in pairs]
+
+
 #: round-off of many steps (√N units) still bends errors that are this many floors large: 2¹² floors
 #: of 32 ε are the farthest point, (5/√3)√N ε, of a walk of 1.4·10⁵ roundings where that is a 120th
 #: of the error and so changes log₂ of it by 0.012

@@ -15,7 +15,7 @@ from discmech.integrators.numbers import arithmetic
 
 from .case import Case, Measurement, Progress, Verdict, silent
 from .ended import refuse_ended
-from .outcome import DETAILS, Found
+from .outcome import DETAILS, Found, named
 from .record import provenance
 from .study import Study
 
@@ -154,7 +154,10 @@ def asks_cause(study: Study, case: Case, verdict: Verdict) -> bool:
 
 
 def diagnosed(study: Study, case: Case, found: Found) -> Mapping[str, Any] | None:
-    """Return the cause of a verdict that is not a pass, or None if it is unknown."""
+    """Return the cause of a verdict that is not a pass, or None if it is unknown.
+
+    No error in the search for it takes the verdict away: an error of the search itself is told.
+    """
     from discmech.reference import ReferenceFailure
 
     if found.measurement is None:
@@ -164,6 +167,9 @@ def diagnosed(study: Study, case: Case, found: Found) -> Mapping[str, Any] | Non
             return study.diagnose(case, found.measurement)
     except (StepFailure, BadInput, ReferenceFailure):
         return None
+    except Exception as error:
+        said = f"the search for it ended in an error of its own, {type(error).__name__}: {error}; "
+        return named("not found", f"{said}please report it with the command.", {})
 
 
 def _with(found: Found, told: Measurement | Verdict) -> Found:

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import lru_cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -38,6 +37,7 @@ from discmech.reference import ReferenceFailure
 
 from ..causes.round_off import unit
 from ..core.case import Case, Progress
+from ..core.fitting import orders_between
 from ..systems.moving_energy import motion, moving_energy
 from ..systems.runs import in_rows, of_states
 from .records import Found, Measured, Row
@@ -162,7 +162,8 @@ def measure(case: Case, progress: Progress) -> Found:
         run = case.scheme.flow(size / 2**k, case.digits).trajectory(steps)
         errors = balance(case.scheme, run, case.digits)
         ways.append(float(np.abs(np.diff(errors)).sum()))
-        orders = [math.log2(a / b) for a, b in pairwise(ways) if a > 0 and b > 0]
+        halved = orders_between([2.0**-j for j in range(len(ways))], ways)
+        orders = [order for order in halved if not math.isnan(order)]
     times = np.asarray(run.t, dtype=float)
     slope = float(errors[-1] / times[-1])
     spread = max(1, len(times) // 1000)

@@ -24,6 +24,7 @@ from discmech.integrators.flows import Flow, round_off_from
 from discmech.integrators.numbers import mpmath
 from discmech.reference import surroundings
 
+from ..core.fitting import orders_between
 from .places import Place, random_fraction
 
 if TYPE_CHECKING:
@@ -214,8 +215,7 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
             name = component[0][0]
             clear = [(float(h), float(e)) for h, (_, e, left) in zip(steps, component, strict=True)
                      if e > CLEAR_OF_PROGRAM * left]  # fmt: skip
-            slopes = [math.log(a[1] / b[1]) / math.log(a[0] / b[0])
-                      for a, b in itertools.pairwise(clear)]  # fmt: skip
+            slopes = orders_between(*zip(*clear, strict=True)) if clear else []
             order = constant = None
             rests = [e / h ** (expected + power) for h, e in clear]
             gaps = [abs(a - b) for a, b in itertools.pairwise(slopes[-3:])]
@@ -229,10 +229,7 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
                 # it is not of the expected order, for whatever cause: single precision inside, or
                 # noise
                 whole = clear[len(clear) // 2 :]
-                order = (
-                    math.log(whole[0][1] / whole[-1][1]) / math.log(whole[0][0] / whole[-1][0])
-                    - power
-                )
+                order = orders_between(*zip(whole[0], whole[-1], strict=True))[0] - power
                 shown = shown or clear[-1][0]
             found.append(ComponentOrder(name, order, constant, place))
     seen = [c for c in found if c.order is not None]

@@ -14,7 +14,7 @@ from . import judging_steps, multipliers
 from .limits import tolerance as allowed
 from .measuring import BESIDE_EARLY, LARGE, ladder, measure
 from .recorded import FEWEST
-from .records import Found, Local
+from .records import BLEW_UP, Found, Local
 from .window import approaches, departure, finest_order, floor, not_converging
 
 #: errors that stop sinking above this are no ordinary round-off
@@ -47,6 +47,10 @@ def _judge_runs(case: Case, found: Found) -> Verdict:
         expected["declared"] = case.rule.order  # this chart lowers it: see Scheme.order
     fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
     rows, certain = found.rows, found.certain
+    if rows and rows[-1].cause == BLEW_UP:  # whatever longer steps do
+        return fail(
+            f"the run at the finest step, {rows[-1].step:.3g}, does not converge: {BLEW_UP}."
+        )
     if order is None:
         failed = [row for row in rows if row.why_not == "failed"]
         if len(failed) == len(rows):

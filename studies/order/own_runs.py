@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -16,6 +15,7 @@ from discmech.integrators.foreign import BlackBox, Recorded
 from discmech.integrators.foreign.calls import BoxRaised, Calls
 from discmech.integrators.numbers import Vector, exact_rational
 
+from ..core.fitting import orders_between
 from .recorded import common_time
 
 RUNS = 8  # runs of a function, each with half the step of the one before
@@ -111,7 +111,7 @@ def _told(method: BlackBox, sizes: Sequence[float], ends: Sequence[Vector]) -> O
     size = max(float(np.linalg.norm(end)) for end in ends) or 1.0
     gaps = [float(np.linalg.norm(a - b)) / size for a, b in itertools.pairwise(ends)]
     clear = [g for g in gaps if g > CLEAR * method.unit(16)]
-    orders = [math.log2(a / b) for a, b in itertools.pairwise(clear)]
+    orders = orders_between([2.0**-k for k in range(len(clear))], clear)
     order = orders[-1] if len(orders) > 1 and abs(orders[-1] - orders[-2]) <= ALIKE else None
     if order is None:
         said = f"{method.name}: its own runs tell no order: their differences are "

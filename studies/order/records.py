@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..core.records import OPTIONAL
+
+#: the cause of a failed run whose end is too far away for a number, or is none
+BLEW_UP = "it blew up: its error is no finite number"
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +34,8 @@ class Row:
 
     def with_errors(self, error: float | None, of_x: float | None, of_mu: float | None) -> Row:
         """Return the row with the errors of (x, μ), of x and of μ."""
+        if error is not None and not math.isfinite(error):
+            return replace(self, why_not="failed", cause=BLEW_UP)
         return replace(self, error=error, error_x=of_x, error_mu=of_mu)
 
 

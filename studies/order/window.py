@@ -8,7 +8,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..core.case import Case
-from ..core.fitting import BENT, Window, asymptotic_window, bent_below, line_of, marks
+from ..core.fitting import (
+    BENT,
+    Window,
+    asymptotic_window,
+    bent_below,
+    line_of,
+    marks,
+    orders_between,
+)
 from .records import Found, Measured, Row
 
 #: in double precision or not: a ladder ends when its order is so near to the expected one
@@ -69,9 +77,8 @@ def approaches(case: Case, rows: Sequence[Row], order: float, within: float) -> 
 
 
 def _local_orders(rows: Sequence[Row]) -> list[float]:
-    known = [(row.error, row.step) for row in rows if row.error is not None]
-    return [math.log2(e / finer) / math.log2(h / shorter)
-            for (e, h), (finer, shorter) in itertools.pairwise(known)]  # fmt: skip
+    known = [(row.step, row.error) for row in rows if row.error is not None]
+    return orders_between(*zip(*known, strict=True)) if known else []
 
 
 def departure(case: Case, rows: Sequence[Row], certain: float) -> str:

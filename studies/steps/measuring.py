@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from discmech.integrators.steps import ENERGY, Varied
 from discmech.reference import ReferenceFailure
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
+from ..core.fitting import orders_between
 from ..core.records import encoded
 from ..core.single_steps import SingleSteps
 from ..energy.errors import measured_errors, turns_of
@@ -144,8 +144,8 @@ def _ladder(case: Case, step: Fraction) -> tuple[list[Row], list[float]]:
         if len(runs) < RUNGS or (len(runs) - RUNGS) % 2:
             continue
         rows = _errors(case, runs)
-        orders = [math.log2(a.error / b.error) if a.error > 0 < b.error else math.nan
-                  for a, b in pairwise(rows)]  # fmt: skip
+        halved = [2.0**-j for j in range(len(rows))]
+        orders = orders_between(halved, [row.error for row in rows])
         if math.isnan(orders[-1]) or abs(orders[-1] - orders[-2]) < SETTLED:
             break
     if len(rows) < RUNGS:
