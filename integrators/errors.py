@@ -323,5 +323,12 @@ class StepFailure(DiscmechError, RuntimeError):
         return type(self), (*at, self.cause, self.trajectory, self.fix)
 
 
+class Displaced(StepFailure):
+    """The answer to a run begins elsewhere than at the start that was asked: it is of other steps.
+
+    It is a fault of the method wherever it is seen.
+    """
+
+
 def _brief(values: Iterable[SupportsFloat]) -> str:
     return "[" + ", ".join(f"{float(value):.6g}" for value in values) + "]"

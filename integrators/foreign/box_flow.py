@@ -234,10 +234,9 @@ class BoxFlow:
         rows = self._rows(xs, mus, (len(xs) - 1) * every, every, t0)
         last = {"x": xs[-1], "mu": mus[-1]}
         time = float(t0 + k * self.step)
-        return StepFailure(
-            scheme.scene.name, scheme.rule.name, k, time, last, error.said, rows,
-            "mend the black box, or take a smaller step",
-        )  # fmt: skip
+        return error.failure(
+            scheme.scene.name, scheme.rule.name, k, time, last, error.said, rows, error.fix
+        )
 
 
 def _length(given: Numbers) -> int:

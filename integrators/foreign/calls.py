@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..errors import RAISED, BadInput, at_line, line_of
+from ..errors import RAISED, BadInput, Displaced, StepFailure, at_line, line_of
 from ..numbers.types import Number, Vector
 from .signatures import functions_of, takes_system
 
@@ -24,11 +24,24 @@ DOUBLE = np.dtype(np.float64)
 
 
 class BoxRaised(Exception):
-    """The box raised an exception, or its numbers are not finite: the step's number and why."""
+    """The box raised an exception, or gives no rows of a run: the step's number, why, the fix.
+
+    failure: the class of the error that a user sees.
+    """
+
+    failure: type[StepFailure] = StepFailure
+    fix = "mend the black box, or take a smaller step"
 
     def __init__(self, index: int, said: str) -> None:
         self.index, self.said = index, said
         super().__init__(said)
+
+
+class BeginsElsewhere(BoxRaised):
+    """The first row of an answer is not the start."""
+
+    failure = Displaced
+    fix = "let the first row be the start as it came, with 17 digits (%.17g)"
 
 
 class Calls:
@@ -52,7 +65,8 @@ class Calls:
         """Make `steps` steps; call `row(k, q, p)` for the start and every `every`-th step.
 
         at(k) sets the time before step k. Raises `BadInput` for answers of a wrong kind,
-        `BoxRaised` for exceptions of the box and for numbers that are not finite.
+        `BoxRaised` for exceptions of the box, numbers that are not finite, and a first row that is
+        not the start.
         """
         row(0, q, p)
         if not steps:
@@ -122,10 +136,9 @@ class Calls:
         rows = steps // every + 1
         qs, ps = self._arrays(*self._pair(given), ((rows, *q.shape), (rows, *p.shape)))
         if _displaced(qs[0], q) or _displaced(ps[0], p):
-            raise BadInput(
-                f"{self.what} begins its run elsewhere than at the start: its first row is the "
-                "start, then comes each every-th step."
-            )
+            off = max(abs(a - b).max(initial=0) for a, b in ((qs[0], q), (ps[0], p)))
+            said = f"the answer begins elsewhere than at the start it was given, off by {off:.1e}"
+            raise BeginsElsewhere(0, said)
         fine = self.kind.kind != "O" and bool(np.isfinite(qs).all() and np.isfinite(ps).all())
         for k in range(1, rows):
             if not fine:

@@ -50,8 +50,8 @@ class Beginning:
     """The first terms of the error at one place.
 
     The vector field f and its parts, z̈, z⃛, ∂f/∂t, and e₁, e₂, e₃ of the step's error; e₂ and e₃
-    hold if those before them are 0. later: e₁ of three steps together. grown: D(h)/h of the
-    shortest step over that of the longest, in norm. parts: by name, terms of f in all entries.
+    hold if those before them are 0. later: e₁ of three steps together. parts: by name, terms of f
+    in all entries. grown: D(h)/h of the shortest step over that of the longest.
     """
 
     z: Vector
@@ -64,10 +64,10 @@ class Beginning:
     second_error: Vector
     third_error: Vector
     later: Vector
-    grown: float
     parts: dict[str, Vector]
     others: dict[str, Vector]
     span: Vector
+    grown: float = 1.0
 
 
 def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict[str, Any] | None:
@@ -150,7 +150,7 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
                      _at_zero(sizes, one / sizes[:, None] ** 2),
                      _at_zero(sizes, one / sizes[:, None] ** 3),
                      _at_zero(sizes, three / sizes[:, None]),
-                     _grown(sizes, one / span), parts, others, span)  # fmt: skip
+                     parts, others, span, _grown(sizes, one / span))  # fmt: skip
 
 
 def _grown(sizes: Vector, errors: np.ndarray) -> float:

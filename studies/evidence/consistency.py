@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from discmech.integrators import Scheme
-from discmech.integrators.errors import DiscmechError
+from discmech.integrators.errors import DiscmechError, Displaced
 from discmech.reference import ReferenceFailure
 
 from ..core.case import Case
@@ -21,7 +21,8 @@ def consistency_of(case: Case, least: int | None = 1) -> SingleSteps | None:
     """Return the order of a case's single steps, which `demand_consistency` judges, or None.
 
     Controls are judged by being caught, and a recorded run makes no single steps. Of a program only
-    components whose orders have settled count.
+    components whose orders have settled count. Raises `Displaced` for a program whose answers begin
+    elsewhere than at their start.
     """
     if case.control is not None or case.rule.is_recorded:
         return None
@@ -30,6 +31,8 @@ def consistency_of(case: Case, least: int | None = 1) -> SingleSteps | None:
         return (
             None if scheme is None else of_evidence(scheme, least, settled=not case.rule.is_formula)
         )
+    except Displaced:
+        raise
     except (ReferenceFailure, DiscmechError) as failure:
         return SingleSteps(unknown=" ".join(str(failure).split()))
 
@@ -44,8 +47,7 @@ def of_evidence(scheme: Scheme, least: int | None = None, settled: bool = False)
     evidence = evidence_of(scheme)
     found = _settled(evidence.order) if settled else evidence.order
     if found.unknown:
-        refused = found.refused and scheme.rule.is_formula
-        return SingleSteps(seed=evidence.seed, unknown=found.unknown, refused=refused)
+        return SingleSteps(seed=evidence.seed, unknown=found.unknown, refused=found.refused)
     least = least or scheme.order or 1
     low = found.order is not None and found.order < least - NEAR
     floats = low and evidence.floats(least).explain

@@ -20,6 +20,7 @@ import numpy as np
 
 from discmech import reference
 from discmech.integrators import BadInput, Scheme, StepFailure
+from discmech.integrators.errors import Displaced
 from discmech.integrators.flows import Flow, round_off_from
 from discmech.integrators.numbers import mpmath
 from discmech.reference import surroundings
@@ -84,7 +85,8 @@ class LocalOrder:
     order: None if only round-off shows: the method is exact there. step: the larger of the two
     steps compared. components: all components, at all places. unknown: one sentence why there is no
     evidence; empty if there is some. refused: True if the reason is that the rule made no small
-    step anywhere, where its scene has exact motion.
+    step anywhere, where its scene has exact motion. sunk: True of a program whose errors sink into
+    round-off before they show a power of the step.
     """
 
     order: float | None
@@ -94,11 +96,12 @@ class LocalOrder:
     components: tuple[ComponentOrder, ...] = ()
     unknown: str = ""
     refused: bool = False
+    sunk: bool = False
 
     @property
     def exact(self) -> bool:
         """True if every step, at every place, is the exact motion to round-off."""
-        return not self.unknown and self.order is None
+        return not self.unknown and self.order is None and not self.sunk
 
 
 def digits_for(order: int) -> int:
@@ -188,11 +191,12 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
     steps.
 
     Steps of a few digits are not small, so the slope between two of them is no order yet: it is one
-    where slopes settle (`SETTLED`) before round-off. Other components are left out.
+    where slopes settle (`SETTLED`) before round-off. Other components are left out. Where none
+    settles, errors have to sink into round-off all the same: those of a high order do so at once.
     """
     found: list[ComponentOrder] = []
     drawn, expected = random.Random(seed), scheme.order or 1
-    shown = 0.0
+    shown, sunk = 0.0, True
     # a rule with memory starts in its own way, and has its order over a time, not in a step
     remembers = getattr(scheme.rule, "remembers", False) or getattr(scheme.rule, "runs", False)
     power = 0 if remembers else 1  # the power of the step that an error has beyond the order
@@ -232,7 +236,11 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
                 order = orders_between(*zip(whole[0], whole[-1], strict=True))[0] - power
                 shown = shown or clear[-1][0]
             found.append(ComponentOrder(name, order, constant, place))
+            *_, (_, last, left) = component
+            sunk = sunk and bool(last <= CLEAR_OF_PROGRAM * left)
     seen = [c for c in found if c.order is not None]
+    if not seen and sunk:
+        return LocalOrder(None, "", 0.0, components=tuple(found), sunk=True)
     if not seen:
         return unknown("the error of a step settles to no power of it above round-off")
     lowest = min(seen, key=lambda c: c.order or 0.0)
@@ -378,8 +386,14 @@ def unknown(why: str, refused: bool = False) -> LocalOrder:
 def of_scheme(
     scheme: Scheme, places: Sequence[Place], seed: int, along: Sequence[Place]
 ) -> LocalOrder:
-    """Return `local_order`, or the reason why there is none."""
+    """Return `local_order`, or the reason why there is none.
+
+    Raises `Displaced` for a program whose answers begin elsewhere.
+    """
     try:
         return local_order(scheme, places, seed, along)
+    except Displaced:
+        raise
     except (BadInput, StepFailure, reference.ReferenceFailure) as failure:
-        return unknown(" ".join(str(failure).split()), isinstance(failure, StepFailure))
+        refused = not isinstance(failure, reference.ReferenceFailure)
+        return unknown(" ".join(str(failure).split()), refused)

@@ -17,7 +17,7 @@ def judge(case: Case, found: Found, local: Local, verdict: Verdict) -> Verdict:
     if local.exact:
         return _of_exact(verdict)
     if order is None:
-        if verdict.verdict == "pass" and local.unknown and case.rule.is_formula:
+        if verdict.verdict == "pass" and local.unknown:
             said = f"the runs have their order, but no single step could be judged: {local.unknown}"
             return Verdict("inconclusive", said.rstrip(".") + ".", expected)
         return verdict
