@@ -70,6 +70,8 @@ def _same(
     found = [(a, e) for a, e in zip(changes(60, entries), entries, strict=True) if a]
     for some in found[:1], found[1:]:  # one that is no round-off tells
         short, entries = [a for a, _ in some], [e for _, e in some]
+        if any(abs(a) < 2 * abs(b) for a, b in zip(short, changes(100, entries), strict=True)):
+            return False  # round-off would have lost 40 digits; 400 digits cost ten times as much
         long = changes(400, entries) if some else []
         if not all(vanishes(a, partial(abs, b)) for a, b in zip(short, long, strict=True)):
             return False

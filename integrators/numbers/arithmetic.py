@@ -89,7 +89,7 @@ class Double:
         """Return functions of generated text for N×N matrices: each writes into `out`."""
 
         def product(out: Matrix, a: Matrix, b: Matrix) -> None:
-            out[...] = a @ b
+            out[...] = a @ b if self.dtype is not object else _product(a, b)
 
         def quotient(out: Matrix, a: Matrix, b: Matrix) -> None:
             out[...] = self.solve(a, b)
@@ -321,6 +321,17 @@ class Multiple:
                     found[p] = [e - factor * f for e, f in zip(found[p], found[k], strict=True)]
             found[p] = [e / rows[p][p] for e in found[p]]
         return det, np.array(found, dtype=object).reshape(b.shape)
+
+
+def _product(a: Matrix, b: Matrix) -> Matrix:
+    """Return a·b, N×N, of objects: half of the work where both have a block of zeros on the lower
+    left, as the matrices have of which functions are differentiated."""
+    n = len(a) // 2
+    if len(a) % 2 or a[n:, :n].any() or b[n:, :n].any():
+        return np.asarray(a @ b)
+    corner = _product(a[:n, :n], b[:n, n:]) + _product(a[:n, n:], b[n:, n:])
+    top = _product(a[:n, :n], b[:n, :n]), corner
+    return np.block([[*top], [a[n:, :n], _product(a[n:, n:], b[n:, n:])]])
 
 
 #: the kinds of number; `Single` is a `Double` of fewer bits

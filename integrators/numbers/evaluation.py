@@ -69,10 +69,14 @@ def node_values(nodes: Sequence[Node], point: Mapping[Letter, Exact], digits: in
 def _of_nodes(
     nodes: Sequence[Node],
     letters: Mapping[Letter, Number],
-    known: dict[int, Number],
+    known: dict[Any, Any],
     numbers: Arithmetic,
 ) -> list[Number]:
-    """Return the values of nodes; known: values by the indices of nodes, to which others come."""
+    """Return the values of nodes; known: values by the indices of nodes, to which others come.
+
+    By the arguments of functions, and by calls, it has what is known inside these: a table of
+    several numbers is computed once, however many of them are asked for.
+    """
     if not nodes:
         return []
     graph = nodes[0].graph
@@ -98,13 +102,15 @@ def _of_nodes(
             value = known[args[0].values[args[1]].index]
         elif kind == RESULT:
             call, number = args
-            own = (a.index for a in call.function.arguments)
-            given = dict(zip(own, (known[a.index] for a in call.arguments), strict=True))
-            (value,) = _of_nodes([call.function.results[number]], letters, given, numbers)
+            if call not in known:
+                own = (a.index for a in call.function.arguments)
+                known[call] = dict(zip(own, (known[a.index] for a in call.arguments), strict=True))
+            (value,) = _of_nodes([call.function.results[number]], letters, known[call], numbers)
         else:
-            slots = {slot(k): known[i] for k, i in enumerate(args[1])} if kind == CALL else {}
-            function = args[0] if kind == CALL else args
-            (value,) = _values([function], slots, numbers)
+            function, arguments = args if kind == CALL else (args, ())
+            if arguments not in known:
+                known[arguments] = {slot(k): known[i] for k, i in enumerate(arguments)}
+            (value,) = _values([function], known[arguments], numbers)
         known[e.index] = value
     return [known[e.index] for e in nodes]
 
@@ -115,10 +121,9 @@ def _number(value: Rational, numbers: Arithmetic) -> Number:
 
 
 def _values(
-    expressions: Iterable[Expression], letters: Mapping[Expression, Number], numbers: Any
+    expressions: Iterable[Expression], known: dict[Expression, Number], numbers: Any
 ) -> list[Number]:
-    """Return the values of expressions in letters that have numbers."""
-    known = dict(letters)
+    """Return the values of expressions; known: those of letters, to which others come."""
     functions = {**numbers.namespace(), "abs": abs}
 
     def value_of(e: Expression) -> Number:

@@ -50,9 +50,9 @@ class MatrixFunction:
         table = _table(self, 0)(*xi)
         return sympy.Matrix(size, size, [entry(table, i) for i in range(size**2)])
 
-    def directions(self, order: int) -> list[tuple[int, ...]]:
-        """The partial derivatives that a table of that order holds, in its order."""
-        return list(combinations_with_replacement(range(len(self.basis)), order))
+    def directions(self, order: int) -> dict[tuple[int, ...], int]:
+        """The partial derivatives that a table of that order holds, each with its place."""
+        return _places(len(self.basis), order)
 
     @cached_property
     def digest(self) -> str:
@@ -96,6 +96,11 @@ class MatrixFunction:
 
 
 @lru_cache(maxsize=256)
+def _places(m: int, order: int) -> dict[tuple[int, ...], int]:
+    return {d: i for i, d in enumerate(combinations_with_replacement(range(m), order))}
+
+
+@lru_cache(maxsize=256)
 def _table(function: MatrixFunction, order: int) -> Function:
     """The sympy function whose entries are the partial derivatives of that order."""
     size = len(function.basis[0]) ** 2
@@ -103,14 +108,13 @@ def _table(function: MatrixFunction, order: int) -> Function:
     class Table(sympy.Function):
         def slope(self, index: int, s: Letter) -> Expression:
             which, at = divmod(index, size)
-            chosen = function.directions(order)[which]
-            higher, total = None, 0
+            chosen = list(function.directions(order))[which]
+            total = 0
             for k, xi in enumerate(self.args):
-                inner = xi.diff(s)
-                if inner != 0:
-                    higher = higher or _table(function, order + 1)
-                    place = function.directions(order + 1).index(tuple(sorted((*chosen, k))))
-                    total += inner * entry(higher(*self.args), place * size + at)
+                if s in xi.free_symbols:
+                    higher = _table(function, order + 1)(*self.args)
+                    place = function.directions(order + 1)[tuple(sorted((*chosen, k)))]
+                    total += xi.diff(s) * entry(higher, place * size + at)
             return total
 
         def in_arithmetic(self, numbers: Arithmetic, values: Numbers) -> Number:
