@@ -49,7 +49,7 @@ $(READY): pyproject.toml $(LOCK) $(if $(FITS),,FORCE)
 		$(FIND); \
 		echo "setting up $(VENV) with $$("$$python" -V) (once, about a minute)"; \
 		rm -rf $(VENV) && "$$python" -m venv $(VENV); fi
-	@$(BIN)/python $(PIP) install -q --no-deps --no-compile -r $(LOCK)
+	@$(BIN)/python $(PIP) install -q --no-deps --no-compile --require-hashes -r $(LOCK)
 	@$(BIN)/python $(PIP) install -q --no-deps --no-build-isolation -e .
 	@$(BIN)/python -c 'import sympy, scipy.integrate, matplotlib.figure, llvmlite.binding, rich'
 	@mkdir -p $(VENV)/checkout && ln -sfn ../.. $(VENV)/checkout/discmech  # mypy_path
@@ -72,7 +72,7 @@ docs: $(VENV)/.docs  ## the documentation as a site, to docs/_build/index.html
 	@echo 'docs: docs/_build/index.html'
 
 $(VENV)/.docs: $(READY) $(DOCS)
-	@$(BIN)/python $(PIP) install -q --no-deps -r $(DOCS)
+	@$(BIN)/python $(PIP) install -q --no-deps --require-hashes -r $(DOCS)
 	@touch $@
 
 test: $(READY)  ## all tests but the slow ones
@@ -128,7 +128,7 @@ mutants: $(VENV)/.mutants  ## mutate our own judges and references: do the tests
 		exit $${failed:-0}
 
 $(VENV)/.mutants: $(READY)
-	@$(BIN)/python $(PIP) install -q -c $(LOCK) 'cosmic-ray>=8.4'
+	@$(BIN)/python $(PIP) install -q 'cosmic-ray>=8.4'
 	@touch $@
 
 paper: $(READY)  ## PAPER.md, from the table that tests/paper checks
@@ -143,20 +143,18 @@ format: $(READY)  ## let ruff mend what it can
 	@$(BIN)/ruff check --fix .
 	@$(BIN)/ruff format .
 
-# From an environment that has never seen the old pins. Use the oldest Python we support, so that
-# the newest version found is one that all of them have.
-lock:  ## pin the newest versions anew
+# uv finds the versions that fit every Python and system we support, and the hashes of all their
+# files; the index has no address in what it writes. The docs' pins are those that LOCK lacks.
+lock:  ## pin the newest versions anew, with their hashes
 	@$(FIND); set -e; fresh=$$(mktemp -d); trap 'rm -rf "$$fresh"' EXIT; \
-	"$$python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' || \
-		echo "note: locking with $$("$$python" -V); Python 3.11 gives pins that fit every supported one" >&2; \
-	"$$python" -m venv "$$fresh"; \
-	"$$fresh/bin/python" $(PIP) install -q 'hatchling>=1.27' editables; \
-	"$$fresh/bin/python" $(PIP) install -q --no-build-isolation -e '.[dev]'; \
-	pins() { sed -n '/^#/p' "$$1"; "$$fresh/bin/python" $(PIP) list --format=freeze \
-	    --exclude pip --exclude setuptools --exclude wheel --exclude discmech; }; \
-	pins $(LOCK) > $(LOCK).new; mv $(LOCK).new $(LOCK); \
-	"$$fresh/bin/python" $(PIP) install -q --no-build-isolation -e '.[docs]'; \
-	pins $(DOCS) | grep -vxF "$$(grep '==' $(LOCK))" > $(DOCS).new; mv $(DOCS).new $(DOCS); \
+	"$$python" -m venv "$$fresh"; "$$fresh/bin/python" $(PIP) install -q uv; \
+	pins() { file=$$1; shift; printf 'hatchling>=1.27\neditables\n' | "$$fresh/bin/uv" pip compile -q \
+	        --universal --python-version 3.11 --fork-strategy fewest --generate-hashes --no-header \
+	        --no-annotate "$$@" pyproject.toml - -o "$$fresh/$$file" >/dev/null; \
+	    { sed '/^[^#]/,$$d' $$file; sed '/^#/d' "$$fresh/$$file"; } > $$file.new; mv $$file.new $$file; }; \
+	pins $(LOCK) --extra dev; \
+	pins $(DOCS) --extra docs -c $(LOCK) \
+	    $$(sed -n 's/^\([^# ]*\)==.*/--no-emit-package \1/p' $(LOCK)); \
 	grep -c '==' $(LOCK) $(DOCS) | sed 's/:/: /; s/$$/ pins/'
 
 clean:  ## remove what was generated, keep .venv
