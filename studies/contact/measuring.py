@@ -13,6 +13,7 @@ import numpy as np
 from discmech.integrators import BadInput, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.contact import TOUCHING, scaled_gaps
+from discmech.integrators.runs import run as run_of
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
 from ..evidence import evidence_of
@@ -36,6 +37,7 @@ FORM_DIGITS, DELTA = 40, "1e-12"
 #: parts of the step that are tried: the defect depends on the place of an impact in its step, and
 #: is 0 at some shares, so one step is not compared with another, but two with a much finer one
 ACROSS = 1, 2, 8
+ROWS = 3  # so many steps later at most, an impact on a row has happened from all starts nearby
 FINER = 2, 8  # parts of the step at which a rise of the energy is measured again
 # share of its size and the way of a step: a gap is open, and stays so if DELTA moves it
 AWAY = 1e-9
@@ -121,9 +123,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {"measured": measured, "rows": rows}
 
 
-def _flow(case: Case, part: int, mode: str) -> Any:
-    """Return the flow at a part of the scene's step."""
-    return case.scheme.flow(case.scene.step / part, case.digits, impacts=mode)
+def _flow(case: Case, part: int, mode: str, digits: int | None = None) -> Any:
+    """Return the flow at a part of the scene's step, with the case's digits or others."""
+    return case.scheme.flow(case.scene.step / part, digits or case.digits, impacts=mode)
 
 
 def rise(H: np.ndarray, sizes: Any = 0) -> float:
@@ -310,25 +312,29 @@ def _across_one(case: Case, steps: int, part: int) -> float | None:
     """Return the defect of M Π Mᵀ = Π′ of the step with the first impact, by differences at 40
     digits.
 
-    It is in units of the sizes of x and μ there, so that it is the same in any units. None if there
-    is no impact from an open gap.
+    It is in units of the sizes of x and μ there, so that it is the same in any units. An impact on
+    a row is in the step before it from some starts nearby and in the step after it from others, so
+    the step has no derivative. Then M is of as many steps as all starts need for the same impacts.
+    None if there is no impact from an open gap, or none that all starts have in `ROWS` more steps.
     """
-    scheme, size = case.scheme, case.scene.step / part
     run = _flow(case, part, "located").trajectory(steps)
     if not len(run.impacts.t):
         return None
-    k = int((run.impacts.t[0] - run.t[0]) // float(size))
-    flow: Any = scheme.flow(size, FORM_DIGITS, impacts="located")
+    last = int((run.impacts.t[0] - run.t[0]) // float(run.step))
+    flow = _flow(case, part, "located", FORM_DIGITS)
     numbers = flow.numbers
     with numbers.working():
         n = run.base.shape[1]
-        z = numbers.array([numbers.number(float(e)) for row in (run.base[k], run.mu[k])
-                           for e in row], -1)  # fmt: skip
-        place = flow.gaps.at(z[:n])
-        xi = flow.gaps.velocity(z[:n], z[n:], numbers.array(
-            [numbers.number(float(e)) for e in run.u[k]], -1))  # fmt: skip
-        way = flow.context.h * flow.gaps.fastest(place, xi)
-        if not all(place.phi > numbers.number(AWAY) * (place.own + way)):
+        for k in range(last, max(last - 2, -1), -1):  # row `last` may be on the gap
+            z = numbers.array([numbers.number(float(e)) for row in (run.base[k], run.mu[k])
+                               for e in row], -1)  # fmt: skip
+            place = flow.gaps.at(z[:n])
+            xi = flow.gaps.velocity(z[:n], z[n:], numbers.array(
+                [numbers.number(float(e)) for e in run.u[k]], -1))  # fmt: skip
+            way = flow.context.h * flow.gaps.fastest(place, xi)
+            if all(place.phi > numbers.number(AWAY) * (place.own + way)):
+                break
+        else:
             return None  # a start on a gap cannot be moved to its other side
         moved = abs(flow.context.h * (place.rho @ xi)).max()
         sizes = numbers.array([max(abs(z[:n]).max(), moved)] * n
@@ -336,15 +342,26 @@ def _across_one(case: Case, steps: int, part: int) -> float | None:
         if not all(sizes > 0):
             return None
         delta, action = numbers.number(DELTA), sizes[0] * sizes[-1]
-
-        def after(z: np.ndarray) -> np.ndarray:
-            moved = np.concatenate(flow.dual_step(z[:n], z[n:]))
-            return numbers.array([numbers.number(e) for e in moved], -1)
-
         ways = delta * numbers.identity(len(z)) * sizes
-        M = np.array([(after(z + way) - after(z - way)) / (2 * delta) / sizes for way in ways]).T
+        starts = [z, *(z + way for way in ways), *(z - way for way in ways)]
+        for count in range(last - k + 1, last - k + 2 + ROWS):
+            ends, struck = zip(*(_after(flow, count, at[:n], at[n:]) for at in starts), strict=True)
+            if struck[0] and len({*struck}) == 1:
+                break
+        else:
+            return None
+        forth, back = (np.array(ends[i : i + len(z)]) for i in (1, 1 + len(z)))
+        M = ((forth - back) / (2 * delta) / sizes).T
         unit = np.outer(sizes, sizes) / action
-        first, last = (flow.geometry.poisson_tensor(at[:n], at[n:]).value / unit
-                       for at in (z, after(z)))  # fmt: skip
-        off = abs(M @ first @ M.T - last).max() / abs(M).max() ** 2
+        first, final = (flow.geometry.poisson_tensor(at[:n], at[n:]).value / unit
+                        for at in (z, ends[0]))  # fmt: skip
+        off = abs(M @ first @ M.T - final).max() / abs(M).max() ** 2
         return float(off)
+
+
+def _after(flow: Any, count: int, x: Any, mu: Any) -> tuple[Any, tuple[tuple[int, ...], ...]]:
+    """Return (the state after so many steps, the gaps that push in each of their impacts)."""
+    numbers, rows = flow.numbers, run_of(flow.stepper(flow.starting.at(x, mu)), count, count)
+    end = [numbers.number(e) for e in (*rows.base[-1], *rows.mu[-1])]
+    pushing = (tuple(np.flatnonzero(P[:, 0]).tolist()) for P in rows.impacts.impulses)
+    return numbers.array(end, -1), tuple(pushing)

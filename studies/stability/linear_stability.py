@@ -19,8 +19,8 @@ from .trace import DIGITS, StableSet, stable_set
 
 FARTHEST = 1000.0  # the largest z = hω that is tried
 GRID = np.concatenate([np.arange(0.02, 8.0, 0.02), np.geomspace(8.0, FARTHEST, 120)])
-#: round-off of det M, over its own terms, in double precision: some thousand roundings of entries
-#: and stages
+#: round-off of det M, over its own terms and those of a step, in double precision: some thousand
+#: roundings of entries and stages
 ROUND_OFF = 2.0**-40
 LAST_BITS = {"xtol": 1e-15, "rtol": 2.0**-50}
 Step = Callable[[float], np.ndarray]
@@ -107,20 +107,28 @@ class Oscillator:
 
     def _changes_area(self, z: float) -> bool:
         (a, b), (c, d) = self.matrix(z)
-        return bool(abs(a * d - b * c - 1) > ROUND_OFF * (abs(a * d) + abs(b * c) + 1))
+        # a step adds up x, hv and h²a, the last (hω)² times as large as x
+        terms = (abs(a * d) + abs(b * c) + 1) * max(1.0, z**2)
+        return bool(abs(a * d - b * c - 1) > ROUND_OFF * terms)
 
     def grows(self, z: float, steps: int = 10**5) -> bool:
         """True if that many steps enlarge a start of size 1 more than 10³ times.
 
-        x and μ are in units in which the ellipse of a stable step's motion is about a circle.
+        x and μ are in units in which a stable step turns a circle: it keeps cx² + (d − a)xμ − bμ²,
+        whose ellipse may be long and oblique. Of a step without an ellipse only the axes count.
         """
-        (_, b), (c, _) = self.matrix(z)
-        w = float(np.sqrt(abs(b / c))) if b and c else 1.0
+        (a, b), (c, d) = self.matrix(z)
+        half = (d - a) / 2
+        area = -b * c - half**2
+        if not area > 0:
+            half, area = 0.0, abs(b * c) or 1.0
+        long = np.sqrt((abs(c) or 1.0) / np.sqrt(area))
+        circle = np.array([[long, half * np.sign(c) / np.sqrt(area) / long], [0.0, 1 / long]])
         try:
-            x, mu = self._end(z, steps, 0.6 * np.sqrt(w), 0.8 / np.sqrt(w))
+            end = circle @ self._end(z, steps, *np.linalg.solve(circle, (0.6, 0.8)))
         except StepFailure:
             return True
-        return not max(abs(x) / np.sqrt(w), abs(mu) * np.sqrt(w)) < 1e3
+        return not np.linalg.norm(end) < 1e3
 
     def _end(self, z: float, steps: int, x0: float, mu0: float) -> list[float]:
         run = self.scheme.flow(z).trajectory(steps, every=steps, x0=[x0], mu0=[mu0])

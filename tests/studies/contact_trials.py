@@ -12,6 +12,7 @@ import random
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any
 
@@ -141,6 +142,18 @@ class LostMomentum(LocatedSteps):
         return found._replace(mu=found.mu * (1 - self.size)) if len(impacts) > before else found
 
 
+class Turned(Gaps):
+    """A reflection at a normal that is turned by a small angle."""
+
+    size = 0.0
+
+    def at(self, x: Any, *path: Any) -> Any:
+        place = super().at(x, *path)
+        normal = place.normal.copy()
+        normal[:, -1] = (1 + self.size) * normal[:, -1]
+        return place._replace(normal=normal)
+
+
 class LateImpact(LocatedSteps):
     """Impacts are located too late, by a part of the step."""
 
@@ -224,21 +237,28 @@ def faulty(drawn: random.Random) -> tuple[str, dict[str, Any], Any, Any]:
 # -- trials ----------------------------------------------------------------------------------------
 
 
-def judged(of: Scene, rule: Any, change: Any = None) -> Any:
-    """What the study says of a scene by a rule, with a fault in each of its flows."""
+@contextmanager
+def changed(change: Any) -> Iterator[None]:
+    """Change each flow of the study."""
     honest = measuring._flow
 
-    def flow(case: Case, part: int, mode: str) -> Any:
-        made = honest(case, part, mode)
+    def flow(*given: Any) -> Any:
+        made = honest(*given)
         if change is not None:
             change(made)
         return made
 
     measuring._flow = flow
     try:
-        return run_case(STUDY, Case("contact", of, rule, 16))
+        yield
     finally:
         measuring._flow = honest
+
+
+def judged(of: Scene, rule: Any, change: Any = None) -> Any:
+    """What the study says of a scene by a rule, with a fault in each of its flows."""
+    with changed(change):
+        return run_case(STUDY, Case("contact", of, rule, 16))
 
 
 def sound(seed: int, count: int) -> Iterator[tuple[str, Any]]:

@@ -6,6 +6,7 @@ from copy import deepcopy
 from dataclasses import replace
 
 import pytest
+from sympy import Rational
 
 from discmech import BadInput, Scene, pair, scenes
 from discmech.integrators import rules
@@ -13,12 +14,14 @@ from discmech.reference import ReferenceFailure, solution
 from discmech.studies import check, get
 from discmech.studies.contact import judging, measuring
 from discmech.studies.contact.faults import CONTROLS
+from discmech.studies.contact.limits import LIMITS
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.fingerprint import of_case
 from discmech.studies.core.one_case import run_case
 from discmech.studies.symplecticity.limits import limit
 from discmech.studies.user.assertions import NotApplicable, assert_order
 from tests.integrators.contact import motions
+from tests.studies import contact_trials
 
 STUDY = get("contact")
 SPRING = motions.SPRING.with_values(impacts="stepped", step="0.1", duration=4)
@@ -43,6 +46,50 @@ def test_a_rule_of_order_two_keeps_the_form_across_an_impact_to_that_order():
     coarse, fine, _ = found["measured"]["form"]["across"]
     assert coarse / fine > 2.5 and abs(found["measured"]["order"] - 2) < 0.4
     assert 0 <= found["measured"]["late"] <= 1
+
+
+def balls(mass=2, apart=1, wall=0):
+    """Two balls in the air, or blocks before a wall: free flight and impacts are exact."""
+    return Scene(
+        "balls", pair(2), lambda x, v, p: (v[0] ** 2 + mass * v[1] ** 2) / 2, restitution=1,
+        contact=lambda x, p: [x[1] - x[0], x[0]] if wall else [x[1] - x[0]], step="1/100",
+        x0=[wall, wall + Rational(apart)], v0=[0, -1] if wall else [1, 0], duration=2,
+    )  # fmt: skip
+
+
+def across(scene, change=None):
+    """The defects of Ω across the first impact, with a change in each flow."""
+    with contact_trials.changed(change):
+        case = Case("contact", scene, rules.get("midpoint"), 16)
+        run = measuring._flow(case, 1, "located").trajectory(150)
+        return measuring._across(case, run)
+
+
+@pytest.mark.parametrize(("apart", "mass", "wall"), [
+    ("1", 2, 0), ("1", 100, 1), ("1", 10**6, 1), ("1.0000000000003", 2, 0),
+    ("0.9999999999997", 100, 1), ("0.01", 2, 0), ("1.003", 2, 0),
+])  # fmt: skip
+def test_an_impact_keeps_the_form_wherever_it_is_in_its_step(apart, mass, wall):
+    """On a row, and nearer to one than the differences reach, the step has no derivative."""
+    assert max(across(balls(mass, apart, wall))) < LIMITS["form"]
+
+
+def rebound(flow):
+    own = flow._steps
+    made = contact_trials.WrongRebound(own.gaps, own.h, own.part, own.e, own.stepped, size=1e-9)
+    flow.__dict__["_steps"] = made
+
+
+def turned(flow):
+    flow.gaps_kind = type("Tilted", (contact_trials.Turned,), {"size": 1e-9})
+
+
+@pytest.mark.parametrize("apart", ["1", "1.003"])
+@pytest.mark.parametrize("fault", [rebound, turned])
+def test_an_impact_that_is_wrong_in_the_ninth_digit_fails(fault, apart):
+    assert min(across(balls(2, apart), fault)) > 1e-11
+    verdict = contact_trials.judged(balls(2, apart), rules.get("midpoint"), fault)
+    assert verdict["verdict"] == "fail", verdict["reason"]
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from discmech import black_box
 from discmech.integrators import discretisation, imex, midpoint, one_step, trapezoidal
 from discmech.integrators import rules as discretisations
 from discmech.studies.core import controls
@@ -94,10 +95,13 @@ def test_a_symplectic_rule_in_the_place_of_a_control_is_missed(monkeypatch):
     assert found["verdict"] == "fail" and "not caught" in found["reason"]
 
 
-def test_an_interval_that_runs_contradict_fails(monkeypatch):
-    wrong = StableSet([(1.5, 1000.0)], [])
-    monkeypatch.setattr(Oscillator, "proved", lambda problem: wrong)
-    found = measured("stability", "harmonic", "trapezoidal")
+@pytest.mark.parametrize(("rule", "wrong"), [
+    ("trapezoidal", [(1.5, 1000.0)]), ("newmark-0.5-1_6", []),
+])  # fmt: skip
+def test_an_interval_that_runs_contradict_fails(monkeypatch, rule, wrong):
+    """One that is too short, and one without an end of a method that is stable to √12."""
+    monkeypatch.setattr(Oscillator, "proved", lambda problem: StableSet(wrong, []))
+    found = measured("stability", "harmonic", rule)
     assert found["verdict"] == "fail" and "contradict" in found["reason"]
 
 
@@ -134,10 +138,41 @@ def test_a_damping_far_below_round_off_of_a_grid_is_no_symplectic_step():
     assert sound.off_circle(1000.0, proved=True) is None
 
 
-def test_a_long_ellipse_is_no_growth():
-    """x to and fro by 10⁴ where μ goes by 1."""
-    problem = Oscillator(midpoint)
-    wide = np.array([[0.0, 1e4], [-1e-4, 0.0]])
+@pytest.mark.parametrize("oblique", [0.0, 1.0, -30.0])
+def test_a_long_ellipse_is_no_growth(oblique):
+    """x to and fro by 10⁴ where μ goes by 1, upright or oblique."""
+    problem, shear = Oscillator(midpoint), np.array([[1.0, 0.0], [oblique, 1.0]])
+    wide = np.linalg.inv(shear) @ [[0.0, 1e4], [-1e-4, 0.0]] @ shear
     problem.matrix = lambda z: wide
     problem._end = lambda z, steps, x0, mu0: list(np.linalg.matrix_power(wide, 101) @ [x0, mu0])
     assert not problem.grows(1.0)
+
+
+@pytest.mark.parametrize("kick", [1, -40])
+def test_an_interval_without_an_end_is_no_growth(kick):
+    """Newmark with β = 1/4 between kicks that undo each other: bounded at every hω."""
+
+    @one_step(implicit=True, groupoids="pair")
+    def kicked(s, z, Z, h):
+        def moved(z):
+            return z + s.join(0 * s.split(z)[0], kick * h * s.split(s.f(z))[1])
+
+        return moved(Z) - moved(z) - h * s.f((moved(z) + moved(Z)) / 2)
+
+    problem = Oscillator(kicked)
+    assert problem.proved().unstable == [] and not any(map(problem.grows, (10.0, 100.0, 1000.0)))
+
+
+@pytest.mark.parametrize(("damping", "off"), [(0, None), (1e-9, 0.02)])
+def test_a_program_has_the_round_off_of_its_accelerations(damping, off):
+    """Newmark with β = 1/4 in accelerations: at hω = 1000 they are 10⁶ times as large as x."""
+
+    @black_box(order=2)
+    def newmark(q, p, h, s):
+        a = -s.gradient(q, p)
+        ahead = q + h * p + h**2 / 4 * a
+        one, other = (A + s.gradient(ahead + h**2 / 4 * A, p) for A in (0 * a, 1 + 0 * a))
+        after = -one / (other - one)
+        return ahead + h**2 / 4 * after, (1 - damping) * (p + h / 2 * (a + after))
+
+    assert Oscillator(newmark).off_circle(1000.0, proved=False) == off
