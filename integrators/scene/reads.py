@@ -3,6 +3,10 @@
 A function of a scene, a rule or a groupoid may read a global, a list, a variable of its file or a
 value of the enclosing function. Results for such an object are remembered under this digest too, so
 that a changed value is noticed.
+
+An object is read only if all that it is made of was read: its class, its attributes, the slots of
+every base, and what a base that is written in C keeps. Any other object is opaque, and so is a
+function that makes names while it runs: what it reads cannot be told from its text.
 """
 
 from __future__ import annotations
@@ -13,14 +17,17 @@ import importlib
 import inspect
 import pickle
 import sys
-from collections.abc import Callable, Mapping, Set
+from collections import deque
+from collections.abc import Callable, Iterator, Set
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial, wraps
+from io import BytesIO
 from itertools import pairwise
 from types import (
     BuiltinFunctionType,
     CodeType,
+    EllipsisType,
     FunctionType,
     GetSetDescriptorType,
     MemberDescriptorType,
@@ -44,8 +51,8 @@ _LIBRARIES = sys.stdlib_module_names - {"__main__"} | {
 }  # fmt: skip
 #: with these a function can read objects that its text does not name
 _ANYTHING = frozenset((
-    "__import__", "eval", "exec", "globals", "import_module", "input", "modules", "open",
-    "read_bytes", "read_text",
+    "__dict__", "__import__", "attrgetter", "eval", "exec", "getattr", "globals", "import_module",
+    "input", "locals", "modules", "open", "read_bytes", "read_text", "vars",
 ))  # fmt: skip
 #: the results of these may change while everything visible here stays the same
 _CHANGING = frozenset((
@@ -62,7 +69,13 @@ _FUNCTIONS = (FunctionType, MethodType, BuiltinFunctionType)
 #: where what a class wraps has its function
 _WRAPPED = {classmethod: "__func__", staticmethod: "__func__", property: "fget",
             cached_property: "func"}  # fmt: skip
-_PLAIN = (type(None), bool, int, float, complex, str, bytes, Fraction, type(...))
+#: types whose repr() shows all that their objects keep
+_PLAIN = (
+    type(None), bool, int, float, complex, Fraction, str, bytes, bytearray, range, slice,
+    EllipsisType,
+)  # fmt: skip
+#: types of C that keep objects
+_HOLDERS = (dict, set, frozenset, list, tuple, deque)
 MOST = 20_000  # largest number of parts of an object that is remembered
 #: a program's step may call anything in these packages except what reads files, clocks or chance
 _PURE = frozenset((
@@ -71,8 +84,8 @@ _PURE = frozenset((
     "numbers", "numpy", "operator", "scipy", "statistics", "sympy", "types", "typing",
 ))  # fmt: skip
 _OUTSIDE = frozenset((
-    "ctypeslib", "datasets", "default_rng", "fromfile", "genfromtxt", "getattr", "input", "io",
-    "load", "loadmat", "loadtxt", "memmap", "open", "rand", "random", "randn", "standard_normal",
+    "ctypeslib", "datasets", "default_rng", "fromfile", "genfromtxt", "input", "io", "load",
+    "loadmat", "loadtxt", "memmap", "open", "rand", "random", "randn", "standard_normal",
 ))  # fmt: skip
 
 
@@ -157,10 +170,8 @@ class _Reader:
     def add(self, thing: Any) -> None:
         """Add any object to the digest, by its type: what it says of itself may be anything."""
         kind = type(thing)
-        if issubclass(kind, _PLAIN):
-            # long integers are not written in decimal
-            written = hex(thing) if kind is int else repr(thing)
-            self.say(kind.__name__, written)
+        if kind in _PLAIN:
+            self.content(thing, kind)
             return
         if id(thing) in self.seen:
             self.say("again", self.seen[id(thing)])
@@ -178,29 +189,33 @@ class _Reader:
                 self.known(name)
         elif issubclass(kind, type):
             self.of_class(thing)
-        elif issubclass(kind, np.ndarray | np.generic) and thing.dtype.kind != "O":
-            self.say("array", thing.dtype.str, thing.shape, np.ascontiguousarray(thing).tobytes())
-            self.own_of(thing)
-        elif issubclass(kind, Mapping):
-            self.own_of(thing)
-            self.say("mapping", len(thing))
-            for key, value in thing.items():
-                self.add(key)
-                self.add(value)
-        elif issubclass(kind, Set):
-            self.own_of(thing)
-            self.say("set", *sorted(reads(e, pure=self.pure) for e in thing))
-        elif issubclass(kind, (list, tuple, np.ndarray)):
-            self.own_of(thing)
-            self.say(kind.__name__, len(thing))
-            for entry in thing:
-                self.add(entry)
         elif kind is CodeType:
             self.code(thing)
         elif _is_library(kind.__module__) and hasattr(thing, "__wrapped__"):  # by a cache
             self.add(thing.__wrapped__)
+            self.attributes(thing)
         else:
             self.instance(thing)
+
+    def content(self, thing: Any, kind: Any) -> None:
+        """Add what a type of C keeps in an object of it, or of a class made of it."""
+        if kind is int:
+            self.say("int", int.__format__(thing, "x"))  # long integers are not written in decimal
+        elif kind in _PLAIN:
+            self.say(kind.__name__, kind.__repr__(thing))
+        elif kind in (np.ndarray, np.generic) and thing.dtype.kind != "O":
+            self.say("array", thing.dtype.str, thing.shape, np.ascontiguousarray(thing).tobytes())
+        elif kind is dict:
+            self.say("mapping", dict.__len__(thing))
+            for key, value in dict.items(thing):
+                self.add(key)
+                self.add(value)
+        elif kind in (set, frozenset):
+            self.say("set", *sorted(reads(e, pure=self.pure) for e in kind.__iter__(thing)))
+        else:
+            self.say(kind.__name__, getattr(thing, "shape", len(thing)))
+            for entry in kind.__iter__(thing):
+                self.add(entry)
 
     def function(
         self, thing: FunctionType | MethodType | BuiltinFunctionType | partial[Any]
@@ -212,13 +227,16 @@ class _Reader:
         if isinstance(thing, MethodType):
             self.add([thing.__func__, thing.__self__])
             return
-        known = thing.__module__ if _is_library(thing.__module__) else ""
+        # a function that is made of a text, as by sympy.lambdify, names no module
+        made = thing.__module__ is None and isinstance(thing, FunctionType)
+        known = thing.__module__ if not made and _is_library(thing.__module__) else ""
         self.say("function", known, thing.__qualname__)
         if known or not isinstance(thing, FunctionType):
             self.known(known or thing.__qualname__, {thing.__name__})
         if not isinstance(thing, FunctionType):
             if not _is_library(thing.__module__):
                 raise Opaque(f"{thing.__qualname__}, which is compiled")
+            self.add(thing.__self__)  # of a method of C, such as {}.get
             return
         self.add([thing.__defaults__, thing.__kwdefaults__])
         for cell in thing.__closure__ or ():
@@ -226,23 +244,24 @@ class _Reader:
                 self.add(cell.cell_contents)
             except ValueError:  # the cell is still empty
                 self.say("empty")
-        if hasattr(thing, "__wrapped__"):
-            self.add(thing.__wrapped__)
-        if not _is_library(thing.__module__):
+        if known:
+            if hasattr(thing, "__wrapped__"):
+                self.add(thing.__wrapped__)
+        else:
+            self.add(vars(thing))
             self.code(thing.__code__)
             names = _names(thing.__code__)
             if hidden := names & (_ANYTHING | _OUTSIDE if self.pure else _ANYTHING):
                 raise Opaque(f"{thing.__qualname__}, which may read anything by {min(hidden)}")
-            asked = names | _texts(thing.__code__)
             for imported in sorted(_imported(thing.__code__)):
                 module = _module(imported, thing)
-                self.global_(module, asked)
+                self.global_(module, names)
                 if isinstance(module, str):  # the name of a library
-                    self.known(module, asked)
+                    self.known(module, names)
             for name in sorted(names & thing.__globals__.keys()):
                 self.say(name)
                 held = thing.__globals__[name]
-                self.global_(held, asked)
+                self.global_(held, names)
                 if isinstance(held, ModuleType) and _is_library(held.__name__):
                     self.known(held.__name__, _attributes(thing.__code__, name))
 
@@ -265,7 +284,7 @@ class _Reader:
             if asked in self.modules:
                 return
             self.modules.add(asked)
-            for name in sorted(names & vars(thing).keys()):
+            for name in sorted((names | {"__getattr__"}) & vars(thing).keys()):
                 self.say(name)
                 self.global_(vars(thing)[name], names)
 
@@ -293,44 +312,88 @@ class _Reader:
                     held = getattr(held, word)
                 self.add(held)
 
-    def own_of(self, thing: object) -> None:
-        """Add the user's class of a collection, and its attributes."""
-        kind = type(thing)
-        if not _is_library(kind.__module__):
-            self.add(kind)
-            self.add(getattr(thing, "__dict__", None))
-
     def instance(self, thing: object) -> None:
-        """Add an instance: its class and its attributes."""
+        """Add an instance: its class, its attributes and slots, and what its bases of C keep."""
         kind = type(thing)
         self.add(kind)
-        if is_dataclass(thing):  # all fields, including new ones
+        # the class of an undefined function f(x) of sympy has no module
+        package = str(kind.__module__ or type(kind).__module__).partition(".")[0]
+        bases = [base for base in kind.__mro__[:-1] if base in _KEEPERS]
+        if package == "discmech" and is_dataclass(thing):  # all fields, including new ones
             for field in fields(thing):
                 self.say(field.name)
                 self.add(getattr(thing, field.name))
-            return
-        # the class of an undefined function f(x) of sympy has no module
-        package = str(kind.__module__ or type(kind).__module__).partition(".")[0]
-        if package == "mpmath" and hasattr(thing, "_mpf_"):
+        elif package == "mpmath" and hasattr(thing, "_mpf_"):
             self.add(thing._mpf_)
         elif package in ("sympy", "gmpy2", "mpmath"):
             try:
                 self.say(repr(thing))
             except ValueError:  # a number with too many digits
                 raise Opaque(f"{kind.__name__}") from None
-        elif hasattr(thing, "__dict__") and (package == "discmech" or not _is_library(package)):
-            if compiled := [c for c in kind.__mro__[:-1] if _is_compiled(c)]:
-                raise Opaque(f"{kind.__name__}, a {compiled[0].__name__}, which is compiled")
-            for name, held in sorted(vars(thing).items()):
-                given = inspect.getattr_static(kind, name, None)
-                if not isinstance(given, cached_property):  # it is made from the other attributes
-                    self.say(name)
-                    self.add(held)
+        elif package != "discmech" and _is_library(package) and not bases:
+            self.pickled(thing)
         else:
-            try:
-                self.say(pickle.dumps(thing))
-            except Exception:  # a lock, a file, a generator
-                raise Opaque(f"{kind.__name__}") from None
+            hidden = [
+                c for c in kind.__mro__[:-1] if _is_compiled(c) and c not in _KEEPERS
+                and not (_is_library(c.__module__) and issubclass(c, tuple(bases)))
+            ]  # fmt: skip
+            if hidden:
+                raise Opaque(f"{kind.__name__}, a {hidden[0].__name__}, which is compiled")
+            if bases:
+                self.content(thing, bases[0])
+            self.attributes(thing)
+
+    def attributes(self, thing: object) -> None:
+        """Add the attributes of an object, and the slots of all its bases, with their names."""
+        for name, value in _attributes_of(thing):
+            self.say(name)
+            self.add(value)
+
+    def pickled(self, thing: object) -> None:
+        """Add an object of a library by its pickle, in which objects of the user are read."""
+        written = BytesIO()
+        try:
+            _Pickler(written, self).dump(thing)
+        except Opaque:
+            raise
+        except Exception:  # a lock, a file, a generator
+            raise Opaque(f"{type(thing).__name__}") from None
+        self.say(written.getvalue())
+
+
+class _Pickler(pickle.Pickler):
+    """A pickler that reads what is not of a library, where others write its name alone."""
+
+    def __init__(self, file: BytesIO, reader: _Reader) -> None:
+        super().__init__(file)
+        self.reader = reader
+
+    def persistent_id(self, part: Any) -> str | None:
+        named = isinstance(part, (*_FUNCTIONS, type))
+        if _is_library(part.__module__ if named else type(part).__module__):
+            return None
+        self.reader.add(part)
+        return "read"
+
+
+#: types of C whose content `_Reader.content` adds
+_KEEPERS = (*_PLAIN, *_HOLDERS, np.ndarray, np.generic)
+
+
+def _attributes_of(thing: object) -> Iterator[tuple[str, Any]]:
+    """Yield names and values, but those of cached properties of ours: others make them."""
+    kind = type(thing)
+    for name, value in sorted(getattr(thing, "__dict__", {}).items()):
+        made = inspect.getattr_static(kind, name, None)
+        if not (isinstance(made, cached_property) and made.func.__module__.startswith("discmech.")):
+            yield name, value
+    for base in kind.__mro__:
+        for name, slot in vars(base).items():
+            if isinstance(slot, MemberDescriptorType):
+                try:
+                    yield name, slot.__get__(thing, kind)
+                except AttributeError:  # nothing was ever put there
+                    yield name, None
 
 
 def _is_library(module: object) -> bool:
@@ -358,14 +421,6 @@ def _attributes(code: CodeType, name: str) -> frozenset[str]:
     found = (after.argval for step, after in pairwise(dis.get_instructions(code))
              if step.argval == name and after.opname in ("LOAD_ATTR", "LOAD_METHOD"))  # fmt: skip
     return frozenset(found).union(*inner)
-
-
-@lru_cache(maxsize=4096)
-def _texts(code: CodeType) -> frozenset[str]:
-    """Return the words of all texts in the code, any of which may be a name for getattr."""
-    inner = (_texts(c) for c in code.co_consts if isinstance(c, CodeType))
-    texts = (c.split(".") for c in code.co_consts if isinstance(c, str))
-    return frozenset(word for several in (*texts, *inner) for word in several)
 
 
 @lru_cache(maxsize=4096)

@@ -8,6 +8,7 @@ scenes and rules are data, so each case has the text of its own.
 
 from __future__ import annotations
 
+import decimal
 import hashlib
 import re
 import sys
@@ -17,9 +18,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from discmech.integrators import Lattice, Scheme, scenes
 from discmech.integrators.compiler import text_key
 from discmech.integrators.lattices import LatticeScheme
+from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import BUILT_IN, Discretisation
 from discmech.integrators.scene import Opaque, Scene, reads
 from discmech.integrators.scenes import control as problems
@@ -51,11 +55,16 @@ def of_case(study: Study, case: Case, timed: bool) -> str:
     counts as well.
     """
     words = [study.name, case.label, case.asked, str(versions()), processor()]
-    words.append(str(machine()) if timed else "")
+    words += [_around(), str(machine()) if timed else ""]
     words += [text_of_study(study), *of_scene(case.scene)]
     words.append(study.depends_on(case))
     words += [part for rule in study.rules_beside(case) for part in _facts(rule)]
     return _digest(*words, *(part for rule in case.rests_on for part in of_rule(case.scene, rule)))
+
+
+def _around() -> str:
+    """Return the state of the process with which all functions compute: how libraries round."""
+    return repr((decimal.getcontext(), mpmath.mp.prec, np.geterr()))
 
 
 def text_of_study(study: Study) -> str:

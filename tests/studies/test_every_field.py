@@ -364,10 +364,6 @@ def of_a_local_import():
     return a_package.part.strength
 
 
-def of_a_text():
-    return getattr(PART, "strength"), vars(PACKAGE)["part"]  # noqa: B009
-
-
 def of_an_import():
     from os import environ
 
@@ -392,7 +388,6 @@ READERS = {
     "class of a dictionary": (lambda: TABLE.strength, Table),
     "module of a package": (lambda: PACKAGE.part.strength, PART),
     "import in a function": (of_a_local_import, PART),
-    "name in a text": (of_a_text, PART),
 }
 
 

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import collections
 import ctypes
+import dataclasses
 import functools
+import importlib
+import sys
 import weakref
-from types import FunctionType
+from types import FunctionType, ModuleType
 
 import numpy as np
 import pytest
+import scipy.interpolate
+import sympy
 
 from discmech.integrators.scene import Opaque, reads, remembered
 
@@ -132,3 +138,110 @@ def test_arguments_that_have_no_hash_are_remembered_by_what_they_hold():
     assert (length(given), length([1, 2]), len(asked)) == (2, 2, 1)
     given.append(3)
     assert (length(given), length([1, 2])) == (3, 2)
+
+
+#: what a file may hold beside a function `factor`, which gives VALUE: a change has to be noticed
+KEEPERS = {
+    "an attribute of a function": "def factor():\n    return factor.value\nfactor.value = VALUE",
+    "a wrapped function": """
+def one(): return 1.0
+@functools.wraps(one)
+def factor(): return VALUE * one()""",
+    "a class that decorates": """
+class Scaled:
+    def __init__(self, inner, factor):
+        functools.update_wrapper(self, inner)
+        self.factor = factor
+    def __call__(self): return self.factor * self.__wrapped__()
+factor = Scaled(lambda: 1.0, VALUE)""",
+    "a slot of a base": """
+class Base: __slots__ = ("k",)
+class Numbers(Base): pass
+numbers = Numbers()
+numbers.k = VALUE
+def factor(): return numbers.k""",
+    "an attribute of a dataclass": """
+@dataclasses.dataclass
+class Numbers: mass: float = 1.0
+numbers = Numbers()
+numbers.k = VALUE
+def factor(): return numbers.k""",
+    "a cached property": """
+class Numbers:
+    @functools.cached_property
+    def k(self): return 1.0
+numbers = Numbers()
+numbers.k = VALUE
+def factor(): return numbers.k""",
+    "an attribute of a float": """
+class Number(float): pass
+number = Number(1.0)
+number.k = VALUE
+def factor(): return number.k""",
+    "an attribute of a dictionary": """
+class Table(dict): pass
+table = Table()
+table.k = VALUE
+def factor(): return table.k""",
+    "a queue": """
+class Queue(collections.deque): pass
+queue = Queue([VALUE])
+def factor(): return queue[0]""",
+    "the default of a dictionary": """
+table = collections.defaultdict(lambda: VALUE)
+def factor(): return table["a"]""",
+    "slots of a library": """
+class Table(scipy.interpolate.CubicSpline): pass
+table = Table([0.0, 1.0, 2.0, 3.0], [VALUE] * 4)
+def factor(): return float(table(1.5))""",
+    "a function in an object of a library": """
+def plain(x): return VALUE * x
+vectorized = np.vectorize(plain)
+def factor(): return float(vectorized(1.0))""",
+    "a function that is made of a text": """
+made = sympy.lambdify(sympy.Symbol("x"), sympy.Float(VALUE) * sympy.Symbol("x"))
+def factor(): return made(1.0)""",
+    "a mask": """
+masked = np.ma.array([1.0, 2.0], mask=[VALUE == 2.0, VALUE == 1.0])
+def factor(): return float(masked.sum())""",
+    "a name that is computed": "ka = VALUE\ndef factor(): return globals()['k' + 'a']",
+    "an attribute by a computed name": """
+class Numbers: pass
+setattr(Numbers, "k1", VALUE)
+def factor(): return getattr(Numbers, f"k{1}")""",
+    "a bound method of C": "factor = {None: VALUE}.get",
+    "a generator": "stream = iter(lambda: VALUE, None)\ndef factor(): return next(stream)",
+}
+
+
+@pytest.mark.parametrize("keeper", KEEPERS)
+def test_a_change_of_anything_that_is_kept_is_noticed(keeper, monkeypatch):
+    """Results of a sound method were once remembered for one that was edited on the disk."""
+
+    def seen(value: str) -> str:
+        monkeypatch.setitem(sys.modules, "users_file", module := ModuleType("users_file"))
+        libraries = (collections, dataclasses, functools, np, scipy, sympy)
+        names = vars(module)
+        names.update({"np": np, **{library.__name__: library for library in libraries}})
+        exec(KEEPERS[keeper].replace("VALUE", value), names)
+        argument = (None,) if "method" in keeper else ()
+        assert names["factor"](*argument) == float(value)
+        try:
+            return reads(names["factor"])
+        except Opaque:
+            return f"measured anew for {value}"
+
+    assert seen("1.0") != seen("2.0")
+
+
+def test_a_module_s_own_getattr_counts(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    digests = []
+    for value in ("1.0", "2.0"):
+        text = f"_values = {{'k': {value}}}\n\ndef __getattr__(name):\n    return _values[name]\n"
+        (tmp_path / f"own{value[0]}.py").write_text(text)
+        names = {"other": importlib.import_module(f"own{value[0]}"), "__name__": "users_file"}
+        exec("def factor(): return other.k", names)
+        names["other"].__name__ = "own"
+        digests.append(reads(names["factor"]))
+    assert len(set(digests)) == 2
