@@ -10,7 +10,8 @@ import re
 #: word, a pattern that finds it in a text, meaning
 WORDS = (
     ("verdict", "pass|fail", "pass: what was demanded holds; fail: it does not; inconclusive: the "
-     "numbers cannot tell, and the reason says what would"),
+     "numbers cannot tell, and the reason says what would; measured: nothing was claimed or "
+     "demanded, so nothing is judged"),
     ("control", "[Cc]ontrol", "a method that is wrong on purpose; a study has to catch it. In "
      "optimal control it is the force that steers"),
     ("digits", "[Dd]igits", "the number of digits that a run computes with; 16 is double "
@@ -68,4 +69,5 @@ def met(text: str) -> list[tuple[str, str]]:
 
 def rows() -> str:
     """Return the rows of docs/glossary.md."""
-    return "\n".join(f"| {word} | {meaning} |" for word, _, meaning in WORDS)
+    cells = ([part.replace("|", "\\|") for part in (word, meaning)] for word, _, meaning in WORDS)
+    return "\n".join(f"| {word} | {meaning} |" for word, meaning in cells)
