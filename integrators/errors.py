@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 import traceback
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields
 from difflib import get_close_matches
@@ -63,11 +63,9 @@ def nearest(name: object, known: Iterable[str]) -> str:
 
 def _word(name: object) -> str:
     """Return a given name as it is written without quotation marks."""
-    return (
-        (shown(name)[1:-1] if len(name) > LISTED else name)
-        if isinstance(name, str)
-        else (shown(name))
-    )
+    if not isinstance(name, str):
+        return shown(name)
+    return name if len(name) <= LISTED else f"{shown(name)[1 : LISTED // 2]}…"
 
 
 def misplaced(name: str, kind: str, wanted: str) -> BadInput:
@@ -172,6 +170,18 @@ def shown(value: object) -> str:
     except Exception:  # for a number of many digits, or an error in a user's class
         return f"of type {type(value).__name__} and too long to be written"
     return text if len(text) <= LISTED else f"{text[:LISTED]}…"
+
+
+def check_parameters(parameters: object, name: str) -> None:
+    """Raise `BadInput` unless they are a dictionary by names that can be written as p.name."""
+    if not isinstance(parameters, Mapping):
+        raise BadInput(f"{name}: parameters is {shown(parameters)}; give a dictionary.")
+    for key in parameters:
+        if not str(key).isidentifier():
+            raise BadInput(f"{name}: parameter {shown(key)} is no name; use letters and _.")
+        if str(key).startswith("__"):  # such as __class__, which every object of Python has
+            raise BadInput(f"{name}: parameter {shown(key)} begins with __, as names of Python do; "
+                           "choose another name.")  # fmt: skip
 
 
 def check_progress(progress: object) -> None:

@@ -33,7 +33,7 @@ def write_atomically(path: Path, content: str | bytes, mode: int = 0o600) -> Non
     handle, draft = tempfile.mkstemp(prefix=_prefix(), dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(content.encode() if isinstance(content, str) else content)
+            file.write(encoded(content) if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
         os.chmod(draft, mode)
@@ -41,6 +41,11 @@ def write_atomically(path: Path, content: str | bytes, mode: int = 0o600) -> Non
     except BaseException:
         Path(draft).unlink(missing_ok=True)
         raise
+
+
+def encoded(text: str) -> bytes:
+    """Return a text in UTF-8; what it cannot write, as a byte of a file's name, as \\udc80."""
+    return text.encode("utf-8", "backslashreplace")
 
 
 def draft_folder(where: Path) -> Path:

@@ -20,7 +20,7 @@ from functools import cache
 from pathlib import Path
 
 from ..errors import BadInput
-from ..files import draft_folder, sweep, write_atomically
+from ..files import draft_folder, encoded, sweep, write_atomically
 
 _LOG = logging.getLogger("discmech")
 #: the environment variable by which a process names its temporary folder to the processes it starts
@@ -160,7 +160,7 @@ def sources() -> str:
 
 def digest(*parts: str | bytes) -> str:
     """Return a name that depends on all the parts (24 hexadecimal digits of SHA-256)."""
-    whole = b"\0".join(part.encode() if isinstance(part, str) else part for part in parts)
+    whole = b"\0".join(encoded(part) if isinstance(part, str) else part for part in parts)
     return hashlib.sha256(whole).hexdigest()[:24]
 
 

@@ -246,7 +246,8 @@ stages_of = remembered(maxsize=64)(ControlStages)
 def places_of(scene: Scene, rule: Discretisation) -> list[float]:
     """Return the fractions of a step at which a rule evaluates L, in order.
 
-    Raises `CannotMeasure` unless its weights sum to 1, because cost and force use them too.
+    Raises `CannotMeasure` unless its weights sum to 1, because cost and force use them too, and if
+    the fractions are no numbers.
     """
 
     def still(x: Point, v: Velocity, p: Parameters, t: Scalar) -> Scalar:
@@ -264,7 +265,13 @@ def places_of(scene: Scene, rule: Discretisation) -> list[float]:
             f"{scene.name}: the weights of {rule.name} sum to {float(total):.16g}: cost and "
             "force take them too, so that it solves another problem; let them sum to 1."
         )
-    return sorted({float(sympy.sympify(e).xreplace(at)) for e in times})
+    fractions = [sympy.sympify(sympy.sympify(e).xreplace(at)) for e in times]
+    if any(e.free_symbols for e in fractions):
+        raise CannotMeasure(
+            f"{scene.name}: {rule.name} evaluates L at fractions of a step that depend on the "
+            "motion, where controls have no place; take a rule with fractions that are numbers."
+        )
+    return sorted(set(map(float, fractions)))
 
 
 def _controlled(scene: Scene, inputs: Function | None, controls: int, places: list[float]) -> Scene:

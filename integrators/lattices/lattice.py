@@ -11,7 +11,14 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..errors import BadInput, brief_name, check_function, names_checked, shown
+from ..errors import (
+    BadInput,
+    brief_name,
+    check_function,
+    check_parameters,
+    names_checked,
+    shown,
+)
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, measure
 from ..numbers.lazy import provided
@@ -141,7 +148,12 @@ class Lattice:
         object.__setattr__(self, "step", measure(step, f"{self.name}: step"))
         if self.duration <= 0 or self.step <= 0:
             raise BadInput(f"{self.name}: duration and step must be positive.")
-        self.pairs, self.free, self.split_parameters, self.start  # noqa: B018 - checked now
+        try:
+            self.start, self.pairs, self.free, self.split_parameters  # noqa: B018 - checked now
+        except MemoryError:
+            raise BadInput(
+                f"{self.name}: {self.sites:,} sites do not fit into memory; give fewer."
+            ) from None
 
     def discretise(self, rule: Discretisation) -> Any:
         """Return the `LatticeScheme` by a rule, which `Scheme(lattice, rule)` is."""
@@ -290,17 +302,10 @@ class Lattice:
     @cached_property
     def split_parameters(self) -> dict[str, Values]:
         """{"shared": exact values, "site": arrays (N, ...), "bond": arrays (B, ...)} by name."""
-        if not isinstance(self.parameters, Mapping):
-            raise BadInput(
-                f"{self.name}: parameters is {shown(self.parameters)}; give a dictionary."
-            )
+        check_parameters(self.parameters, self.name)
         found: dict[str, Values] = {"shared": {}, "site": {}, "bond": {}}
         lengths = {"site": int(self.sites), "bond": len(self.pairs)}
         for key, value in self.parameters.items():
-            if not str(key).isidentifier():
-                raise BadInput(
-                    f"{self.name}: parameter {shown(key)} is no name; use letters and _."
-                )
             if iskeyword(key):
                 raise BadInput(f"{self.name}: parameter {shown(key)} is a word of Python's, so "
                                f"p.{key} cannot be written; call it {key}_.")  # fmt: skip

@@ -12,7 +12,7 @@ from .discrete_hamiltonian import discrete_hamiltonian
 from .discretisation import Discretisation, check_rule, discretisation, own
 from .galerkin import FAMILIES, gauss, lobatto
 from .imex import imex
-from .maps import MAPS, dual_gauss, map_of, newmark
+from .maps import MAPS, dual_gauss, map_of, newmark, whole
 from .midpoint import midpoint
 from .one_step import OneStepMap, one_step
 from .quadrature import Nodes
@@ -59,8 +59,8 @@ def get(name: str) -> Discretisation:
         composed: Discretisation = compose(get(base), method)
         return composed
     family, _, nodes = name.rpartition("-")
-    if family in FAMILIES and nodes.isdecimal():
-        return FAMILIES[family][0](int(nodes))
+    if family in FAMILIES and (count := whole(nodes)) is not None:
+        return FAMILIES[family][0](count)
     if (found := map_of(name)) is not None:
         return found
     raise unknown("rule", name, (*names(), *MAPS))

@@ -198,6 +198,11 @@ MAPS = {m.name: m for m in (
 )}  # fmt: skip
 
 
+def whole(text: str) -> int | None:
+    """Return the number in a rule's name, or None if there is none that a rule could have."""
+    return int(text) if text.isdecimal() and len(text) < 5 else None
+
+
 def map_of(name: str) -> OneStepMap | None:
     """Return the map of that name: of `MAPS`, a family with another N, newmark-γ-β; else None.
 
@@ -207,10 +212,10 @@ def map_of(name: str) -> OneStepMap | None:
         return MAPS[name]
     family, _, rest = name.partition("-gauss-")
     count, _, projection = rest.partition("-")
-    if count.isdecimal() and family == "projected":
-        return projected_gauss(int(count), projection or "symmetric")
-    if rest.isdecimal() and family in ("dual", "degenerate"):
-        return (dual_gauss if family == "dual" else degenerate_gauss)(int(rest))
+    if (nodes := whole(count)) is not None and family == "projected":
+        return projected_gauss(nodes, projection or "symmetric")
+    if (nodes := whole(rest)) is not None and family in ("dual", "degenerate"):
+        return (dual_gauss if family == "dual" else degenerate_gauss)(nodes)
     parts = name.split("-")
     if parts[0] == "newmark" and len(parts) == 3:
         return newmark(*(part.replace("_", "/") for part in parts[1:]))

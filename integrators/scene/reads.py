@@ -40,6 +40,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ..files import encoded
 from ..numbers import LazyModule
 
 _Made = TypeVar("_Made", bound=Callable[..., Any])
@@ -164,7 +165,7 @@ class _Reader:
 
     def say(self, *words: object) -> None:
         for word in words:
-            self.whole.update(word if isinstance(word, bytes) else str(word).encode())
+            self.whole.update(word if isinstance(word, bytes) else encoded(str(word)))
             self.whole.update(b"\0")
 
     def add(self, thing: Any) -> None:

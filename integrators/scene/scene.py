@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from ..errors import BadInput, check_function, names_checked, shown
+from ..errors import BadInput, check_function, check_parameters, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten, measure
 from ..numbers.lazy import provided
@@ -158,15 +158,7 @@ class Scene:
             for key in ("friction", "restitution"):
                 put(key, exact_nested(getattr(self, key), f"{self.name}: {key}"))
         self._check_contact()
-        if not isinstance(self.parameters, Mapping):
-            raise BadInput(
-                f"{self.name}: parameters is {shown(self.parameters)}; give a dictionary."
-            )
-        for key in self.parameters:
-            if not str(key).isidentifier():
-                raise BadInput(
-                    f"{self.name}: parameter {shown(key)} is no name; use letters and _."
-                )
+        check_parameters(self.parameters, self.name)
         put("x0", exact_vector(self.x0, self.groupoid.dim_x, f"{self.name}: x0"))
         if self.mu0 is not None:
             if self.lagrangian is not None and self.hamiltonian is None:

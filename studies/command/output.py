@@ -63,12 +63,12 @@ def write(file: str, text: str) -> None:
     if file == "-":
         print(_said(text))
         return
-    from discmech.integrators.files import write_atomically
+    from discmech.integrators.files import encoded, write_atomically
 
     try:
         path = _target(file)
         if path.exists() and not path.is_file():  # a device, a pipe
-            path.write_text(text + "\n", encoding="utf-8")
+            path.write_bytes(encoded(text + "\n"))
             return
         mode = path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask()
         write_atomically(path, text + "\n", mode)

@@ -22,6 +22,7 @@ import numpy as np
 
 from discmech.integrators import Lattice, Scheme, scenes
 from discmech.integrators.compiler import text_key
+from discmech.integrators.files import encoded
 from discmech.integrators.lattices import LatticeScheme
 from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import BUILT_IN, Discretisation
@@ -297,4 +298,4 @@ def _text(files: Iterable[Path]) -> str:
 
 
 def _digest(*parts: str) -> str:
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+    return hashlib.sha256(encoded("\0".join(parts))).hexdigest()

@@ -62,7 +62,9 @@ def stamps(packed: bytes) -> tuple[tuple[str, str], ...]:
     needed = [f for f in loaded() if f.variables["__name__"].encode() in packed]
     if any(last[f.path].digest != f.digest for f in needed):
         raise pickle.PicklingError("a file was changed; the other process would read its new text.")
-    words = [f for f in last.values() if f"{f.path}:".encode() in packed]  # of its studies
+    words = [
+        f for f in last.values() if f"{f.path}:".encode("utf-8", "surrogatepass") in packed
+    ]  # of its studies
     return tuple({(f.path, f.digest): None for f in (*needed, *words)})
 
 
@@ -161,6 +163,8 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType]:
     except SyntaxError as error:
         where = path if error.filename in (None, str(file)) else error.filename
         raise BadInput(f"{where}, line {error.lineno}: {error.msg}; mend the line.") from None
+    except MemoryError:
+        raise
     except RAISED as error:
         what = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
         if isinstance(error, BadInput) and what.startswith(f"{file.name}, line "):

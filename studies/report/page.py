@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from discmech.integrators.files import encoded
+
 from ..core.outcome import VERDICTS
 from ..core.study import every_study, known_study
 from .case import AnyCase, Result, result_of
@@ -75,7 +77,7 @@ def write_report(
         formulae = _schemes(equations, titles, new / "equations")
         words = (made, studies, drawn, definitions, scenes, command, files, formulae)
         text = _page(*words, past=past, about=about)
-        (new / "index.html").write_text(text, encoding="utf-8")
+        (new / "index.html").write_bytes(encoded(text))
     return Path(folder) / "index.html"
 
 

@@ -11,6 +11,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from discmech.integrators.files import encoded
+
 from ..core.outcome import VERDICTS
 from ..core.study import view_of
 from .case import NONE, AnyCase, Result, case_of, result_of
@@ -219,7 +221,7 @@ def write_tables(
     }
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in written.items():
-        (folder / name).write_text(text, encoding="utf-8")
+        (folder / name).write_bytes(encoded(text))
     return list(written)
 
 

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import json
+import os
+import sys
+from contextlib import redirect_stdout
+from io import BytesIO, TextIOWrapper
+from pathlib import Path
+
 import pytest
 
 from discmech.studies import get
+from discmech.studies.command.entry import main
 
 # -- bad input ------------------------------------------------------------------------------------
 
@@ -99,6 +107,27 @@ def test_a_file_that_cannot_be_written(ask, tmp_path, words):
         code, out, err = ask(*words, "--json", str(target))
         assert (code, out) == (2, "") and "cannot be written" in err and err.count("\n") == 1
     assert [p.name for p in tmp_path.iterdir() if p.is_file()] == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="makes names of any bytes")
+def test_a_folder_whose_name_is_no_text(tmp_path):
+    """A name in Latin-1, say: what is written of it escapes the byte."""
+    folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/lat\xe9"))
+    folder.mkdir()
+    page, found = folder / "page", folder / "found.json"
+    words = ("order", "harmonic", "--rule", f"{folder}/mine.py:mine", "--digits", "16")
+    with redirect_stdout(TextIOWrapper(BytesIO(), "utf-8", "replace")):  # as the command's own
+        assert main(["new", "rule", "mine", "--folder", str(folder)]) == 0
+        for more in (("--json", str(found)), ("--folder", str(page))):  # measured, and remembered
+            assert main([*words, *more]) == 0
+    assert f"{folder}/mine.py" in json.loads(found.read_bytes())["command"]
+    assert r"lat\udce9/mine.py" in (page / "index.html").read_text("utf-8")
+
+
+def test_a_user_s_file_that_needs_too_much_memory_could_not_run(ask, tmp_path):
+    (tmp_path / "large.py").write_text("raise MemoryError")
+    code, _, err = ask("run", str(tmp_path / "large.py"))
+    assert code == 4 and "too little memory" in err and err.count("\n") == 1
 
 
 def test_a_failed_write_leaves_the_old_file(ask, tmp_path, monkeypatch):

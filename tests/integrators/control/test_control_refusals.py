@@ -7,6 +7,8 @@ import pytest
 import sympy
 
 from discmech import BadInput, Control, discretisation, midpoint, one_step, scenes
+from discmech.integrators.control.stages import places_of
+from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import compose, gauss
 from tests.integrators.control.test_control import effort, mass, plane, problem
 
@@ -85,3 +87,12 @@ def euler(s, z, h):
 def test_steps_and_rules_that_do_not_fit_are_refused(steps, rule, said):
     with pytest.raises(BadInput, match=said):
         problem("double-integrator").solve(steps, rule)
+
+
+def test_fractions_of_a_step_that_depend_on_the_motion_are_told():
+    @discretisation(order=2)
+    def local(L, G, x, u, h):
+        return h * L(G.target(x, u, h * (1 + sympy.exp(-(x[0] ** 2)) / 10) / 2), u)
+
+    with pytest.raises(CannotMeasure, match="fractions of a step that depend on the motion"):
+        places_of(scenes.get("pendulum"), local)

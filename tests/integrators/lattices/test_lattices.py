@@ -190,6 +190,8 @@ def test_a_block_that_fails_has_its_rows():
         ({"x0": np.full((N, 1), np.nan)}, "not finite"),
         ({"parameters": {"mass": np.ones(N + 1)}}, "array of 6; give 5 entries, one per site"),
         ({"sites": 1}, "whole number from 2"),
+        ({"sites": 999_999_999}, "v0 has the shape .* one row per site"),
+        ({"parameters": {"__class__": 1}}, "'__class__' begins with __"),
         ({"on_bond": None}, "on_bond is None"),
         ({"fixed": [N]}, "fixed names the site 5"),
         ({"bonds": "ring", "fixed_ends": True}, "only a chain has ends"),
@@ -211,6 +213,15 @@ def test_bad_input_is_told_in_a_sentence(changes, said):
     with pytest.raises(BadInput, match=said) as told:
         replace(fput(), **changes)
     assert "\n" not in str(told.value)
+
+
+def test_too_many_sites_are_told(monkeypatch):
+    def full(*_):
+        raise MemoryError
+
+    monkeypatch.setattr("discmech.integrators.lattices.lattice.floats", full)
+    with pytest.raises(BadInput, match="5 sites do not fit into memory; give fewer"):
+        fput()
 
 
 def test_what_a_lattice_cannot_do_is_told():
