@@ -31,12 +31,12 @@ NAMES: tuple[str, ...]
 
 def get(name: str) -> Study:
     """The study of that name; raises `BadInput` for an unknown one."""
-    names = _names()
-    if not isinstance(name, str) or name not in names:  # an array is compared entry by entry
+    known = {key: study for key, study in every_study().items() if study.of_systems}
+    if not isinstance(name, str) or name not in known:  # an array is compared entry by entry
         from discmech.integrators.errors import unknown
 
-        raise unknown("study", name, names)
-    return every_study()[name]
+        raise unknown("study", name, known)
+    return known[name]
 
 
 def _names() -> tuple[str, ...]:

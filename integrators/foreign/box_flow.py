@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -24,6 +25,21 @@ ALSO_ALONE = 2  # number of states of a vectorised call that are also computed o
 #: largest relative difference between the two: arrays round differently from single numbers, and a
 #: motion near a pole enlarges that thousands of times
 ALIKE = 2.0**-36
+
+
+#: what a scene in numbers tells a box of itself, beside its equations
+DATA = {"n", "m", "t", "name", "parameters", "_clocked"}
+
+
+class _Heard:
+    """A scene in numbers that keeps the names of all that is asked of it."""
+
+    def __init__(self, system: Any) -> None:
+        self._system, self._asked = system, set[str]()
+
+    def __getattr__(self, name: str) -> Any:
+        self._asked.add(name)
+        return getattr(self._system, name)
 
 
 class BoxFlow:
@@ -99,6 +115,16 @@ class BoxFlow:
         """Return (x, μ) after so many steps."""
         run = self.trajectory(steps, every=steps, x0=x, mu0=mu, t0=t0)
         return run.x[-1], run.mu[-1]
+
+    def asks_scene(self) -> bool:
+        """Return True if a step of the box asks the scene for more than its parameters."""
+        heard = _Heard(self.system)
+        calls = Calls(self.scheme.rule, heard, self.h, self.kind, self.scheme.scene.name)
+        x, mu, t0 = self._start(None, None, 0)
+        with self.numbers.user_working(), suppress(BadInput, BoxRaised):
+            q, p = self._written(x, mu, t0)
+            calls.run(q, p, 1, 1, lambda k: self._at(k, t0), lambda k, q, p: None)
+        return not heard._asked <= DATA
 
     def map_of(self, steps: int = 1, t0: Given = 0) -> Map:
         """Return the map z ↦ Z of `steps` steps on states z = (x, μ), (n+m,), for differences.

@@ -63,10 +63,8 @@ class BoxScheme(DiscretisedScene):
         """This scheme, since a box is not a composition."""
         return self
 
-    @property
-    def self_adjoint(self) -> bool | None:
-        """The claim, which only steps there and back can test."""
-        return None if self.rule.claims is None else self.rule.claims.reversible
+    #: unknown: only steps there and back can tell, whatever its author claims
+    self_adjoint: bool | None = None
 
     def at(self, **values: object) -> BoxScheme:
         """Return this box on the scene with other values; raises like `Scheme.at`."""

@@ -28,6 +28,7 @@ from ..evidence import NEAR, Place, evidence_of
 #: steps at a place, relative to the time for which the motion is a short polynomial
 PARTS = [Fraction(1, 2**k) for k in range(4, 10)]
 SEEN = 1e-6  # largest error of an extrapolated entry, relative to the rate of the motion
+WHOLE = 1e-3  # largest error, in turns, of the shortest step beside whole turns
 SAME = 1e-4  # largest relative difference of factors at all places that count as one factor
 NOISE = SEEN / 10  # usual error of an extrapolated entry
 SINGLE = 2.0**-24
@@ -51,7 +52,7 @@ class Beginning:
 
     The vector field f and its parts, z̈, z⃛, ∂f/∂t, and e₁, e₂, e₃ of the step's error; e₂ and e₃
     hold if those before them are 0. later: e₁ of three steps together. parts: by name, terms of f
-    in all entries. grown: D(h)/h of the shortest step over that of the longest.
+    in all entries. grown: D(h)/h of the shortest step over that of the longest. shortest: its D(h).
     """
 
     z: Vector
@@ -68,6 +69,7 @@ class Beginning:
     others: dict[str, Vector]
     span: Vector
     grown: float = 1.0
+    shortest: Vector | None = None
 
 
 def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict[str, Any] | None:
@@ -90,7 +92,12 @@ def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict
     if not found:
         return None
     n = case.scheme.s.n
-    told = _of_numbers(case, found) or _late(found, n) or _of_limit(case, found, n)
+    told = (
+        _wrapped(found, n)
+        or _of_numbers(case, found)
+        or _late(found, n)
+        or _of_limit(case, found, n)
+    )
     told = told or (_of_second(case, found, n, finest) if order else None)
     if told is None:
         return None
@@ -150,7 +157,7 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
                      _at_zero(sizes, one / sizes[:, None] ** 2),
                      _at_zero(sizes, one / sizes[:, None] ** 3),
                      _at_zero(sizes, three / sizes[:, None]),
-                     parts, others, span, _grown(sizes, one / span))  # fmt: skip
+                     parts, others, span, _grown(sizes, one / span), one[-1])  # fmt: skip
 
 
 def _grown(sizes: Vector, errors: np.ndarray) -> float:
@@ -223,6 +230,21 @@ def _factor(found: list[Beginning], got: Any, of: Any) -> float | None:
     c = float(a @ e / (e @ e))
     off = np.abs(a - c * e)
     return c if bool((off <= max(SAME * np.abs(a).max(), NOISE)).all()) else None
+
+
+def _wrapped(found: list[Beginning], n: int) -> Told | None:
+    """Return the cause if coordinates are off by whole turns, at places beyond one turn."""
+    turns = [(b.shortest[:n] if b.shortest is not None else np.zeros(n)) / (2 * math.pi)
+             for b in found]  # fmt: skip
+    whole = [np.round(e) for e in turns]
+    jumps = [i for i in range(n) if any(e[i] for e in whole)]
+    if not jumps or any(np.abs(a - b).max() > WHOLE for a, b in zip(turns, whole, strict=True)):
+        return None
+    names = ", ".join(f"x[{i}]" for i in jumps)
+    return "jumps of 2π", (
+        f"{names} differs from the scene's by whole turns and by nothing else: the angle is kept "
+        "within one turn, so it jumps by 2π; give the angle as it goes on."
+    )
 
 
 def _late(found: list[Beginning], n: int) -> Told | None:

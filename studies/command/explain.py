@@ -161,9 +161,11 @@ def _wrapped(formula: str) -> list[str]:
 def _facts(scheme: Scheme) -> list[str]:
     """Return lines on order and symmetry."""
     rule, order = scheme.rule, scheme.order
-    said = "only measured: the rule declares none" if order is None else str(order)
-    if rule.order is not None and order != rule.order:
-        said += f" on this scene (the rule declares {rule.order})"
+    said = "only measured: the rule declares none"
+    if order is not None:
+        said = f"{order}, as the rule declares"
+        if order != rule.order:
+            said = f"{order} on this scene (the rule declares {rule.order})"
     if rule.effective is not None:
         said += f"; {rule.effective} once it is processed, as the rule declares"
     is_adjoint = "" if scheme.self_adjoint else "not "

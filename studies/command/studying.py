@@ -27,7 +27,7 @@ def add_to(commands: Any, word: str = "") -> None:
         )
         said = f"Limits: {limits}.".replace("%", "%%") if limits else None
         asked = commands.add_parser(name, help=study.summary, epilog=said)
-        add_choices(asked, of_scenes=study.usual)
+        add_choices(asked, of_scenes=study.of_systems)
         add_own(asked, study.options)
         asked.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
         asked.add_argument(

@@ -13,10 +13,10 @@ from typing import Any
 
 from discmech.integrators import BadInput
 
-from .. import NAMES
 from ..core.options import digits_in, whole
 from ..core.outcome import is_trouble
 from ..core.store import Store
+from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import RULE_HELP, add_fresh, add_jobs, jobs, typed
 from .output import EXIT, console, exit_code, progress_shown, writable, write
@@ -53,9 +53,10 @@ def _add_selection(parser: argparse.ArgumentParser) -> None:
         help="only this one (a name, or FILE.py:NAME); may be repeated",
     )  # fmt: skip
     parser.add_argument("--all", action="store_true", help="every scene, not only six")
+    known = [name for name, study in every_study().items() if study.of_systems]
     parser.add_argument(
-        "--study", action="append", default=[], metavar="STUDY", dest="studies", choices=NAMES,
-        help=f"only this study ({', '.join(NAMES)}); may be repeated",
+        "--study", action="append", default=[], metavar="STUDY", dest="studies", choices=known,
+        help=f"only this study ({', '.join(known)}); may be repeated",
     )  # fmt: skip
     parser.add_argument(
         "--digits", action="append", default=[], metavar="D", help="default: 16 and 50"

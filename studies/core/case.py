@@ -194,6 +194,11 @@ class Case:
         return self.command
 
     @property
+    def repeatable(self) -> bool:
+        """True if the words of `command` find this very scene and these very rules again."""
+        return all(map(lookup.is_found, (self.scene, *(() if self.control else self.rests_on))))
+
+    @property
     def command(self) -> str:
         """The command that repeats this case."""
         study = shlex.quote(word_for_study(self.study))

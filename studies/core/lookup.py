@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -150,14 +151,51 @@ def word_for(thing: Discretisation | Scene) -> str:
 def address_of(thing: Discretisation | Scene) -> str:
     """Return the word by which a command finds it: `word_for`, or the file of a script or notebook.
 
-    An object that neither a name nor a file gives again is called by its name.
+    An object that neither a name nor a file gives again is called by its name (`is_found`).
     """
     word = word_for(thing)
     if file_of(thing) is not None or isinstance(thing, Composition):
         return word
-    function = getattr(thing, "formula", None) or getattr(thing, "lagrangian", None)
-    place = place_of(thing, function)
+    place = _place_of(thing)
     return word if place is None else f"{place}:{thing.name}"
+
+
+def is_found(thing: Any) -> bool:
+    """Return True if the word of `address_of` finds this very object, with its values.
+
+    A scene may be in another chart, which an option of the command gives.
+    """
+    file = file_of(thing)
+    if file is not None:
+        return _alike({**file.scenes, **file.rules}[thing.name], thing)
+    if isinstance(thing, Composition | Varied):
+        return word_for(thing) in _words_over(thing.base) and is_found(thing.base)
+    if _place_of(thing) is not None:
+        return True
+    try:
+        kind = "rule" if isinstance(thing, Discretisation) else "scene"
+        return _alike(_called(thing.name, kind), thing)
+    except BadInput:
+        return False
+
+
+def _words_over(base: Discretisation) -> list[str]:
+    return [f"{name}:{word_for(base)}" for name in (*METHODS, *WAYS)]
+
+
+def _place_of(thing: Discretisation | Scene) -> str | None:
+    function = getattr(thing, "formula", None) or getattr(thing, "lagrangian", None)
+    return place_of(thing, function, _alike)
+
+
+def _alike(held: Any, thing: Any) -> bool:
+    """True if both are one object, but for a scene's chart."""
+    if isinstance(held, Discretisation) and isinstance(thing, Discretisation):
+        return held == thing
+    if held is thing or not (isinstance(held, Scene) and isinstance(thing, Scene)):
+        return held is thing
+    names = [f.name for f in fields(thing) if f.name != "groupoid"]
+    return all(getattr(held, name) == getattr(thing, name) for name in names)
 
 
 def file_of(thing: Discretisation | Scene) -> UserFile | None:
@@ -253,11 +291,17 @@ def in_file(word: str) -> tuple[UserFile | None, str]:
 
 
 def of_file(file: UserFile, held: Mapping[str, _Held], name: str, kind: str) -> tuple[_Held, ...]:
-    """Return the objects of that name, or of its variable's name; all without a name.
+    """Return the objects of that name, of its variable's, or in the list of that name; all without
+    a name.
 
     Raises `BadInput` for a name that no object of this kind has.
     """
-    variable = getattr(file.variables.get(name), "name", "")
+    listed = file.variables.get(name)
+    if isinstance(listed, list | tuple) and (
+        several := tuple(e for e in held.values() if any(e is each for each in listed))
+    ):
+        return several
+    variable = getattr(listed, "name", "")
     names = (name, variable, name.replace("_", "-"))
     others: dict[str, tuple[str, Mapping[str, Any]]]
     others = {"rule": ("scene", file.scenes), "scene": ("rule", file.rules)}

@@ -7,8 +7,9 @@ cache: the imports of all cells, and of the rest only the statements on which th
 from __future__ import annotations
 
 import ast
+import operator
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -16,21 +17,31 @@ from typing import Any
 from discmech.integrators.compiler import cache_folder, digest, make_private
 from discmech.integrators.files import write_atomically
 
+from .userfile import things_in
 
-def place_of(thing: Any, function: Any) -> str | None:
-    """Return FILE.py of an object that the function's script or the notebook's cells define.
+Alike = Callable[[Any, Any], bool]
 
-    None for other objects, and if the disk takes no file. function: the one that makes the object:
-    a rule's formula, a scene's Lagrangian.
+
+def place_of(thing: Any, function: Any, alike: Alike = operator.is_) -> str | None:
+    """Return FILE.py of an object that is a variable of a script, of a module beside it or of a
+    notebook's cells, or in a list of theirs.
+
+    function: the one that makes the object, a rule's formula or a scene's Lagrangian, whose module
+    is searched. alike(held, thing): True for the same object. None for other objects, and if the
+    disk takes no file.
     """
-    code = getattr(function, "__code__", None)
-    if code is None:
-        return None
-    if (file := _file(code.co_filename)) is not None:
-        main = getattr(sys.modules.get("__main__"), "__file__", None)
-        return code.co_filename if main and _file(main) == file else None
+    made = getattr(getattr(function, "__code__", None), "co_filename", "")
+    for module in [sys.modules.get("__main__"), *sys.modules.values()]:
+        held = getattr(module, "__dict__", {})
+        name = held.get("__file__") or ""
+        # a command loads a file by its path, so it is no part of a package
+        own = module is sys.modules.get("__main__") or (
+            made and name == made and not held.get("__package__")
+        )
+        if own and _file(name) and any(alike(e, thing) for e in things_in(held)):
+            return str(name)
     space = _names_of_notebook()
-    names = [name for name, value in space.items() if value is thing and name[:1] != "_"]
+    names = [name for name, value in space.items() if alike(value, thing) and name[:1] != "_"]
     text = text_of(names[0], space.get("In") or ()) if names else ""
     if not text:
         return None

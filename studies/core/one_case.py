@@ -55,7 +55,7 @@ class Result:
             "digits": case.digits,
             "verdict": verdict.verdict,
             "reason": self.reason,
-            "command": case.command,
+            "command": case.command if case.repeatable else "",
             "control": case.control is not None,
             "expected": verdict.expected,
             "measured": self.measured,

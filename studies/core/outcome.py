@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -145,6 +146,15 @@ class Found:
 
 
 _PARTS = ("measurement", "failed")
+
+
+_NUMBER = re.compile(r"(?<![\w.])[-−]?[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?")
+_ENTRIES = re.compile(r"\b(x|mu)\[#\](, (x|mu)\[#\])*")
+
+
+def without_figures(words: str) -> str:
+    """Return a sentence in which all numbers are alike, and all components of a state."""
+    return _ENTRIES.sub("x[#]", _NUMBER.sub("#", words))
 
 
 def named(cause: str, sentence: str, evidence: dict[str, Any]) -> dict[str, Any]:

@@ -1,8 +1,9 @@
 """Make a failing case small: the simplest scene and the fewest steps that still fail.
 
-A smaller case counts if the study fails it too, for the same cause if one is known, and does not
-fail the midpoint rule there: a scene or a number of steps that fails every method says nothing
-about this one.
+A smaller case counts if the study fails it too, for the same cause, or else in the same words, and
+does not fail the midpoint rule there: a scene or a number of steps that fails every method says
+nothing about this one. A program that asks no scene for its equations has one motion of its own,
+and stays on its scene.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from discmech.integrators.scene import Scene
 
 from .case import Case, Choice
 from .fingerprint import of_everything
+from .outcome import without_figures
 from .parts import parts_of
 from .plan import Place, Plan
 from .side_by_side import key_of
@@ -41,7 +43,11 @@ def shrunk(
         study = plan.studies[place[0]]
         if case.rule.is_recorded or "sites" in parts_of(case.scene):  # there is no smaller case
             continue
-        if found[place]["verdict"] == "fail" and study.usual and not (case.control or study.alone):
+        if (
+            found[place]["verdict"] == "fail"
+            and study.of_systems
+            and not (case.control or study.alone)
+        ):
             groups.setdefault((study.name, case.label, case.digits), []).append(place)
     changed: dict[Place, dict[str, Any]] = {}
     for places in groups.values():
@@ -67,7 +73,7 @@ def smallest(
     they took longer than the case itself.
     """
     ends = time.process_time() + max(LEAST, result["seconds"])
-    cause, plain = _cause(result), partial(run, causes=False)
+    why, plain = _why(result), partial(run, causes=False)
 
     def fails(tried: Case) -> Mapping[str, Any] | None:
         """Return the result, if it is a failure of this method and of the same kind."""
@@ -78,10 +84,9 @@ def smallest(
         compared = case.rule is not usual and usual.applies(tried.scene)
         if compared and _tried(plain, study, replace(tried, rule=usual)) is not None:
             return None
-        if cause is None:
-            return found
-        found = _tried(run, study, tried)  # another defect may make it fail
-        return found if found is not None and _cause(found) == cause else None
+        if study.tells_causes:  # another defect may make it fail
+            found = _tried(run, study, tried)
+        return found if found is not None and _why(found) == why else None
 
     def first(candidates: Iterator[Case]) -> tuple[Case, Mapping[str, Any]] | None:
         for candidate in candidates:
@@ -103,14 +108,15 @@ def smallest(
     if small is case and not whatever:
         return None
     return {
-        "scene": small.scene.name, "steps": small.steps, "command": small.command,
+        "scene": small.scene.name, "steps": small.steps, "command": said["command"],
         "reason": said["reason"], "whatever": whatever,
     }  # fmt: skip
 
 
-def _cause(result: Mapping[str, Any]) -> str | None:
-    """Return the kind of defect that a result has."""
-    return (result.get("diagnosis") or {}).get("cause")
+def _why(result: Mapping[str, Any]) -> str:
+    """Return the cause of a result without its figures, or else its reason."""
+    cause = result.get("diagnosis")
+    return without_figures(f"{cause['cause']}: {cause['sentence']}" if cause else result["reason"])
 
 
 def _listed(*asked: Any) -> list[dict[str, Any] | None]:
@@ -135,7 +141,9 @@ def size(scene: Scene) -> tuple[int, int]:
 def _on_simpler_scenes(study: Study, case: Case) -> Iterator[Case]:
     """Yield the case on the bench's own scenes that have fewer variables, the fewest first."""
     simpler = [scene for scene in scenes.all_scenes() if size(scene) < size(case.scene)]
-    if not simpler:  # a choice of no scene means all scenes
+    scheme: Any = case.scheme
+    own = not case.rule.is_formula and not scheme.flow(case.scene.step).asks_scene()
+    if own or not simpler:  # a choice of no scene means all scenes
         return
     choice = Choice(tuple(sorted(simpler, key=size)), (case.rule,), (), (case.digits,), case.steps)
     yield from (found for found in study.cases(choice) if not found.control)

@@ -48,14 +48,14 @@ class Study:
     that are measured by default. limits: the numbers by name to which its judge holds measurements,
     which help, page and docs/verdicts.md show with their reasons (`Limit`); without a judge of its
     own, the largest value of each measured quantity in a case that passes. `judged` and `about` may
-    name a limit in braces. example: the
-    scene and the steps of the smallest case that says something, for tests. needs: a sentence with
-    the reason why it may apply to nothing that was chosen. alone: it
-    measures times, so its cases, or those that are `timed`, have the machine alone, except those
-    that are compared with each other, run by run in turn (`together`). usual: it is a command that
-    takes scenes and rules; the others are about the bench itself, or are measured only for an
-    assertion. turn: among the cases of a scheme, 0 is quick on scenes of any size, 2 waits for a
-    reference. asks_for: the part of a system that it needs, one of `parts.PARTS`.
+    name a limit in braces. example: the scene and the steps of the smallest case that says
+    something, for tests. needs: a sentence with the reason why it may apply to nothing that was
+    chosen. alone: it measures times, so its cases, or those that are `timed`, have the machine
+    alone, except those that are compared with each other, run by run in turn (`together`).
+    of_systems: its command takes scenes and rules; the others are about the bench itself. usual: it
+    is asked of every method, and not only of one that claims something. turn: among the cases of a
+    scheme, 0 is quick on scenes of any size, 2 waits for a reference. asks_for: the part of a
+    system that it needs, one of `parts.PARTS`.
     """
 
     name: str = ""
@@ -68,6 +68,7 @@ class Study:
     place: float = 100
     alone: bool = False
     usual: bool = True
+    of_systems: bool = True
     turn: int = 1
     asks_for: str = "equations"
     options: tuple[Option, ...] = ()
@@ -230,6 +231,7 @@ class StudyFolder(Study):
     about: str
     alone: bool = False
     usual: bool = True
+    of_systems: bool = True
     turn: int = 1
     asks_for: str = "equations"
     options: tuple[Option, ...] = ()

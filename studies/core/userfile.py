@@ -8,7 +8,7 @@ import hashlib
 import pickle
 import sys
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -22,7 +22,8 @@ from discmech.integrators.scenes import lattices as systems
 
 @dataclass(frozen=True)
 class UserFile:
-    """The definitions at a file's top level, by the names of rules, scenes and studies.
+    """The definitions at a file's top level and in lists there, by the names of rules, scenes and
+    studies.
 
     Lattices are among the scenes. `path` is as it was first given, `digest` identifies its text
     and that of the files beside it which it imports.
@@ -96,13 +97,23 @@ def load(path: str) -> UserFile:
     return found
 
 
+def things_in(variables: Mapping[str, Any]) -> Iterator[Any]:
+    """Yield the values of a file's variables, and after them the entries of its lists."""
+    values = [*variables.values()]
+    yield from values
+    for value in values:
+        if type(value) in (list, tuple):
+            yield from value
+
+
 def _collect(
     path: str, module: ModuleType
 ) -> tuple[dict[str, Discretisation], dict[str, Scene], dict[str, Any]]:
     rules: dict[str, Discretisation] = {}
     own: dict[str, Scene] = {}
     studies: dict[str, Any] = {}
-    for thing in list(vars(module).values()):
+    top = [*vars(module).values()]
+    for thing in things_in(vars(module)):
         known: Any = None
         names: dict[str, Any]
         if isinstance(thing, Discretisation):
@@ -124,6 +135,8 @@ def _collect(
         if thing is known:
             continue
         if known is not None or names.get(thing.name, thing) is not thing:
+            if all(thing is not each for each in top):  # a list may hold variants of one name
+                continue
             whose = "discmech's own" if known is not None else "given twice in this file"
             raise BadInput(f"{path}: the name {thing.name} is {whose}; choose another name.")
         names[thing.name] = thing

@@ -14,6 +14,9 @@ from ..core.study import view_of
 #: the default retraction, which names omit
 USUAL_RETRACTION = "cayley"
 NONE = "—"
+NOT_AGAIN = (
+    "by no command: its rule or its scene is no variable of a file, or has other values there"
+)
 
 Measured = TypeVar("Measured")
 Expected = TypeVar("Expected")
@@ -25,6 +28,8 @@ Kinds = tuple[type[Any], type[Any], type[Any]]
 class Smallest:
     """The smallest case that fails as well: its command, and the parameters without effect."""
 
+    scene: str = ""
+    steps: int | None = None
     command: str = ""
     whatever: Sequence[str] = ()
 
@@ -125,6 +130,11 @@ class Case(Generic[Measured, Expected, Row]):
     def is_trouble(self) -> bool:
         """True for a verdict that somebody has to look at: a fail, or an inconclusive one."""
         return is_trouble(self.verdict)
+
+    @property
+    def again(self) -> str:
+        """The command that measures the case again, or why there is none."""
+        return self.command or NOT_AGAIN
 
     @property
     def word(self) -> str:

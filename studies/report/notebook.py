@@ -32,7 +32,7 @@ def html_of(given: Mapping[str, Any]) -> str:
     bad = [case for case in cases if case.is_trouble and case.reason]
     said = [
         f"<li><b>{escape(case.name)}</b>: {escape(reason)}"
-        f"<br><code>{escape(case.command)}</code></li>"
+        f"<br><code>{escape(case.again)}</code></li>"
         for case, reason in zip(bad, whys(bad), strict=True)
     ]
     figures = [

@@ -205,7 +205,7 @@ def troubles(given: Mapping[str, Any]) -> list[str]:
         found.append(
             f"{MARKS[said]} {first.study}: {first.name}: {reason}"
             + (f"\n  and so {len(more)} more of {others}" if more else "")
-            + f"\n  again: {first.command}"
+            + f"\n  again: {first.again}"
         )
     return found
 

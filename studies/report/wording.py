@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..core.outcome import without_figures
 from ..core.records import number
 from .case import NONE, AnyCase
 
@@ -111,7 +112,8 @@ def why(case: AnyCase) -> str:
     if small is None:
         return case.reason
     whatever = f", whatever {' and '.join(small.whatever)}" if small.whatever else ""
-    again = "the same" if small.command == case.command else small.command
+    steps = f"{small.scene} in {small.steps} steps" if small.steps else f"{small.scene}"
+    again = "the same" if small.command == case.command != "" else small.command or steps
     return f"{case.reason} The smallest that fails: {again}{whatever}."
 
 
@@ -124,7 +126,7 @@ def whys(cases: Sequence[AnyCase]) -> list[str]:
     for case in cases:
         words = why(case)
         figure, mark, cause = words.partition(" Cause: ")
-        key = _NUMBER.sub("#", cause) if mark else words
+        key = without_figures(cause) if mark else words
         if words and key in told:
             words = f"{figure} Cause: as of {told[key]}." if mark else f"As {told[key]}."
         elif words:

@@ -9,7 +9,7 @@ STUDY = StudyFolder(
     title="Reversibility",
     summary="a step back after a step forth, for methods that say they are self-adjoint",
     asks="does a step back return to the start?",
-    measured="Φ₋ₕ after Φₕ at many points of a run; for `assert_reversible`",
+    measured="Φ₋ₕ after Φₕ at many points of a run; where a method claims it",
     judged="as symplecticity: round-off",
     about=(
         "A self-adjoint method undoes its step by a step of −h. How far Φ₋ₕ misses the point "

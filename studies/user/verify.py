@@ -236,7 +236,7 @@ def _left_out(
 def about_scheme(scheme: Scheme) -> dict[str, Any] | None:
     """Return {"scene", "rule", "retraction", "self_adjoint"}, or None for a scene with contact.
 
-    self_adjoint is None if stages are not found.
+    self_adjoint is None if stages are not found, and of a program: a claim is no answer.
     """
     from discmech.integrators.geometry import StagesNotFound
 

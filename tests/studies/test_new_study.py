@@ -124,7 +124,7 @@ def test_each_study_has_its_row_in_docs_judged():
     """A failure prints the row to paste."""
     judged = (ROOT / "docs" / "judged.md").read_text(encoding="utf-8")
     for study in every_study().values():
-        # reversibility is measured for `assert_reversible` alone
+        # reversibility is measured only where a method claims it
         if isinstance(study, StudyFolder) and study.name != "reversibility":
             row = f"| {study.name} | {study.asks} | {study.measured} | "
             row += f"{study.with_limits(study.judged)} |"

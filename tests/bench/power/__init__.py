@@ -40,6 +40,7 @@ STUDY = StudyFolder(
         "as many as somebody thought of."
     ),
     usual=False,
+    of_systems=False,
     options=(
         Option("--thorough", "all faults and 200 rules, not one in 12"),
         Option("--unit", "faults alone, on scenes with an action 10^K times as large", "K", _unit),

@@ -22,5 +22,6 @@ STUDY = StudyFolder(
     ),
     alone=True,
     usual=False,
+    of_systems=False,
     options=(THOROUGH,),
 )

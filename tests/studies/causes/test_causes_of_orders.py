@@ -382,29 +382,41 @@ def test_weights_whose_sum_is_not_one_are_told_on_a_group():
     assert found["cause"] == "factor" and "sum to 7/6" in found["sentence"]
 
 
+def beginning(f, off, **more):
+    z, zero = np.array([0.3, f[1]]), np.zeros(2)
+    field = np.array(f)
+    return one_step.Beginning(
+        z,
+        0.0,
+        field,
+        second=zero,
+        third=zero,
+        of_time=zero,
+        first_error=off,
+        second_error=zero,
+        third_error=zero,
+        later=zero,
+        parts={},
+        others={},
+        span=np.abs(field).max() * np.ones(2),
+        **more,
+    )
+
+
+@pytest.mark.parametrize(("shortest", "wrapped"), [
+    ([(4 * np.pi, 0.1), (0.0, 0.0)], True), ([(-2 * np.pi + 1e-5, 0.0), (1e-5, 0.0)], True),
+    ([(0.0, 2 * np.pi), (0.0, 0.0)], False),  # a momentum has no turns
+    ([(2 * np.pi, 0.0), (0.1, 0.0)], False), ([(np.pi, 0.0), (0.0, 0.0)], False),
+])  # fmt: skip
+def test_only_coordinates_off_by_whole_turns_are_wrapped(shortest, wrapped):
+    found = [beginning((1.0, 0.5), np.zeros(2), shortest=np.array(e)) for e in shortest]
+    told = one_step._wrapped(found, 1)
+    assert bool(told) is wrapped and (not told or told[0] == "jumps of 2π")
+
+
 def test_a_small_fault_is_not_taken_for_a_factor_of_one():
     """A field that is off by 2e-6 was called one of too few digits, or a step of its own."""
     fields = [(1.0, 0.0), (0.5, 1.0), (-0.7, 2.0)]
-
-    def beginning(f, off):
-        z, zero = np.array([0.3, f[1]]), np.zeros(2)
-        field = np.array(f)
-        return one_step.Beginning(
-            z,
-            0.0,
-            field,
-            second=zero,
-            third=zero,
-            of_time=zero,
-            first_error=off,
-            second_error=zero,
-            third_error=zero,
-            later=zero,
-            parts={},
-            others={},
-            span=np.abs(field).max() * np.ones(2),
-        )
-
     odd = [beginning(f, 2e-6 * np.array([0.0, f[1] ** 2])) for f in fields]
     assert one_step._factor(odd, lambda b: b.first_error, lambda b: b.f) is None
     longer = [beginning(f, 2e-6 * np.array(f)) for f in fields]
