@@ -69,7 +69,7 @@ if TYPE_CHECKING:
         sp as sp,
     )
     from discmech.reference import solution
-    from discmech.studies import check, explain, film, plot, show
+    from discmech.studies import check, explain, film, plot, prove, show
 
 #: the packages that the names below come from, the lightest first
 _PACKAGES = ("studies", "reference", "integrators")
@@ -125,6 +125,7 @@ __all__ = [
     "pair",
     "plot",
     "product",
+    "prove",
     "recorded",
     "rectangle",
     "scenes",

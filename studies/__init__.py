@@ -15,14 +15,15 @@ if TYPE_CHECKING:
     from .command.explain import explain
     from .core.case import Verdict
     from .order.own_runs import own_order
+    from .proof import prove
     from .systems import system_of
     from .user.checking import check
     from .user.drawing import plot
     from .user.filming import film
 
 __all__ = [
-    "NAMES", "Study", "Verdict", "check", "explain", "film", "get", "own_order", "plot", "show",
-    "system_of",
+    "NAMES", "Study", "Verdict", "check", "explain", "film", "get", "own_order", "plot",
+    "prove", "show", "system_of",
 ]  # fmt: skip
 
 #: the studies of scenes and rules, in the order of the report; those of packages are found last
@@ -48,7 +49,7 @@ def _names() -> tuple[str, ...]:
 _LATER = {
     "Verdict": "core.case", "check": "user.checking", "explain": "command.explain",
     "film": "user.filming", "own_order": "order.own_runs", "plot": "user.drawing",
-    "system_of": "systems",
+    "prove": "proof", "system_of": "systems",
 }  # fmt: skip
 
 

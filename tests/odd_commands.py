@@ -32,6 +32,7 @@ BASE: dict[str, tuple[tuple[str, ...], ...]] = {
             ("ok.py:blows", "--step", "1/2", "--steps", "40")),
     "control": ((), ("ok.py:control", "--steps", "3")), "explain": (("harmonic", "midpoint"),),
     "modified": (("harmonic", "midpoint", "--order", "2"),),
+    "prove": (("midpoint", "--groupoid", "separable"), ("ok.py:rule", "--groupoid", "time")),
     "verify": (("ok.py:rule", "--scene", "harmonic", "--study", "order", *FAST),
                ("ok.py:box", "--scene", "harmonic", "--study", "energy", *FAST)),
     "compare": (("midpoint", "rectangle", "--scene", "harmonic", "--study", "order", *FAST),),

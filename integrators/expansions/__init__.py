@@ -2,9 +2,9 @@
 
 from .modified_equation import ModifiedEquation
 from .run_derivatives import RunDerivatives, RunDifferentiated, RunGradient
-from .step_series import NotExpanded, StepSeries
+from .step_series import NotConsistent, NotExpanded, StepSeries
 
 __all__ = [
-    "ModifiedEquation", "NotExpanded", "RunDerivatives", "RunDifferentiated", "RunGradient",
-    "StepSeries",
+    "ModifiedEquation", "NotConsistent", "NotExpanded", "RunDerivatives", "RunDifferentiated",
+    "RunGradient", "StepSeries",
 ]  # fmt: skip

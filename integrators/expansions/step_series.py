@@ -7,9 +7,8 @@ derivative that the rows have there.
 
 from __future__ import annotations
 
-from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from ..numbers import (
     Arithmetic,
     Atoms,
     Double,
+    PrimeField,
     Series,
     numeric_text,
     over,
@@ -28,6 +28,8 @@ from ..numbers import (
 )
 from ..numbers.types import Function, Scalar, Scalars
 
+#: the kinds of coefficients
+Kind: TypeAlias = Arithmetic | Atoms | PrimeField
 MOST = 60  # corrections of Newton's method, as of `numbers.newton`
 #: terms of the series with which constant terms are found: a row may be divided by h² at the most
 FEW = 4
@@ -37,14 +39,19 @@ class NotExpanded(CannotMeasure):
     """A step has no series: Newton found no step of length 0, or its rows are singular there."""
 
 
+class NotConsistent(NotExpanded):
+    """A step of length 0 is not the identity: the rows of a step have a pole at h = 0."""
+
+
 class StepSeries:
     """The step of a context's equations on series of one kind of coefficient.
 
-    numbers: an arithmetic, whose coefficients are columns (r,), or `Atoms` for formulas.
+    numbers: an arithmetic, whose coefficients are columns (r,), `Atoms` for formulas, or a
+    `PrimeField`.
     Raises `CannotMeasure` for a discrete Lagrangian that is given on the group itself.
     """
 
-    def __init__(self, context: StepContext, numbers: Arithmetic | Atoms) -> None:
+    def __init__(self, context: StepContext, numbers: Kind) -> None:
         self.equations: Any = context.equations
         self.numbers, self.context = numbers, context
         if self.equations.element is not None:
@@ -81,15 +88,18 @@ class StepSeries:
 
     def _newton(self, x: Scalars, mu: Scalars, q: Scalars, w: list[Scalar]) -> list[Scalar]:
         before = np.inf
-        for count in range(MOST):
-            rows = [_constant(e) for e in self.rows(x, mu, w, q)[0]]
-            if count == 0 or not isinstance(self.numbers, Atoms):
-                inverse = self._inverse(x, mu, w, q)
+        for _ in range(MOST):
+            given = self.rows(x, mu, w, q)[0]
+            if isinstance(self.numbers, PrimeField) and any(map(_has_pole, given)):
+                raise NotConsistent("a step of length 0 is not the identity.")
+            rows = [_constant(e) for e in given]
+            inverse = self._inverse(x, mu, w, q)
             change = _times(inverse, rows)
             w = [e - step for e, step in zip(w, change, strict=True)]
-            if isinstance(self.numbers, Atoms):  # what is linear in the unknowns is solved at once
+            if isinstance(self.numbers, Atoms | PrimeField):
+                # what is linear in the unknowns is solved at once
                 left = [_constant(e) for e in self.rows(x, mu, w, q)[0]]
-                if all(self.numbers.written(e).equals(0) for e in left):
+                if all(_is_zero(e, self.numbers) for e in left):
                     return w
                 raise self._refused("a step of length 0 has no closed form.")
             size, scale = map(_largest, (change, w))
@@ -153,6 +163,14 @@ class StepSeries:
         return self._at({"velocity": list(u), "slope": list(rates), "stage": none})
 
 
+def _is_zero(e: Scalar, numbers: Atoms | PrimeField) -> bool:
+    return bool(numbers.written(e).equals(0) if isinstance(numbers, Atoms) else e == 0)
+
+
+def _has_pole(e: Scalar) -> bool:
+    return isinstance(e, Series) and any(e.coefficient(k) != 0 for k in range(e.start, 0))
+
+
 def _constant(e: Scalar) -> Scalar:
     return e.coefficient(0) if isinstance(e, Series) else e
 
@@ -181,10 +199,10 @@ def _times(matrix: np.ndarray, vector: Scalars) -> list[Scalar]:
     return [sum((a * e for a, e in zip(row, vector, strict=True)), start=0) for row in matrix]
 
 
-def _inverted(entries: list[list[Scalar]], numbers: Arithmetic | Atoms) -> np.ndarray:
+def _inverted(entries: list[list[Scalar]], numbers: Kind) -> np.ndarray:
     size = len(entries)
     found = np.empty((size, size), dtype=object)
-    if isinstance(numbers, Atoms):
+    if isinstance(numbers, Atoms | PrimeField):
         found[:] = _eliminated(entries, numbers)
         return found
     flat = np.broadcast_arrays(
@@ -202,17 +220,17 @@ def _inverted(entries: list[list[Scalar]], numbers: Arithmetic | Atoms) -> np.nd
     return found
 
 
-def _eliminated(entries: list[list[Scalar]], atoms: Atoms) -> list[list[Scalar]]:
-    """Return the inverse of a matrix of formulas; pivots are the shortest entries."""
+def _eliminated(entries: list[list[Scalar]], numbers: Atoms | PrimeField) -> list[list[Scalar]]:
+    """Return the inverse of a matrix of formulas or residues; pivots are the shortest entries."""
     size = len(entries)
     rows = [[*row, *(int(i == j) for j in range(size))] for i, row in enumerate(entries)]
     for p in range(size):
-        left = [i for i in range(p, size) if not (type(rows[i][p]) is int and rows[i][p] == 0)]
+        left = [i for i in range(p, size) if hasattr(rows[i][p], "terms") or rows[i][p] != 0]
         if not left:
             raise ZeroDivisionError("singular matrix")
         best = min(left, key=lambda i: len(getattr(rows[i][p], "terms", ())))
         rows[p], rows[best] = rows[best], rows[p]
-        inverse = atoms.power(rows[p][p], Fraction(-1))
+        inverse = numbers.number(1) / rows[p][p]
         rows[p] = [inverse * e for e in rows[p]]
         rows = [
             row if i == p else [e - row[p] * lead for e, lead in zip(row, rows[p], strict=True)]
@@ -222,7 +240,7 @@ def _eliminated(entries: list[list[Scalar]], atoms: Atoms) -> list[list[Scalar]]
 
 
 @lru_cache(maxsize=256)
-def _rates(s: SceneSymbols, numbers: Arithmetic | Atoms) -> Function:
+def _rates(s: SceneSymbols, numbers: Kind) -> Function:
     """Return f(x, ξ, μ, p) of coefficients."""
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     text = numeric_text(letters, [list(rates(s))])
@@ -230,5 +248,9 @@ def _rates(s: SceneSymbols, numbers: Arithmetic | Atoms) -> Function:
 
 
 @lru_cache(maxsize=256)
-def _function(equations: StepEquations, what: str, numbers: Arithmetic | Atoms) -> Function:
-    return run_text(map_text(equations, what), series_namespace(numbers))["function"]
+def _function(equations: StepEquations, what: str, numbers: Kind) -> Function:
+    space = series_namespace(numbers)
+    names = run_text(map_text(equations, what), space)
+    # the text's own function of a matrix asks for a norm, which a field has not
+    names |= {name: space[name] for name in {"matrix_function"} & space.keys()}
+    return names["function"]

@@ -52,6 +52,7 @@ from .newton import newton
 from .nodes import Node, NodeMatrix, Nodes, Rational, ratio
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
 from .operations import Coefficients, Operations, Value
+from .prime_field import BITS, NotRational, PrimeField, Residue, small_fraction
 from .registered import collect, register, with_tables
 from .running_error import (
     Tracked,
@@ -69,17 +70,18 @@ from .trees import parts_of, replaced, symbols_of
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
-    "Arithmetic", "Atoms", "Coefficients", "Double", "Frame", "Graph", "InArithmetic", "LazyModule",
-    "Letters", "MOST_DIGITS", "Matrix", "Multiple", "Node", "NodeMatrix", "Nodes", "NotComputed",
-    "NotKnown", "NotSmooth", "Number", "Numbers", "Operations", "Rational", "Scope", "Series",
-    "TooLong", "Tracked", "Value", "Vector", "arithmetic", "as_one_number", "called_text", "code",
-    "coefficients_text", "collect", "entry", "evaluate", "evaluate_at", "evaluate_matrix",
-    "exact", "exact_matrices", "exact_nested", "exact_rational", "exact_vector", "finite",
-    "first_violation", "flatten", "floats_exact", "function_text", "inverse_sizes", "is_zero",
-    "jacobian", "listed", "measure", "mpmath", "newton", "node_values", "null_direction", "number",
-    "numeric", "numeric_function", "numeric_text", "opaque", "over", "parts_of", "random_columns",
-    "random_point", "ratio", "refuse_large", "refuse_unwritten", "register", "registered_function",
-    "replaced", "rounded", "run_text", "series_namespace", "short_numbers", "shown", "solve",
+    "Arithmetic", "Atoms", "BITS", "Coefficients", "Double", "Frame", "Graph", "InArithmetic",
+    "LazyModule", "Letters", "MOST_DIGITS", "Matrix", "Multiple", "Node", "NodeMatrix", "Nodes",
+    "NotComputed", "NotKnown", "NotRational", "NotSmooth", "Number", "Numbers", "Operations",
+    "PrimeField", "Rational", "Residue", "Scope", "Series", "TooLong", "Tracked", "Value", "Vector",
+    "arithmetic", "as_one_number", "called_text", "code", "coefficients_text", "collect", "entry",
+    "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices", "exact_nested",
+    "exact_rational", "exact_vector", "finite", "first_violation", "flatten", "floats_exact",
+    "function_text", "inverse_sizes", "is_zero", "jacobian", "listed", "measure", "mpmath",
+    "newton", "node_values", "null_direction", "number", "numeric", "numeric_function",
+    "numeric_text", "opaque", "over", "parts_of", "random_columns", "random_point", "ratio",
+    "refuse_large", "refuse_unwritten", "register", "registered_function", "replaced", "rounded",
+    "run_text", "series_namespace", "short_numbers", "shown", "small_fraction", "solve",
     "steepness", "symbols_of", "sympy", "text_of", "to_sympy", "tracked", "tracked_later",
     "uncollected", "vanishes", "vanishes_as", "whole_number", "with_arguments",
     "with_running_errors", "with_tables", "within_doubles", "working_digits",

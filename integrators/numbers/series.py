@@ -2,8 +2,8 @@
 
 A text that `numeric_text` wrote runs on them as it runs on numbers: what a scheme derives once is
 so expanded in the step, or differentiated by a start or a parameter, to any order. Coefficients are
-floats, columns of r floats, gmpy2's numbers or formulas (`laurent`). Everything that is no `Series`
-is exact and constant.
+floats, columns of r floats, gmpy2's numbers, formulas (`laurent`) or residues (`prime_field`).
+Everything that is no `Series` is exact and constant.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from typing import TypeAlias
 import numpy as np
 
 from ..errors import BadInput
-from .arithmetic import FUNCTIONS, Arithmetic, Double
+from .arithmetic import Arithmetic
 from .laurent import Atoms, Laurent
 from .lazy import sympy
+from .prime_field import PrimeField
 from .types import Function, Namespace, Number, Scalar
 
 Coefficient: TypeAlias = Scalar
@@ -291,7 +292,7 @@ def series_functions(
     return {name: either(name, of) for name, of in of_series.items()}
 
 
-def series_namespace(numbers: Arithmetic | Atoms) -> Namespace:
+def series_namespace(numbers: Arithmetic | Atoms | PrimeField) -> Namespace:
     """Return the names that generated text needs to compute on series of one kind of coefficient.
 
     Of an arithmetic a coefficient may be a column of numbers; it has to be at work.
@@ -302,13 +303,8 @@ def series_namespace(numbers: Arithmetic | Atoms) -> Namespace:
                 "constant": lambda name: numbers.decimal(getattr(sympy, name)),
                 "EPS": Fraction(1, 2**53), "array": _array}  # fmt: skip
     plain = numbers.namespace()
-    if isinstance(numbers, Double):
-        own = numbers.array_namespace()
-    else:
-        own = {name: np.frompyfunc(plain[name], 2 if name == "atan2" else 1, 1)
-               for name in {*FUNCTIONS.values(), "sqrt"} - {"abs"}}  # fmt: skip
     number = plain["R"]
-    functions = series_functions(own, lambda a, b: number(a) / b)
+    functions = series_functions(numbers.array_namespace(), lambda a, b: number(a) / b)
     return {**plain, **functions, "array": _array}
 
 

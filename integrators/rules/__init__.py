@@ -15,14 +15,14 @@ from .imex import imex
 from .maps import MAPS, dual_gauss, map_of, newmark, whole
 from .midpoint import midpoint
 from .one_step import OneStepMap, one_step
-from .quadrature import Nodes
+from .quadrature import Nodes, NodeValue
 from .rectangle import rectangle
-from .splitting import splitting
+from .splitting import Share, splitting
 from .trapezoidal import trapezoidal
 
 __all__ = [
     "BUILT_IN", "Claims", "Composition", "Discretisation", "FAMILIES", "MAPS", "METHODS", "Method",
-    "Nodes", "OneStepMap", "Substep", "adjoint", "check_rule", "compose",
+    "NodeValue", "Nodes", "OneStepMap", "Share", "Substep", "adjoint", "check_rule", "compose",
     "discrete_hamiltonian", "discretisation",
     "dual_gauss", "gauss", "get", "imex", "lobatto", "midpoint", "names", "newmark", "one_step",
     "own", "rectangle", "splitting", "trapezoidal",

@@ -55,6 +55,8 @@ class Method:
     halves: Callable[[int], list[Mpf]]
     source: str
     in_turn: bool = False
+    #: c of γ = 1/(c − c^{1/3}), c times, with 1 − cγ in the middle, which is exact; 0 for decimals
+    jump: int = 0
 
     def coefficients(self, digits: int) -> list[Mpf]:
         """All coefficients in the order in which they are applied, as mpf."""
@@ -196,8 +198,9 @@ _KAHAN_LI = "Kahan, Li, Math. Comp. 66 (1997) 1089-1099; " + _HLW
 _SOFRONIOU = f"Sofroniou, Spaletta, Optim. Methods Softw. 20 (2005) 597-613; {_HLW}, V.3.2"
 
 METHODS = {method.name: method for method in (
-    Method("triple-jump", 4, _jump(2), f"{_HLW}, II.4.4; Creutz, Gocksch; Forest; Yoshida"),
-    Method("suzuki", 4, _jump(4), f"{_HLW}, II.4.5; Suzuki (1990)"),
+    Method("triple-jump", 4, _jump(2), f"{_HLW}, II.4.4; Creutz, Gocksch; Forest; Yoshida",
+           jump=2),
+    Method("suzuki", 4, _jump(4), f"{_HLW}, II.4.5; Suzuki (1990)", jump=4),
     Method("blanes-moan-4", 4, _splitting("""
         0.0792036964311957
         0.353172906049774

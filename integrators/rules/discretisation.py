@@ -62,6 +62,8 @@ class Discretisation:
     #: the order of its processed form χ⁻¹ Φ χ with maps χ near the identity; None if none is
     #: declared
     effective: int | None = None
+    #: names of numbers that the formula leaves open (`studies.proof`)
+    parameters: tuple[str, ...] = ()
     #: True if it discretises a Lagrangian, not a vector field
     asks_lagrangian: ClassVar[bool] = True
     #: True if its steps are formulas, which have derivatives and any number of digits
@@ -96,6 +98,15 @@ class Discretisation:
         """Return the unit of round-off of its numbers at so many digits."""
         return 2.0**-53 if digits == 16 else 10.0**-digits
 
+    @property
+    def left_open(self) -> tuple[str, ...]:
+        """The names of open numbers that have no default in the formula."""
+        if not self.parameters:
+            return ()
+        known = inspect.signature(self.formula).parameters
+        return tuple(e for e in self.parameters
+                     if e not in known or known[e].default is inspect.Parameter.empty)  # fmt: skip
+
     def applies(self, scene: Scene) -> bool:
         """True if the scene has all that the rule needs; `own` needs a discrete Lagrangian."""
         given, variational = scene.discrete_lagrangian, self.is_formula and self.asks_lagrangian
@@ -105,6 +116,11 @@ class Discretisation:
 
     def refusal(self, scene: Scene) -> str:
         """Return a sentence that says why the rule has no meaning for the scene, or ""."""
+        if free := self.left_open:
+            return (
+                f"{self.name} leaves {', '.join(free)} open: `discmech prove` says for which "
+                f"values it has which order; give one as a default of its function, {free[0]}=1."
+            )
         if scene.in_numbers and self.is_formula:
             return (
                 f"{scene.name} is a Hamiltonian in numbers, of which {self.name} can derive "
@@ -153,23 +169,26 @@ def discretisation(
     splits: bool = False,
     groupoids: str | Sequence[str] = (),
     effective: int | None = None,
+    parameters: str | Sequence[str] = (),
 ) -> Callable[[Function], Discretisation]:
     """Decorator: make a rule from a function (L, G, x, u, h), or (L, G, x, u, h, s) with stages.
 
     `splits`: True if the rule treats the scene's fast potential, L.fast(x), separately. groupoids:
     those on which it exists, names of `GROUPOIDS` such as "pair"; by default all. effective: the
-    order of the processed rule (`studies.evidence.effective`), at least `order`. Raises `BadInput`
-    if the order is no positive whole number, stages no whole number from 0, a groupoid unknown, the
-    effective order invalid, or the function has other arguments.
+    order of the processed rule (`studies.evidence.effective`), at least `order`. parameters: names
+    of numbers that stay open, further arguments of the function or symbols of sympy in its result:
+    `prove` says for which values the rule has which order. Raises `BadInput` if the order is no
+    positive whole number, stages no whole number from 0, a groupoid unknown, the effective order
+    invalid, or the function has other arguments.
     """
     where = checked("discretisation", "rule", order, stages, groupoids)
     check_effective("rule", order, effective)
-    wanted = "(L, G, x, u, h, s)" if stages else "(L, G, x, u, h)"
+    wanted, free = "(L, G, x, u, h, s)" if stages else "(L, G, x, u, h)", open_numbers(parameters)
 
     def make(formula: Function) -> Discretisation:
-        label, about = described("rule", formula, wanted, name, source)
+        label, about = described("rule", formula, wanted, name, source, free)
         return Discretisation(label, formula, order, about, stages, splits, where,
-                              effective=effective)  # fmt: skip
+                              effective=effective, parameters=free)  # fmt: skip
 
     return make
 
@@ -226,15 +245,37 @@ def check_effective(what: str, order: int | None, effective: object) -> None:
         )
 
 
+#: what a rule or a map is given, and the parts of these
+_LETTERS = ("L", "G", "x", "u", "h", "s", "z", "Z", "K", "c")
+
+
+def open_numbers(parameters: object) -> tuple[str, ...]:
+    """Return the names of open numbers as a tuple; raises `BadInput` for what are no names."""
+    given = (parameters,) if isinstance(parameters, str) else parameters
+    if not isinstance(given, list | tuple) or not all(
+        isinstance(e, str) and e.isidentifier() and e not in _LETTERS for e in given
+    ):
+        raise BadInput(
+            f"the parameters of a rule are {shown(parameters)}: give names of numbers that stay "
+            'open, such as parameters=("w",).'
+        )
+    return tuple(dict.fromkeys(given))
+
+
 def described(
-    what: str, formula: object, wanted: str, name: str | None, source: str
-) -> tuple[str, str]:
-    """Return (name, source) of a function with the `wanted` arguments, or raise `BadInput`."""
+    what: str, formula: object, wanted: str, name: str | None, source: str,
+    free: tuple[str, ...] = (),
+) -> tuple[str, str]:  # fmt: skip
+    """Return (name, source) of a function with the `wanted` arguments, or raise `BadInput`.
+
+    free: names of open numbers, which may be further arguments.
+    """
     if not callable(formula):
         raise BadInput(f"a {what} is a function {wanted}, not {shown(formula)}.")
     if not isinstance(name, str | None):
         raise BadInput(f"the name {shown(name)} of a {what} is no text.")
-    count, needed = len(inspect.signature(formula).parameters), wanted.count(",") + 1
+    arguments = inspect.signature(formula).parameters
+    count, needed = len(arguments.keys() - {*free}), wanted.count(",") + 1
     label = str(name or getattr(formula, "__name__", what).replace("_", "-"))
     if count != needed:
         words = {3: "three", 4: "four", 5: "five", 6: "six"}[needed]

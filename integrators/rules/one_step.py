@@ -17,7 +17,13 @@ from ..numbers.types import Column, Function
 from ..scene import Scene
 from ..scene.affine import AffineLagrangian
 from .claims import Claims
-from .discretisation import Discretisation, check_effective, checked, described
+from .discretisation import (
+    Discretisation,
+    check_effective,
+    checked,
+    described,
+    open_numbers,
+)
 
 #: the scene as a map gets it, s; equations/ has the class of this name
 DualSystem: TypeAlias = Any
@@ -88,12 +94,13 @@ def one_step(
     keeps: str | Sequence[str] = (),
     effective: int | None = None,
     one_form: str = "",
+    parameters: str | Sequence[str] = (),
 ) -> Callable[[Function], OneStepMap]:
     """Decorator: make a one-step map from a function (s, z, h).
 
     With implicit=True the function is (s, z, Z, h) and gives the residual in the new Z; with
-    stages=k it is (s, z, h, K) and gives (Z, residuals of the stages) (`OneStepMap`). groupoids and
-    effective: see `discretisation`.
+    stages=k it is (s, z, h, K) and gives (Z, residuals of the stages) (`OneStepMap`). groupoids,
+    effective and parameters: see `discretisation`.
     one_form: "any" for a method of degenerate Lagrangians alone, which asks for s.theta; "half" if
     half of the components of ϑ have to vanish (s.halves says which).
 
@@ -112,11 +119,14 @@ def one_step(
         raise BadInput(f'one_step(one_form={shown(one_form)}): say "any" or "half", or leave it.')
     claims = Claims.of("one_step", symplectic, reversible, keeps)
     said = None if claims == Claims() else claims
+    free = open_numbers(parameters)
     wanted = "(s, z, Z, h)" if implicit else "(s, z, h, K)" if stages else "(s, z, h)"
 
     def make(formula: Function) -> OneStepMap:
-        label, about = described("one-step map", formula, wanted, name, source)
-        return OneStepMap(label, formula, order, about, stages, groupoids=where, implicit=implicit,
-                          claims=said, effective=effective, one_form=one_form)  # fmt: skip
+        label, about = described("one-step map", formula, wanted, name, source, free)
+        return OneStepMap(
+            label, formula, order, about, stages, groupoids=where, implicit=implicit, claims=said,
+            effective=effective, parameters=free, one_form=one_form,
+        )  # fmt: skip
 
     return make

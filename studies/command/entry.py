@@ -21,7 +21,7 @@ from discmech.integrators.scenes import lattices as systems
 from .. import NAMES
 from ..core.options import THOROUGH
 from ..core.store import Store
-from . import control, explain, gallery, modified, new, single_run, studying, verifying
+from . import control, explain, gallery, modified, new, prove, single_run, studying, verifying
 from . import reference as references
 from .interrupts import GOES_ON, GOES_ON_FRESH, Farewell, ended_soon
 from .last_words import told
@@ -116,6 +116,7 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     control.add_to(commands)
     explain.add_to(commands)
     modified.add_to(commands)
+    prove.add_to(commands)
     gallery.add_to(commands)
     new.add_to(commands)
     studying.add_to(commands, words[0] if words else "")

@@ -1,0 +1,169 @@
+"""Classes of scenes, each one scene whose function is a polynomial with letters as coefficients.
+
+A step and the flow agree to h^K if they do for polynomials of degree K: their coefficients depend
+on the derivatives up to that one, at one state, and a polynomial has any (docs/proofs.md).
+"""
+
+from __future__ import annotations
+
+import itertools
+import random
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from discmech.integrators import Scene, action, exponential, lie_group, pair, product, sl, so
+from discmech.integrators.algebras import MatrixAlgebra
+from discmech.integrators.groupoids import Groupoid
+from discmech.integrators.numbers import sympy
+
+MOST_LETTERS = 500  # coefficients of a class, which take some ten seconds
+#: the kinds by which classes are asked for
+KINDS = ("pair", "separable", "time", "force", "lie_group", "action", "product", "fast")
+Powers = tuple[int, ...]
+
+
+def _unit(n: int, i: int, j: int) -> list[list[int]]:
+    return [[int((a, b) == (i, j)) for b in range(n)] for a in range(n)]
+
+
+gl2 = MatrixAlgebra("gl(2)", [_unit(2, i, j) for i in range(2) for j in range(2)])  # type: ignore[arg-type]
+#: R acting on R² by a matrix of no symmetry
+r3 = MatrixAlgebra("r3", [[[2, 3, 0], [5, -1, 0], [0, 0, 0]], _unit(3, 0, 2), _unit(3, 1, 2)])  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class SceneClass:
+    """A class: a groupoid, and which monomials in (x, v), or (x, μ), its function has.
+
+    part: "" for all monomials, "separable" for T(v) − V(x), "quadratic" for v·Mv/2 − V(x).
+    """
+
+    name: str
+    kind: str
+    groupoid: Groupoid
+    part: str = ""
+    timed: bool = False
+    forced: bool = False
+    hamiltonian: bool = False
+    fast: bool = False
+    #: how much longer it takes than others with as many coefficients
+    dear: int = 1
+
+    def powers(self, degree: int) -> list[Powers]:
+        """Return the exponents of the monomials, of x, t and then v."""
+        n = self.groupoid.dim_x + self.timed
+        chosen: dict[str, Callable[[Powers, Powers], bool]] = {
+            "": lambda a, b: True,
+            "separable": lambda a, b: not (sum(a) and sum(b)),
+            "quadratic": lambda a, b: (sum(a) == 0 and sum(b) == 2) or sum(b) == 0,
+        }
+        size = range(degree + 1)
+        return [
+            e for e in _exponents(n + self.groupoid.dim_u, degree)
+            if chosen[self.part](e[:n], e[n:]) and sum(e) in size
+        ]  # fmt: skip
+
+    def count(self, degree: int) -> int:
+        """Return the number of coefficients."""
+        forces = self.groupoid.dim_u * self.forced
+        return len(self.powers(degree)) * (1 + forces) + len(self._fast(degree))
+
+    def linear(self, degree: int) -> list[bool]:
+        """Return for each coefficient whether it stays where a step of length 0 is linear in v."""
+        n = self.groupoid.dim_x + self.timed
+        own = [sum(e[n:]) <= 2 for e in self.powers(degree)]
+        return own + [True] * (self.count(degree) - len(own))
+
+    def _fast(self, degree: int) -> list[Powers]:
+        return list(_exponents(self.groupoid.dim_x, degree)) if self.fast else []
+
+    def scene(self, degree: int) -> Scene:
+        """Return the scene with polynomials of that degree; its numbers are only a start."""
+        powers, rest = self.powers(degree), self._fast(degree)
+        n, m, count, first = (
+            self.groupoid.dim_x,
+            self.groupoid.dim_u,
+            self.count(degree),
+            len(powers),
+        )
+
+        def of(c: Sequence[Any], z: Sequence[Any], monomials: Sequence[Powers]) -> Any:
+            return sympy.Add(*(
+                a * sympy.Mul(*(e**k for e, k in zip(z, power, strict=True) if k))
+                for a, power in zip(c, monomials, strict=True)
+            ))  # fmt: skip
+
+        def value(x: Any, v: Any, p: Any) -> Any:
+            c = list(p.c)
+            fast = of(c[len(c) - len(rest) :], list(x), rest) if rest else 0
+            return of(c[:first], [*x, *v], powers) - fast
+
+        def timed(x: Any, v: Any, p: Any, t: Any) -> Any:
+            return of(list(p.c)[:first], [*x, t, *v], powers)
+
+        def force(x: Any, v: Any, p: Any, t: Any) -> Any:
+            c = list(p.c)
+            return [of(c[first * (i + 1) : first * (i + 2)], [*x, t, *v], powers) for i in range(m)]
+
+        draw = random.Random(1)
+        numbers = [Fraction(draw.randrange(1, 64), 64) for _ in range(count + n + m)]
+        given: dict[str, Any] = {"hamiltonian" if self.hamiltonian else "lagrangian":
+                                 timed if self.timed else value}  # fmt: skip
+        given |= {"force": force} if self.forced else {}
+        given |= {"mu0" if self.hamiltonian else "v0": numbers[count + n :]}
+        if self.fast:
+            given["fast"] = lambda x, p: of(list(p.c)[first:], list(x), rest)
+        return Scene(name="generic", groupoid=self.groupoid, parameters={"c": numbers[:count]},
+                     x0=numbers[count : count + n], duration=1, step="1/100", **given)  # fmt: skip
+
+
+def _exponents(length: int, degree: int) -> Iterator[Powers]:
+    """Yield the exponents of all monomials but 1 up to a degree."""
+    for total in range(1, degree + 1):
+        for places in itertools.combinations_with_replacement(range(length), total):
+            yield tuple(places.count(i) for i in range(length))
+
+
+def _pairs(hamiltonian: bool) -> list[SceneClass]:
+    letter, moving = ("H", "μ") if hamiltonian else ("L", "v")
+    parts = (("T(μ) + V(x)", "μ·Nμ/2 + V(x)") if hamiltonian
+             else ("T(v) − V(x)", "v·Mv/2 − V(x)"))  # fmt: skip
+    found = [SceneClass(f"{letter}(x, {moving}), n = {n}", "pair", pair(n)) for n in (1, 2, 3)]
+    found += [SceneClass(f"{e}, n = 2", "separable", pair(2), part)
+              for e, part in zip(parts, ("separable", "quadratic"), strict=True)]  # fmt: skip
+    found += [SceneClass(f"{letter}(x, {moving}, t), n = 1", "time", pair(1), timed=True)]
+    found += [SceneClass(f"{letter}(x, {moving}, t) and a force f(x, v, t), n = 1", "force",
+                         pair(1), timed=True, forced=True)]  # fmt: skip
+    return found
+
+
+def _groups(hamiltonian: bool) -> list[SceneClass]:
+    of = "H(μ)" if hamiltonian else "L(ξ)"
+    both = "H(x, μ)" if hamiltonian else "L(x, ξ)"
+    found = [
+        SceneClass(f"{of} on so(3), Cayley", "lie_group", lie_group(so(3))),
+        SceneClass(f"{of} on gl(2), Cayley", "lie_group", lie_group(gl2)),
+        SceneClass(f"{of} on sl(2), exponential", "lie_group", lie_group(sl(2), exponential)),
+        SceneClass(f"{of} on r3, exponential", "lie_group", lie_group(r3, exponential),
+                   dear=3),
+        SceneClass(f"{both} on R³ × so(3), Cayley", "action", action(so(3))),
+        SceneClass(f"{both} on R × R × so(3), Cayley", "product",
+                   product(pair(1), lie_group(so(3)))),
+    ]  # fmt: skip
+    return found
+
+
+def classes_of(hamiltonian: bool, splits: bool) -> list[SceneClass]:
+    """Return the classes on which a rule, or a map of (x, μ), is tried.
+
+    splits: True for a rule that treats a fast potential apart.
+    """
+    from dataclasses import replace
+
+    if splits:
+        return [SceneClass(f"L(x, v) with a fast V(x), n = {n}", "fast", pair(n), fast=True)
+                for n in (1, 2)]  # fmt: skip
+    every = [*_pairs(hamiltonian), *_groups(hamiltonian)]
+    return [replace(e, hamiltonian=hamiltonian) for e in every]

@@ -1,0 +1,241 @@
+"""`prove(rule)`: the order of a rule for every Lagrangian of each class, not on a scene.
+
+Draws: each is a random prime, random coefficients and a random state; "proven" needs all components
+to vanish in `DRAWS` of them, "disproven" one that does not in one.
+"""
+
+from __future__ import annotations
+
+import random
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from discmech.integrators import BadInput, Discretisation
+from discmech.integrators.errors import CannotMeasure, arguments_checked, shown, unknown
+from discmech.integrators.expansions import NotConsistent, NotExpanded
+from discmech.integrators.numbers import BITS, NotRational
+
+from ..core import lookup
+from .classes import KINDS, MOST_LETTERS, SceneClass, classes_of
+from .conditions import conditions_of
+from .constants import decimals_in, numbers_for
+from .leading import leading_error
+from .letters import Told, lettered
+from .result import Answer, Result
+from .steps import Comparison
+
+MOST_ORDER = 12
+DRAWS = 2
+#: degree of a step's rows, as rational functions of all letters, for which the chance is told
+MOST_DEGREE = 10**6
+#: bits of the numbers that all coefficients of an error may share, for which the chance is told
+CONTENT = 10**6
+#: of the primes of `BITS` bits ≡ 11 mod 12 at least this share has the nodes and roots of a rule
+SHARE = 1 / 1000
+#: order ↦ the coefficients of classes that are looked at without being asked for
+USUAL = {2: MOST_LETTERS, 4: 130, 6: 120, MOST_ORDER: 60}
+Progress = Callable[[str, float | None], None]
+
+
+def _silent(label: str, share: float | None) -> None:
+    """Tell nothing."""
+
+
+@arguments_checked
+def prove(
+    rule: Discretisation | str,
+    order: int | None = None,
+    *,
+    groupoid: str | Sequence[str] = (),
+    progress: Progress = _silent,
+) -> Result:
+    """Return what is proven of a rule's order, class by class, for every Lagrangian of the class.
+
+    rule: an object, or a word such as midpoint or FILE.py:NAME. order: to be proven, by default
+    what the rule states on each class; of a rule that states none it is found. groupoid: the kinds
+    of classes (`classes.KINDS`), by default all that the rule has a meaning on, as far as they take
+    seconds. progress: called with a label and a share of the work. Raises `BadInput` for a program,
+    an order above 12, unknown kinds, and a rule that cannot be evaluated.
+    """
+    given = lookup.rule_given(rule)
+    kinds = (groupoid,) if isinstance(groupoid, str) else tuple(groupoid)
+    for kind in kinds:
+        if kind not in KINDS:
+            raise unknown("kind of class", kind, KINDS)
+    if order is not None and (type(order) is not int or not 1 <= order <= MOST_ORDER):
+        raise BadInput(f"order is {shown(order)}: give a whole number from 1 to {MOST_ORDER}.")
+    if not given.is_formula or not given.composes or given.formula is None:
+        raise BadInput(
+            f"{given.name} is a program, or takes steps that vary: neither has a series in the "
+            "step to be proven; `discmech order` measures it."
+        )
+    told = Told()
+    asked = lettered(given, told)
+    if (stated := order or given.order) is not None and stated > MOST_ORDER:
+        raise BadInput(f"{given.name} states order {stated}: at most {MOST_ORDER} is proven.")
+    every = [e for e in classes_of(not given.asks_lagrangian, given.splits)
+             if not kinds or e.kind in kinds]  # fmt: skip
+    every = [e for e in every if not asked.refusal(e.scene(1))]
+    if not every:
+        raise BadInput(f"{given.name} has no meaning on the classes {', '.join(kinds) or 'known'}.")
+    draw = random.SystemRandom()
+    if stated is None:
+        progress("finding the order", None)
+        stated = _found(every[0], asked, draw)
+    most = MOST_LETTERS if kinds else _usual(stated)
+    chosen = [e for e in every if e.dear * e.count(stated + 1) <= most] or every[:1]
+    if chosen[0].count(stated + 1) > MOST_LETTERS:
+        raise BadInput(f"{chosen[0].name} has too many coefficients at order {stated}: ask less.")
+    answers = dict[str, Answer]()
+    for i, e in enumerate(chosen):
+        progress(e.name, i / len(chosen))
+        wanted = order if order is not None or given.order is not None else stated
+        answers[e.name] = _answer(e, asked, wanted, stated, draw, first=i == 0)
+    notes = [*told.notes, *_beyond(every, chosen, stated)]
+    conditions: dict[int, str] = {}
+    if told.open:
+        progress("conditions", None)
+        conditions, answers = conditions_of(asked, told.open, chosen, stated, answers, draw)
+    leading = dict[str, Any]()
+    pairs = [e for e in chosen if e.kind == "pair"][:2]
+    if pairs and given.asks_lagrangian and not given.splits:
+        progress("leading error", None)
+        first = answers[pairs[0].name]
+        exact = None if first.at_least or first.proven is None else first.order
+        leading = leading_error(asked, told.open, exact, pairs[-1].groupoid, draw)
+    return Result(given.name, stated, answers, conditions, leading, notes)
+
+
+def _usual(order: int) -> int:
+    """Return the number of coefficients up to which a class is looked at without being asked."""
+    return next(count for most, count in USUAL.items() if order <= most)
+
+
+def _beyond(every: list[SceneClass], chosen: list[SceneClass], order: int) -> list[str]:
+    left = [e.name for e in every if e not in chosen]
+    if not left:
+        return []
+    return [f"not asked, since they take longer at order {order} (--groupoid asks for them): "
+            f"{'; '.join(left)}."]  # fmt: skip
+
+
+def _found(e: SceneClass, rule: Discretisation, draw: random.Random) -> int:
+    """Return the order of a rule on a class, at least 1 and at most `MOST_ORDER`."""
+    for power in (3, 5, 9, MOST_ORDER + 1):
+        answer = _answer(e, rule, power, power, draw, first=True, power=power)
+        if answer.order is None or answer.order < power:
+            break
+    return min(max(1, answer.order or 1), MOST_ORDER)
+
+
+def _answer(
+    e: SceneClass, rule: Discretisation, order: int | None, stated: int, draw: random.Random,
+    *, first: bool, power: int | None = None,
+) -> Answer:  # fmt: skip
+    """Return what is proven on a class; first: True if errors of the rule are raised here."""
+    begun = time.process_time()
+    power = stated + 1 if power is None else power
+    try:
+        answer = _drawn(e, rule, order, power, draw)
+    except CannotMeasure as error:
+        answer = Answer(None, None, _sentence(error))
+    except (NotRational, ZeroDivisionError) as error:
+        answer = Answer(None, None, f"{error}, so nothing is known at a random state")
+    except BadInput as error:
+        if asks := _parameter(error):
+            answer = Answer(None, None, f"it reads the parameter {asks} of a scene, so it is no "
+                            "rule for every Lagrangian")  # fmt: skip
+        elif first:
+            raise
+        else:
+            answer = Answer(None, None, _sentence(error))
+    return replace(answer, seconds=time.process_time() - begun)
+
+
+def _sentence(error: Exception) -> str:
+    return str(error).replace("generic with ", "").removeprefix("generic: ").rstrip(".")
+
+
+def _parameter(error: BadInput) -> str:
+    """Return the name of the parameter that a rule asked a scene for in vain; "" otherwise."""
+    cause = error.__cause__
+    while cause is not None and not isinstance(cause, AttributeError):
+        cause = cause.__cause__
+    namespace = type(getattr(cause, "obj", None)).__name__ == "SimpleNamespace"
+    return str(getattr(cause, "name", "")) if namespace else ""
+
+
+def _drawn(
+    e: SceneClass, rule: Discretisation, order: int | None, power: int, draw: random.Random
+) -> Answer:
+    comparison = Comparison(e.scene(power), rule)
+    wanted = comparison.scheme.order if order is None or order == rule.order else order
+    wanted = min(wanted or power - 1, power)
+    seen, unknown_numbers, reduced = power, False, False
+    gaps = None
+    for _ in range(DRAWS):
+        every = [c for part in comparison.constants for c in part]
+        numbers = numbers_for(every, comparison.scheme, draw)
+        try:
+            gaps = _gaps(comparison, numbers, draw, power, None)
+        except NotConsistent as error:
+            return Answer(0, False, f"it is not consistent: {_sentence(error)}", power=1)
+        except NotExpanded:
+            # where L is quadratic in the velocity a step of length 0 is the solution of a linear
+            # system: a disproof there is one for the class
+            gaps, reduced = _gaps(comparison, numbers, draw, power, e.linear(power)), True
+        seen, unknown_numbers = min(seen, gaps.order), bool(numbers.unknown)
+        if seen < wanted:
+            break
+    assert gaps is not None
+    told = f"h^{seen + 1} differs in {', '.join(gaps.missed)}" if seen < power else ""
+    about: dict[str, Any] = {"at_least": seen == power, "missed": gaps.missed,
+                             "power": None if seen == power else seen + 1}  # fmt: skip
+    if seen >= wanted and reduced:
+        return Answer(seen, None, "proven for L quadratic in v alone: for others a step of length "
+                      "0 is no rational function", **about)  # fmt: skip
+    if seen >= wanted:
+        chance, told = chance_of_error(comparison, power), told and f"the next power, {told}"
+        return Answer(seen, True, told, chance=chance, **about)
+    if said := decimals_in(rule):
+        return Answer(seen, None, f"as written {told}: {said}", **about)
+    if unknown_numbers:
+        return Answer(seen, None, f"{told} for other values of its numbers, which are not known "
+                      "as roots", **about)  # fmt: skip
+    return Answer(seen, False, told, **about)
+
+
+def _gaps(comparison: Comparison, numbers: Any, draw: random.Random, power: int, kept: Any) -> Any:
+    """Return the gaps of a draw, and of another where a denominator happens to be 0."""
+    numbers.values = _OpenValues(numbers, draw)
+    try:
+        return comparison.gaps(numbers, draw, power, kept)
+    except ZeroDivisionError:  # a random matrix is singular with a chance of 1/p
+        return comparison.gaps(numbers, draw, power, kept)
+
+
+class _OpenValues(dict[str, Any]):
+    """Open numbers with random values, each the same for a draw."""
+
+    def __init__(self, numbers: Any, draw: random.Random) -> None:
+        super().__init__()
+        self._numbers, self._draw = numbers, draw
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = self._numbers.field.random(1, self._draw)[0]
+        return self[name]
+
+
+def chance_of_error(comparison: Comparison, power: int) -> float:
+    """Return the bound of the chance that errors vanish in all draws and not always.
+
+    docs/proofs.md: the numerator of an error is of a degree below C(2K − 1) with C = (m + 1)(2K +
+    2)r, r the degree of the rows of a step, and at most `CONTENT`/`BITS` primes divide all its
+    coefficients.
+    """
+    m = len(comparison.s.u) + len(comparison.s.stages)
+    degree = (2 * power - 1) * (m + 1) * (2 * power + 2) * MOST_DEGREE
+    primes = 2.0 ** (BITS - 1) / (BITS * 0.7 * 4) * SHARE
+    return float((degree / 2.0 ** (BITS - 1) + CONTENT / BITS / primes) ** DRAWS)

@@ -1,0 +1,95 @@
+"""What a proof of order says: an answer for each class, conditions on open numbers, the error."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+WORDS = {True: "proven", False: "disproven", None: "not decided"}
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Of one class of scenes: order, proven (None: not decided), why; it unpacks into these three.
+
+    order: the last power of h up to which a step agrees with the flow, or None. at_least: True if
+    the next power was not looked at, or agrees too. power, missed: the first power of h that
+    differs, and the components that do. chance: a bound of the chance that "proven" is wrong.
+    """
+
+    order: int | None
+    proven: bool | None
+    why: str
+    at_least: bool = False
+    power: int | None = None
+    missed: tuple[str, ...] = ()
+    chance: float | None = None
+    seconds: float = 0.0
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.order, self.proven, self.why))
+
+    @property
+    def verdict(self) -> str:
+        """The answer as a word."""
+        return WORDS[self.proven]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What is proven of a rule.
+
+    order: the order that was asked for, or what the rule states, or what was found; classes: name ↦
+    `Answer`; conditions: order ↦ the condition on the rule's open numbers under which it has that
+    order; leading: name of an elementary term ↦ its coefficient in the leading error
+    (docs/proofs.md has the terms); notes: sentences.
+    """
+
+    rule: str
+    order: int | None
+    classes: dict[str, Answer]
+    conditions: dict[int, str] = field(default_factory=dict)
+    leading: dict[str, Any] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def proven(self) -> bool | None:
+        """True if proven of every class, False if disproven of one, None if one is not decided."""
+        told = [answer.proven for answer in self.classes.values()]
+        if False in told:
+            return False
+        return None if None in told or not told else True
+
+    @property
+    def verdict(self) -> str:
+        """The answer as a word."""
+        return WORDS[self.proven]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as JSON can hold it; fractions are text."""
+        return {
+            "command": "prove", "rule": self.rule, "order": self.order, "verdict": self.verdict,
+            "classes": {
+                name: {"order": a.order, "at_least": a.at_least, "proven": a.proven, "why": a.why,
+                       "power": a.power, "missed": list(a.missed), "chance": a.chance,
+                       "seconds": round(a.seconds, 3)}
+                for name, a in self.classes.items()
+            },
+            "conditions": {str(order): text for order, text in self.conditions.items()},
+            "leading": {name: str(c) for name, c in self.leading.items()}, "notes": self.notes,
+        }  # fmt: skip
+
+    def text(self) -> str:
+        """Return it as lines for a terminal."""
+        lines = [f"{self.rule}: order {self.order} {self.verdict}"] if self.order else [self.rule]
+        width = max(map(len, self.classes), default=0)
+        for name, a in self.classes.items():
+            order = "" if a.order is None else f"order {'≥ ' * a.at_least}{a.order}"
+            lines.append(f"  {name:<{width}}  {a.verdict:<11}  {order:<9}  {a.why}".rstrip())
+        for power, condition in self.conditions.items():
+            lines.append(f"  order {power}: {condition}")
+        if self.leading:
+            lines.append("  leading error " + " + ".join(
+                f"({c}) {name}" for name, c in self.leading.items()))  # fmt: skip
+        return "\n".join([*lines, *self.notes])

@@ -1,0 +1,219 @@
+"""One step and the exact flow as power series in the step, for a random scene of a class, in F_p.
+
+The coefficients of (one step − flow) are rational functions of the derivatives of the Lagrangian at
+the state; here they are evaluated without rounding. One that is not 0 disproves an order for the
+whole class.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from discmech.integrators import Discretisation, Scene, Scheme
+from discmech.integrators.equations import (
+    closed_velocity,
+    mass_matrix,
+    momentum,
+    rates,
+)
+from discmech.integrators.expansions import NotConsistent, NotExpanded, StepSeries
+from discmech.integrators.numbers import (
+    NotKnown,
+    PrimeField,
+    Residue,
+    Series,
+    numeric_text,
+    run_text,
+    series_namespace,
+)
+
+from .constants import Numbers
+
+MOST_LOST = 4  # powers of h that quotients 0/0 may take away
+Row = list[Residue]
+
+
+@dataclass(frozen=True)
+class Gaps:
+    """What a step and the flow differ by: rows[k] are the components of h^k; names: theirs."""
+
+    names: tuple[str, ...]
+    rows: list[Row]
+
+    @property
+    def order(self) -> int:
+        """The last power of h up to which all components are 0."""
+        return next((k for k, row in enumerate(self.rows) if any(row_of(row))), len(self.rows)) - 1
+
+    @property
+    def missed(self) -> tuple[str, ...]:
+        """The names of the components that differ at the first power with a difference."""
+        k = self.order + 1
+        row = self.rows[k] if k < len(self.rows) else []
+        return tuple(name for name, told in zip(self.names, row_of(row), strict=False) if told)
+
+
+def row_of(row: Sequence[Residue]) -> list[bool]:
+    """Return for each component whether it differs."""
+    return [e != 0 for e in row]
+
+
+class Comparison:
+    """A rule's steps on the scenes of a class, derived once, and compared with the flow often.
+
+    scene: with letters for all coefficients, its parameters. Raises `BadInput` like `Scheme`.
+    """
+
+    def __init__(self, scene: Scene, rule: Discretisation) -> None:
+        scheme = Scheme(scene, rule)
+        self.scheme, self.parts = scheme, scheme.flow(scene.step).parts
+        self.substeps = scheme.substeps
+        self.s = self.parts[0].equations.s
+        #: the callables of all constants of the rule, part by part
+        self.constants = [list(part.equations.s.constants.values()) for part in self.parts]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the components of a state."""
+        return tuple(str(e) for e in (*self.s.x, *self.s.mu))
+
+    def gaps(
+        self, numbers: Numbers, draw: random.Random, power: int, kept: Sequence[bool] | None = None
+    ) -> Gaps:
+        """Return what a step and the flow differ by, for random coefficients at a random state.
+
+        kept: the coefficients of the class that are not 0. Raises `NotExpanded` where a step of
+        length 0 is not found, `NotRational` for what is not in the field.
+        """
+        field, s = numbers.field, self.s
+        p = field.random(len(s.parameter_list), draw)
+        p = [e if e_kept else field.number(0) for e, e_kept in zip(p, kept or [True] * len(p),
+                                                                   strict=True)]  # fmt: skip
+        x, other = field.random(len(s.x), draw), field.random(len(s.u), draw)
+        exact, xi = Flow.of(s, field)(x, other, p, power)
+        z = self._stepped(numbers, p, [[e[0] for e in exact], xi, [e[1] for e in exact]], power)
+        rows = [[field.number(_at(a, k)) - b[k] for a, b in zip(z, exact, strict=True)]
+                for k in range(power + 1)]  # fmt: skip
+        return Gaps(self.names, rows)
+
+    def _stepped(
+        self, numbers: Numbers, p: Row, at: Sequence[Row], power: int
+    ) -> list[Series | Residue]:
+        """Return the state after a step as series; at: the state, its velocity, its rates."""
+        for lost in range(MOST_LOST):
+            try:
+                return self._with(numbers, p, at, power, lost)
+            except NotKnown:
+                continue
+        return self._with(numbers, p, at, power, MOST_LOST)
+
+    def _with(self, numbers: Numbers, p: Row, at: Sequence[Row], power: int, lost: int) -> Any:
+        z, n = list(at[0]), len(self.s.x)
+        h = Series.variable(power + lost + 1, numbers.field.number(1))
+        sizes = numbers.sizes(self.scheme, self.substeps)
+        for part, constants, size in zip(self.parts, self.constants, sizes, strict=True):
+            q = [h * size, *p, *map(numbers, constants)]
+            x, mu, _ = self._part(StepSeries(part, numbers.field), z[:n], z[n:], q, at, power, lost)
+            z = [*x, *mu]
+        return z
+
+    def _part(
+        self, steps: StepSeries, x: Row, mu: Row, q: Any, at: Sequence[Row], power: int, lost: int
+    ) -> Any:
+        """Return a substep from the start that solves a step of length 0: stages 0, ξ, or μ."""
+        (z, xi, rate), s = at, steps.equations.s
+        m, count = len(s.u), len(s.stages)
+        momenta = z[len(z) - m :]
+        for stage in ([steps.numbers.number(0)] * m, xi, momenta):
+            starts = {"velocity": xi, "slope": rate, "stage": stage * (count // max(m, 1))}
+            w = list[Residue]()
+            for kind, letters in steps.equations.unknowns:
+                w += (starts[kind] * len(letters))[: len(letters)]
+            try:
+                return steps(x, mu, q, w, power, lost)
+            except NotConsistent:
+                raise
+            except NotExpanded as error:
+                refused = error
+        kinds = {kind for kind, letters in steps.equations.unknowns if len(letters)}
+        if len(s.x) and kinds == {"velocity"}:
+            # then x′ = x + hu + … does not begin with the motion's own velocity
+            raise NotConsistent("the velocity at h = 0 is not that of the motion.")
+        raise refused
+
+
+class Flow:
+    """The motion of a scene's symbols as power series in time, by the continuous equations."""
+
+    def __init__(self, s: Any, field: PrimeField) -> None:
+        self.s, self.field = s, field
+        self.closed = closed_velocity(s) if s.hamiltonian is not None else None
+        letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
+        results: list[Any] = [list(rates(s))]
+        if self.closed is None:
+            results += [list(momentum(s)), mass_matrix(s)]
+        else:
+            results += [list(self.closed)]
+        space = series_namespace(field)
+        self.function: Callable[..., Any] = run_text(numeric_text(letters, results), space)[
+            "function"
+        ]
+
+    @staticmethod
+    @lru_cache(maxsize=64)
+    def of(s: Any, field: PrimeField) -> Flow:
+        """Return the flow, made once."""
+        return Flow(s, field)
+
+    def __call__(self, x: Row, other: Row, p: Row, power: int) -> tuple[list[Row], Row]:
+        """Return the coefficients of each entry of (x, μ) up to a power, and ξ at the start.
+
+        other: the velocity at the start, or the momentum where the scene has a Hamiltonian.
+        """
+        if self.closed is not None:
+            return self._of_hamiltonian(x, other, p, power)
+        of, none, number = self.function, [0] * len(other), self.field.number
+        inverse = _inverse(of(x, other, none, p)[2], self.field)
+        n, xi = len(x), [[e] for e in other]
+        z = [[number(e)] for e in (*x, *of(x, other, none, p)[1])]
+        for k in range(power):
+            zs, us = ([Series(e, 0, k + 1) for e in part] for part in (z, xi))
+            rate = of(zs[:n], us, zs[n:], p)[0]
+            for e, slope in zip(z, rate, strict=True):
+                e.append(number(_at(slope, k)) / (k + 1))
+            zs, us = ([Series(e, 0, k + 2) for e in part] for part in (z, xi))
+            known = of(zs[:n], us, zs[n:], p)[1]  # μ without the next power of the velocity
+            left = [a[k + 1] - _at(b, k + 1) for a, b in zip(z[n:], known, strict=True)]
+            for e, row in zip(xi, inverse, strict=True):
+                e.append(sum((a * b for a, b in zip(row, left, strict=True)), start=number(0)))
+        return z, list(other)
+
+    def _of_hamiltonian(self, x: Row, mu: Row, p: Row, power: int) -> tuple[list[Row], Row]:
+        of, n, number = self.function, len(x), self.field.number
+        z = [[number(e)] for e in (*x, *mu)]
+        xi = [number(e) for e in of(x, [0] * len(mu), mu, p)[1]]
+        for k in range(power):
+            zs = [Series(e, 0, k + 1) for e in z]
+            speed = of(zs[:n], [0] * len(mu), zs[n:], p)[1]
+            for e, slope in zip(z, of(zs[:n], list(speed), zs[n:], p)[0], strict=True):
+                e.append(number(_at(slope, k)) / (k + 1))
+        return z, xi
+
+
+def _inverse(rows: Any, field: PrimeField) -> list[Row]:
+    """Return the inverse of a matrix; raises `ZeroDivisionError` if it is singular."""
+    from flint import nmod_mat
+
+    size = len(rows)
+    entries = [field.number(e).v for row in rows for e in row]
+    found = nmod_mat(size, size, entries, field.p).inv()
+    return [[field.number(int(e)) for e in row] for row in found.table()]
+
+
+def _at(e: Any, k: int) -> Any:
+    """Return the coefficient of h^k of a series or a constant."""
+    return e.coefficient(k) if isinstance(e, Series) else e if k == 0 else 0

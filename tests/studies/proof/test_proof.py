@@ -1,0 +1,312 @@
+"""Proofs of order: what is right is proven, what is wrong is disproven, and the rest is said."""
+
+from __future__ import annotations
+
+import json
+import random
+from fractions import Fraction
+
+import pytest
+import sympy
+
+from discmech import BadInput, compose, discretisation, one_step, prove, splitting
+from discmech.integrators import rules
+from discmech.studies.command import main
+
+slow = pytest.mark.slow
+HALF, THIRD = Fraction(1, 2), sympy.Rational(1, 3)
+
+
+@discretisation(order=2)
+def two_thirds(L, G, x, u, h):
+    return h * L(G.target(x, u, h / 3), u) / 2 + h * L(G.target(x, u, 2 * h / 3), u) / 2
+
+
+def nodes_with_a_stage(node, weight=HALF, bend=1, sign=1, term=0):
+    """Two nodes (1 ± node)/2 on a curve of degree 2: Gauss for node² = 1/3."""
+
+    @discretisation(order=4, stages=1, name="bent")
+    def rule(L, G, x, u, h, s):
+        total = term * h**4 * L(x, u)
+        for side, share in ((-1, weight), (1, 1 - weight)):
+            c = (1 + side * node) / 2
+            w, dw = c * u + bend * c * (c - 1) * s[0], u + sign * (2 * c - 1) * s[0]
+            total += h * share * L(G.target(x, w, h), G.velocity(x, w, dw, h))
+        return total
+
+    return rule
+
+
+def weighted(points, order, term=0):
+    """h Σ b L at fractions c of the step, and a term of h^order."""
+
+    @discretisation(order=order, name="weighted")
+    def rule(L, G, x, u, h):
+        total = sum(h * b * L(x if c == 0 else G.target(x, u, c * h), u) for c, b in points)
+        return total + term * h**order * L(x, u)
+
+    return rule
+
+
+def proven(rule, order=None, kind="time"):
+    return prove(rule, order, groupoid=kind).proven
+
+
+# -- what is right ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["midpoint", "trapezoidal", "gauss-2", "lobatto-3", "heun",
+                                  "runge-kutta-4", "implicit-midpoint", "stoermer-verlet",
+                                  "discrete-gradient", "triple-jump:midpoint",
+                                  "suzuki:trapezoidal", "triple-jump:rectangle"])  # fmt: skip
+def test_orders_that_rules_state(name):
+    found = prove(name, groupoid="time")
+    (answer,) = found.classes.values()
+    assert found.proven and answer.order == rules.get(name).order and not answer.at_least
+    assert answer.chance < 1e-15
+
+
+@pytest.mark.parametrize("name", ["gauss-3", pytest.param("gauss-4", marks=slow),
+                                  pytest.param("lobatto-5", marks=slow)])  # fmt: skip
+def test_high_orders_on_nodes_in_the_field(name):
+    (answer,) = [a for e, a in prove(name, groupoid="pair").classes.items() if "n = 1" in e]
+    assert answer.proven and answer.order == rules.get(name).order
+
+
+@pytest.mark.parametrize("rule", ["midpoint", "rectangle", two_thirds])
+def test_every_class(rule):
+    found = prove(rule)
+    assert found.proven
+    assert {"L(x, v), n = 3", "L(ξ) on gl(2), Cayley", "L(ξ) on r3, exponential"} <= {
+        *found.classes
+    }
+    order, told, why = found.classes["L(x, v), n = 2"]
+    assert told and order == found.order and f"h^{order + 1} differs in x_0" in why
+
+
+def test_roots_in_a_rule():
+    exact = 1 / sympy.sqrt(3)
+    assert proven(nodes_with_a_stage(exact))
+    jump = 1 / (2 - 2**THIRD)
+    assert proven(compose(rules.midpoint, [jump, 1 - 2 * jump, jump]), 4)
+    assert proven(nodes_with_a_stage(sympy.sqrt(2) * sympy.sqrt(6) / 6))
+    denested = (1 + sympy.sqrt(2) - sympy.sqrt(3 + 2 * sympy.sqrt(2), evaluate=False)) + exact
+    assert proven(nodes_with_a_stage(denested)) is not False
+
+
+def test_the_order_of_a_rule_that_states_none():
+    rule = weighted([(0, Fraction(1, 6)), (HALF, Fraction(2, 3)), (1, Fraction(1, 6))], 2)
+    unstated = discretisation()(rule.formula)
+    assert prove(unstated, groupoid="time").order == 2
+
+
+def test_a_class_of_its_own():
+    assert proven("imex", kind="fast")
+
+    @one_step(order=2, groupoids="pair")
+    def leapfrog(s, z, h):
+        x, mu = s.split(z)
+        mu = mu + h / 2 * s.split(s.f(s.join(x, mu)))[1]
+        x = x + h * s.split(s.f(s.join(x, mu)))[0]
+        return s.join(x, mu + h / 2 * s.split(s.f(s.join(x, mu)))[1])
+
+    found = prove(leapfrog, groupoid=["separable", "pair"])
+    assert found.classes["T(μ) + V(x), n = 2"].proven
+    assert found.classes["H(x, μ), n = 1"].proven is False
+
+
+# -- what is wrong ---------------------------------------------------------------------------------
+
+
+def wrong_rules():
+    """Forty rules with one number that is off, by 1e-9 or more, and the order that they state."""
+    draw, cases = random.Random(5), []
+    for k in range(40):
+        off = Fraction(draw.choice((-1, 1)) * draw.randrange(1, 1000), 10 ** draw.randrange(3, 13))
+        kind, node = k % 8, 1 / sympy.sqrt(3)
+        cases.append({
+            0: lambda off=off: weighted([(HALF + off, 1)], 2),
+            1: lambda off=off: weighted([(0, HALF + off), (1, HALF - off)], 2),
+            2: lambda off=off: weighted([(Fraction(1, 3), HALF), (Fraction(2, 3) + off, HALF)], 2),
+            3: lambda off=off: weighted([(HALF, 1 + off)], 2),
+            4: lambda off=off: weighted([(HALF, 1)], 2, term=off),
+            5: lambda off=off, node=node: nodes_with_a_stage(node + sympy.Rational(off)),
+            6: lambda off=off, node=node: nodes_with_a_stage(node, weight=HALF + off),
+            7: lambda off=off, node=node: nodes_with_a_stage(node, term=off),
+        }[kind])  # fmt: skip
+    cases += [lambda: nodes_with_a_stage(1 / sympy.sqrt(3), bend=-1),
+              lambda: nodes_with_a_stage(1 / sympy.sqrt(3), sign=-1),
+              lambda: weighted([(0, -HALF), (1, HALF)], 2),
+              lambda: compose(rules.midpoint, ["1.351207191959", "-1.702414383918",
+                                               "1.351207191959"])]  # fmt: skip
+    return cases
+
+
+@pytest.mark.parametrize("make", wrong_rules())
+def test_wrong_rules_are_disproven(make):
+    rule = make()
+    found = prove(rule, 4 if rule.method else None, groupoid="time")
+    (answer,) = found.classes.values()
+    assert answer.proven is False and answer.order < found.order
+    assert answer.power == answer.order + 1
+
+
+@pytest.mark.parametrize("power", [0, 1, 2])
+def test_wrong_maps_are_disproven(power):
+    @one_step(order=2)
+    def off(s, z, h):
+        k = s.f(z)
+        moved = z + h * (k + s.f(z + h * k)) / 2
+        return moved + h**power * Fraction(1, 10**9) * (s.f(z) if power else z)
+
+    assert proven(off) is False
+
+
+# -- what is not decided, and why ------------------------------------------------------------------
+
+
+def test_decimals_are_said_to_be_decimals():
+    (answer,) = prove("kahan-li-6:midpoint", groupoid="time").classes.values()
+    assert answer.proven is None and answer.order == 2 and "decimals" in answer.why
+    found = splitting(["0.5", "1", "0.5"], first="potential")
+    assert proven(found)
+
+
+def test_a_rule_that_reads_parameters_or_needs_more_than_fractions():
+    @discretisation(order=2)
+    def reads(L, G, x, u, h):
+        return h * L(G.target(x, u, h / 2), u) + h * L.parameters.gravity
+
+    @discretisation(order=2)
+    def rounds(L, G, x, u, h):
+        return h * L(G.target(x, u, h / 2), u) * sympy.exp(u[0] * h**3 + u[0])
+
+    for rule, words in ((reads, "parameter gravity"), (rounds, "exp")):
+        found = prove(rule, groupoid="time")
+        assert found.proven is None and words in str([*found.classes.values()])
+
+
+def test_transcendental_numbers():
+    @discretisation(order=2)
+    def cancels(L, G, x, u, h):
+        return h * (sympy.pi * L(x, u) + (1 - sympy.pi) * L(G.target(x, u, h), u))
+
+    found = prove(cancels, 1, groupoid="time")
+    assert found.proven
+    assert proven(cancels, 2) is None  # π may be anything that is not known
+
+
+# -- open numbers and the leading error ------------------------------------------------------------
+
+
+def test_conditions_on_an_open_number():
+    w = sympy.Symbol("w")
+
+    @discretisation(order=1)
+    def one_point(L, G, x, u, h):
+        return h * L(G.target(x, u, w * h), u)
+
+    found = prove(one_point, groupoid="pair")
+    assert found.proven
+    assert found.conditions[1] == "for every w" and found.conditions[3] == "for no w"
+    assert found.conditions[2].endswith("w = 1/2")
+    assert found.leading == {"L_x·v": w - HALF} or sympy.expand(
+        found.leading["L_x·v"] - w + HALF) == 0  # fmt: skip
+
+    @discretisation(order=2, parameters=("w",))
+    def mixed(L, G, x, u, h, w):
+        ends = (L(x, u) + L(G.target(x, u, h), u)) / 2
+        return h * w * ends + h * (1 - w) * L(G.target(x, u, h / 2), u)
+
+    found = prove(mixed, groupoid="pair")
+    assert [found.conditions[k] for k in (2, 3)] == ["for every w", "for no w"]
+    assert sympy.expand(found.leading["v·L_xx v"] - (w / 12 - (1 - w) / 24)) == 0
+    with pytest.raises(BadInput, match="leaves w open"):
+        rules.check_rule(mixed)
+        from discmech import Scheme, scenes
+
+        Scheme(scenes.get("pendulum"), mixed)
+
+
+@slow
+def test_a_node_squared():
+    found = prove(nodes_with_a_stage(sympy.Symbol("t")), groupoid="time")
+    assert found.proven is None
+    assert [found.conditions[k] for k in (2, 5)] == ["for every t", "for no t"]
+    assert found.conditions[4].startswith("3*t**2 - 1 = 0")
+
+
+def test_several_open_numbers():
+    @discretisation(order=2, parameters=("a", "b"))
+    def ends(L, G, x, u, h, a, b):
+        return h * (a * L(x, u) + b * L(G.target(x, u, h / 2), u)
+                    + (1 - a - b) * L(G.target(x, u, h), u))  # fmt: skip
+
+    assert prove(ends, groupoid="time").conditions[2] == "2*a + b - 1 = 0"
+
+
+@pytest.mark.parametrize(("rule", "wanted"), [
+    ("midpoint", {"v·L_xx v": Fraction(-1, 24), "f·M⁻¹f": Fraction(1, 24)}),
+    ("trapezoidal", {"v·L_xx v": Fraction(1, 12), "f·M⁻¹f": Fraction(1, 24)}),
+    (two_thirds, {"v·L_xx v": Fraction(-1, 36), "f·M⁻¹f": Fraction(1, 24)}),
+    ("rectangle", {"L_x·v": Fraction(-1, 2)}),
+])  # fmt: skip
+def test_leading_errors_by_hand(rule, wanted):
+    assert prove(rule, groupoid="pair").leading == wanted
+
+
+@slow
+def test_the_leading_error_on_the_straight_path_is_that_of_the_quadrature():
+    found = prove("gauss-2", groupoid="pair").leading
+    assert found["L_xxxx(v, v, v, v)"] == Fraction(7, 36) / 24 - Fraction(1, 120)
+
+
+# -- the command and bad input ---------------------------------------------------------------------
+
+
+def test_the_command(tmp_path, capsys):
+    file = tmp_path / "found.json"
+    assert main(["prove", "midpoint", "--groupoid", "time", "--json", str(file)]) == 0
+    assert "order 2 proven" in capsys.readouterr().out
+    told = json.loads(file.read_text())
+    (answer,) = told["classes"].values()
+    assert told["verdict"] == "proven" and answer["order"] == 2 and answer["proven"] is True
+    assert main(["prove", "midpoint", "--groupoid", "time", "--order", "3"]) == 1
+    assert main(["prove", "kahan-li-6:midpoint", "--groupoid", "time"]) == 3
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (["midpoint", "--order", "13"], "12"),
+    (["midpoint", "--groupoid", "pears"], "did you mean pair"),
+    (["midpint"], "midpoint"),
+    (["gauss-8"], "12"),
+])  # fmt: skip
+def test_bad_words(words, said, capsys):
+    assert main(["prove", *words]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_bad_rules():
+    chance = random.Random(1)
+
+    @discretisation(order=2)
+    def random_weight(L, G, x, u, h):
+        return h * L(G.target(x, u, h / 2), u) * Fraction(chance.randrange(1, 10**6), 10**6)
+
+    @discretisation(order=2)
+    def asks(L, G, x, u, h):
+        return h * L(G.target(x, u, h / 2 if h > 0 else h), u)
+
+    for rule, words in ((random_weight, "another value each time"), (asks, "truth value")):
+        with pytest.raises(BadInput, match=words):
+            prove(rule)
+
+
+def test_floats_are_said():
+    @discretisation(order=2)
+    def rounded(L, G, x, u, h):
+        return h * (0.1 * L(x, u) + 0.9 * L(G.target(x, u, h / 1.8), u))
+
+    found = prove(rounded, groupoid="time")
+    assert found.proven is False
+    assert "0.1 is 3602879701896397/36028797018963968" in found.notes[0]
