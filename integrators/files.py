@@ -1,8 +1,9 @@
-"""Files that are written whole, and drafts that only we can have left.
+"""Files that are written whole, and what is removed of them: only what shows that we wrote it.
 
 What is being written has a name of its own until it is finished: one prefix, the machine and the
 process that writes it. A draft is removed only by this name, and only after its process has ended.
-No other file is removed for its age, its name or its place.
+An old file of the cache is removed only if its content says that it is ours. No other file is
+removed for its age, its name or its place.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import re
 import shutil
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -23,6 +24,7 @@ from pathlib import Path
 DRAFT, READY = ".discmech-draft-", ".discmech-ready-"
 _NAME = re.compile(r"\.discmech-(?:draft|ready)-([0-9a-f]{8})-([0-9]+)-\w+")
 DAY = 86400.0  # of another machine nobody can ask which processes run: its drafts go after a day
+KEPT = 90 * DAY  # an unused file of the cache is removed after so many seconds
 
 
 def write_atomically(path: Path, content: str | bytes, mode: int = 0o600) -> None:
@@ -61,6 +63,31 @@ def sweep(folder: Path) -> None:
         else:
             with suppress(OSError):
                 draft.unlink()
+
+
+def asked_for(path: Path) -> None:
+    """Record, at most once a day, that a file of the cache is in use."""
+    with suppress(OSError):
+        if time.time() - path.stat().st_mtime > DAY:
+            os.utime(path)
+
+
+@cache  # checked once in a process
+def prune(folder: Path, is_ours: Callable[[Path], bool]) -> None:
+    """Remove drafts of ended processes and, of our files in a folder, those unused for 90 days.
+
+    This happens once a day. is_ours: whether a file has the content that we wrote under its name.
+    """
+    now, stamp = time.time(), folder / "pruned"
+    with suppress(OSError):
+        if stamp.exists() and now - stamp.stat().st_mtime < DAY:
+            return
+        stamp.touch()
+        sweep(folder)
+        for path in list(folder.iterdir()):
+            is_file = path.is_file() and not path.is_symlink()
+            if is_file and now - path.stat().st_mtime > KEPT and is_ours(path):
+                path.unlink(missing_ok=True)
 
 
 def left(folder: Path, prefix: str) -> Iterator[Path]:

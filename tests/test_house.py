@@ -94,9 +94,9 @@ def test_the_rules_would_catch_an_offender():
 
 #: the rooms of integrators/, each below those that import it
 ROOMS = (
-    "errors", "files", "numbers", "compiler", "runs", "algebras", "retractions", "groupoids",
-    "scene", "rules", "equations", "geometry", "bisections", "expansions", "flows", "contact",
-    "lattices", "foreign", "control", "steps", "scenes",
+    "errors", "files", "places", "numbers", "compiler", "runs", "algebras", "retractions",
+    "groupoids", "scene", "rules", "equations", "geometry", "bisections", "expansions", "flows",
+    "contact", "lattices", "foreign", "control", "steps", "scenes",
 )  # fmt: skip
 #: the compiler stands low: these hand it a step as data, run what it makes, or use its cache
 COMPILING = {

@@ -10,20 +10,7 @@ from typing import TYPE_CHECKING
 from ..numbers.lazy import on_demand
 
 if TYPE_CHECKING:
-    from .cache import (
-        Damaged,
-        cache_folder,
-        cache_folders,
-        cached_text,
-        digest,
-        is_temporary,
-        make_private,
-        of_others,
-        prune,
-        say_once,
-        seal,
-        unsealed,
-    )
+    from .cache import Damaged, cached_text, digest, seal, unsealed
     from .kernels import (
         Kernels,
         LatticeKernels,
@@ -50,8 +37,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = on_demand(
         __name__,
-        cache="Damaged cache_folder cache_folders cached_text digest is_temporary "
-              "make_private of_others prune say_once seal unsealed",
+        cache="Damaged cached_text digest seal unsealed",
         kernels="Kernels LatticeKernels compile compile_lattice compile_lattice_stages "
                 "compile_stages compiled_text interpreted kernel_text names_of text_key",
         kernels_at_step="KernelsAtStep Run",
@@ -69,9 +55,8 @@ else:
 __all__ = [
     "Array", "Damaged", "Entry", "FADED", "Kernels", "KernelsAtStep", "Kicks", "Kind",
     "LatticeKernels", "LatticeStages", "LatticeSystem", "Layout", "MOST_SWEEPS", "NoShortForm",
-    "Run", "SAVINGS", "StageSource", "StageSystem", "StagesAtStep", "Status", "Step",
-    "address", "cache_folder", "cache_folders", "cached_text", "compile", "compile_lattice",
-    "compile_lattice_stages", "compile_stages", "compiled", "compiled_text", "cores", "digest",
-    "interpreted", "is_affine", "is_temporary", "kernel_text", "kinds_of", "make_private",
-    "names_of", "of_others", "prune", "say_once", "seal", "taken_over", "text_key", "unsealed",
+    "Run", "SAVINGS", "StageSource", "StageSystem", "StagesAtStep", "Status", "Step", "address",
+    "cached_text", "compile", "compile_lattice", "compile_lattice_stages", "compile_stages",
+    "compiled", "compiled_text", "cores", "digest", "interpreted", "is_affine", "kernel_text",
+    "kinds_of", "names_of", "seal", "taken_over", "text_key", "unsealed",
 ]  # fmt: skip

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import hashlib
-import logging
-import os
-import shutil
-import tempfile
-import time
+import re
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
@@ -19,69 +14,14 @@ from .result import Solution
 from .store import Table, read, write
 
 LONGEST = 60  # longest part of a scene's name in a file name, which the digest makes unique
-DAY = 86400.0
-
-
-def folder() -> Path:
-    """Return references/ in DISCMECH_CACHE or in the user's cache folder, or a temporary folder.
-
-    The kernels' cache follows the same rule, but refuses a folder that others can write to. No code
-    is shared with it. Here such a folder is ignored.
-    """
-    chosen = _chosen()
-    return chosen if chosen is not None and _is_safe(chosen, os.W_OK) else _temporary()
+_NAME = re.compile(r".*_[0-9a-f]{24}\.json")
 
 
 def folders() -> list[Path]:
-    """Return the folders to read: the one to write to, then the chosen one if it is read-only."""
-    written, chosen = folder(), _chosen()
-    if chosen is None or written == chosen or not _is_safe(chosen, os.R_OK):
-        return [written]
-    return [written, chosen]
+    """Return the folders to read; the first is the one to write to (`places.cache_folders`)."""
+    from discmech.integrators.places import cache_folders
 
-
-def _chosen() -> Path | None:
-    if chosen := os.environ.get("DISCMECH_CACHE"):
-        return Path(chosen) / "references"
-    try:
-        base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    except RuntimeError:  # a user without a home
-        return None
-    return Path(base) / "discmech" / "references"
-
-
-def _is_safe(place: Path, how: int) -> bool:
-    """Return True if it can be read or written, and nobody else can write there."""
-    try:
-        for made in (place.parent.parent, place.parent, place):
-            made.mkdir(mode=0o700, parents=True, exist_ok=True)
-        private = _is_private(place) and _is_private(place.parent)
-        return private and os.access(place, how) and os.access(place, os.X_OK)
-    except OSError:
-        return False
-
-
-def _is_private(place: Path) -> bool:
-    if not hasattr(os, "geteuid"):
-        return True
-    found = place.stat()
-    return found.st_uid in (0, os.geteuid()) and not found.st_mode & 0o022
-
-
-@cache
-def _temporary() -> Path:
-    _say_once(
-        "references are not kept for the next run: the cache folder cannot be written to, or "
-        "others can write into it; DISCMECH_CACHE names another one."
-    )
-    made = Path(tempfile.mkdtemp(prefix=f"discmech-cache-{os.getpid()}-references-"))
-    atexit.register(_remove, made, os.getpid())
-    return made
-
-
-def _remove(made: Path, process: int) -> None:
-    if os.getpid() == process:
-        shutil.rmtree(made, ignore_errors=True)
+    return [place / "references" for place in cache_folders()]
 
 
 @cache
@@ -91,37 +31,49 @@ def _program() -> str:
     return hashlib.sha256(b"".join(p.read_bytes() for p in sorted(here.rglob("*.py")))).hexdigest()
 
 
-def file_of(scene: str, key: str) -> Path:
-    """Return the file with the references of a scene with that fingerprint."""
+def name_of(scene: str, key: str) -> str:
+    """Return the name of the file with the references of a scene with that fingerprint."""
     digest = hashlib.sha256((key + _program()).encode()).hexdigest()[:24]
-    return folder() / f"{scene[:LONGEST]}_{digest}.json"
+    return f"{scene[:LONGEST]}_{digest}.json"
 
 
 def kept(scene: str, key: str) -> Table:
     """Return the references computed before; a damaged file is reported once and ignored."""
+    from discmech.integrators.files import asked_for
+    from discmech.integrators.places import of_others, say_once
+
     for place in folders():
-        path = place / file_of(scene, key).name
-        if not path.exists():
-            continue
+        path = place / name_of(scene, key)
         try:
+            if of_others(path):
+                raise Damaged(f"{path.name} is not yours alone")
             table = read(path)
-        except Damaged:
-            _say_once(f"a reference in the cache was damaged, and is computed anew ({path}).")
+        except FileNotFoundError:
+            continue
+        except (Damaged, OSError):
+            say_once(f"a reference in the cache was damaged, and is computed anew ({path}).")
             continue
         if table.key == key:
-            with contextlib.suppress(OSError):
-                if time.time() - path.stat().st_mtime > DAY:
-                    os.utime(path)  # unused files are removed after 90 days
+            asked_for(path)
             return table
     return Table(scene, key, ())
 
 
 def keep(scene: str, key: str, rows: Iterable[Solution]) -> None:
     """Add solutions; a folder that cannot be written to is ignored."""
+    from discmech.integrators.files import prune
+    from discmech.integrators.places import make_private
+
+    path = folders()[0] / name_of(scene, key)
     with contextlib.suppress(OSError):
-        write(file_of(scene, key), kept(scene, key).with_rows(rows))
+        make_private(path.parent)
+        write(path, kept(scene, key).with_rows(rows))
+    prune(path.parent, _is_table)
 
 
-@cache
-def _say_once(sentence: str) -> None:
-    logging.getLogger("discmech").warning("discmech: %s", sentence)
+def _is_table(path: Path) -> bool:
+    """Return True if `write` wrote the file, as it is."""
+    try:
+        return bool(_NAME.fullmatch(path.name) and read(path))
+    except Damaged:
+        return False

@@ -16,6 +16,7 @@ from typing import Any
 from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import CouldNotRun, nearest, unknown
+from discmech.integrators.places import settle
 from discmech.integrators.scenes import lattices as systems
 
 from .. import NAMES
@@ -35,6 +36,7 @@ GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0 pass, 1 fail, 2 bad input, 3 inconclusive, 4 could not run."""
     words = list(sys.argv[1:] if arguments is None else arguments)
+    settle()
     try:
         parser = _parser(words)
     except BadInput as error:  # for example a file with a study that cannot be read

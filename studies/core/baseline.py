@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput
-from discmech.integrators.compiler import is_temporary
 from discmech.integrators.errors import CouldNotRun, shown
+from discmech.integrators.places import is_temporary
 
 from .outcome import VERDICTS
 from .store import Damaged, Store

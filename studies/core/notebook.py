@@ -14,8 +14,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from discmech.integrators.compiler import cache_folder, digest, make_private
-from discmech.integrators.files import write_atomically
+from discmech.integrators.compiler import digest
+from discmech.integrators.files import prune, write_atomically
+from discmech.integrators.places import cache_folder, make_private
 
 from .userfile import things_in
 
@@ -45,14 +46,23 @@ def place_of(thing: Any, function: Any, alike: Alike = operator.is_) -> str | No
     text = text_of(names[0], space.get("In") or ()) if names else ""
     if not text:
         return None
-    path = cache_folder() / "notebooks" / f"{digest(text)[:16]}.py"
+    path = cache_folder() / "notebooks" / _name(text.encode())
     try:
-        if not path.is_file() or path.read_bytes() != text.encode():  # damaged or missing
+        if not _is_ours(path):  # damaged or missing
             make_private(path.parent)
             write_atomically(path, text)
+            prune(path.parent, _is_ours)
     except OSError:  # a full disk: there is no file to name
         return None
     return str(path)
+
+
+def _name(text: bytes) -> str:
+    return f"{digest(text)[:16]}.py"
+
+
+def _is_ours(path: Path) -> bool:
+    return path.is_file() and path.name == _name(path.read_bytes())
 
 
 @lru_cache(maxsize=256)

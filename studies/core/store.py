@@ -20,7 +20,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from discmech.integrators.compiler import cache_folder, cache_folders, make_private, of_others
+from discmech.integrators.places import cache_folder, cache_folders, make_private, of_others
 
 VERSION = 1  # version of the table: each has a file of its own, beside the others
 MOST = 20_000  # rows that can be made again; beyond this, the longest unused half is removed

@@ -12,5 +12,5 @@ def own_references(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Computed references go to the test's folder."""
     folder = tmp_path / "references"
     folder.mkdir()
-    monkeypatch.setattr("discmech.reference.answer.cache.folder", lambda: folder)
+    monkeypatch.setattr("discmech.reference.answer.cache.folders", lambda: [folder])
     return folder

@@ -12,9 +12,9 @@ import discmech.reference as reference
 from tests.imports import DYNAMIC, imported, module_of, under, within
 
 PACKAGE = Path(reference.__file__).parent
-#: data, and how a file is written, which has no formula and imports nothing of ours
+#: data, and how and where a file is written, which has no formula
 SHARED = {"discmech.integrators.scene", "discmech.integrators.scenes",
-          "discmech.integrators.files"}  # fmt: skip
+          "discmech.integrators.files", "discmech.integrators.places"}  # fmt: skip
 
 
 def offences(source, module="discmech.reference.answer.solution", is_package=False):

@@ -12,13 +12,14 @@ import pytest
 import sympy
 from mpmath import mpf
 
+from discmech.integrators.files import prune
 from discmech.reference import ReferenceFailure
 from discmech.reference.answer import cache, store
-from discmech.reference.answer.cache import folder as chosen_folder
 from discmech.reference.answer.result import Solution
 from discmech.reference.equations import exact
 from discmech.reference.failures import Damaged
 from discmech.reference.progress import progress_to, tell
+from tests.foreign_files import check_untouched, foreign_files
 
 TENTH = Fraction(1, 10)
 
@@ -118,24 +119,31 @@ def test_a_table_answers_with_the_row_that_has_what_was_asked_for():
     assert table.row(Fraction(3), 30, True) is None
 
 
-def test_the_cache_is_where_it_was_asked_for(tmp_path, monkeypatch):
-    monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    places = ("DISCMECH_CACHE", "chosen", ""), ("XDG_CACHE_HOME", "base", "discmech")
-    for name, _, _ in places:
-        monkeypatch.delenv(name, raising=False)
-    assert chosen_folder() == tmp_path / "home" / ".cache" / "discmech" / "references"
-    for name, place, inside in reversed(places):
-        monkeypatch.setenv(name, str(tmp_path / place))
-        for _ in range(2):
-            assert chosen_folder() == tmp_path / place / inside / "references"
-    assert os.stat(chosen_folder()).st_mode & 0o777 == 0o700  # for nobody else
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path / "file"))
-    away = chosen_folder()
-    assert away.is_dir() and away == chosen_folder() and tmp_path not in away.parents
-    monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path / "chosen"))
-    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)
-    assert chosen_folder() == away
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="rights are no bits")
+def test_a_file_that_others_can_write_is_not_believed(own_references, caplog):
+    cache.keep("name", "key", [row()])
+    (path,) = own_references.glob("name_*.json")
+    path.chmod(0o666)
+    assert cache.kept("name", "key").rows == () and "was damaged" in caplog.text
+    cache.keep("name", "key", [row()])
+    assert len(cache.kept("name", "key").rows) == 1
+
+
+@pytest.mark.parametrize("days", [0, 1000])
+def test_of_old_files_only_tables_go(own_references, days):
+    before = foreign_files(own_references, days)
+    cache.keep("name", "key", [row()])
+    (path,) = own_references.glob("name_*.json")
+    copy = own_references / "copy.json"
+    copy.write_bytes(path.read_bytes())
+    for old in (path, copy):
+        os.utime(old, (0, 0))
+    (own_references / "pruned").unlink()
+    prune.cache_clear()
+    cache.keep("other", "key", [row()])
+    assert not path.exists() and copy.exists()
+    del before["pruned"]
+    check_untouched(own_references, before)
 
 
 def test_the_cache_keeps_what_has_the_key(own_references, monkeypatch):
@@ -144,12 +152,13 @@ def test_the_cache_keeps_what_has_the_key(own_references, monkeypatch):
     cache.keep("name", "key", [row(Fraction(3))])
     assert [r.t for r in cache.kept("name", "key").rows] == [TENTH, 3]
     assert cache.kept("name", "other").rows == cache.kept("other", "key").rows == ()
-    one, other = cache.file_of("name", "key"), cache.file_of("name", "other")
+    names = cache.name_of("name", "key"), cache.name_of("name", "other")
+    one, other = (own_references / name for name in names)
     for key in ("another", "zzz"):  # before it and after it in the alphabet
         store.write(other, replace(store.read(one), key=key))
         assert cache.kept("name", "other").rows == ()
     monkeypatch.setattr(cache, "_program", lambda: "other code")
-    assert cache.file_of("name", "key") != one
+    assert cache.name_of("name", "key") != one.name
     monkeypatch.setattr(cache, "write", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         cache.keep("name", "key", [row()])
