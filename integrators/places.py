@@ -94,7 +94,7 @@ def _usable(folder: Path, how: int) -> bool:
     """Return True if the folder exists or can be made, and allows the access `how`."""
     try:
         make_private(folder)
-        _refuse_others(folder)
+        refuse_others(folder)
         _mark(folder)
         return os.access(folder, how | os.X_OK)
     except OSError:
@@ -109,7 +109,8 @@ def make_private(folder: Path) -> None:
         folder.mkdir(mode=0o700, exist_ok=True)
 
 
-def _refuse_others(folder: Path) -> None:
+def refuse_others(folder: Path) -> None:
+    """Raise `BadInput` if another user owns a folder of the cache or can write into it."""
     if why := whose(found := folder.stat()):
         others = found.st_mode & _OTHERS_WRITE
         raise BadInput(
@@ -161,7 +162,7 @@ def _temporary_folder() -> Path:
     given = os.environ.get(_TEMPORARY)
     if given and Path(given).is_dir():
         with suppress(BadInput):
-            _refuse_others(Path(given))
+            refuse_others(Path(given))
             return Path(given)
     temporary, own = Path(tempfile.gettempdir()), os.getpid()
     sweep(temporary)

@@ -16,11 +16,11 @@ import sqlite3
 import sys
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import closing
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
+from discmech.integrators.compiler import unsealed
 from discmech.integrators.files import DRAFT, READY
 
 KILLED = 9
@@ -246,9 +246,8 @@ def json_of(name: str) -> Callable[[Path], Any]:
 
 def baseline_of(folder: Path) -> Any:
     """The baseline that was saved."""
-    with closing(sqlite3.connect(folder / "cache" / "results" / "store.sqlite")) as store:
-        ((text,),) = store.execute("SELECT content FROM entry WHERE kind = 'baseline'")
-    (folder / "baseline.json").write_text(text, encoding="utf-8")
+    (path,) = (folder / "cache" / "discmech-baselines" / "main").glob("*.json")
+    (folder / "baseline.json").write_bytes(unsealed(path) or b"")
     return json_of("baseline.json")(folder)
 
 

@@ -102,6 +102,7 @@ class Checkpoint:
         self, shapes: Mapping[str, tuple[int, ...]], kinds: Mapping[str, np.dtype]
     ) -> dict[str, np.memmap]:
         paths = {word: self.path.with_name(f"{self.path.name}.{word}.npy") for word in shapes}
+        sweep(self.path.parent)  # of drafts that a killed process left beside the file
         if self._is_new:
             for path in paths.values():
                 if path.exists():
@@ -109,7 +110,6 @@ class Checkpoint:
                         f"{self.name}: the rows would overwrite {path}, which does not belong "
                         "to this run; delete it, or name another checkpoint."
                     )
-            sweep(self.path.parent)  # of drafts that a killed process left beside the file
             self._write({})  # from here on these rows belong to this run
         begins = self.state is None
         try:

@@ -28,7 +28,7 @@ def earlier(options: argparse.Namespace) -> dict[str, Any] | None:
     before = None if options.baseline is None else baseline.load(options.baseline, options.study)
     saved = options.save_baseline or (options.baseline if before is None else None)
     if saved is not None:
-        baseline.check_kept(saved)
+        baseline.check_kept(saved, options.study)
     return before
 
 

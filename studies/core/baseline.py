@@ -1,5 +1,8 @@
 """Compare a result with an earlier one saved under a name: worse, equal, better, or undecided.
 
+Each lies in a sealed file of its own, `baseline_folder()`/NAME/STUDY.json: it cannot be made again,
+so it is not part of the cache.
+
 Verdicts are compared, and figures: an order with the tolerance of its verdict, a time with its
 quartiles, the energy's band to its random spread, and errors at equal steps, which with many digits
 have no spread. Two figures differ if their spreads do not meet, times if they are a factor of
@@ -8,17 +11,22 @@ have no spread. Two figures differ if their spreads do not meet, times if they a
 
 from __future__ import annotations
 
+import errno
+import json
+import os
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput
+from discmech.integrators.compiler import Damaged, seal, unsealed
 from discmech.integrators.errors import CouldNotRun, shown
-from discmech.integrators.places import is_temporary
+from discmech.integrators.places import baseline_folder, earlier_folder, make_private
 
 from .outcome import VERDICTS
-from .store import Damaged, Store
+from .store import earlier_stores, rows_in
 
 SCHEMA = 1  # version of saved and written results
 ANSWERS = ("worse", "cannot tell", "better", "equal")  # the order in which they are shown
@@ -35,67 +43,103 @@ def checked_name(name: str) -> str:
     return name
 
 
-def check_kept(name: str) -> None:
-    """Raise `BadInput` if a saved result goes with the process, so nothing is ever compared."""
-    if is_temporary():
+def check_kept(name: str, study: str) -> None:
+    """Raise `BadInput` if a result cannot be saved, so that nothing would ever be compared."""
+    path = _file(name, study)
+    try:
+        _replaceable(path)
+        make_private(path.parent)
+        if not os.access(path.parent, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    except OSError as error:
         raise BadInput(
-            f"the baseline {name} cannot be kept: the cache folder cannot be written to, and a "
-            "temporary one goes with this process; name a folder in DISCMECH_CACHE."
-        )
+            f"the baseline {name} cannot be kept ({path}: {error.strerror}); name a folder in "
+            "DISCMECH_CACHE."
+        ) from None
 
 
 def save(name: str, result: Result) -> Path:
     """Save a result under a name, in place of an older one of that name and study.
 
-    Returns the store's file. Raises `CouldNotRun` if the disk does not take it.
+    Returns its file. Raises `BadInput` for one there that `save` did not write, `CouldNotRun` if
+    the disk does not take it.
     """
-    store = Store()
+    path = _file(name, result["study"])
+    _replaceable(path)
     try:
-        store.save("baseline", _row(name, result["study"]), result)
+        seal(path, json.dumps(result))
     except OSError as error:
-        raise CouldNotRun(f"the baseline {name} cannot be saved ({store.path}: {error}).") from None
-    return store.path
+        raise CouldNotRun(
+            f"the baseline {name} cannot be saved ({path}: {error.strerror or error})."
+        ) from None
+    return path
 
 
 def load(name: str, study: str) -> Result | None:
     """Return the result of a study that was saved under a name, or None if there is none.
 
-    Raises `BadInput` for a row that differs from what `save` wrote, is of another version, or may
+    Raises `BadInput` for a file that differs from what `save` wrote, is of another version, or may
     be in a file that is not read: it is no missing one.
     """
-    store, anew = Store(), "save it anew with --save-baseline."
-    try:
-        found: Result | None = store.read("baseline", _row(name, study))
-    except Damaged:
-        raise BadInput(
-            f"the baseline {name} of {study} is damaged ({store.path}): {anew}"
-        ) from None
-    if found is None and store.troubles:
-        told = " ".join(store.troubles.values())
-        raise BadInput(
-            f"the baseline {name} of {study} cannot be read: {told} If it is lost, {anew}"
-        )
-    if found is None and (aside := store.aside_with("baseline", _row(name, study))) is not None:
-        raise BadInput(
-            f"the baseline {name} of {study} is in the store of another version of discmech, or in "
-            f"one that was put aside ({aside}), and is not read: {anew}"
-        )
-    old = store.path.parents[1] / "baselines" / name / f"{study}.json"
-    if found is None and old.exists():
-        raise BadInput(
-            f"the baseline {name} of {study} is of an older version of discmech, a file of its own "
-            f"({old}), and is not read: {anew}"
-        )
+    path, anew = _file(name, study), "save it anew with --save-baseline."
+    _replaceable(path)
+    text = unsealed(path)
+    found: Result | None = _of_earlier(name, study) if text is None else json.loads(text)
     if found is not None and found.get("schema") != SCHEMA:
         raise BadInput(
             f"the baseline {name} of {study} is of another version of discmech (schema "
-            f"{found.get('schema')}, here {SCHEMA}; {store.path}): {anew}"
+            f"{found.get('schema')}, here {SCHEMA}; {path}): {anew}"
         )
     return found
 
 
-def _row(name: str, study: str) -> str:
-    return f"{name}/{study}"
+def _file(name: str, study: str) -> Path:
+    folder = baseline_folder()
+    if folder is None:
+        raise BadInput(
+            f"the baseline {name} cannot be kept: there is no home folder; name one in "
+            "DISCMECH_CACHE."
+        )
+    return folder / name / f"{study}.json"
+
+
+def _replaceable(path: Path) -> None:
+    """Raise `BadInput` for a file that `save` did not write, or that somebody changed."""
+    try:
+        if unsealed(path) is not None or not os.path.lexists(path):
+            return
+        why = "cannot be read"
+    except Damaged:
+        why = "is damaged, or not yours alone"
+    raise BadInput(
+        f"the baseline {path} {why}: move it away, and save it anew with --save-baseline."
+    )
+
+
+def _of_earlier(name: str, study: str) -> Result | None:
+    """Return a baseline that an earlier version saved, now saved as its own file; None without."""
+    folder, lost = earlier_folder(), list[Path]()
+    for store in earlier_stores():
+        try:
+            rows, intact = rows_in(store)
+        except OSError:
+            rows, intact = [], False
+        for kind, row, _, _, content in rows:
+            if (kind, row) == ("baseline", f"{name}/{study}"):
+                found: Result = json.loads(content)
+                with suppress(OSError):
+                    seal(_file(name, study), content)
+                return found
+        if not intact and "-" not in store.name:  # of one put aside, what is whole was kept
+            lost.append(store)
+    if folder and (older := folder / "baselines" / name / f"{study}.json").exists():
+        lost.append(older)
+    if lost:
+        raise BadInput(
+            f"the baseline {name} of {study} may be in {lost[0]}, which an earlier version of "
+            "discmech wrote and which cannot be read: save it anew with --save-baseline."
+        )
+    return None
 
 
 def compared(name: str, result: Result, before: Result) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators.compiler import digest
-from discmech.integrators.files import prune, write_atomically
+from discmech.integrators.files import encoded, prune, write_atomically
 from discmech.integrators.places import cache_folder, make_private
 
 from .userfile import things_in
@@ -46,7 +46,7 @@ def place_of(thing: Any, function: Any, alike: Alike = operator.is_) -> str | No
     text = text_of(names[0], space.get("In") or ()) if names else ""
     if not text:
         return None
-    path = cache_folder() / "notebooks" / _name(text.encode())
+    path = cache_folder() / "notebooks" / _name(encoded(text))
     try:
         if not _is_ours(path):  # damaged or missing
             make_private(path.parent)

@@ -2,9 +2,9 @@
 
 A row has a kind, a name that is unique in its kind, and JSON with the digest of all three.
 "measurement", "cause", "smallest", "answer" and "figure" are named by all that they depend on
-(`fingerprint`), and made again if they are missing; "baseline" is named by the user, "run" by its
-time. Every row is checked before use, and a file that cannot be written to costs no more than the
-time of measuring again.
+(`fingerprint`), and made again if they are missing; a "run" is named by its time. Every row is
+checked before use, and a file that cannot be written to costs no more than the time of measuring
+again.
 """
 
 from __future__ import annotations
@@ -18,23 +18,44 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from discmech.integrators.places import cache_folder, cache_folders, make_private, of_others
+from discmech.integrators.places import (
+    cache_folder,
+    cache_folders,
+    earlier_folder,
+    make_private,
+    of_others,
+    refuse_others,
+)
 
 VERSION = 1  # version of the table: each has a file of its own, beside the others
 MOST = 20_000  # rows that can be made again; beyond this, the longest unused half is removed
-LASTING = ("baseline", "run")  # kinds that cannot be made again
+LASTING = ("run",)  # kinds that cannot be made again
 PATIENCE = 60.0  # seconds to wait for another process that writes
+#: files whose lock this process has waited for in vain: nobody waits again until it is free
+_HELD: set[Path] = set()
 DAY = 86400.0
-_TABLE = """CREATE TABLE IF NOT EXISTS entry (
+_TABLE = """CREATE TABLE entry (
     kind TEXT, name TEXT, used REAL, seal TEXT, content TEXT, PRIMARY KEY (kind, name))"""
 _WRITE = "INSERT OR REPLACE INTO entry (kind, name, used, seal, content) VALUES (?, ?, ?, ?, ?)"
-_RUINED = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+#: what a file may raise; Python cannot decode an error that quotes a damaged text
+_TROUBLES = (sqlite3.Error, OSError, UnicodeDecodeError)
+#: errors of a file that is not, or not any more, a store
+_RUINED = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_FORMAT)
+#: likewise of reading: it ends too early, its place on the disk is none, its checksum is wrong
+_RUINED_DISK = (sqlite3.SQLITE_IOERR_SHORT_READ, sqlite3.SQLITE_IOERR_CORRUPTFS,
+                sqlite3.SQLITE_IOERR_DATA)  # fmt: skip
+BESIDE = ("-wal", "-shm", "-journal")  # what sqlite keeps beside a file, and believes
 
 
 class Damaged(Exception):
     """A row that differs from the one that was written."""
+
+
+class _Ruined(sqlite3.DatabaseError):
+    """A file whose table is not the one that was made."""
 
 
 class _Open(NamedTuple):
@@ -69,26 +90,19 @@ class Store:
 
     def find(self, kind: str, name: str) -> Any | None:
         """Return the content of a row that can be made again, or None; a damaged one is removed."""
-        if self.fresh:
-            return None
-        try:
-            return self.read(kind, name)
-        except Damaged:
-            self.troubles["damaged"] = (
-                f"a stored result was damaged ({self.path}); it was measured again."
-            )
-            with suppress(sqlite3.Error, OSError):  # a new measurement takes its place, if possible
-                self._write("DELETE FROM entry WHERE kind = ? AND name = ?", (kind, name))
-            return None
-
-    def read(self, kind: str, name: str) -> Any | None:
-        """Return the content of a row, or None if there is none; raises `Damaged`."""
         asked = "SELECT used, seal, content FROM entry WHERE kind = ? AND name = ?"
-        for path in (self.path, *self._others):
+        for path in () if self.fresh else (self.path, *self._others):
             for used, seal, content in self._rows(path, asked, (kind, name)):
                 if time.time() - used > DAY and path == self.path:
                     self._used.append((time.time(), kind, name))
-                return _checked(kind, name, seal, content)
+                try:
+                    return _checked(kind, name, seal, content)
+                except Damaged:
+                    self.troubles["damaged"] = (
+                        f"a stored result was damaged ({path}); it was measured again."
+                    )
+                    self.remove(kind, [name])  # a new measurement takes its place, if possible
+                    return None
         return None
 
     def keep(self, kind: str, name: str, content: Any) -> Any:
@@ -100,7 +114,7 @@ class Store:
 
     def save(self, kind: str, name: str, content: Any) -> None:
         """Write a row, to the disk itself; raises `OSError` if the disk does not take it."""
-        with suppress(sqlite3.Error, OSError):  # the write then reports it
+        with suppress(*_TROUBLES):  # the write then reports it
             self._opened(self.path).execute("PRAGMA synchronous = FULL")
         self._kept(kind, name, json.dumps(content))
         self.close()
@@ -121,25 +135,15 @@ class Store:
 
     def remove(self, kind: str, names: list[str]) -> None:
         """Remove rows, if possible."""
-        with suppress(sqlite3.Error, OSError):
+        with suppress(*_TROUBLES):
             for name in names:
                 self._write("DELETE FROM entry WHERE kind = ? AND name = ?", (kind, name))
-
-    def aside_with(self, kind: str, name: str) -> Path | None:
-        """Return a file of another version, or put aside, that has a row of that name, or None."""
-        asked = "SELECT 1 FROM entry WHERE kind = ? AND name = ?"
-        for aside in sorted({*self.path.parent.glob("store*.sqlite")} - {self.path}):
-            where = f"{aside.absolute().as_uri()}?mode=ro"
-            with suppress(sqlite3.Error), closing(sqlite3.connect(where, uri=True)) as file:
-                if file.execute(asked, (kind, name)).fetchone() is not None:
-                    return aside
-        return None
 
     def prune(self) -> None:
         """Note the rows that were used, remove the longest unused beyond the limit, close."""
         lasting = ", ".join(f"'{kind}'" for kind in LASTING)
         count = self._rows(self.path, f"SELECT count(*) FROM entry WHERE kind NOT IN ({lasting})")
-        with suppress(sqlite3.Error, OSError):  # a read-only folder
+        with suppress(*_TROUBLES):  # a read-only folder
             if self._used:
                 self._write("UPDATE entry SET used = ? WHERE kind = ? AND name = ?", *self._used)
             if any(number > MOST for (number,) in count):
@@ -160,27 +164,30 @@ class Store:
     def _kept(self, kind: str, name: str, text: str) -> None:
         try:
             self._write(_WRITE, (kind, name, time.time(), _seal(kind, name, text), text))
-        except (sqlite3.Error, OSError) as error:
-            why = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-            self.troubles["keep"] = f"results cannot be kept for the next run ({why}: {self.path})."
-            raise OSError(why) from None
+        except _TROUBLES as error:
+            self.troubles["keep"] = (
+                f"results cannot be kept for the next run ({_told(error)}: {self.path})."
+            )
+            raise OSError(_told(error)) from None
 
     # -- the file -------------------------------------------------------------------------
 
     def _rows(self, path: Path, asked: str, given: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
         """Return the rows that a query finds in a file; [] without a readable file."""
-        if not path.exists():
+        if not path.exists() and not (path == self.path and earlier_stores()):
             return []
-        try:
-            return self._opened(path).execute(asked, given).fetchall()
-        except (sqlite3.Error, OSError) as error:
-            if _is_ruined(error) and path == self.path:
-                self._put_aside(path, "damaged")
-                return self._rows(path, asked, given)
-            if getattr(error, "sqlite_errorcode", 0) == sqlite3.SQLITE_FULL:
-                return []  # a full disk takes no table, so there are no rows
-            self.troubles["read"] = f"stored results cannot be read ({error}: {path})."
-            return []
+        for again in (True, False):
+            try:
+                return self._opened(path).execute(asked, given).fetchall()
+            except _TROUBLES as error:
+                if again and path == self.path and _is_ruined(error, path):
+                    with suppress(OSError):
+                        self._put_aside(path, "damaged")
+                # a full disk takes no table, so there are no rows
+                elif _code(error) != sqlite3.SQLITE_FULL:
+                    why = _told(error, path)
+                    self.troubles["read"] = f"stored results cannot be read ({why}: {path})."
+        return []
 
     def _write(self, statement: str, *given: tuple[Any, ...]) -> None:
         """Change the file, as a whole or not at all; use a new file if this one is ruined."""
@@ -189,51 +196,64 @@ class Store:
                 file = self._opened(self.path)
                 with file:  # one transaction
                     file.executemany(statement, given or [()])
+                _HELD.discard(self.path)
                 return
-            except sqlite3.Error as error:
-                if not (again and _is_ruined(error)):
+            except _TROUBLES as error:
+                if not (again and _is_ruined(error, self.path)):
+                    _told(error, self.path)
                     raise
                 self._put_aside(self.path, "damaged")
 
     def _opened(self, path: Path) -> sqlite3.Connection:
-        """Return the file, of our version, that has this name now."""
+        """Return the file, of our version, that has this name now; it waits for others' locks."""
         known = self._open.get(path)
         with suppress(OSError):
             if known and known.process == os.getpid() and known.inode == path.stat().st_ino:
+                known.file.execute(_patience(path))
                 return known.file
-        if path == self.path:
+        is_own = path == self.path
+        if is_own:
             make_private(path.parent)
+            refuse_others(path.parent)
             _made(path)
-            if of_others(path):
-                self._put_aside(path, "of-others")
-                return self._opened(path)
-        inode, how = path.stat().st_ino, "mode=rw" if path == self.path else "immutable=1"
+        if strange := _of_others(path):
+            if not is_own:
+                raise PermissionError(f"{strange} is not yours alone")
+            self._put_aside(path, "of-others")
+            return self._opened(path)
+        inode, how = path.stat().st_ino, "mode=rw" if is_own else "immutable=1"
         where = f"{path.absolute().as_uri()}?{how}"
-        file = sqlite3.connect(where, timeout=PATIENCE, uri=True, check_same_thread=False)
+        file = sqlite3.connect(where, uri=True, check_same_thread=False)
+        file.text_factory = _text
+        file.execute(_patience(path))
         self._open[path] = _Open(file, inode, os.getpid())
         (version,) = file.execute("PRAGMA user_version").fetchone()
         file.execute("PRAGMA synchronous = NORMAL")
-        if version == 0 and path == self.path:
+        if version == 0 and is_own:
             try:
                 self._begin(file)
-            except sqlite3.Error:  # such as a full disk: next time it is begun again
+            except _TROUBLES:  # as of a full disk: next time it is begun again
                 self._open.pop(path).file.close()
                 raise
-        elif version != VERSION and path == self.path:
+        elif version != VERSION and is_own:
             self._put_aside(path, f"version-{version}")
             return self._opened(path)
+        elif is_own and file.execute("SELECT sql FROM sqlite_master").fetchone() != (_TABLE,):
+            raise _Ruined(f"it has no table of ours ({path})")
         return file
 
     def _begin(self, file: sqlite3.Connection) -> None:
-        """Make the table in an empty file, and remove the entries of earlier versions."""
+        """Make the table in an empty file, with what an earlier version kept for good."""
+        file.execute("PRAGMA busy_timeout = 0")
         with suppress(sqlite3.OperationalError):  # another process is doing it
             file.execute("PRAGMA journal_mode = WAL")  # a write waits for no disk or reader
+        file.execute(_patience(self.path))
         with file:
             file.execute("BEGIN IMMEDIATE")
-            file.execute(_TABLE)
+            file.execute(_TABLE.replace("TABLE", "TABLE IF NOT EXISTS"))
+            for old in earlier_stores():
+                file.executemany(_WRITE, [row for row in rows_in(old)[0] if row[0] in LASTING])
             file.execute(f"PRAGMA user_version = {VERSION}")
-        for old in self.path.parent.glob("??"):  # earlier versions had a file per entry
-            shutil.rmtree(old, ignore_errors=True)
 
     def _put_aside(self, path: Path, why: str) -> None:
         """Rename a file that is not to be used; copy the whole rows of a damaged one."""
@@ -247,24 +267,21 @@ class Store:
         while (aside := path.with_name(f"{path.stem}-{why}-{number}{path.suffix}")).exists():
             number += 1
         path.rename(aside)
-        with suppress(OSError):  # the rows that were written last
-            path.with_name(path.name + "-wal").rename(aside.with_name(aside.name + "-wal"))
-        path.with_name(path.name + "-shm").unlink(missing_ok=True)
-        self.troubles["aside"] = (
-            f"the store of results was {_WHY[why.split('-')[0]]}: it is {aside} now."
-        )
+        for end in BESIDE:  # with the rows that were written last
+            with suppress(OSError):
+                path.with_name(path.name + end).rename(aside.with_name(aside.name + end))
+        told = f"the store of results was {_WHY[why.split('-')[0]]}: it is {aside} now"
+        self.troubles["aside"] = f"{told}."
         if why == "damaged":
-            self._salvage(aside)
-
-    def _salvage(self, aside: Path) -> None:
-        """Copy the rows of a damaged file that are whole, from both of its ends."""
-        for order in ("ASC", "DESC"):
-            with suppress(sqlite3.Error, Damaged), closing(sqlite3.connect(aside)) as old:
-                asked = f"SELECT kind, name, used, seal, content FROM entry ORDER BY rowid {order}"
-                for kind, name, used, seal, content in old.execute(asked):
-                    with suppress(Damaged):
-                        _checked(kind, name, seal, content)
-                        self._write(_WRITE, (kind, name, used, seal, content))
+            try:
+                if rows := rows_in(aside)[0]:
+                    self._write(_WRITE, *rows)
+                kept = (
+                    f"{len(rows) or 'none'} of its results are whole{', and kept' if rows else ''}"
+                )
+            except _TROUBLES as error:
+                kept = f"its results cannot be kept ({_told(error)})"
+            self.troubles["aside"] = f"{told}; {kept}."
 
 
 class Carried:
@@ -293,7 +310,7 @@ class Carried:
 
 
 _WHY = {
-    "damaged": "damaged, and what was whole in it is kept",
+    "damaged": "damaged",
     "of": "not yours alone",
     "version": "of another version of discmech",
 }
@@ -307,6 +324,66 @@ def _made(path: Path) -> None:
     """
     with suppress(FileExistsError):
         os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600))
+
+
+def _of_others(path: Path) -> Path | None:
+    """Return what sqlite would believe, of a file and what is beside it, that is not ours alone."""
+    for part in (path.parent, path, *(path.with_name(path.name + end) for end in BESIDE)):
+        with suppress(FileNotFoundError):
+            if of_others(part):
+                return part
+    return None
+
+
+def _patience(path: Path) -> str:
+    return f"PRAGMA busy_timeout = {0 if path in _HELD else int(1000 * PATIENCE)}"
+
+
+def _text(found: bytes) -> str:
+    """Return a text of the file; the seal tells of one that is damaged."""
+    return found.decode(errors="replace")
+
+
+def rows_in(path: Path) -> tuple[list[tuple[Any, ...]], bool]:
+    """Return the whole rows of a store, and False if anything in it is damaged or of others.
+
+    A copy is read, from both of its ends: the file stays as it is. Raises `OSError` without room.
+    """
+    rows: dict[tuple[str, str], tuple[Any, ...]] = {}
+    if _of_others(path):
+        return [], False
+    intact = True
+    with TemporaryDirectory() as folder:
+        copy = Path(folder) / "copy"
+        for end in ("", "-wal", "-journal"):
+            with suppress(FileNotFoundError):
+                shutil.copyfile(path.with_name(path.name + end), f"{copy}{end}")
+        for order in ("ASC", "DESC"):
+            asked = f"SELECT kind, name, used, seal, content FROM entry ORDER BY rowid {order}"
+            try:
+                with closing(sqlite3.connect(copy)) as file:
+                    file.text_factory = _text
+                    for kind, name, used, seal, content in file.execute(asked):
+                        try:
+                            _checked(kind, name, seal, content)
+                            rows[kind, name] = kind, name, used, seal, content
+                        except Damaged:
+                            intact = False
+            except _TROUBLES as error:
+                intact = intact and "no such table" in str(error)  # it never was a store
+    return list(rows.values()), intact
+
+
+def earlier_stores() -> list[Path]:
+    """Return the stores of earlier versions, which had them elsewhere, with baselines.
+
+    That in use is first, then those that were put aside.
+    """
+    if (folder := earlier_folder()) is None:
+        return []
+    path = _file_of(folder)
+    names = path.name, "store-damaged-*.sqlite", "store-version-*.sqlite"
+    return [file for name in names for file in sorted(path.parent.glob(name)) if file.is_file()]
 
 
 def _file_of(folder: Path) -> Path:
@@ -328,6 +405,26 @@ def _checked(kind: Any, name: Any, seal: Any, content: Any) -> Any:
     raise Damaged
 
 
-def _is_ruined(error: BaseException) -> bool:
-    code = getattr(error, "sqlite_errorcode", 0)
-    return (code & 0xFF) in _RUINED or "no such table" in str(error)
+def _code(error: BaseException) -> int:
+    return int(getattr(error, "sqlite_errorcode", 0))
+
+
+def _told(error: Exception, path: Path | None = None) -> str:
+    """Return an error's words; the lock of a file that was waited for is not waited for again."""
+    if _code(error) & 0xFF in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+        if path is not None:
+            _HELD.add(path)
+        return "another program holds its lock"
+    return getattr(error, "strerror", None) or str(error)
+
+
+def _is_ruined(error: BaseException, path: Path) -> bool:
+    """Return True if the error is the file's: not of a lock, a full disk, or of rights."""
+    code = _code(error)
+    if code == sqlite3.SQLITE_READONLY:  # a number in its head may say that, or the disk
+        return os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)
+    return (
+        isinstance(error, _Ruined | UnicodeDecodeError)
+        or (code & 0xFF in _RUINED or code in _RUINED_DISK)
+        or "unsupported file format" in str(error)
+    )

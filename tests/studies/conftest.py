@@ -13,9 +13,12 @@ from discmech.studies.command.entry import main
 @pytest.fixture(autouse=True)
 def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Results are kept in the test's folder; compiled kernels stay shared."""
-    folder = tmp_path / "cache"
-    folder.mkdir()
-    monkeypatch.setattr("discmech.studies.core.store.cache_folder", lambda: folder)
+    folder = tmp_path / "cache" / "discmech-cache"
+    folder.mkdir(parents=True)
+    for name, place in {"store.cache": folder, "store.earlier": tmp_path / "earlier",
+                        "baseline.earlier": tmp_path / "earlier",
+                        "baseline.baseline": tmp_path / "baselines"}.items():  # fmt: skip
+        monkeypatch.setattr(f"discmech.studies.core.{name}_folder", lambda place=place: place)
 
 
 @pytest.fixture

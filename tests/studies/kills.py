@@ -90,7 +90,7 @@ class Command:
 
 def measurements_in(cache: Path) -> set[str]:
     """The names of the measurements that the store of a cache folder has."""
-    file = cache / "results" / "store.sqlite"
+    file = cache / "discmech-cache" / "results" / "store.sqlite"
     if not file.exists():
         return set()
     with closing(sqlite3.connect(file)) as store:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import errno
+import json
+import os
+import shutil
 import sqlite3
 from contextlib import closing
 from copy import deepcopy
+from functools import partial
 
 import pytest
 
 from discmech.integrators import BadInput
 from discmech.integrators.errors import CouldNotRun
-from discmech.studies.core import baseline
-from discmech.studies.core.store import Store
+from discmech.studies.core import baseline, store
+from tests.foreign_files import check_untouched, files_in
 
 
 def case(rule="midpoint", verdict="pass", order=2.001, rows=(), **more):
@@ -108,55 +113,72 @@ def test_a_name_is_a_name(name):
         baseline.checked_name(name)
 
 
-@pytest.fixture
-def kept(tmp_path, monkeypatch):
-    monkeypatch.setattr("discmech.studies.core.store.cache_folder", lambda: tmp_path)
-    return tmp_path
+def harm_in_place(path):
+    path.write_bytes(path.read_bytes().replace(b"pass", b"fail"))
 
 
-def test_a_damaged_one_is_refused_and_an_absent_one_is_none(kept):
+def exchange(path):
+    path.write_text("somebody else's file of this name")
+
+
+@pytest.mark.parametrize("harm", [harm_in_place, exchange, pytest.param(
+    lambda path: path.chmod(0o666), id="rights", marks=pytest.mark.skipif(
+        not hasattr(os, "geteuid"), reason="rights are no bits"))])  # fmt: skip
+def test_a_damaged_one_is_refused_and_stays_and_an_absent_one_is_none(harm):
     assert baseline.load("b", "order") is None
     path = baseline.save("b", result(case()))
     assert baseline.load("b", "order") == result(case())
-    with closing(sqlite3.connect(path)) as file, file:
-        file.execute("UPDATE entry SET content = replace(content, 'pass', 'fail')")
-    with pytest.raises(BadInput, match="damaged"):
-        baseline.load("b", "order")
+    harm(path)
+    harmed = path.read_bytes()
+    for ask in (partial(baseline.load, "b", "order"), partial(baseline.save, "b", result(case())),
+                partial(baseline.check_kept, "b", "order")):  # fmt: skip
+        with pytest.raises(BadInput, match=r"is damaged, or not yours alone: move it away"):
+            ask()
+    assert path.read_bytes() == harmed
 
 
-def test_a_file_of_an_older_version_is_named(kept):
-    old = kept / "baselines" / "b" / "order.json"
-    old.parent.mkdir(parents=True)
-    old.write_text("{}")
-    with pytest.raises(BadInput, match="older version of discmech, a file of its own"):
-        baseline.load("b", "order")
+def test_a_cleared_cache_takes_no_baseline_along(tmp_path):
     baseline.save("b", result(case()))
+    shutil.rmtree(tmp_path / "cache")
     assert baseline.load("b", "order") == result(case())
 
 
-def test_one_of_another_schema_is_refused(kept):
+def test_a_file_of_an_older_version_is_named(tmp_path):
+    old = tmp_path / "earlier" / "baselines" / "b" / "order.json"
+    old.parent.mkdir(parents=True)
+    old.write_text("{}")
+    with pytest.raises(BadInput, match="an earlier version of discmech wrote and which cannot be"):
+        baseline.load("b", "order")
+    baseline.save("b", result(case()))
+    assert baseline.load("b", "order") == result(case()) and old.read_text() == "{}"
+
+
+def test_one_of_another_schema_is_refused():
     baseline.save("b", result(case()) | {"schema": baseline.SCHEMA + 1})
     with pytest.raises(BadInput, match="another version of discmech"):
         baseline.load("b", "order")
 
 
-def test_a_gate_that_would_never_compare_is_refused(monkeypatch, ask):
-    monkeypatch.setattr(baseline, "is_temporary", lambda: True)
+def test_a_gate_that_would_never_compare_is_refused(monkeypatch, ask, tmp_path):
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(baseline, "baseline_folder", lambda: tmp_path / "file")
     words = ("order", "harmonic", "--rule", "rectangle", "--digits", "16", "--baseline", "main")
     code, out, err = ask(*words)
     assert code == 2 and not out and "the baseline main cannot be kept" in err
 
 
-def test_a_full_disk_is_a_sentence(kept, monkeypatch):
+def test_a_full_disk_is_a_sentence(monkeypatch):
     def full(*_):
-        raise sqlite3.OperationalError("database or disk is full")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(Store, "_write", full)
-    with pytest.raises(CouldNotRun, match="disk is full"):
-        baseline.save("b", result(case()))
+    baseline.save("b", result(case()))
+    monkeypatch.setattr("os.replace", full)
+    with pytest.raises(CouldNotRun, match="No space left"):
+        baseline.save("b", result(case(verdict="fail")))
+    assert baseline.load("b", "order") == result(case())
 
 
-def test_from_the_command_line(kept, ask):
+def test_from_the_command_line(ask):
     words = ("order", "harmonic", "--rule", "rectangle", "--digits", "16", "--baseline", "main")
     code, out, _ = ask(*words)
     assert code == 0 and "saved as the baseline main (there was none)" in out
@@ -179,20 +201,43 @@ def test_from_the_command_line(kept, ask):
     assert ask(*words[:-1], "../x")[0] == 2
 
 
-@pytest.mark.parametrize("harm", ["of another version", "cut off", "overwritten"])
-def test_a_baseline_in_a_store_that_cannot_be_used_is_no_missing_one(kept, harm):
+@pytest.fixture
+def of_before(tmp_path):
+    """The store of an earlier version, which had its baselines, in the place that it had."""
+    folder = tmp_path / "earlier" / "results"
+    folder.mkdir(parents=True)
+    with closing(sqlite3.connect(folder / "store.sqlite")) as file, file:
+        file.execute(store._TABLE)
+        for name in ("one", "two"):
+            text = json.dumps(result(case(name)))
+            seal = store._seal("baseline", f"{name}/order", text)
+            file.execute(store._WRITE, ("baseline", f"{name}/order", 0.0, seal, text))
+        file.execute("PRAGMA user_version = 1")
+    return folder / "store.sqlite"
+
+
+@pytest.mark.parametrize("name", ["store.sqlite", "store-damaged-1.sqlite",
+                                  "store-version-99-1.sqlite"])  # fmt: skip
+def test_one_of_an_earlier_version_is_found_and_kept(of_before, name):
+    path = of_before.rename(of_before.with_name(name))
+    before = files_in(path.parent)
+    assert baseline.load("one", "order") == result(case("one"))
+    assert baseline.load("three", "order") is None
+    check_untouched(path.parent, before)
+    path.unlink()
+    assert baseline.load("one", "order") == result(case("one"))  # from a file of its own now
+    assert baseline.load("two", "order") is None
+
+
+@pytest.mark.parametrize("harm", [
+    lambda path: path.write_bytes(path.read_bytes()[:3000]),
+    lambda path: path.write_bytes(b"no store" * 999),
+    lambda path: path.write_bytes(path.read_bytes().replace(b'"pass"', b'"fail"')),
+], ids=["cut off", "overwritten", "changed"])  # fmt: skip
+def test_one_in_a_store_that_cannot_be_read_is_no_missing_one(of_before, harm):
     """Otherwise a worse result would take its place, and pass."""
-    path = baseline.save("kept", result(case()))
-    if harm == "of another version":
-        with closing(sqlite3.connect(path)) as file, file:
-            file.execute("PRAGMA user_version = 99")
-    else:
-        path.write_bytes(path.read_bytes()[:3000] if harm == "cut off" else b"no store" * 999)
-    with pytest.raises(BadInput, match=r"cannot be read: the store of results was .*--save-base"):
-        baseline.load("kept", "order")
-    if harm == "of another version":  # also in the next command
-        with pytest.raises(BadInput, match=r"or in one that was put aside .*--save-baseline"):
-            baseline.load("kept", "order")
-    assert baseline.load("new", "order") is None
-    baseline.save("kept", result(case()))
-    assert baseline.load("kept", "order") is not None
+    harm(of_before)
+    with pytest.raises(BadInput, match=r"may be in .*store.sqlite.* cannot be read: save it anew"):
+        baseline.load("one", "order")
+    baseline.save("one", result(case()))
+    assert baseline.load("one", "order") == result(case())

@@ -86,7 +86,9 @@ def test_a_cluster_gives_the_numbers_of_one_machine_though_a_worker_is_killed(sc
         one.kill()
         text, _ = ours.communicate(timeout=600)
         assert ours.returncode == 0
-    with closing(sqlite3.connect(tmp_path / "cache2" / "results" / "store.sqlite")) as file:
+    with closing(
+        sqlite3.connect(tmp_path / "cache2" / "discmech-cache" / "results" / "store.sqlite")
+    ) as file:
         kept = file.execute("SELECT count(*) FROM entry WHERE kind = 'measurement'").fetchone()
     assert kept == (12,)  # kept here, as they came
     local = found().communicate(timeout=600)[0]

@@ -42,7 +42,9 @@ def rows(tmp_path):
 
     def asked(statement, *given):
         with (
-            closing(sqlite3.connect(tmp_path / "cache" / "results" / "store.sqlite")) as file,
+            closing(
+                sqlite3.connect(tmp_path / "cache" / "discmech-cache" / "results" / "store.sqlite")
+            ) as file,
             file,
         ):
             return file.execute(statement, given).fetchall()

@@ -115,7 +115,9 @@ class TestProcess:
             cwd=tmp_path, env={**os.environ, **own}, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
         ends = time.monotonic() + 60
-        while time.monotonic() < ends and not list((tmp_path / "cache").glob("results/*/*")):
+        while time.monotonic() < ends and not list(
+            (tmp_path / "cache").glob("*/results/store.sqlite")
+        ):
             time.sleep(0.2)
         process.send_signal(number)
         _, said = process.communicate()

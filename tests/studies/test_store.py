@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import random
 import sqlite3
@@ -15,21 +16,23 @@ from json import dumps
 
 import pytest
 
-from discmech.integrators import BadInput, scenes
+from discmech.integrators import BadInput, places, scenes
 from discmech.integrators.rules import midpoint
 from discmech.studies import get
 from discmech.studies.command import INTERRUPTED
 from discmech.studies.command.entry import main
-from discmech.studies.core import baseline, fingerprint, one_case, side_by_side
+from discmech.studies.core import fingerprint, one_case, side_by_side
 from discmech.studies.core.case import Case, Choice, Verdict
 from discmech.studies.core.outcome import Found, Measurement
 from discmech.studies.core.running import run_study
 from discmech.studies.core.store import Store
 from discmech.studies.core.study import Study
+from tests.foreign_files import check_untouched, files_in, foreign_files
 from tests.kill_points import json_of
 
 CHOICE = Choice(scenes=tuple(map(scenes.get, ("kepler", "rigid-body", "heavy-top"))),
                 rules=(midpoint,), digits=(16,), steps=10)  # fmt: skip
+FLIPS = int(os.environ.get("DISCMECH_FLIPS", "8"))  # by hand: 2000
 ALL = ["kepler", "rigid-body", "heavy-top"]
 
 
@@ -67,7 +70,9 @@ def rows(tmp_path):
 
     def asked(statement="SELECT name FROM entry WHERE kind = 'measurement'", *given):
         with (
-            closing(sqlite3.connect(tmp_path / "cache" / "results" / "store.sqlite")) as file,
+            closing(
+                sqlite3.connect(tmp_path / "cache" / "discmech-cache" / "results" / "store.sqlite")
+            ) as file,
             file,
         ):
             return file.execute(statement, given).fetchall()
@@ -100,7 +105,7 @@ def test_fresh_measures_all_anew_and_keeps_it(study):
 
 def test_without_a_store_nothing_is_kept(study, tmp_path):
     run_study(get("momentum"), CHOICE)
-    assert not (tmp_path / "cache" / "results").exists()
+    assert not (tmp_path / "cache" / "discmech-cache" / "results").exists()
 
 
 def test_a_changed_judge_measures_nothing_anew(study, monkeypatch):
@@ -138,7 +143,7 @@ def test_a_row_in_the_place_of_another_is_not_believed(study, rows):
 ])  # fmt: skip
 def test_a_damaged_file_is_kept_aside_and_all_is_measured_again(study, tmp_path, damage):
     study()
-    file = tmp_path / "cache" / "results" / "store.sqlite"
+    file = tmp_path / "cache" / "discmech-cache" / "results" / "store.sqlite"
     bad = damage(file.read_bytes())
     file.write_bytes(bad)
     measured, found = study()
@@ -148,26 +153,44 @@ def test_a_damaged_file_is_kept_aside_and_all_is_measured_again(study, tmp_path,
     assert (file.parent / "store-damaged-1.sqlite").read_bytes()[:400] == bad[:400]
 
 
-def test_what_is_whole_in_a_damaged_file_is_kept(tmp_path):
-    """A baseline cannot be made again."""
+def test_what_is_whole_in_a_damaged_file_is_kept_and_counted():
+    """A run of the history cannot be made again."""
     store = Store()
     for k in range(200):
-        store.save("baseline", f"{k:03}/order", {"k": k, "more": "x" * 500})
+        store.keep("run", f"{k:03}", {"k": k, "more": "x" * 500})
+    store.close()
     data = bytearray(store.path.read_bytes())
     middle = len(data) // 2 // 4096 * 4096
     data[middle : middle + 4096] = bytes(4096)
     store.path.write_bytes(data)
     again = Store()
-    found = [again.read("baseline", f"{k:03}/order") for k in range(200)]
-    assert sum(e is not None for e in found) > 150 and "damaged" in again.troubles["aside"]
-    assert all(e is None or e["k"] == k for k, e in enumerate(found))
+    found = {name: run for name, run, _ in again.all("run") if run is not None}
+    assert len(found) > 150 and all(run["k"] == int(name) for name, run in found.items())
+    assert f"; {len(found)} of its results are whole, and kept." in again.troubles["aside"]
+
+
+def test_a_file_of_which_nothing_is_kept_says_so(monkeypatch):
+    def told():
+        Store().save("run", "1", {})
+        store = Store()
+        store.path.write_bytes(b"no database" * 999)
+        assert not list(store.all("run"))
+        return store.troubles["aside"]
+
+    assert told().endswith("; none of its results are whole.")
+    monkeypatch.setattr("discmech.studies.core.store.rows_in", _full)
+    assert told().endswith("; its results cannot be kept (No space left on device).")
+
+
+def _full(*_):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def test_a_store_of_another_version_is_kept_aside(study, rows, tmp_path):
     study()
     rows("PRAGMA user_version = 99")
     measured, found = study()
-    aside = tmp_path / "cache" / "results" / "store-version-99-1.sqlite"
+    aside = tmp_path / "cache" / "discmech-cache" / "results" / "store-version-99-1.sqlite"
     assert measured == ALL and aside.exists()
     assert any("of another version" in note and str(aside) in note for note in found["notes"])
     assert study()[0] == []
@@ -182,26 +205,145 @@ def test_each_version_of_the_store_keeps_its_own_file(monkeypatch):
         kept = stores[-1].find("measurement", "mine")
         assert kept == (version if len(stores) > 2 else None)
         stores[-1].keep("measurement", "mine", version)
-        baseline.save(f"by-{version}", {"study": "order", "schema": baseline.SCHEMA})
     assert not any(store.troubles for store in stores)
-    with pytest.raises(BadInput, match="in the store of another version"):
-        baseline.load("by-1", "order")
 
 
-def test_entries_of_before_go_with_the_first_store(study, tmp_path):
-    old = tmp_path / "cache" / "results" / "ab" / "c"
-    old.parent.mkdir(parents=True)
-    old.write_text("{}")
+@pytest.mark.parametrize("days", [0, 1000])
+def test_files_of_others_stay_beside_the_store(study, tmp_path, days):
+    cache = tmp_path / "cache" / "discmech-cache"
+    before = foreign_files(cache, days)
+    for path in (cache / "results").glob("store.sqlite*"):  # where ours will be
+        before.pop(f"results/{path.name}")
+        path.unlink()
     study()
-    assert not old.parent.exists()
-
-
-@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="rights are no bits")
-def test_a_file_that_others_can_write_to_is_not_believed(study, tmp_path):
+    (cache / "results" / "store.sqlite").write_bytes(b"no database" * 999)
     study()
-    (tmp_path / "cache" / "results" / "store.sqlite").chmod(0o666)
+    check_untouched(cache, before)
+
+
+@pytest.mark.parametrize("is_ours", [True, False])
+@pytest.mark.parametrize("days", [0, 1000])
+def test_a_store_of_before_is_read_and_stays_as_it_is(tmp_path, monkeypatch, days, is_ours):
+    """It had another place, where now anybody's files may have its name."""
+    earlier = tmp_path / "earlier"
+    foreign_files(earlier, days)
+    if is_ours:
+        for path in (earlier / "results").glob("store.sqlite*"):
+            path.unlink()
+        with monkeypatch.context() as patch:
+            patch.setattr("discmech.studies.core.store.cache_folder", lambda: earlier)
+            old = Store()
+            old.keep("run", "1", {"is": "kept"})  # in a journal that was never closed
+    before = files_in(earlier)
+    assert [run for _, run, _ in Store().all("run")] == [{"is": "kept"}] * is_ours
+    check_untouched(earlier, before)
+    assert set(files_in(earlier)) == set(before)
+
+
+def test_after_any_flipped_bit_the_store_is_read_and_written():
+    """In the head, the table's text and the rows: what is damaged is put aside."""
+    store = Store()
+    for k in range(4):
+        store.keep("run", str(k), {"k": k})
+    store.close()
+    good, drawn = store.path.read_bytes(), random.Random(FLIPS)
+    page = 4096
+    places_of = [range(100), range(page - 400, page), range(page, len(good))]
+    harmed = [(18, 0), (47, 0), (page - 116, 0)]  # read-only, of no known form, of another table
+    harmed += [(drawn.choice(part), drawn.randrange(8)) for part in places_of for _ in range(FLIPS)]
+    for place, bit in harmed:
+        for path in store.path.parent.iterdir():
+            path.unlink()
+        damaged = bytearray(good)
+        damaged[place] ^= 1 << bit
+        store.path.touch(0o600)
+        store.path.write_bytes(damaged)
+        Store().keep("run", "9", {"k": 9})
+        again = Store()
+        found = {name: run for name, run, _ in again.all("run") if run is not None}
+        assert found["9"] == {"k": 9} and not again.troubles, (place, bit)
+        assert all(run == {"k": int(name)} for name, run in found.items()), (place, bit)
+
+
+posix = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="rights are no bits")
+
+
+@posix
+@pytest.mark.parametrize("end", ["", "-wal", "-shm", "-journal"])
+def test_a_file_that_others_can_write_to_is_not_believed(study, tmp_path, end):
+    study()
+    file = tmp_path / "cache" / "discmech-cache" / "results" / f"store.sqlite{end}"
+    file.touch()
+    file.chmod(0o666)
     measured, found = study()
     assert measured == ALL and any("not yours alone" in note for note in found["notes"])
+    assert study()[0] == []
+
+
+@posix
+def test_a_folder_that_others_can_write_to_is_refused(study, tmp_path):
+    study()
+    (tmp_path / "cache" / "discmech-cache" / "results").chmod(0o777)
+    with pytest.raises(BadInput, match="results is not used, because others can write into it"):
+        study()
+
+
+@posix
+def test_a_journal_that_another_user_forged_changes_no_result(study, tmp_path, monkeypatch):
+    """Sqlite believes what lies beside a file; its seal holds, since anybody can compute it."""
+    study()
+    results = tmp_path / "cache" / "discmech-cache" / "results"
+    honest = (results / "store.sqlite").read_bytes()
+    forger = Store()
+    with closing(sqlite3.connect(forger.path)) as file:
+        ((name, content),) = file.execute("SELECT name, content FROM entry LIMIT 1").fetchall()
+    forger.keep("measurement", name, "forged")
+    journal = (results / "store.sqlite-wal").read_bytes()
+    forger.close()
+    for path in results.iterdir():
+        path.unlink()
+    (results / "store.sqlite").write_bytes(honest)
+    (results / "store.sqlite").chmod(0o600)
+    (results / "store.sqlite-wal").write_bytes(journal)
+    assert Store().find("measurement", name) == "forged"  # as long as it counts as ours
+    (results / "store.sqlite").write_bytes(honest)
+    (results / "store.sqlite-wal").write_bytes(journal)
+    true = places.whose
+    inode = (results / "store.sqlite-wal").stat().st_ino
+    monkeypatch.setattr(places, "whose", lambda found: (
+        "it belongs to another user" if found.st_ino == inode else true(found)))  # fmt: skip
+    store = Store()
+    assert store.find("measurement", name) is None and "not yours alone" in store.troubles["aside"]
+
+
+HOLDER = """
+import sqlite3, sys
+file = sqlite3.connect(sys.argv[1])
+file.execute("BEGIN EXCLUSIVE")
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_a_lock_that_somebody_holds_is_waited_for_once(monkeypatch):
+    """And again when it was free meanwhile."""
+
+    def patience(store):
+        return store._opened(store.path).execute("PRAGMA busy_timeout").fetchone()[0]
+
+    monkeypatch.setattr("discmech.studies.core.store.PATIENCE", 0.5)
+    store = Store()
+    store.keep("measurement", "1", 1)
+    assert patience(store) == 500
+    with subprocess.Popen([sys.executable, "-c", HOLDER, str(store.path)], text=True,
+                          stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:  # fmt: skip
+        assert holder.stdout.readline() == "held\n"
+        store.keep("measurement", "2", 2)
+        assert "another program holds its lock" in store.troubles["keep"]
+        assert patience(store) == patience(Store()) == 0
+        holder.stdin.close()
+    store.keep("measurement", "2", 2)
+    assert patience(store) == 500 and Store().find("measurement", "2") == 2
 
 
 def test_a_full_disk_says_so_and_loses_nothing(study, rows, monkeypatch):
@@ -236,12 +378,14 @@ def test_a_disk_that_is_full_from_the_start_damages_nothing(study, tmp_path, mon
     assert any("database or disk is full" in note for note in notes)
     assert not any("damaged" in note or "cannot be read" in note for note in notes)
     monkeypatch.undo()
-    assert [p.name for p in (tmp_path / "cache" / "results").glob("*.sqlite")] == ["store.sqlite"]
+    assert [
+        p.name for p in (tmp_path / "cache" / "discmech-cache" / "results").glob("*.sqlite")
+    ] == ["store.sqlite"]
 
 
 def test_a_folder_that_may_only_be_read_is_read(study, tmp_path, monkeypatch):
     study()
-    there = tmp_path / "cache"
+    there = tmp_path / "cache" / "discmech-cache"
     monkeypatch.setattr("discmech.studies.core.store.cache_folder", lambda: tmp_path / "temporary")
     monkeypatch.setattr("discmech.studies.core.store.cache_folders",
                         lambda: (tmp_path / "temporary", there))  # fmt: skip
@@ -252,7 +396,7 @@ def test_a_folder_that_may_only_be_read_is_read(study, tmp_path, monkeypatch):
 
 def test_the_longest_unused_rows_go_first(study, rows, monkeypatch):
     study()
-    Store().save("baseline", "main/order", {})
+    Store().save("run", "1", {})
     for age, (name,) in enumerate(rows()):
         rows("UPDATE entry SET used = ? WHERE name = ?", 1e9 - age, name)
     newest = rows()[0]
@@ -428,7 +572,9 @@ def test_ten_processes_share_one_store(tmp_path, monkeypatch):
     assert said == 10 * [(b"", 0)], said
     for k in range(10):
         assert found(f"shared-{k}.json") == found(f"alone-{k % 3}.json")
-    with closing(sqlite3.connect(tmp_path / "shared" / "results" / "store.sqlite")) as file:
+    with closing(
+        sqlite3.connect(tmp_path / "shared" / "discmech-cache" / "results" / "store.sqlite")
+    ) as file:
         assert file.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
         assert file.execute("SELECT count(*) FROM entry WHERE kind = 'measurement'").fetchone() == (
             3,
