@@ -20,8 +20,9 @@ import numpy as np
 
 from ..errors import BadInput
 from ..numbers import LazyModule, Matrix, Vector, over
+from .descent import descended, violation
 from .first_guess import End, Path, first_guess
-from .second_order import check_bound, check_minimum, check_steered, unbound
+from .second_order import OtherMotion, check_bound, check_minimum, check_steered, unbound
 from .stages import ControlStages
 from .units import units_of
 
@@ -233,6 +234,60 @@ class BoundaryProblem:
         return None
 
 
+def best_of(problem: BoundaryProblem, starts: dict[str, Parts]) -> tuple[Parts, int, float]:
+    """Return the first result of `newton` that is a minimum; starts: guesses by their names.
+
+    The first start is tried as it is and by continuation in the effort, then each after a descent.
+    Raises `BadInput` with the reason why the first stationary motion is no minimum, or with what
+    was tried and how far off the last motion is.
+    """
+    name, refusal = problem.stages.scene.name, None
+    first = next(iter(starts.values()))
+    tried_from = [first]
+
+    def after_descent(y: Parts) -> tuple[Parts, int, float] | None:
+        problem.effort = 0.0
+        tried_from.append(descended(problem, y))
+        return problem.newton(tried_from[-1])
+
+    tries = [(problem.newton, first), (problem.by_effort, first)]
+    for tried, start in [*tries, *((after_descent, y) for y in starts.values())]:
+        found = None
+        with suppress(np.linalg.LinAlgError):
+            found = tried(start)
+        if found is not None:
+            try:
+                check_bound(name, problem)
+                check_steered(name, problem, found[0])
+                check_minimum(name, problem)
+            except OtherMotion as error:
+                refusal = refusal or BadInput(str(error))
+            else:
+                return found
+    if refusal is not None:
+        raise refusal
+    problem.effort = 0.0
+
+    def off(y: Parts) -> float:
+        *residual, _ = problem.residual(y)
+        largest = np.abs(violation(problem, tuple(residual), y[0])).max()
+        return float(largest) if np.isfinite(largest) else np.inf
+
+    nearest, change = min(tried_from, key=off), np.inf
+    *residual, H = problem.residual(nearest)
+    with suppress(np.linalg.LinAlgError):
+        change = problem.size(problem.linearised(H)(*residual), nearest)
+    check_bound(name, problem)
+    check_steered(name, problem, nearest, found=False)
+    raise BadInput(
+        f"{name}: no minimum was found, which does not show that there is none: Newton's method "
+        f"was begun at {' and at '.join(starts)}, by continuation in the effort and after a "
+        f"descent. The nearest motion misses its equations by {off(nearest):.2g} of its size, "
+        f"and the next correction is {change:.2g} of it; give a path= near a motion to the end, "
+        "another duration or a nearer end."
+    )
+
+
 def solve(
     stages: ControlStages, end: End, duration: Fraction, steps: int, path: Path | None = None
 ) -> Optimum:
@@ -244,29 +299,23 @@ def solve(
         z0, z1, fixed, guess = first_guess(stages, end, t, path)
         units, cost_unit = units_of(stages, z0, z1, guess, t)
         problem = BoundaryProblem(stages, z0, z1, fixed, h, t[:-1], units, cost_unit)
-        y = tuple(part / units[of] for part, of in zip(guess, (problem.z, problem.p, problem.v),
-                                                       strict=True))  # fmt: skip
-        found = problem.newton(y) or problem.by_effort(y)
-        if found is None:  # the cost at the point of its last evaluation
-            problem.effort = 0.0
-            with suppress(np.linalg.LinAlgError):
-                problem.linearised(problem.derivatives(y)[1])
-        check_bound(name, problem)
-        check_steered(name, problem)
-        if found is None:
-            raise BadInput(
-                f"{name}: no motion to the end was found: it cannot be reached in this time, or "
-                "the first guess is far from it; give more time, a nearer end or a path=."
-            )
-        check_minimum(name, problem)
-        (z, p, v), iterations, correction = found
+        guesses = {"the path=" if path else "the straight arrow": guess}
+        if end[0] is not None and n:
+            with suppress(BadInput):  # a path may lead where no straight arrow does
+                guesses["a cubic to the end"] = first_guess(stages, end, t, None, cubic=True)[-1]
+        (z, p, v), iterations, correction = best_of(problem, {
+            word: tuple(a / units[of] for a, of in zip(guess, (problem.z, problem.p, problem.v),
+                                                       strict=True))
+            for word, guess in guesses.items()
+        })  # fmt: skip
         asked = np.repeat([e is not None for e in end], (n, m))
         off = np.abs((z[-1] - problem.z1)[asked])
         if off.max(initial=0) > 1e-8 * (1 + np.abs(problem.z1).max()):
             missed = (off * units[problem.z][asked]).max()
             raise BadInput(
-                f"{name}: the end cannot be reached: it is {missed:.3g} off every motion from x0, "
-                f"on another orbit of {stages.scene.groupoid.name}."
+                f"{name}: the motion that was found ends {missed:.3g} off the end, in a direction "
+                "in which no velocity moves it there: the end may be on another orbit of "
+                f"{stages.scene.groupoid.name}; give one that a motion from x0 meets, or a path=."
             )
         rows = problem.rows((z, p, v))
         first = stages(rows[:1], t[:1], h)[0][0, problem.z]

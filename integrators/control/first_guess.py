@@ -7,9 +7,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..equations import momentum
+from ..equations import SceneSymbols, momentum
 from ..errors import RAISED, BadInput, line_of
-from ..numbers import jacobian, numeric
+from ..numbers import evaluate_matrix, first_violation, jacobian, numeric, sympy, to_sympy
 from ..numbers.types import Given, Matrix, Numbers, Vector
 from .stages import ControlStages
 
@@ -18,15 +18,18 @@ End: TypeAlias = tuple[Sequence[Given] | None, Sequence[Given] | None]
 Path: TypeAlias = Callable[[float], Numbers]
 
 FLAT = 1e-9  # a smaller singular value of the anchor, relative to the largest, counts as 0
+SAME = 1e-7  # relative; an end in decimals that is less off is judged by where its motion ends
 MOST = 60  # largest number of corrections of the straight arrow
 
 
 def first_guess(
-    stages: ControlStages, end: End, t: Vector, path: Path | None
+    stages: ControlStages, end: End, t: Vector, path: Path | None, cubic: bool = False
 ) -> tuple[Vector, Vector, Matrix, tuple[Matrix, Matrix, Matrix]]:
     """Return z0 and z1 (n+m), the projection onto the conditions of the end, and a start (z, p, v).
 
-    The start follows `path`, or the straight arrow b(x0, u; t) to x1, without a control.
+    The start follows `path`, or the straight arrow b(x0, u; t) to x1, without a control. cubic: in
+    place of ut the cubic polynomial, in the chart of arrows from x0, with the velocities of both
+    ends. Raises `BadInput` if a quantity that every motion keeps is another at x1.
     """
     scene, s, n, m = stages.scene, stages.s, stages.n, stages.m
     given: list[Any] = [scene.x0, scene.v0, *end]
@@ -36,7 +39,9 @@ def first_guess(
         raise BadInput(
             f"{scene.name}: the momentum depends on x, so an end of v1 alone is none; give x1 too."
         )
-    points = _points(stages, x0, v0, x1, t, path)
+    if end[0] is not None:
+        _check_orbit(stages, scene.x0, end[0])
+    points = _points(stages, x0, v0, x1, t, path, v1 if cubic else None, cubic)
     at = np.vstack([points, points[-1] if x1 is None else x1])
     ends = stages.along(at[[0, -1]], np.vstack([v0, v0 if v1 is None else v1]), t[[0, -1]])
     (mu0, mu1), (_, anchor) = ends
@@ -65,9 +70,31 @@ def first_guess(
     return z0, z1, fixed, (z, 0 * z, v)
 
 
+def _check_orbit(stages: ControlStages, x0: Sequence[Given], x1: Sequence[Given]) -> None:
+    """Raise `BadInput` if a Casimir of x alone, which no velocity changes, is another at x1."""
+    scene = stages.scene
+    s = SceneSymbols(scene)
+    anchor = s.groupoid.rho(s.x, s.h)[: s.n, :]
+    for quantity in scene.symmetries:
+        formula = s.call(quantity.formula, quantity.name, s.position, s.mu, s.parameters)
+        rates = jacobian([formula], s.position) * anchor
+        if formula.free_symbols & set(s.mu) or first_violation(rates) is not None:
+            continue
+        formula = formula.xreplace(s.exact_parameters(scene))
+        ends = [dict(zip(s.position, map(to_sympy, x), strict=True)) for x in (x0, x1)]
+        before, after = evaluate_matrix(sympy.Matrix([formula.xreplace(e) for e in ends]), 30)
+        if abs(after - before) > SAME * max(abs(before), abs(after)):
+            raise BadInput(
+                f"{s.name}: the end cannot be reached: {quantity.name} is {float(before):.6g} at "
+                f"x0 and {float(after):.6g} at x1, on another orbit of {scene.groupoid.name}, and "
+                "every motion keeps it, whatever acts; give an end with the same value."
+            )
+
+
 def _points(
-    stages: ControlStages, x0: Vector, v0: Vector, x1: Vector | None, t: Vector, path: Path | None
-) -> Matrix:
+    stages: ControlStages, x0: Vector, v0: Vector, x1: Vector | None, t: Vector,
+    path: Path | None, v1: Vector | None, cubic: bool,
+) -> Matrix:  # fmt: skip
     """Return the points of the guess, (N+1, n)."""
     s, n = stages.s, stages.n
     if path is not None:
@@ -97,4 +124,10 @@ def _points(
                 "chart, as a half turn is, or on another orbit of "
                 f"{stages.scene.groupoid.name}; give a path=, or an end that it reaches."
             )
-    return np.array([f(x0, u, time)[0] for time in t]).reshape(len(t), n)
+    share = (t / t[-1])[:, None]
+    along = u + 0 * share
+    if cubic and v1 is None:  # quadratic: the velocity at the end is free
+        along = v0 + (u - v0) * share
+    elif cubic:
+        along = v0 + (3 * u - 2 * v0 - v1) * share + (v0 + v1 - 2 * u) * share**2
+    return np.array([f(x0, w, time)[0] for w, time in zip(along, t, strict=True)]).reshape(-1, n)

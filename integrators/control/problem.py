@@ -14,6 +14,8 @@ from .boundary_problem import Optimum, solve
 from .first_guess import End, Path
 from .stages import ControlStages, stages_of
 
+MOST = 64  # largest number of controls: a step has the square of it in second derivatives
+
 
 @names_checked
 @dataclass(frozen=True, eq=False)
@@ -55,10 +57,10 @@ class Control:
                 "contact or one_form=: a force acts at the points where a rule asks for L."
             )
         count = m if self.controls is None else self.controls
-        if type(count) is not int or count < 1 or (self.inputs is None and count != m):
+        if type(count) is not int or not 1 <= count <= MOST or (self.inputs is None and count != m):
             raise BadInput(
                 f"{name}: controls is {shown(self.controls)}; give their number, a whole number "
-                f"from 1, and inputs=, which makes {m} components of force of them."
+                f"from 1 to {MOST}, and inputs=, which makes {m} components of force of them."
             )
         for word in ("cost", "inputs"):
             if word == "cost" or self.inputs is not None:
@@ -96,8 +98,8 @@ class Control:
     def solve(self, steps: int, rule: Discretisation = midpoint) -> Optimum:
         """Return the discrete motion with `steps` steps that is a minimum (`Optimum`).
 
-        Raises `BadInput` if the end cannot be reached, the inputs do not steer it, or the cost has
-        no minimum there.
+        Raises `BadInput` if the end cannot be reached, the inputs do not steer it, the motion that
+        is found is no minimum, or none is found from any start (`boundary_problem.best_of`).
         """
         if type(steps) is not int or not 1 <= steps <= 10**6:
             raise BadInput(f"steps is {shown(steps)}: give a whole number from 1 to 10**6.")

@@ -33,6 +33,10 @@ class SecondDerivatives:
         results = [value, *slopes, *(hessian[i][j] for i, j in self._places)]
         self._function = _in_columns(graph, inputs, data, results)
 
+    def couples(self, count: int) -> bool:
+        """Return True if some second derivative by two of the first inputs is not 0."""
+        return any(i < count and j < count for i, j in self._places)
+
     def __call__(self, a: np.ndarray, q: Sequence[Number | Vector]) -> tuple[np.ndarray, ...]:
         """Return (values (N,), gradients (N, k), Hessians (N, k, k)) at N rows of k inputs.
 

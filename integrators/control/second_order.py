@@ -22,7 +22,12 @@ BoundaryProblem: TypeAlias = Any
 
 # a smaller eigenvalue, relative to the terms that its entries are sums of, is round-off
 SINGULAR = 1e-13
+REACHED = 1e-6  # the share of its terms by which an end is off, far above round-off of the steps
 UNMOVED = 1e-10  # the same for a Gramian in units in which each state is moved by 1
+
+
+class OtherMotion(BadInput):
+    """A stationary motion is not the one that is asked for; another start may lead to that."""
 
 
 def unbound(name: str) -> BadInput:
@@ -64,22 +69,29 @@ def _curvatures(problem: BoundaryProblem) -> list[tuple[np.ndarray, np.ndarray]]
     return [(across @ H @ N, abs(across) @ abs(H) @ abs(N))]
 
 
-def check_steered(name: str, problem: BoundaryProblem) -> None:
+def check_steered(
+    name: str, problem: BoundaryProblem, y: tuple[np.ndarray, ...], found: bool = True
+) -> None:
     """Raise `BadInput` if the inputs do not move the end in all of its directions.
 
     This uses the Gramian of the linear equations alone, not the cost. A direction is missed if no
     step moves it, whatever weights the steps have; the weights keep growing motions from hiding the
-    effect of the last steps.
+    effect of the last steps. That the end cannot be reached is only said of steps that are affine,
+    where the motion without a control is off it in such a direction. found: False if y is no
+    motion; then a direction that is missed to first order there says nothing.
     """
-    H, d, at = problem.hessian, problem.d, problem.stages.slices
+    g, H = problem.derivatives(y)
+    d, at, (z, _, _) = problem.d, problem.stages.slices, y
     if not np.isfinite(H).all():
         return
     rows = H[:, at["kappa"]], H[:, at["p"]]
     (E_z, E_w, E_f), (Z_z, Z_w, Z_f) = (
         (r[:, :, :d], r[:, :, at["w"]], r[:, :, at["f"]]) for r in rows
     )
-    solved = np.linalg.pinv(E_w) @ np.concatenate([E_z, E_f], axis=2)
-    A, B = Z_z - Z_w @ solved[:, :, :d], Z_f - Z_w @ solved[:, :, d:]
+    missed_rows = g[:, at["kappa"], None]
+    solved = np.linalg.pinv(E_w) @ np.concatenate([E_z, E_f, missed_rows], axis=2)
+    A, B = Z_z - Z_w @ solved[:, :, :d], Z_f - Z_w @ solved[:, :, d:-1]
+    off = g[:, at["p"]] - z - (Z_w @ solved[:, :, -1:])[:, :, 0]
     letters, basis = _ends(problem)
     if (given := B.shape[0] * B.shape[2]) < basis.shape[1]:
         raise BadInput(
@@ -95,11 +107,27 @@ def check_steered(name: str, problem: BoundaryProblem) -> None:
     size = np.sqrt(np.abs(np.diag(moved)))
     size[size <= UNMOVED * size.max(initial=0)] = np.inf  # then its row is 0
     values, vectors = np.linalg.eigh(moved / np.outer(size, size))
-    if len(values) and values[0] <= UNMOVED:
-        missed = letters[int(np.argmax(np.abs(basis @ vectors[:, 0])))]
+    vectors = basis @ (vectors / np.where(np.isinf(size), 1, size)[:, None])[:, values <= UNMOVED]
+    if not vectors.size:
+        return
+    at_end = np.zeros(d)  # where the steps lead with the controls of y, less its own end
+    for k in range(len(A)):
+        at_end = A[k] @ at_end + off[k]
+    gap = np.abs(vectors.T @ (problem.z1 - z[-1] - at_end))
+    terms = np.abs(vectors.T) @ (np.abs(problem.z1) + np.abs(z[-1]) + np.abs(at_end))
+    shares = np.divide(gap, terms, out=np.zeros_like(gap), where=terms > 0)
+    worst = int(np.argmax(shares))
+    missed = letters[int(np.argmax(np.abs(vectors[:, worst])))]
+    if problem.stages.affine and shares[worst] > REACHED:
         raise BadInput(
             f"{name}: the end cannot be reached: the inputs do not steer {missed} there "
-            "independently of the other conditions."
+            "independently of the other conditions, and the motion leads elsewhere."
+        )
+    if found or problem.stages.affine:
+        raise OtherMotion(
+            f"{name}: along the motion that was tried the inputs do not steer {missed} at the end "
+            "independently of the other conditions, to first order, so its costate is not "
+            "determined; leave a condition out (None), or give a path= that is steered."
         )
 
 
@@ -123,15 +151,17 @@ def check_minimum(name: str, problem: BoundaryProblem) -> None:
                     "told; take one step more or fewer, or add a small multiple of f.dot(f)."
                 )
             if values.min() < 0:
-                raise BadInput(
-                    f"{name}: the cost has no minimum at the motion that was found: its second "
-                    f"derivative by the controls of step {int(values.min(axis=1).argmin())} is "
-                    "negative; take a rule without negative weights, which turn the sign of the "
-                    "cost at a point, and a cost that grows with its controls."
+                step = int(values.min(axis=1).argmin())
+                raise OtherMotion(
+                    f"{name}: the motion that was found is stationary, but no minimum of the cost: "
+                    f"its second derivative by the controls of step {step} is negative; take a "
+                    "rule without negative weights, which turn the sign of the cost at a point, "
+                    "and a cost that grows with its controls."
                 )
-        raise BadInput(
-            f"{name}: the cost has no minimum at the motion that was found: it falls along others "
-            "near it; take a shorter duration, or a cost that grows with its controls."
+        raise OtherMotion(
+            f"{name}: the motion that was found is stationary, but no minimum of the cost, which "
+            "falls along others near it; take a shorter duration, a cost that grows with its "
+            "controls, or a path= near another motion."
         )
 
 

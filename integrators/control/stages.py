@@ -88,6 +88,8 @@ class ControlStages:
         of = DiscreteLagrangian(c, rule)
         of_cost = [c.x[-1], *(q for q in c.q if q not in control)]
         self._of_cost = SecondDerivatives(of.value, inputs_of_step, of_cost)
+        #: whether a step's rows and its next state are affine in x, μ, w and f
+        self.affine = not self._of_step.couples(self.slices["kappa"].start)
         #: everything from which it was made
         self.formulas = [step, of_step, of.value]
 

@@ -36,9 +36,13 @@ HALF_TURN = [-1, 0, 0, 0, -1, 0, 0, 0, 1]
 
 
 @pytest.mark.parametrize(("given", "said"), [
-    ((plane(), effort, ([1, 1], [0, 0]), lambda x, v, f, p: [f[0], 0], 1), r"do not steer x\[1\]"),
+    ((plane(), effort, ([1, 1], [0, 0]), lambda x, v, f, p: [f[0], 0], 1),
+     r"cannot be reached: the inputs do not steer x\[1\]"),
+    ((plane(), effort, ([1, 0], [0, 0]), lambda x, v, f, p: [f[0], 0], 1),
+     r"tried the inputs do not steer (x|mu)\[1\] .* not determined"),
     ((plane(), effort, ([1, 1], [0, 0]), lambda x, v, f, p: [f[0], f[0]], 1), "do not steer"),
-    ((scenes.get("spherical-pendulum"), effort, ([0, 0, 2], [0, 0, 0])), "another orbit"),
+    ((scenes.get("spherical-pendulum"), effort, ([0, 0, 2], [0, 0, 0])),
+     r"cannot be reached: \|x\|² is 1 at x0 and 4 at x1"),
     ((mass(), lambda x, v, f, p: f[0], ([1], [0])), "does not bind every control"),
     ((mass(), lambda x, v, f, p: x[0] ** 2, ([1], [0])), "does not bind every control"),
     ((mass(), lambda x, v, f, p: -f[0] ** 2, ([1], [0])), "no minimum"),
@@ -52,6 +56,8 @@ HALF_TURN = [-1, 0, 0, 0, -1, 0, 0, 0, 1]
     ((mass(), effort, ([1, 2], [0])), "x1 has 2 entries"),
     ((mass(), effort, 3), "give \\(x1, v1\\)"),
     ((mass(), effort, ([1], [0]), None, 2), "give their number"),
+    ((mass(), effort, ([1], [0]), lambda x, v, f, p: [f[0]], 1000), "from 1 to 64"),
+    ((mass(), effort, ([1], [0]), lambda x, v, f, p: [f[0]], 2**63), "from 1 to 64"),
     ((mass(), lambda f: f, ([1], [0])), "cost= is a function"),
     ((scenes.get("suslov"), effort, ([], [0, 0, 0])), "without constraints"),
 ])  # fmt: skip
