@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+import shlex
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from discmech import studies
-from discmech.integrators import BadInput
+from discmech.integrators import BadInput, retractions
 from discmech.integrators.errors import arguments_checked, shown
 
 from ..core import lookup
@@ -15,6 +17,7 @@ from ..core.options import digits_in, listed, whole
 from ..core.running import run_study
 from ..core.study import Study, refusal
 from ..core.study_lookup import study_called
+from ..core.userfile import word_for_study
 
 if TYPE_CHECKING:
     from discmech.integrators import Discretisation, Scene
@@ -50,7 +53,25 @@ def check(
         digits=tuple(digits_in(str(d)) for d in listed("digits", digits)),
         steps=None if steps is None else whole("steps")(str(steps)),
     )
-    return Result(run_study(_study(study), chosen))
+    asked = _study(study)
+    return Result(run_study(asked, chosen) | {"command": _command(asked, chosen)})
+
+
+def _command(study: Study, chosen: Choice) -> str:
+    """Return the command that asks for the same; empty where it would find other objects."""
+    things = [*chosen.scenes, *chosen.rules]
+    used = {s.groupoid.retraction for s in chosen.scenes}
+    charts = [name for name in retractions.BUILT_IN if name in used]
+    if len(charts) > 1 or not all(map(lookup.is_found, things)):
+        return ""
+    options = [
+        *(("--rule", lookup.address_of(rule)) for rule in chosen.rules),
+        *(("--retraction", chart) for chart in charts),
+        *(("--digits", str(digits)) for digits in chosen.digits),
+        *([("--steps", str(chosen.steps))] if chosen.steps else []),
+    ]
+    scenes = map(lookup.address_of, chosen.scenes)
+    return shlex.join(["discmech", word_for_study(study.name), *scenes, *itertools.chain(*options)])
 
 
 def _study(thing: Study | str) -> Study:

@@ -10,15 +10,17 @@ import pytest
 
 from discmech import black_box, check, discretisation, external, scenes
 from discmech.integrators import rules
+from discmech.integrators.rules import midpoint
 from discmech.integrators.scenes import control, lattices
 from discmech.studies.command.entry import main
 from discmech.studies.core import lookup
-from discmech.studies.core.case import Case, in_chart
+from discmech.studies.core.case import Case, Choice, in_chart
 from discmech.studies.core.one_case import run_case
 from discmech.studies.core.outcome import without_figures
 from discmech.studies.core.shrinking import smallest
 from discmech.studies.core.study import every_study
 from discmech.studies.report.verdicts import adjoints, troubles
+from discmech.studies.user.checking import _command
 from discmech.studies.user.verify import about_scheme
 
 MINE = """
@@ -109,6 +111,11 @@ def test_what_no_word_finds_has_no_command():
     for scene, rule in ((short, "midpoint"), ("harmonic", inside)):
         (case,) = check("order", [scene], [rule], [16], steps=4)["cases"]
         assert case["command"] == ""
+    top = in_chart(scenes.get("heavy-top"), "exponential")
+    assert _command(every_study()["order"], Choice((top,), (midpoint,))) == (
+        "discmech order heavy-top --rule midpoint --retraction exponential"
+    )
+    assert _command(every_study()["order"], Choice((scenes.get("heavy-top"), top))) == ""
     told = troubles({"study": "order", "verdict": "fail", "cases": [case]})
     assert "again: by no command: its rule or its scene is no variable of a file" in told[0]
     assert not lookup.is_found(rules.compose(inside, "triple-jump"))
@@ -139,8 +146,10 @@ def test_a_rule_of_a_list_in_a_module_is_named_by_its_file(tmp_path, monkeypatch
     monkeypatch.delitem(sys.modules, "family_of_mine")  # only a module that is loaded is searched
     assert not lookup.is_found(family_of_mine.RULES[0])
     monkeypatch.setitem(sys.modules, "family_of_mine", family_of_mine)
-    (case,) = check("order", ["harmonic"], family_of_mine.RULES[:1], [16], steps=4)["cases"]
-    assert f"--rule {tmp_path}/family_of_mine.py:at-3 " in case["command"]
+    found = check("order", ["harmonic"], family_of_mine.RULES[:1], [16], steps=4)
+    word = f"{tmp_path}/family_of_mine.py:at-3"
+    whole = f"discmech order harmonic --rule {word} --digits 16 --steps 4"
+    assert [case["command"] for case in found["cases"]] == [whole] == [found["command"]]
 
 
 # -- programs with one motion of their own --------------------------------------------------------
