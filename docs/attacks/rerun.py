@@ -40,12 +40,12 @@ def rows():
 
 
 def second_rows():
-    """(class, words of its command, answer, whether it is slow) of each row of the second table."""
+    """(class, words of its command, answer, whether it is slow) of each row of the second table and the third."""
     page = (HERE.parent / "verdicts.md").read_text(encoding="utf-8")
     _, _, table = page.partition("## The second attack")
     return [
         (kind, shlex.split(command), answer, kind.endswith("(slow)"))
-        for kind, command, answer in SECOND.findall(table.partition("\n## ")[0])
+        for kind, command, answer in SECOND.findall(table.partition("\n## How the bench")[0])
     ]
 
 

@@ -7,11 +7,15 @@ the one that failed. The evidence is computed once for all studies, at 50 digits
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from functools import cached_property, lru_cache
 
 from discmech import reference
 from discmech.integrators import Scheme
+from discmech.integrators.groupoids import LieGroup
 
+from ..core.case import scheme_of
 from .effective import EffectiveOrder, effective_order_of
 from .floats import Floats, floats_of
 from .form import FormEvidence, form_of
@@ -41,11 +45,25 @@ class Evidence:
         return places_of(self.scheme, self.seed)
 
     @cached_property
+    def whole(self) -> Scheme:
+        """The scheme whose state is all that moves: on a group without a base also the attitude.
+
+        A rule of a changed Lagrangian may move μ rightly, and turn the body wrongly.
+        """
+        scene, rule = self.scheme.scene, self.scheme.rule
+        derived = rule.is_formula and rule.asks_lagrangian and scene.discrete_lagrangian is None
+        if not (derived and isinstance(scene.groupoid, LieGroup)):
+            return self.scheme
+        return scheme_of(scene.with_attitude(), rule)
+
+    @cached_property
     def order(self) -> LocalOrder:
         """Return the lowest order that a small step shows; without one, it holds the reason."""
         try:
-            along = places_along(self.scheme, self.seed)
-            return of_scheme(self.scheme, self.places, self.seed, along)
+            places = self.places if self.whole is self.scheme else places_of(self.whole, self.seed)
+            along = places_along(self.whole, self.seed)
+            found = of_scheme(self.whole, places, self.seed, along)
+            return found if self.whole is self.scheme else _named(found)
         except reference.ReferenceFailure as failure:
             return unknown(" ".join(str(failure).split()))
 
@@ -56,7 +74,7 @@ class Evidence:
 
     def floats(self, wanted: float) -> Floats:
         """Return whether the rule's floats explain an order below the wanted one, and how."""
-        return floats_of(self.scheme, self.order, wanted)
+        return floats_of(self.whole, self.order, wanted)
 
     @cached_property
     def linear(self) -> bool:
@@ -67,6 +85,15 @@ class Evidence:
     def form(self) -> FormEvidence:
         """Return the defects of the form over the places, of ordinary steps."""
         return form_of(self.scheme, self.places, self.seed)
+
+
+def _named(found: LocalOrder) -> LocalOrder:
+    """Return the order with an entry of the attitude named so: it is x, row by row."""
+    if not found.component.startswith("x"):
+        return found
+    size = math.isqrt(len(found.place.x)) if found.place else 1
+    row, column = divmod(int(found.component[2:-1]), size)
+    return replace(found, component=f"the attitude [{row}, {column}]")
 
 
 @lru_cache(maxsize=256)

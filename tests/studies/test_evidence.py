@@ -8,9 +8,11 @@ import mpmath
 import pytest
 import sympy
 
-from discmech.integrators import Scene, Scheme, one_step, pair, scenes
+from discmech import check
+from discmech.integrators import Scene, Scheme, discretisation, one_step, pair, scenes
 from discmech.integrators.rules import get as rule
 from discmech.integrators.rules import midpoint, trapezoidal
+from discmech.studies.core.case import in_chart
 from discmech.studies.evidence import evidence_of
 from discmech.studies.evidence.places import is_linear
 from tests.studies.negative_controls.order_trials import trials
@@ -100,3 +102,36 @@ def test_many_of_each():
     counts, lines = trials(20261126, 20, 60)
     assert counts[0] == {"fail": 20}, lines
     assert not counts[1]["fail"] and counts[1]["inconclusive"] <= 3, lines
+
+
+def of_inertia(added):
+    """A rule of a body whose inertia is 1/(1/I + added): H gains added·|μ|²/2, a Casimir."""
+
+    def formula(L, G, x, u, h):
+        parts = zip(L.parameters.inertia, u, strict=True)
+        return h * sum(e**2 / (1 / sympy.sympify(i) + added(h)) for i, e in parts) / 2
+
+    return discretisation(order=2, name="of-inertia")(formula)
+
+
+@pytest.mark.parametrize(("added", "order"), [
+    (lambda h: sympy.Rational(1, 10), 0), (lambda h: h / 10, 1), (lambda h: h**2 / 10, 2),
+])  # fmt: skip
+def test_the_attitude_of_a_body_is_judged_with_its_momentum(added, order):
+    """A Casimir moves no μ, and turns the body: by 1.13 at every h, in nine cases that passed."""
+    body = scenes.get("rigid-body")
+    found = evidence_of(Scheme(body, of_inertia(added))).order
+    assert found.order == pytest.approx(order, abs=0.01)
+    assert order == 2 or found.component.startswith("the attitude")
+    (case,) = check("symplecticity", [body], [of_inertia(added)], [16])["cases"]
+    assert case["verdict"] == ("fail" if order < 1 else "pass")
+
+
+@pytest.mark.dear("kirchhoff")
+@pytest.mark.parametrize("scene", ["rigid-body", "kirchhoff", "sl2", "suslov"])
+@pytest.mark.parametrize("retraction", ["cayley", "exponential"])
+def test_sound_rules_have_their_order_in_the_attitude_too(scene, retraction):
+    chart = in_chart(scenes.get(scene), retraction)
+    found = evidence_of(Scheme(chart, trapezoidal)).order
+    assert any(c.name.startswith("x") for c in found.components)
+    assert found.order == pytest.approx(2, abs=0.01)

@@ -31,10 +31,11 @@ def test_an_attack_has_the_verdict_of_the_table(words, verdict, unit, monkeypatc
 SECOND = RERUN["second_rows"]()
 
 
-def test_the_second_table_is_read_whole():
+def test_the_later_tables_are_read_whole():
     page = (ROOT / "docs/verdicts.md").read_text("utf-8").partition("## The second attack")[2]
-    lines = [e for e in page.partition("\n## ")[0].splitlines() if e.startswith("|")]
-    assert len(SECOND) == len(lines) - 2, "a row is written in another form than rerun.py reads"
+    tables = page.partition("\n## How the bench")[0]
+    lines = [e for e in tables.splitlines() if e.startswith("|")]
+    assert len(SECOND) == len(lines) - 2 * tables.count("\n|---"), "a row is written in another form than rerun.py reads"
 
 
 @pytest.mark.parametrize(
