@@ -40,7 +40,7 @@ def rows():
 
 
 def second_rows():
-    """(class, words of its command, answer, whether it is slow) of each row of the second table and the third."""
+    """(class, words of its command, answer, whether it is slow) of each row of the later tables."""
     page = (HERE.parent / "verdicts.md").read_text(encoding="utf-8")
     _, _, table = page.partition("## The second attack")
     return [

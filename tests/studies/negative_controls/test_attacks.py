@@ -35,7 +35,9 @@ def test_the_later_tables_are_read_whole():
     page = (ROOT / "docs/verdicts.md").read_text("utf-8").partition("## The second attack")[2]
     tables = page.partition("\n## How the bench")[0]
     lines = [e for e in tables.splitlines() if e.startswith("|")]
-    assert len(SECOND) == len(lines) - 2 * tables.count("\n|---"), "a row is written in another form than rerun.py reads"
+    assert len(SECOND) == len(lines) - 2 * tables.count("\n|---"), (
+        "a row is written in another form than rerun.py reads"
+    )
 
 
 @pytest.mark.parametrize(
