@@ -23,7 +23,7 @@ SUITE := -m pytest -q -n $(JOBS) --dist worksteal --benchmark-disable
 CACHES := .pytest_cache .mypy_cache .ruff_cache .benchmarks build dist
 
 # A shell word list: the interpreters to try, in order.
-TRY := $(if $(PYTHON),"$(PYTHON)",python3 python3.13 python3.12 python3.11 python3.14 python)
+TRY := $(if $(PYTHON),"$(PYTHON)",python3 python3.14 python3.13 python3.12 python3.11 python)
 FIT := import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))
 FIND = python=; for p in $(TRY); do \
 	if "$$p" -c '$(FIT)' >/dev/null 2>&1; then python=$$p; break; fi; done; \

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
 import traceback
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields
 from difflib import get_close_matches
 from functools import wraps
+from importlib import import_module
 from pathlib import Path
 from typing import Any, ParamSpec, SupportsFloat, TypeVar, cast
 
@@ -17,6 +19,10 @@ _Class = TypeVar("_Class")
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
 _OURS = Path(__file__).resolve().parent
+#: from Python 3.14 on a signature evaluates annotations, which may name what nobody has imported
+_ANNOTATIONS: dict[str, Any] = {}
+if sys.version_info >= (3, 14):
+    _ANNOTATIONS["annotation_format"] = import_module("annotationlib").Format.STRING
 
 
 #: exceptions of a user's function that are reported in our words; an interrupt is not one of them
@@ -132,9 +138,8 @@ def check_function(function: object, what: str, *wanted: str) -> None:
     words = " or ".join(wanted)
     if not callable(function):
         raise BadInput(f"{what} is {shown(function)}; give a function of {words}.")
-    try:
-        signature = inspect.signature(function)
-    except (TypeError, ValueError):  # a callable without a signature
+    signature = signature_of(function)
+    if signature is None:
         return
     stray = ""
     for arguments in wanted:
@@ -233,6 +238,14 @@ def names_checked(cls: type[_Class]) -> type[_Class]:
 
     cls.__init__ = checked  # type: ignore[method-assign]
     return cls
+
+
+def signature_of(function: Callable[..., Any]) -> inspect.Signature | None:
+    """Return the signature of a callable with its annotations as texts; None if it has none."""
+    try:
+        return inspect.signature(function, **_ANNOTATIONS)
+    except Exception:  # compiled ones have none, and an object may raise anything
+        return None
 
 
 def arguments_checked(function: Callable[_P, _R]) -> Callable[_P, _R]:

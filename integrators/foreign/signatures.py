@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 
-from ..errors import BadInput, at_line
+from ..errors import BadInput, at_line, signature_of
 from ..numbers.types import Function
 
 #: the names of a class's methods that begin, continue and read its memory
@@ -49,19 +49,17 @@ def check_arguments(what: str, function: Function, wanted: str, bound: int = 0) 
 
 def _only_named(function: Function) -> str:
     """Return the arguments that must be given by name, or ""."""
-    try:
-        given = inspect.signature(function).parameters.values()
-    except (TypeError, ValueError):
-        return ""
+    signature = signature_of(function)
+    given = signature.parameters.values() if signature else ()
     return ", ".join(p.name for p in given if p.kind is p.KEYWORD_ONLY and p.default is p.empty)
 
 
 def _counts(function: Function) -> tuple[int, float]:
     """Return the least and the largest number of positional arguments."""
-    try:
-        given = list(inspect.signature(function).parameters.values())
-    except (TypeError, ValueError):  # some callables have no signature
+    signature = signature_of(function)
+    if signature is None:
         return 0, float("inf")
+    given = signature.parameters.values()
     plain = [p for p in given if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     least = sum(p.default is p.empty for p in plain)
     return least, float("inf") if any(p.kind is p.VAR_POSITIONAL for p in given) else len(plain)

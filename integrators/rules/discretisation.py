@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias
 
-from ..errors import BadInput, arguments_checked, brief_name, shown, unknown
+from ..errors import BadInput, arguments_checked, brief_name, shown, signature_of, unknown
 from ..numbers.types import Column, Expression, Function, Letter
 from ..scene import Again, Scene, again
 from .claims import Claims
@@ -274,8 +274,8 @@ def described(
         raise BadInput(f"a {what} is a function {wanted}, not {shown(formula)}.")
     if not isinstance(name, str | None):
         raise BadInput(f"the name {shown(name)} of a {what} is no text.")
-    arguments = inspect.signature(formula).parameters
-    count, needed = len(arguments.keys() - {*free}), wanted.count(",") + 1
+    signature, needed = signature_of(formula), wanted.count(",") + 1
+    count = len(signature.parameters.keys() - {*free}) if signature else needed
     label = str(name or getattr(formula, "__name__", what).replace("_", "-"))
     if count != needed:
         words = {3: "three", 4: "four", 5: "five", 6: "six"}[needed]

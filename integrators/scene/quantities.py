@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import partial
 from typing import Any, Literal, get_args
 
-from ..errors import BadInput, check_function, names_checked, shown
+from ..errors import BadInput, check_function, names_checked, shown, signature_of
 from ..numbers import sympy
 from ..numbers.types import Column, Covector, Function, Given, Parameters, Point, Scalar
 
@@ -87,12 +86,8 @@ def takes_fourth(function: Function | None) -> bool:
 
 def arguments_of(function: Function | None) -> int:
     """Return the number of a function's positional arguments without default; 0 if unknown."""
-    if function is None:
-        return 0
-    try:
-        given = inspect.signature(function).parameters.values()
-    except (TypeError, ValueError):  # some callables have no signature
-        return 0
+    signature = None if function is None else signature_of(function)
+    given = signature.parameters.values() if signature else ()
     return sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given)
 
 

@@ -29,14 +29,13 @@ Everything is exact: sympy expressions with rational (or algebraic) coefficients
 
 from __future__ import annotations
 
-import inspect
 from dataclasses import dataclass
 from typing import Any
 
 import mpmath
 import sympy
 
-from discmech.integrators.scene import BadInput, refuse_unwritten, short_numbers
+from discmech.integrators.scene import BadInput, arguments_of, refuse_unwritten, short_numbers
 
 from ..failures import ReferenceFailure
 from .algebroid import Algebroid, algebroid_of
@@ -233,11 +232,7 @@ def _number(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> symp
 def _exact(scene: Any, what: str, function: Any, *states: sympy.Matrix) -> tuple[sympy.Expr, ...]:
     """Return the entries of a function of (x, p), (x, v, p) or (x, v, p, t)."""
     values = parameter_values(scene)
-    try:
-        given = list(inspect.signature(function).parameters.values())
-    except (TypeError, ValueError):  # some callables have no signature: then without the time
-        given = []
-    timed = sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given) == 4
+    timed = arguments_of(function) == 4
 
     def entries(parameters: Any) -> list[sympy.Expr]:
         value = function(*states, parameters, *([T] if timed else []))

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene, black_box
-from discmech.integrators.errors import CannotMeasure, check_names, shown
+from discmech.integrators.errors import CannotMeasure, check_names, shown, signature_of
 from discmech.integrators.numbers import arithmetic, whole_number
 
 from .. import get
@@ -175,10 +175,10 @@ def _boxed(rule: Any) -> Any:
         return rule
     if inspect.isclass(rule):
         return black_box()(rule) if hasattr(rule, "start") else rule
-    try:
-        given = list(inspect.signature(rule).parameters)
-    except (TypeError, ValueError):
+    signature = signature_of(rule)
+    if signature is None:
         return black_box()(rule)
+    given = list(signature.parameters)
     return rule if given[:1] in (["L"], ["s"]) or len(given) not in (3, 4) else black_box()(rule)
 
 

@@ -16,6 +16,7 @@ import pytest
 import scipy.interpolate
 import sympy
 
+from discmech import Scene, Scheme, midpoint, pair
 from discmech.integrators.scene import Opaque, reads, remembered
 
 
@@ -245,3 +246,27 @@ def test_a_module_s_own_getattr_counts(tmp_path, monkeypatch):
         names["other"].__name__ = "own"
         digests.append(reads(names["factor"]))
     assert len(set(digests)) == 2
+
+
+class Unasked:
+    """A callable that has no signature."""
+
+    @property
+    def __signature__(self):
+        return fails()
+
+    def __call__(self, x, v, p):
+        return v[0] ** 2 / 2 - x[0] ** 2 / 2
+
+
+def test_a_callable_that_raises_for_its_signature_is_called():
+    scene = Scene("s", pair(1), Unasked(), x0=[1], v0=[0], duration=1)
+    assert Scheme(scene, midpoint).flow("1/10").trajectory(1).x.shape == (2, 1)
+
+
+@pytest.mark.skipif(sys.version_info < (3, 14), reason="annotations are evaluated at once")
+def test_annotations_of_a_user_are_not_evaluated():
+    defined: dict = {}
+    exec("def lagrangian(x: Nowhere, v, p):\n    return v[0] ** 2 - x[0] ** 2\n", defined)
+    scene = Scene("s", pair(1), defined["lagrangian"], x0=[1], v0=[0], duration=1)
+    assert Scheme(scene, midpoint).flow("1/10").trajectory(1).x.shape == (2, 1)
