@@ -16,7 +16,8 @@ from discmech.studies import NAMES, check, get
 from discmech.studies.command.entry import _parser
 from discmech.studies.command.options import choice_of
 from discmech.studies.core import lookup
-from discmech.studies.core.case import VERDICTS, Case, Choice, worst
+from discmech.studies.core.case import Case, Choice, worst
+from discmech.studies.core.outcome import VERDICTS
 from discmech.studies.report.tables import plain
 from discmech.studies.user.assertions import assert_momentum, assert_order, assert_symplectic
 from tests.objects import named
