@@ -20,6 +20,7 @@ class Conserved:
     """A quantity formula(x, mu, p) or formula(x, mu, p, h) → an expression, a column or a list.
 
     x (n×1) and mu (m×1, natural basis: μ = F/h) are sympy columns, p the parameters, h the step.
+    One that takes h has to be kept at every step, one that does not at the scene's own step.
     With `attitude` the scene is a group's and x is the attitude as an N×N matrix. With `value` the
     quantity is a constraint: the start must have exactly this value (|Γ|² = 1). With `stretch` it
     is compared over that many steps at a time, and the attitude starts again at e: an attitude that
