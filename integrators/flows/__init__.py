@@ -11,6 +11,7 @@ from .multipliers import mean_multipliers
 from .newton_step import (
     arrow_from,
     form_change_defects,
+    growth_errors,
     restricted_form_defect,
     return_defect,
     round_off_from,
@@ -21,7 +22,7 @@ from .step_choice import StepChoice
 
 __all__ = [
     "CAUSES", "Ensemble", "Flow", "FreeMotion", "Scheme", "Start", "StepChoice", "Substeps",
-    "Trajectory", "arrow_from", "cores", "first_u", "form_change_defects", "mean_multipliers",
-    "restricted_form_defect", "return_defect", "round_off_from",
+    "Trajectory", "arrow_from", "cores", "first_u", "form_change_defects", "growth_errors",
+    "mean_multipliers", "restricted_form_defect", "return_defect", "round_off_from",
     "side_by_side", "step_along",
 ]  # fmt: skip

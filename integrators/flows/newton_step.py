@@ -5,6 +5,7 @@ This is the evolution operator through the identity bisections (`bisections.evol
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any, TypeAlias
 
@@ -127,6 +128,39 @@ def round_off_from(
         own = context.numbers.identity(len(still)) * own
         handed = np.hstack([tracked(derivative).value @ handed, own])
     return x, mu, abs(handed).sum(axis=1)
+
+
+def growth_errors(
+    context: StepContext, x: Numbers, mu: Numbers, near: Numbers
+) -> Iterator[tuple[Vector, Vector]]:
+    """Yield (the state after, the error of what a step adds to (x, μ)), n+m each, of each substep.
+
+    The step's formulas are evaluated in the flow's own numbers and to twice the digits, at the same
+    state and arrow. Raises `CannotMeasure` for unknowns beside velocities and stages, such as
+    multipliers.
+    """
+    exactly = context.exactly
+    for part, whole in zip(context.parts, exactly.parts, strict=True):
+        with context.numbers.working():
+            at, momentum = context.vectors(x, mu)
+            guess = context.vector(near, len(momentum))
+            w: Vector | None = None
+            if part.equations.arrows is None:
+                grown = part.geometry.growth(at, momentum, part.geometry.start(at, momentum, guess))
+            else:
+                near = arrow_from(part, at, momentum, guess)
+                w = np.concatenate([near, part.geometry.stages(at, near)])
+                if len(w) != len(part.equations.w):
+                    raise CannotMeasure(f"{context.scene.name}: a step has multipliers, too.")
+                grown = part.geometry.growth(at, momentum, w)
+        with exactly.numbers.working():
+            at, momentum = exactly.vectors(at, momentum)
+            guess = exactly.vector(near, len(momentum))
+            begin = whole.geometry.start(at, momentum, guess) if w is None else w
+            exact = whole.geometry.growth(at, momentum, exactly.vector(begin, len(begin))).value
+            after = np.concatenate([at, momentum]) + exact
+            yield after, exactly.vector(grown.value, len(exact)) - exact
+        x, mu = np.split(after, [len(at)])
 
 
 # -- defects, to twice the flow's digits and in its own numbers ----------------------------------

@@ -157,6 +157,11 @@ class LocalGeometry:
         minus = self.with_round_off(x, u, of_x, abs(u))[1]
         return abs(u) + inverse @ (minus.error + abs(minus.value) + abs(self.q[0]) * of_mu)
 
+    def growth(self, x: Vector, mu: Vector, w: Vector) -> Tracked:
+        """Return (x′ − x, μ′ − μ) of a step by its unknowns w, `Tracked`: its terms may cancel."""
+        grown: Tracked = self._errors("step")(x, mu, rounded(w), np.array(self.q))[1]
+        return grown
+
     def _rounded_stages(self, x: Vector, u: Vector, at: Vector | Tracked, arrow: Tracked) -> Array:
         stages = self.stages(x, u)
         if not self.k:

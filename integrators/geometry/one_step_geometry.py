@@ -71,6 +71,10 @@ class OneStepGeometry(LocalGeometry):
         derivative = one + by_z - by_w @ solve(self.numbers, slope, rows_z)
         return x + grown.value[: self.n], mu + grown.value[self.n :], derivative
 
+    def growth(self, x: Vector, mu: Vector, start: Vector) -> Tracked:
+        """Return (x′ − x, μ′ − μ) of the step from a state, `Tracked`, by Newton from a start."""
+        return self._solved(x, mu, start, self.numbers.zeros(self.n + self.m))[1][3]
+
     def step_round_off(self, x: Vector, mu: Vector, start: Vector, errors: Vector) -> Vector:
         """Return the effect of round-off on (x′, μ′), n+m units ε (`defects.step_round_off`)."""
         grown = self._solved(x, mu, start, errors)[1][3]

@@ -5,9 +5,9 @@ from ..core.limits import Limit
 LIMITS = {
     "walk": Limit(
         5, "standard deviations of the walk that round-off makes, (5/√3) κ ε √N + 2 e ε in all",
-        "derived: x and μ are rounded once a step, ε/√3 in the mean square, which κ, the "
-        "quantity's own conditioning, magnifies; 5 are passed once in a million walks "
-        "(Feller, XIV); e is the round-off of the quantity itself",
+        "derived: x and μ are rounded once a step, ε/√3 in the mean square, and so are the sums "
+        "that are added to them; κ is what both do to the quantity; 5 are passed once in a "
+        "million walks (Feller, XIV); e is the round-off of the quantity itself",
     ),
     "blind": Limit(
         1e-3, "share of a quantity's terms that such a limit may be",

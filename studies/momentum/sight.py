@@ -40,8 +40,9 @@ def seen(rows_of: Rows, run: Any, limit: float, digits: int, seed: str) -> Fault
     """Return the effect of a fault of one step on a quantity, over its terms.
 
     The fault moves each entry of x and μ by about `FAULT` limits of its size, up or down as the
-    seed gives it. change: the median over rows of the run of the largest effect of `DRAWS` such faults.
-    A quantity that does not depend on the state, or whose terms hide the dependence, sees nothing.
+    seed gives it. change: the median over rows of the run of the largest effect of `DRAWS` such
+    faults. A quantity that does not depend on the state, or whose terms hide the dependence, sees
+    nothing.
     """
     drawn, numbers = random.Random(seed), arithmetic(digits)
     size = FAULT * max(limit, float(numbers.eps))
@@ -95,8 +96,10 @@ def beside(case: Case, quantities: Sequence[Conserved]) -> dict[str, Beside]:
         asked = [q for q in plain if q.of_step is of_step]
         step = place.step if of_step else Fraction(case.scene.step)
         digits = _digits(case, place, step)
+        if not asked:
+            continue
         try:
-            run = scheme.flow(step, digits).trajectory(1, **place.start) if asked else None
+            run = scheme.flow(step, digits).trajectory(1, **place.start)
         except (StepFailure, DiscmechError):
             continue
         numbers = arithmetic(digits)

@@ -14,7 +14,8 @@ H = sympy.Rational(1, 20)
 
 @one_step(order=2, groupoids="pair")
 def mcmillan_suris(s, z, h):
-    """x₊ + x₋ = 2κx/(1 + νx²) for ẍ = −x − x³, κ = 1 − h²/2, ν = h²/(2κ) (McMillan 1971; Suris 1989)."""
+    """x₊ + x₋ = 2κx/(1 + νx²) for ẍ = −x − x³, κ = 1 − h²/2, ν = h²/(2κ), of McMillan (1971) and
+    Suris (1989)."""
     x, mu = s.split(z)
 
     def kick(x):  # (κx/(1 + νx²) − x)/h

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 import sympy
 
-from discmech.integrators import BadInput, Scene, Scheme, discretisation, pair, scenes
+from discmech.integrators import BadInput, Scene, Scheme, discretisation, one_step, pair, scenes
 from discmech.integrators.rules import midpoint, trapezoidal
+from discmech.integrators.rules.maps import rkmk_4
 from discmech.integrators.scene import Conserved
 from discmech.studies import check, get
 from discmech.studies.causes.round_off import lost_one_way
@@ -227,6 +228,37 @@ def test_a_far_frame_hides_nothing_at_50_digits(rule, verdict):
     assert measured("momentum", far(10**10), rule, 50, 50)["verdict"] == verdict
     if rule is midpoint:
         assert measured("momentum", far(10**10), midpoint, 16, 500)["verdict"] == "pass"
+
+
+@pytest.mark.parametrize(("grown", "verdict"), [(0, "pass"), (3, "fail")])
+def test_a_step_has_the_round_off_of_the_parts_of_its_sums(grown, verdict):
+    """Ad* by a product of matrices rounds some ten times; a growth of 3ε a step is none of that."""
+
+    @one_step(order=4, groupoids="lie_group")
+    def coadjoint(s, z, h):
+        x, mu = s.split(rkmk_4.formula(s, z, h))
+        return s.join(x, mu * (1 + sympy.Rational(grown, 10**62)))
+
+    casimir = scenes.get("sl2").with_values(symmetries=scenes.get("sl2").symmetries[:1])
+    assert measured("momentum", casimir, coadjoint, 50, 100)["verdict"] == verdict
+
+
+@pytest.mark.parametrize("digits", [16, 50])
+@pytest.mark.parametrize(("push", "verdict"), [(0, "pass"), (1, "fail")])
+def test_two_fast_bodies_far_away_keep_a_small_momentum(push, verdict, digits):
+    """Their momenta are of 10⁶ each, with a sum of 1/7; a push of one of them is a part in 10¹¹."""
+
+    @discretisation()
+    def pushed(L, G, x, u, h):
+        aside = push * h * (x[0] + x[1]) / 10**5
+        return h * L(G.target(x, u, h / 2), u) + aside
+
+    far = Scene(
+        "far", pair(2), lambda x, v, p: v.dot(v) / 2 - (x[1] - x[0]) ** 2 / 2,
+        x0=[10**6, 10**6 + 1], v0=[10**6, "-999999.857142857"], duration=5, step="0.05",
+        symmetries=[Conserved("sum", lambda x, mu, p: mu[0] + mu[1])],
+    )  # fmt: skip
+    assert measured("momentum", far, pushed, digits, 400)["verdict"] == verdict
 
 
 @pytest.mark.parametrize("digits", [16, 50])
