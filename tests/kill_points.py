@@ -216,7 +216,8 @@ def rows_of(folder: Path) -> Any:
 def entries_of(folder: Path) -> Any:
     """All files of a page."""
     page = folder / "page"
-    return {str(p.relative_to(page)): p.read_text() for p in sorted(page.rglob("*")) if p.is_file()}
+    return {str(p.relative_to(page)): p.read_text() for p in sorted(page.rglob("*"))
+            if p.is_file() and p.name != ".discmech-files.json"}  # fmt: skip
 
 
 def check_whole(folder: Path = Path(".")) -> None:

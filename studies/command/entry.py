@@ -20,6 +20,7 @@ from discmech.integrators.places import settle
 from discmech.integrators.scenes import lattices as systems
 
 from .. import NAMES
+from ..core.environment import absolute, names_from
 from ..core.options import THOROUGH
 from ..core.store import Store
 from . import control, explain, gallery, modified, new, prove, single_run, studying, verifying
@@ -27,7 +28,14 @@ from . import reference as references
 from .interrupts import GOES_ON, GOES_ON_FRESH, Farewell, ended_soon
 from .last_words import told
 from .options import add_choices, add_look, add_own, as_typed, choice_of, jobs, look_of, page_of
-from .output import console, exit_code, progress_shown, writable_folder, write_json
+from .output import (
+    check_outputs,
+    console,
+    exit_code,
+    progress_shown,
+    writable_folder,
+    write_json,
+)
 
 PASS, FAIL, BAD_INPUT, INCONCLUSIVE = 0, 1, 2, 3
 GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
@@ -37,6 +45,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0 pass, 1 fail, 2 bad input, 3 inconclusive, 4 could not run."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     settle()
+    with names_from(_current_folder()):
+        return _main(words, arguments is None)
+
+
+def _current_folder() -> Path:
+    try:
+        return Path.cwd()
+    except FileNotFoundError:  # it was removed: only absolute names work
+        return Path()
+
+
+def _main(words: list[str], alone: bool) -> int:
     try:
         parser = _parser(words)
     except BadInput as error:  # for example a file with a study that cannot be read
@@ -47,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if word.startswith("--") and word.endswith("=--"):
             parser.error(f"argument {word[:-3]}: expected one argument")
     options = parser.parse_args(words)
-    if arguments is None:  # only in its own process
+    if alone:  # only in its own process
         with ended_soon() as farewell:
             return _answer(options, farewell)
     return _answer(options, Farewell())
@@ -57,6 +77,7 @@ def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
     if hasattr(options, "fresh"):  # its measurements are kept case by case
         farewell.again = GOES_ON_FRESH if options.fresh else GOES_ON
     try:
+        check_outputs(options)
         return int(options.action(options))
     except BadInput as error:
         print(f"discmech: {error}", file=sys.stderr)
@@ -169,11 +190,11 @@ def _report(options: argparse.Namespace) -> int:
     from .report import make_report
 
     folder = options.folder or "reports/build"
+    writable_folder(folder)
     with progress_shown("loading") as show:
         choice = choice_of(options)
-        writable_folder(folder)
         store = Store(options.fresh)
-        asked = choice, Path(folder), show, jobs(options), store, look_of(options, choice)
+        asked = choice, absolute(folder), show, jobs(options), store, look_of(options, choice)
         results, page = make_report(
             *asked,
             command=page_of(options, as_typed(options)),
@@ -186,6 +207,6 @@ def _report(options: argparse.Namespace) -> int:
     for result in results if options.verbose else ():
         print_result(screen, result)
     print_summary(screen, results)
-    for line in (*store.troubles.values(), f"report: {page}"):
+    for line in (*store.troubles.values(), f"report: {Path(folder) / page.name}"):
         screen.print(line, highlight=False, markup=False, soft_wrap=True)
     return exit_code(*results, told=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 from discmech.integrators import BadInput
 
-from .output import console, progress_shown, writable, write
+from .output import console, progress_shown, write
 
 
 def add_to(commands: Any) -> None:
@@ -43,8 +43,6 @@ def _answer(options: argparse.Namespace) -> int:
             there = entry.version if entry.installed else "not installed"
             print(f"{entry.name} ({entry.package} {there}): {entry.claim} <{entry.place}>")
         return 0
-    for file in (options.page, options.json):
-        writable(file)
     present = [entry for entry in entries if entry.installed]
     absent = [f"{package} is not installed, so its methods are left out: pip install "
               "'discmech[gallery]'." for package in

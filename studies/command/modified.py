@@ -12,7 +12,7 @@ from discmech.integrators.errors import BadInput
 from ..core import lookup
 from ..core.options import digits_in, whole
 from .options import RULE_HELP, scene_asked
-from .output import EXIT, progress_shown, writable, write_json
+from .output import EXIT, progress_shown, write_json
 
 if TYPE_CHECKING:
     from discmech.integrators import Scheme
@@ -54,7 +54,6 @@ def _modified(options: argparse.Namespace) -> int:
     rule = options.named or options.rule
     asked = None if options.order is None else whole("--order", 12)(options.order)
     digits = digits_in(options.digits)
-    writable(options.json)
     with progress_shown("deriving") as show:
         show("deriving", 0.0)
         scheme = Scheme(scene_asked(options), lookup.rule(rule))

@@ -28,7 +28,11 @@ def add_to(commands: Any) -> None:
     parser.add_argument("kind", choices=KINDS)
     parser.add_argument("name", help="letters, digits and dashes")
     parser.add_argument(
-        "--folder", metavar="DIR", default=".", help="where to write it (default: here)"
+        "--folder",
+        metavar="DIR",
+        default=".",
+        dest="place",
+        help="where to write it (default: here)",
     )
     parser.set_defaults(action=_new)
 
@@ -48,7 +52,7 @@ def _new(options: argparse.Namespace) -> int:
             f"{word}.py would hide a module of Python's, or of discmech's, of that name; choose "
             "another."
         )
-    target = Path(options.folder) / f"{word}.py"
+    target = Path(options.place) / f"{word}.py"
     if target.exists():
         raise BadInput(f"{target} is there already: take another name, or remove it.")
     if not target.parent.is_dir():

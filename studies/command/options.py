@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from discmech.integrators import BadInput, retractions
 
 from ..core import lookup
+from ..core.environment import absolute
 from ..core.options import Option, digits_in, whole
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ def look_of(options: argparse.Namespace, choice: Choice) -> Look:
         labels[rule] = text
     if choice.rules:
         drawing.known_rules(labels, [rule.name for rule in choice.rules])
-    return drawing.look_of(labels, options.style)
+    return drawing.look_of(labels, options.style and absolute(options.style))
 
 
 def add_own(parser: argparse.ArgumentParser, options: Sequence[Option]) -> None:

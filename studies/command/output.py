@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import errno
 import json
 import os
@@ -15,7 +16,11 @@ from typing import Any
 from discmech.integrators import BadInput
 from discmech.integrators.errors import CouldNotRun
 
+from ..core.environment import absolute
+from ..core.ours import MANIFEST, refuse_foreign, refuse_foreign_in
+
 EXIT = {"pass": 0, "measured": 0, "fail": 1, "bad input": 2, "inconclusive": 3, "could not run": 4}
+FILES = ("json", "html", "badge", "page")  # options that name a file to be written
 LOGGED_EVERY = 60.0  # seconds
 DERIVED = 0.5  # approximate share of deriving in the time to derive and compile
 
@@ -70,6 +75,7 @@ def write(file: str, text: str) -> None:
         if path.exists() and not path.is_file():  # a device, a pipe
             path.write_bytes(encoded(text + "\n"))
             return
+        refuse_foreign(path, file)
         mode = path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask()
         write_atomically(path, text + "\n", mode)
     except OSError as error:
@@ -78,7 +84,7 @@ def write(file: str, text: str) -> None:
 
 def _target(file: str) -> Path:
     """Return the target of a link, which is written instead of it; raises `OSError` for a cycle."""
-    path = Path(os.path.realpath(file))
+    path = Path(os.path.realpath(absolute(file)))
     if path.is_symlink():
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), file)
     return path
@@ -112,15 +118,29 @@ def _umask() -> int:
     return mask
 
 
-def writable(file: str | None) -> None:
-    """Raise `BadInput` before hours of measuring if the result could not be written."""
-    if file in (None, "-"):
-        return
+def check_outputs(options: argparse.Namespace) -> None:
+    """Raise `BadInput` before hours of measuring if a result of a command could not be written.
+
+    Folders that are missing are made. What is there already and is not ours stays: it may be a file
+    that the command reads.
+    """
+    files = [file for word in FILES if (file := getattr(options, word, None)) not in (None, "-")]
+    for file in files:
+        writable(file)
+    if len({_target(file) for file in files}) < len(files):
+        raise BadInput(f"{files[-1]} is to be written twice; name a file for each result.")
+    if folder := getattr(options, "folder", None):
+        writable_folder(folder)
+
+
+def writable(file: str) -> None:
+    """Raise `BadInput` if a file cannot be written; make its folder if that is missing."""
     try:
         path = _target(str(file))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        refuse_foreign(path, file)
         why = (
             "Is a directory" if path.is_dir()
-            else "No such folder" if not path.parent.is_dir()
             else "" if os.access(path if path.exists() else path.parent, os.W_OK)
             else "Permission denied"
         )  # fmt: skip
@@ -138,18 +158,18 @@ def console() -> Any:
     return console if console.is_terminal else Console(width=150)
 
 
-def writable_folder(name: str | None) -> None:
-    """Make a folder if it is missing; raise `BadInput` if it cannot be written."""
-    if name is None:
-        return
+def writable_folder(name: str) -> None:
+    """Make a folder if it is missing; raise `BadInput` if a page cannot be written there."""
+    folder = absolute(name)
     try:
-        Path(name).mkdir(parents=True, exist_ok=True)
-        if not os.access(name, os.W_OK | os.X_OK):
+        folder.mkdir(parents=True, exist_ok=True)
+        if not os.access(folder, os.W_OK | os.X_OK):
             raise PermissionError(13, "Permission denied")
     except OSError as error:
         raise BadInput(
             f"{name} cannot be written ({error.strerror}); name another --folder."
         ) from None
+    refuse_foreign_in(folder, ("index.html", MANIFEST))
 
 
 def _logged() -> Callable[[str, float | None], None]:

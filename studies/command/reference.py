@@ -14,7 +14,7 @@ from discmech.integrators.numbers import MOST_DIGITS
 from ..core import lookup
 from ..core.study import every_study
 from .options import add_fresh
-from .output import console, progress_shown, writable, write_json
+from .output import console, progress_shown, write_json
 
 PASS, FAIL, INCONCLUSIVE = 0, 1, 3
 
@@ -60,7 +60,6 @@ def _reference(options: argparse.Namespace) -> int:
     from discmech.reference.failures import Damaged, Uncertain, WrongDigits
 
     modes = (options.rebuild, options.check, options.published, options.costs)
-    writable(options.json)
     if bool(options.scene) == any(modes):
         raise BadInput("name one SCENE, or ask for --rebuild, --check, --published or --costs.")
     try:

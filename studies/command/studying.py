@@ -7,11 +7,12 @@ import re
 from pathlib import Path
 from typing import Any
 
+from ..core.environment import absolute
 from ..core.store import Store
 from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import add_choices, add_look, add_own, as_typed, choice_of, jobs, look_of, page_of
-from .output import EXIT, console, exit_code, progress_shown, writable, writable_folder, write_json
+from .output import EXIT, console, exit_code, progress_shown, write_json
 
 
 def add_to(commands: Any, word: str = "") -> None:
@@ -50,8 +51,6 @@ def run(options: argparse.Namespace) -> int:
         choice = choice_of(options)
         look = look_of(options, choice)
         before = earlier(options)
-        writable(options.json)
-        writable_folder(options.folder)
         result = run_study(study, choice, show, store=Store(options.fresh), jobs=jobs(options))
         result["command"] = as_typed(options)
         notes = beside_baseline(options, result, before)
@@ -60,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
 
             show("figures", None)
             command = page_of(options, result["command"])
-            page = write_study(result, choice, Path(options.folder), look, command)
+            page = write_study(result, choice, absolute(options.folder), look, command)
     if options.json:
         write_json(options.json, result)
     if options.json != "-":
@@ -68,5 +67,5 @@ def run(options: argparse.Namespace) -> int:
         for note in (*result["notes"], *notes):
             print(note)
         if options.folder:
-            print(f"page: {page}")
+            print(f"page: {Path(options.folder) / page.name}")
     return EXIT["fail"] if is_worse(result) else exit_code(result, told=options.json != "-")

@@ -19,7 +19,7 @@ from ..core.store import Store
 from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import RULE_HELP, add_fresh, add_jobs, jobs, typed
-from .output import EXIT, console, exit_code, progress_shown, writable, write
+from .output import EXIT, console, exit_code, progress_shown, write
 
 EPILOG = "A bar shows the progress; after Ctrl-C the same command continues where it stopped. "
 EPILOG += "Exit codes: 0 pass or only measured, 1 a verdict failed, 2 bad input, 3 inconclusive, "
@@ -75,9 +75,8 @@ def _answer(options: argparse.Namespace) -> int:
     from ..user.compare import compare
     from ..user.verify import Request, verify
 
-    for option, file in (("html", options.html), ("badge", options.badge), ("", options.json)):
-        writable(file)
-        if option and file == "-":
+    for option, file in (("html", options.html), ("badge", options.badge)):
+        if file == "-":
             raise BadInput(f"--{option} needs the name of a file.")
     request = Request(
         files=tuple(options.rules),

@@ -7,6 +7,7 @@ import gc
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
 
 #: threads of linear algebra: all libraries, OpenBLAS, MKL, Accelerate
 SETTINGS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -25,6 +26,32 @@ def environment(settings: Mapping[str, str]) -> Iterator[None]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+_begun: list[Path] = []
+
+
+@contextmanager
+def names_from(folder: Path) -> Iterator[None]:
+    """Take relative names within the context from that folder.
+
+    A user's file may change the current folder; the names that were typed stay where they were.
+    """
+    _begun.append(folder)
+    try:
+        yield
+    finally:
+        _begun.pop()
+
+
+def absolute(name: Path | str) -> Path:
+    """Return the path of a name that was typed."""
+    return (here() / name).absolute()
+
+
+def here() -> Path:
+    """Return the folder from which relative names are taken."""
+    return _begun[-1] if _begun else Path()
 
 
 def one_thread() -> AbstractContextManager[None]:

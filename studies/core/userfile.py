@@ -19,6 +19,8 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import RAISED
 from discmech.integrators.scenes import lattices as systems
 
+from .environment import absolute
+
 
 @dataclass(frozen=True)
 class UserFile:
@@ -82,7 +84,7 @@ def load(path: str) -> UserFile:
     A file that imports those of discmech does not define them. Raises `BadInput`, with the line, if
     the file cannot be read or run, defines neither, or gives one name to two objects.
     """
-    file = Path(path).absolute()
+    file = absolute(path)
     try:
         source = file.read_bytes()
     except OSError as error:

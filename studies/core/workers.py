@@ -9,11 +9,12 @@ from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
+from pathlib import Path
 from threading import Thread
 from typing import Any
 
 from .cluster import Cluster
-from .environment import collect_rarely, environment, one_thread
+from .environment import collect_rarely, environment, here, names_from, one_thread
 
 #: the queue by which a process of a pool sends news before its task ends; None in the first one
 _news: Any = None
@@ -48,7 +49,7 @@ def worker_pool(
     safe = os.environ.get(SAFE)
     with environment({"PYTHONWARNINGS": ",".join(filter(None, filters)), SAFE: "1"}):
         news = None if heard is None else get_context("spawn").SimpleQueue()
-        own = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (news, safe))
+        own = ProcessPoolExecutor(workers, get_context("spawn"), _begin, (news, safe, here()))
     if news is not None:
         listener = Thread(target=_listen, args=(news, heard), daemon=True)
         listener.start()
@@ -94,14 +95,18 @@ def _interrupts_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin(news: Any, safe: str | None) -> None:
-    """Leave interrupts to the first process, and end with it; safe: its value of `SAFE`."""
+def _begin(news: Any, safe: str | None, folder: Path) -> None:
+    """Leave interrupts to the first process, and end with it.
+
+    safe: its value of `SAFE`. folder: from which it takes relative names.
+    """
     global _news
     _news = news
     del os.environ[SAFE]  # the programs that this process starts are the user's
     if safe is not None:
         os.environ[SAFE] = safe
     collect_rarely()
+    names_from(folder).__enter__()  # to the end of this process
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()
 

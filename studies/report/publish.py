@@ -8,22 +8,25 @@ import os
 import shutil
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from discmech.integrators.files import DRAFT, READY, draft_folder, left, sweep
 
-_ORDER = "order.json"  # the names of ready entries in the order in which they move
+from ..core.ours import MANIFEST, manifest, ours_in, refuse_foreign_in
+
+_ORDER = "order.json"  # the names of ready files in the order in which they move, and of old ones
 
 
 @contextmanager
 def published(folder: Path, last: str) -> Iterator[Path]:
-    """Yield a new folder to write into; if the block succeeds, it replaces `folder`.
+    """Yield a new folder to write into; if the block succeeds, it replaces our files in `folder`.
 
-    A folder that contains only such published entries is exchanged for the new one in a single
-    system call. Other entries of `folder` stay: then the new ones are moved one by one, `last`
-    last, because it refers to the others; if that is interrupted, the next call completes it first.
-    If anything fails before, the old entries are unchanged.
+    A folder that contains only files of an earlier call is exchanged for the new one in a single
+    system call. Others' files stay: then the new ones are moved one by one, `last` last, because it
+    refers to the others, and earlier ones are removed; if that is interrupted, the next call
+    completes it first. If anything fails before, the old files are unchanged. Raises `BadInput`
+    where a new file would replace one that is not as an earlier call wrote it.
     """
     folder = Path(folder).resolve()
     folder.mkdir(parents=True, exist_ok=True)
@@ -36,12 +39,22 @@ def published(folder: Path, last: str) -> Iterator[Path]:
     try:
         yield new
         new.chmod(folder.stat().st_mode & 0o777)
-        names = {entry.name for entry in new.iterdir()}
-        others = {entry.name for entry in folder.iterdir()}
-        if not (new.parent == folder.parent and others <= names and _exchanged(new, folder)):
-            _move(new, folder, last)
+        (new / MANIFEST).write_text(manifest(new), encoding="utf-8")
+        names = [str(p.relative_to(new)) for p in sorted(new.rglob("*")) if p.is_file()]
+        refuse_foreign_in(folder, names)
+        ours = ours_in(folder)
+        if not (new.parent == folder.parent and _is_all(folder, ours) and _exchanged(new, folder)):
+            names.sort(key=lambda name: name == last)
+            _move(new, folder, names, sorted(ours - set(names)))
     finally:
         shutil.rmtree(new, ignore_errors=True)
+
+
+def _is_all(folder: Path, ours: set[str]) -> bool:
+    """Return True if a folder has these files, and folders for them, and nothing else."""
+    parts = {str(parent) for name in ours for parent in Path(name).parents}
+    found = {str(path.relative_to(folder)) for path in folder.rglob("*")}
+    return found <= ours | parts and not any(p.is_symlink() for p in folder.rglob("*"))
 
 
 def _may_be_exchanged(folder: Path) -> bool:
@@ -63,24 +76,23 @@ def _exchanged(one: Path, other: Path) -> bool:
     return not rename(here, os.fsencode(one), here, os.fsencode(other), exchange)
 
 
-def _move(new: Path, folder: Path, last: str) -> None:
-    """Move the entries into the folder in a way that a later run can complete."""
-    names = sorted((entry.name for entry in new.iterdir()), key=lambda name: name == last)
+def _move(new: Path, folder: Path, names: list[str], stale: list[str]) -> None:
+    """Move files into the folder and remove others, in a way that a later run can complete."""
     ready = folder / new.name.replace(DRAFT, READY)
-    (new / _ORDER).write_text(json.dumps(names), encoding="utf-8")
+    (new / _ORDER).write_text(json.dumps({"move": names, "remove": stale}), encoding="utf-8")
     os.rename(new, ready)  # from here on it will be completed
     _complete(ready, folder)
 
 
 def _complete(ready: Path, folder: Path) -> None:
     order = ready / _ORDER
-    aside = draft_folder(folder)
-    for name in json.loads(order.read_text(encoding="utf-8")) if order.exists() else ():
-        source, target = ready / name, folder / name
-        if not source.exists():  # it was moved before
-            continue
-        if target.is_dir() and not target.is_symlink():
-            os.rename(target, aside / name)
-        os.replace(source, target)
-    for done in (ready, aside):
-        shutil.rmtree(done, ignore_errors=True)
+    told = json.loads(order.read_text(encoding="utf-8")) if order.exists() else {}
+    for name in told.get("move", ()):
+        if (ready / name).exists():  # otherwise it was moved before
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            os.replace(ready / name, folder / name)
+    for name in told.get("remove", ()):
+        (folder / name).unlink(missing_ok=True)
+        with suppress(OSError):  # others' files are in it
+            (folder / name).parent.rmdir()
+    shutil.rmtree(ready, ignore_errors=True)

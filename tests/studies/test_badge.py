@@ -45,6 +45,7 @@ def test_verify_writes_it_with_the_exit_code_of_the_verdict(tmp_path, capsys):
     assert main([*words, "--badge", str(file)]) == 0
     assert "pass" in file.read_text("utf-8") and "<title>" in file.read_text("utf-8")
     assert main([*words, "--badge", "-"]) == 2
+    (tmp_path / "none").touch()
     assert main([*words, "--badge", str(tmp_path / "none" / "badge.svg")]) == 2
     capsys.readouterr()
     for option, said in (("--save-baseline", "saved as the baseline"), ("--baseline", "1 equal")):

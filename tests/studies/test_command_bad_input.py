@@ -103,10 +103,11 @@ def test_a_line_that_is_no_command_shows_the_usage(ask, line, message):
 @pytest.mark.parametrize("words", [["list"], ["run", "pendulum", "--steps", "2"],
                                    ["energy", "harmonic", "--steps", "50"]])  # fmt: skip
 def test_a_file_that_cannot_be_written(ask, tmp_path, words):
-    for target in (tmp_path / "missing" / "a.json", tmp_path):
+    (tmp_path / "file").touch()
+    for target in (tmp_path / "file" / "a.json", tmp_path):
         code, out, err = ask(*words, "--json", str(target))
         assert (code, out) == (2, "") and "cannot be written" in err and err.count("\n") == 1
-    assert [p.name for p in tmp_path.iterdir() if p.is_file()] == []
+    assert [p.name for p in tmp_path.iterdir() if p.is_file()] == ["file"]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="makes names of any bytes")
@@ -132,7 +133,8 @@ def test_a_user_s_file_that_needs_too_much_memory_could_not_run(ask, tmp_path):
 
 def test_a_failed_write_leaves_the_old_file(ask, tmp_path, monkeypatch):
     file = tmp_path / "list.json"
-    file.write_text("old")
+    assert ask("list", "--json", str(file))[0] == 0
+    old = file.read_text()
 
     def fail(*arguments):
         raise OSError(28, "No space left on device")
@@ -140,7 +142,7 @@ def test_a_failed_write_leaves_the_old_file(ask, tmp_path, monkeypatch):
     monkeypatch.setattr("os.replace", fail)
     code, _, err = ask("list", "--json", str(file))
     assert code == 4 and "No space left on device" in err
-    assert file.read_text() == "old"
+    assert file.read_text() == old
     assert [p.name for p in tmp_path.iterdir() if p.is_file()] == ["list.json"]
 
 
@@ -159,8 +161,8 @@ def test_where_the_result_goes_is_looked_at_before_the_study_runs(ask, tmp_path,
     monkeypatch.setattr(
         get("energy").measuring, "measure", lambda *_: pytest.fail("measured in vain")
     )
-    assert ask("energy", "--json", str(tmp_path / "missing" / "a.json"))[0] == 2
     (tmp_path / "file").touch()
+    assert ask("energy", "--json", str(tmp_path / "file" / "a.json"))[0] == 2
     code, _, err = ask("energy", "--folder", str(tmp_path / "file"))
     assert code == 2 and "file cannot be written" in err and err.count("\n") == 1
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from discmech import BadInput
+from discmech.studies.core.ours import MANIFEST
 from discmech.studies.report.publish import published
+from tests.foreign_files import check_untouched, files_in, foreign_files
 
 OLD, NEW = ("old", "a"), ("new", "b")
 
@@ -23,7 +27,7 @@ def write(folder, text, extra):
 
 def content(folder):
     return {str(p.relative_to(folder)): p.read_text() for p in sorted(folder.rglob("*"))
-            if p.is_file()}  # fmt: skip
+            if p.is_file() and p.name != MANIFEST}  # fmt: skip
 
 
 def expected(text, extra):
@@ -55,6 +59,42 @@ def test_things_of_others_stay_and_the_folder_that_one_is_in_is_not_moved(place,
     (inner / "mine.txt").write_text("mine")
     write("inner", *OLD)
     assert content(inner) == expected(*OLD) | {"mine.txt": "mine"}
+
+
+@pytest.mark.parametrize("days", [0, 1000])
+def test_only_files_of_an_earlier_call_are_replaced(place, days):
+    before = foreign_files(place, days)
+    for words in (OLD, NEW):
+        with pytest.raises(BadInput, match=r"index.html is there, and is not as discmech wrote it"):
+            write(place, *words)
+    assert files_in(place) == before
+    (place / "index.html").unlink()
+    del before["index.html"]
+    for words in (OLD, NEW, OLD):
+        write(place, *words)
+        check_untouched(place, before)
+        ours = {k: v for k, v in files_in(place).items() if k not in before and k != MANIFEST}
+        assert {k: v.content.decode() for k, v in ours.items()} == expected(*words)
+
+
+@pytest.mark.parametrize("name", ["figures/a.txt", "index.html"])
+def test_a_file_that_somebody_changed_is_somebody_s(place, name):
+    write(place / "page", *OLD)
+    (place / "page" / name).write_text("by hand")
+    with pytest.raises(BadInput, match="is not as discmech wrote it"):
+        write(place / "page", "new", "a")
+    assert content(place / "page") == expected(*OLD) | {name: "by hand"}
+
+
+def test_a_manifest_names_no_file_elsewhere(place):
+    write(place / "page", *OLD)
+    (place / "mine.txt").write_text("old")
+    listed = place / "page" / MANIFEST
+    told = json.loads(listed.read_text())
+    listed.write_text(json.dumps(told | {"../mine.txt": told["index.html"]}))
+    (place / "page" / "other.txt").touch()  # so that files are moved one by one
+    write(place / "page", *NEW)
+    assert (place / "mine.txt").exists() and not (place / "page/figures/a.txt").exists()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="forks, and exchanges folders in one step")

@@ -275,7 +275,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(folder, ask, monkeypatch):
         (["good.py", "--scene", "keplr"], "did you mean kepler"),
         (["good.py", "--digits", "5"], "--digits is 5"),
         (["good.py", "--html", "-"], "--html needs"),
-        (["good.py", "--json", "none/found.json"], "No such folder"),
+        (["good.py", "--json", "good.py/found.json"], "cannot be written"),
         (["good.py", "--study", "momentum", "--scene", "both.py:my-pendulum"], "no study applies"),
     ],
 )

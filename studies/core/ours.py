@@ -1,0 +1,95 @@
+"""Which files are ours: an output replaces nothing else.
+
+A file is ours by its content: JSON by its keys, a page and a badge by their heads. The files in a
+folder of results are those that its manifest lists, as long as nobody changed them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from discmech.integrators import BadInput
+
+MANIFEST = ".discmech-files.json"
+HEAD = 4096  # bytes in which the mark of a page stands
+#: beginnings of pages, badges and the gallery, and what else their heads have
+_MARKS = (
+    (b"<!doctype html>", b'<meta name="generator" content="discmech">'),
+    (b"<svg ", b'aria-label="discmech: '),
+    (b"# gallery: integrators that people use", b""),
+)
+#: keys of our results: a run and a reference, a study, and the lists
+_KEYS = ({"schema", "scene", "x", "mu"}, {"study", "verdict", "cases"},
+         {"scenes", "rules", "groupoids", "studies"}, {"control", "band", "pullback"},
+         {"gallery", "absent"}, {"problem", "printed", "scd", "worst", "source"})  # fmt: skip
+
+
+def refuse_foreign(path: Path, shown: str) -> None:
+    """Raise `BadInput` for a file with a content that is not ours; shown: its name in words."""
+    if path.is_file() and path.stat().st_size and not _is_ours(path):
+        raise BadInput(f"{shown} is there, and is no such result of discmech: name another file, "
+                       "or move it away.")  # fmt: skip
+
+
+def _is_ours(path: Path) -> bool:
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    small = head.lstrip().lower()
+    if any(small.startswith(begin) and mark in head for begin, mark in _MARKS):
+        return True
+    if small[:1] not in (b"{", b"["):
+        return False
+    try:
+        found = json.loads(path.read_bytes())
+    except (ValueError, RecursionError):
+        return False
+    if isinstance(found, list):
+        found = found[0] if found else None
+    return isinstance(found, dict) and any(keys <= found.keys() for keys in _KEYS)
+
+
+def manifest(folder: Path) -> str:
+    """Return the manifest of all files in a folder."""
+    names = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return json.dumps({str(path.relative_to(folder)): _digest(path) for path in names}, indent=1)
+
+
+def ours_in(folder: Path) -> set[str]:
+    """Return the names of a folder's files that are as its manifest has them, and its own name."""
+    try:
+        told = json.loads((folder / MANIFEST).read_text(encoding="utf-8")).items()
+    except (OSError, ValueError, AttributeError):
+        return set()
+    # a manifest that was changed may name files elsewhere
+    within = ((name, seen) for name, seen in told
+              if (folder / name).resolve().is_relative_to(folder.resolve()))  # fmt: skip
+    return {MANIFEST, *(name for name, seen in within if _digest(folder / name) == seen)}
+
+
+def refuse_foreign_in(folder: Path, names: Iterable[str]) -> None:
+    """Raise `BadInput` if one of these names in a folder is taken by what is not ours."""
+    ours = ours_in(folder)
+    for name in names:
+        path = folder / name
+        parts = [part for part in path.parents if part.is_relative_to(folder) and part != folder]
+        blocked = [part for part in parts if os.path.lexists(part) and _is_no_folder(part)]
+        if blocked or (os.path.lexists(path) and name not in ours):
+            raise BadInput(
+                f"{blocked[0] if blocked else path} is there, and is not as discmech wrote it: "
+                "move it away, or name another --folder."
+            )
+
+
+def _is_no_folder(path: Path) -> bool:
+    return path.is_symlink() or not path.is_dir()
+
+
+def _digest(path: Path) -> str | None:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return None
