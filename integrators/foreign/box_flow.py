@@ -52,6 +52,9 @@ class BoxFlow:
     #: how the step was chosen: a program's step is always given
     choice: StepChoice | None = None
 
+    #: the last answer, in the box's own coordinates, the number of its step, and the first time
+    _last: tuple[Vector, Vector, int, Exact]
+
     #: no fixed point of stages: a program solves its own equations
     stages = None
 
@@ -125,6 +128,21 @@ class BoxFlow:
             q, p = self._written(x, mu, t0)
             calls.run(q, p, 1, 1, lambda k: self._at(k, t0), lambda k, q, p: None)
         return not heard._asked <= DATA
+
+    @property
+    def answer(self) -> Vector:
+        """The box's last numbers, in its own coordinates (q, p)."""
+        return np.concatenate(self._last[:2])
+
+    def moved_by(self, sizes: Vector) -> Vector:
+        """Return by how much (x, μ) change if each number of `answer` changes by its size."""
+        last, answer, n = self._last, self.answer, len(self._last[0])
+        own, found = np.concatenate(self._read(*last)), np.zeros(self.system.n + self.system.m)
+        for i in np.flatnonzero(sizes):
+            moved = answer + sizes[i] * (np.arange(len(answer)) == i)
+            found += np.abs(np.concatenate(self._read(moved[:n], moved[n:], *last[2:])) - own)
+        self._last = last
+        return found
 
     def map_of(self, steps: int = 1, t0: Given = 0) -> Map:
         """Return the map z ↦ Z of `steps` steps on states z = (x, μ), (n+m,), for differences.
@@ -225,6 +243,7 @@ class BoxFlow:
     def _read(self, q: Vector, p: Vector, k: int, t0: Exact) -> tuple[Vector, Vector]:
         """Return (x, μ) from the box's own coordinates."""
         box = self.scheme.rule
+        self._last = q, p, k, t0
         if box.read is not None:
             q, p = _checked(box, "read", box.read(q.copy(), p.copy()))
         if q.shape[:1] != (self.system.n,) or p.shape[:1] != (self.system.m,):

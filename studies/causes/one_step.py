@@ -23,7 +23,7 @@ from discmech.integrators.numbers import Vector, arithmetic, mpmath
 from discmech.reference import surroundings
 
 from ..core.case import Case
-from ..evidence import NEAR, Place, evidence_of
+from ..evidence import NEAR, Floor, Grid, Place, evidence_of
 
 #: steps at a place, relative to the time for which the motion is a short polynomial
 PARTS = [Fraction(1, 2**k) for k in range(4, 10)]
@@ -86,6 +86,8 @@ def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict
     if case.rule.unit(16) > 2.0**-50:  # the few digits of a file hide them as well
         return None
     try:
+        if (floor := evidence_of(case.scheme).order.floor) is not None:
+            return _of_floor(case, floor)
         found = list(_beginnings(case, order))
     except (BadInput, StepFailure, reference.ReferenceFailure):
         return None
@@ -104,6 +106,16 @@ def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict
     evidence = {"limit": [float(e) for e in found[0].first_error / found[0].span],
                 "place": [float(e) for e in found[0].z]}  # fmt: skip
     return {"cause": told[0], "sentence": told[1], "evidence": evidence}
+
+
+def _of_floor(case: Case, floor: Floor) -> dict[str, Any] | None:
+    """Return the floor as the cause, unless steps above it are of a lower order: it hides why."""
+    order = evidence_of(case.scheme).order.order
+    if order is not None and order < (case.order or 1) - NEAR:
+        return None
+    cause = "single precision" if "single precision" in floor.words else "rounded"
+    said = f"all that it gives are {floor.words}."
+    return {"cause": cause, "sentence": said, "evidence": {"floor": floor.size}}
 
 
 # -- the first terms of the error ------------------------------------------------------------------
@@ -404,11 +416,12 @@ def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
             f"the same step made twice differs by {off:.1e}: it is random, or keeps something "
             "between calls; a method with memory is a class with start, step and read."
         )
-    if np.isfinite(image).all() and bool((image == image.astype(np.float32)).all()):
-        return "single precision", "all that it gives are numbers of single precision."
-    for decimals in range(MOST_DECIMALS):
-        if np.isfinite(image).all() and bool((image == np.round(image, decimals)).all()):
-            return "rounded", f"all that it gives is rounded to {decimals} decimals."
+    if np.isfinite(image).all():  # whole numbers are of single precision, too
+        for decimals in range(MOST_DECIMALS):
+            if bool((image == np.round(image, decimals)).all()):
+                return "rounded", f"all that it gives are {Grid(10, decimals).words}."
+        if bool((image == image.astype(np.float32)).all()):
+            return "single precision", "all that it gives are numbers of single precision."
     scale = np.maximum(np.abs(z), found[0].span * float(place.length))
     noise = noise_of(f, z, scale, 2.0**-53)
     level = float((noise.level / scale).max())

@@ -19,12 +19,13 @@ from ..core.case import scheme_of
 from .effective import EffectiveOrder, effective_order_of
 from .floats import Floats, floats_of
 from .form import FormEvidence, form_of
+from .grid import Floor, Grid
 from .order import NEAR, LocalOrder, of_scheme, unknown
 from .places import Place, is_linear, places_along, places_of, seed_of
 
 __all__ = [
-    "NEAR", "EffectiveOrder", "Evidence", "Floats", "FormEvidence", "LocalOrder", "Place",
-    "evidence_of",
+    "NEAR", "EffectiveOrder", "Evidence", "Floats", "Floor", "FormEvidence", "Grid", "LocalOrder",
+    "Place", "evidence_of",
 ]  # fmt: skip
 
 

@@ -46,7 +46,7 @@ def _judge_runs(case: Case, found: Found) -> Verdict:
     if case.rule.order and expected["order"] and case.rule.order > expected["order"]:
         expected["declared"] = case.rule.order  # this chart lowers it: see Scheme.order
     fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
-    rows, certain = found.rows, found.certain
+    rows, certain, known = found.rows, found.trusted, found.certain
     if rows and rows[-1].cause == BLEW_UP:  # whatever longer steps do
         return fail(
             f"the run at the finest step, {rows[-1].step:.3g}, does not converge: {BLEW_UP}."
@@ -66,7 +66,7 @@ def _judge_runs(case: Case, found: Found) -> Verdict:
         digits = f", or judge it by --digits {more}" if case.rule.runs_at(more) else ""
         return unknown(
             "fewer than four step sizes lie on a straight line above round-off; start the ladder "
-            f"elsewhere with --steps (the reference has {certain:.3g} certain digits){digits}."
+            f"elsewhere with --steps (the reference has {known:.3g} certain digits){digits}."
         )
     if expected["order"] is None:
         return Verdict("pass", "", {**expected, "not_demanded": "the rule declares no order"})
@@ -126,7 +126,7 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
         (longer, before), (shorter, last) = rows[-2:]
         stuck = last > max(before / 1.5, STUCK)
         slow = before < last * (longer / shorter) ** wanted
-        if not stuck and not (slow and departure(case, found.rows, found.certain)):
+        if not stuck and not (slow and departure(case, found.rows, found.trusted)):
             return None
     from ..causes.diagnosis import of_order
 

@@ -19,9 +19,9 @@ def judge(case: Case, found: Found, local: Local, verdict: Verdict) -> Verdict:
     if order is None:
         if verdict.verdict == "pass" and local.unknown:
             said = f"the runs have their order, but no single step could be judged: {local.unknown}"
-            return Verdict("inconclusive", said.rstrip(".") + ".", expected)
-        return verdict
-    verdict = verdict.expecting(local_order=order)
+            verdict = Verdict("inconclusive", said.rstrip(".") + ".", expected)
+        return _with_floor(local, verdict)
+    verdict = _with_floor(local, verdict.expecting(local_order=order))
     expected = verdict.expected
     if order < least - NEAR:
         return _of_lower(local, verdict, order, least)
@@ -38,6 +38,19 @@ def judge(case: Case, found: Found, local: Local, verdict: Verdict) -> Verdict:
             "scene, or --digits 50."
         )
     return verdict
+
+
+def _with_floor(local: Local, verdict: Verdict) -> Verdict:
+    """Return the verdict with the floor of a program's own numbers, above which alone it holds."""
+    if not local.floor or verdict.verdict == "fail":
+        return verdict
+    said, single = f"a floor of its own of {local.floor}", "single precision" in local.floor
+    if single:
+        said += ', where double precision is claimed: say numbers="float32" if it is meant'
+    if local.order is None or verdict.verdict == "inconclusive":
+        return verdict.because(f"{verdict.reason} It has {said}.")
+    told = f"one step is of order {local.order:.2f} down to {said}."
+    return Verdict("inconclusive" if single else "pass", told, verdict.expected)
 
 
 def judge_effective(case: Case, local: Local, verdict: Verdict) -> Verdict:

@@ -196,8 +196,13 @@ def measure(case: Case, progress: Progress = silent) -> Found:
         slope = math.nan if found_slope is None else found_slope
         measured = replace(measured, multipliers=slope)
     progress(f"{case.scene.name} {case.label}: one step", 1.0)
-    measured, local = replace(measured, **exact.about), single_steps.measured(case)
-    return Found(rows, measured, certain, exact.agreed, local, float(duration))
+    local = single_steps.measured(case)
+    measured = replace(measured, **exact.about)
+    whole = Found(rows, measured, certain, exact.agreed, local, float(duration))
+    if whole.trusted == certain:
+        return whole
+    rows, again = fit(case, rows, whole.trusted)
+    return replace(whole, rows=rows, measured=replace(again, **exact.about))
 
 
 def _early(case: Case, rows: Sequence[Row], certain: float) -> bool:

@@ -73,6 +73,12 @@ class Found:
     local: Mapping[str, Any] | None = None
     duration: float = 0.0
 
+    @property
+    def trusted(self) -> float:
+        """The digits of the reference that are certain, and above a program's own floor."""
+        share = (self.local or {}).get("share") or 0.0
+        return min(self.certain, -math.log10(share)) if share else self.certain
+
 
 @dataclass(frozen=True, slots=True)
 class FloatsOfRule:
@@ -98,7 +104,8 @@ class Local:
     """The lowest order of single steps, in a component from a place; or why it is unknown.
 
     exact: True if every step ends where the motion does. rate: the error per unit of time over
-    h^p. linear: True if the continuous equations are linear.
+    h^p. linear: True if the continuous equations are linear. floor, share: the floor of a program's
+    own numbers in words, and as a share of the state.
     """
 
     order: float | None = None
@@ -109,6 +116,8 @@ class Local:
     exact: bool = False
     rate: float | None = None
     linear: bool = False
+    floor: str = ""
+    share: float = 0.0
     effective: Effective | None = None
     floats: FloatsOfRule = field(default_factory=FloatsOfRule)
 

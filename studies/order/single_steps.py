@@ -42,14 +42,15 @@ def measured(case: Case) -> dict[str, Any] | None:
         return None
     evidence = evidence_of(scheme)
     found = evidence.order
+    own = {} if found.floor is None else {"floor": str(found.floor), "share": found.floor.share}
     if found.unknown:
-        return {"order": None, "unknown": found.unknown, "seed": evidence.seed}
+        return {"order": None, "unknown": found.unknown, "seed": evidence.seed, **own}
     processed = {"effective": vars(evidence.effective)} if case.rule.effective else {}
     told: dict[str, Any] = {
         "order": found.order, "component": found.component, "step": found.step,
         "place": str(found.place or ""), "places": len(evidence.places), "exact": found.exact,
         "seed": evidence.seed, "rate": rate(case, evidence), "linear": evidence.linear,
-        **processed,
+        **processed, **own,
     }  # fmt: skip
     least = case.order or 1
     if found.order is not None and found.order < least - NEAR:
