@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from discmech.integrators.files import encoded
-
 from ..core.outcome import VERDICTS
 from ..core.study import every_study, known_study
 from .case import AnyCase, Result, result_of
 from .formulas import display, spaced, together
 from .glossary import met
-from .publish import published
 from .sparkline import Past, Sparklines, unknown_past
 from .summary import headline, machine, merged, runs, tally, trouble, when
 from .svg import short_names
@@ -58,7 +55,10 @@ def write_report(
     fails. remembered: returns stored figures of the same numbers (`figures.plates`). past: the
     findings of the last runs for a case, newest last. look: labels and style of figures.
     """
+    from discmech.integrators.files import encoded
+
     from .figures import anew, plates
+    from .publish import published
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
     made = list(map(result_of, results))

@@ -11,8 +11,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from discmech.integrators.files import encoded
-
 from ..core.outcome import VERDICTS
 from ..core.study import view_of
 from .case import NONE, AnyCase, Result, case_of, result_of
@@ -207,6 +205,8 @@ def write_tables(
     given: Mapping[str, Any] | Result, folder: Path, labels: Mapping[str, str] | None = None
 ) -> list[str]:
     """Write STUDY.csv, STUDY-rows.csv, STUDY.json, STUDY.tex, STUDY-paper.tex; return names."""
+    from discmech.integrators.files import encoded
+
     result = result_of(given)
     held, text = strict(result.given)
     if held is not result.given:
