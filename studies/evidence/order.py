@@ -219,7 +219,8 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
         for k, name in enumerate(look.names):
             errors, left, rounding = look.errors[:, k], look.left[:, k], floors[:, k]
             order, constant, step = _slope(look.steps, errors, left, wanted)
-            if rounding.any() and not _explained(look.steps, errors, left, wanted):
+            clear = [errors > CLEAR_OF_PROGRAM * off for off in (left, left + rounding)]
+            if (clear[0] != clear[1]).any():
                 over = _slope(look.steps, errors, left + rounding, wanted)
                 sinking = over[0] if over[0] and over[1] else wanted
                 near = left + ON_GRID / CLEAR_OF_PROGRAM * rounding
