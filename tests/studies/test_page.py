@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from discmech.studies.core.ours import MANIFEST
 from discmech.studies.report import readme_picture, tables
 from discmech.studies.report.page import write_report
 from discmech.studies.report.summary import headline, merged, trouble
@@ -74,7 +75,8 @@ def test_page_is_whole_small_and_self_contained(full: Path) -> None:
     local = [link for link in page.links if link and link != "data:,"]
     assert local and all((full.parent / link).is_file() for link in local)
     assert "All 84 cases pass; all 6 controls were caught." in text
-    assert not [entry for entry in full.parent.iterdir() if entry.name.startswith(".")]
+    hidden = [entry.name for entry in full.parent.iterdir() if entry.name.startswith(".")]
+    assert hidden == [MANIFEST]  # no draft is left
 
 
 def test_no_fixed_colours_in_inline_figures(full: Path) -> None:
