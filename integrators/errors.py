@@ -46,7 +46,8 @@ def line_of(function: object, error: BaseException | None = None) -> str:
 
     It is empty for functions of this package.
     """
-    code = getattr(function, "__code__", None)
+    made: Any = function  # such as a rule with letters for its numbers
+    code = getattr(inspect.unwrap(made) if callable(made) else made, "__code__", None)
     if code is None or Path(code.co_filename).is_relative_to(_OURS):
         return ""
     line = code.co_firstlineno

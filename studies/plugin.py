@@ -50,6 +50,9 @@ converges = _fixture("assert_converges", "(rule, scene): errors sink with the st
 symplectic = _fixture("assert_symplectic", "(rule, scene): Ω and the bracket are kept.")
 momentum = _fixture("assert_momentum", "(rule, scene): what the scene says is kept, is.")
 energy = _fixture("assert_energy", "(rule, scene): the energy stays in a band, without a slope.")
+proven_order = _fixture(
+    "assert_proven_order", "(rule, order): the order is proven for every Lagrangian of a class."
+)
 reversible = _fixture("assert_reversible", "(rule, scene): a step back undoes a step.")
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from discmech.integrators import BadInput, Discretisation
+from discmech.integrators import BadInput, Discretisation, pair
 from discmech.integrators.errors import CannotMeasure, arguments_checked, shown, unknown
 from discmech.integrators.expansions import NotConsistent, NotExpanded
 from discmech.integrators.numbers import BITS, NotRational
@@ -88,12 +88,23 @@ def prove(
     chosen = [e for e in every if e.dear * e.count(stated + 1) <= most] or every[:1]
     if chosen[0].count(stated + 1) > MOST_LETTERS:
         raise BadInput(f"{chosen[0].name} has too many coefficients at order {stated}: ask less.")
-    answers = dict[str, Answer]()
+    answers, notes = dict[str, Answer](), list[str]()
     for i, e in enumerate(chosen):
         progress(e.name, i / len(chosen))
         wanted = order if order is not None or given.order is not None else stated
-        answers[e.name] = _answer(e, asked, wanted, stated, draw, first=i == 0)
-    notes = [*told.notes, *_beyond(every, chosen, stated)]
+        try:
+            answers[e.name] = _answer(e, asked, wanted, stated, draw)
+        except BadInput as error:
+            if not answers:  # the rule itself is wrong
+                raise
+            notes.append(f"it has no meaning for {e.name}: {_sentence(error)}.")
+    chosen = [e for e in chosen if e.name in answers]
+    notes = [
+        *told.notes,
+        *notes,
+        *_every_dimension(asked, answers),
+        *_beyond(every, chosen, stated),
+    ]
     conditions: dict[int, str] = {}
     if told.open:
         progress("conditions", None)
@@ -113,6 +124,23 @@ def _usual(order: int) -> int:
     return next(count for most, count in USUAL.items() if order <= most)
 
 
+def _every_dimension(rule: Discretisation, answers: dict[str, Answer]) -> list[str]:
+    """Return a sentence on dimensions that are not among the classes.
+
+    A sum of trees of order p has at most 3p − 6 contractions, and 1 for p ≤ 2 (docs/proofs.md).
+    """
+    sizes = {n: answers[name].order or 0 for n in (1, 2, 3)
+             if (name := f"L(x, v), n = {n}") in answers and answers[name].proven}  # fmt: skip
+    if not sizes:
+        return []
+    comparison = Comparison(SceneClass("", "pair", pair(2)).scene(2), rule)
+    order = 0
+    if not comparison.substeps and comparison.is_tree_sum:
+        order = max(min(p, 3 if n == 3 else 2) for n, p in sizes.items())
+    said = f"L(x, v): order {order} for every n, by a theorem; " if order else "L(x, v): "
+    return [said + "else for the n that are listed."]
+
+
 def _beyond(every: list[SceneClass], chosen: list[SceneClass], order: int) -> list[str]:
     left = [e.name for e in every if e not in chosen]
     if not left:
@@ -124,7 +152,7 @@ def _beyond(every: list[SceneClass], chosen: list[SceneClass], order: int) -> li
 def _found(e: SceneClass, rule: Discretisation, draw: random.Random) -> int:
     """Return the order of a rule on a class, at least 1 and at most `MOST_ORDER`."""
     for power in (3, 5, 9, MOST_ORDER + 1):
-        answer = _answer(e, rule, power, power, draw, first=True, power=power)
+        answer = _answer(e, rule, power, power, draw, power)
         if answer.order is None or answer.order < power:
             break
     return min(max(1, answer.order or 1), MOST_ORDER)
@@ -132,9 +160,9 @@ def _found(e: SceneClass, rule: Discretisation, draw: random.Random) -> int:
 
 def _answer(
     e: SceneClass, rule: Discretisation, order: int | None, stated: int, draw: random.Random,
-    *, first: bool, power: int | None = None,
+    power: int | None = None,
 ) -> Answer:  # fmt: skip
-    """Return what is proven on a class; first: True if errors of the rule are raised here."""
+    """Return what is proven on a class; raises `BadInput` for a rule without a meaning there."""
     begun = time.process_time()
     power = stated + 1 if power is None else power
     try:
@@ -144,13 +172,10 @@ def _answer(
     except (NotRational, ZeroDivisionError) as error:
         answer = Answer(None, None, f"{error}, so nothing is known at a random state")
     except BadInput as error:
-        if asks := _parameter(error):
-            answer = Answer(None, None, f"it reads the parameter {asks} of a scene, so it is no "
-                            "rule for every Lagrangian")  # fmt: skip
-        elif first:
+        if not (asks := _parameter(error)):
             raise
-        else:
-            answer = Answer(None, None, _sentence(error))
+        why = f"it reads the parameter {asks} of a scene, so it is no rule for every Lagrangian"
+        answer = Answer(None, None, why)
     return replace(answer, seconds=time.process_time() - begun)
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 from discmech.integrators import Discretisation, Scene, Scheme
 from discmech.integrators.equations import (
+    answers_of,
     closed_velocity,
     mass_matrix,
     momentum,
@@ -75,6 +76,36 @@ class Comparison:
         self.s = self.parts[0].equations.s
         #: the callables of all constants of the rule, part by part
         self.constants = [list(part.equations.s.constants.values()) for part in self.parts]
+
+    @property
+    def is_tree_sum(self) -> bool:
+        """True if L_d is h Σ b_i L(x + h w_i, ξ_i), w_i and ξ_i − u linear in u and the stages.
+
+        Then errors are contractions of trees (docs/proofs.md).
+        """
+        of = getattr(self.parts[0].equations.discrete, "of", None)
+        if of is None or not of.weighted or not self.s.groupoid.canonical or self.s.clocked:
+            return False
+        n, u, stages = len(self.s.x), list(self.s.u), list(self.s.stages)
+        columns = self.s.stage_columns
+
+        def linear(entries: Sequence[Any], share: Any) -> bool:
+            """Return whether entry i is c u_i + Σ_j q_j s_j,i with numbers c (share) and q_j."""
+            first = [entries[0].diff(e[0]) for e in (self.s.u, *columns)]
+            numbers = not any(e.free_symbols & {*self.s.x, *u, *stages, self.s.h} for e in first)
+            parts = list(zip(first, (self.s.u, *columns), strict=True))
+            left = [e - sum(c * part[i] for c, part in parts) for i, e in enumerate(entries)]
+            return numbers and share in (None, first[0]) and all(e.expand() == 0 for e in left)
+
+        for weight, call in of.asked:
+            point, rest = call.args[:n], answers_of(call.args[:n], of.G.Target)
+            straight = tuple(point) == tuple(self.s.x)
+            if rest is not None and tuple(rest[:n]) == tuple(self.s.x):
+                straight = linear([e * rest[-1] / self.s.h for e in rest[n:-1]], None)
+            only_h = not (weight / self.s.h).has(self.s.h, *self.s.x, *u, *stages)
+            if not (straight and only_h and linear(call.args[n:], 1)):
+                return False
+        return True
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import inspect
 import re
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from ..core.one_case import Result, result_of, run_case
 from ..core.shrinking import smallest
 from ..core.study import Study, every_study
 from ..evidence import NEAR as BESIDE
+from ..proof import prove
 
 Rule = Discretisation | str
 Where = Scene | str
@@ -94,6 +96,23 @@ def assert_reversible(rule: Rule, scene: Where, *, digits: int = 16, **more: Any
     """Assert that the method is self-adjoint: a step back leads to the start, to round-off."""
     __tracebackhide__ = True
     return _assert(every_study()["reversibility"], rule, scene, digits, **more)
+
+
+def assert_proven_order(
+    rule: Rule, order: int | None = None, *, groupoid: str | Sequence[str] = (), **more: Any
+) -> Json:
+    """Assert that the order is proven for every Lagrangian of each class, by default the rule's.
+
+    groupoid: the kinds of classes (`proof.prove`). Returns what `prove --json` writes.
+    """
+    __tracebackhide__ = True
+    beside = more.pop("beside", None)
+    more.pop("pictures", None)
+    check_names("the assertion of a proven order", more, ("order", "groupoid"))
+    found = prove(_in_folder(rule, beside), order, groupoid=groupoid)
+    if not found.proven:
+        raise Missed(_relative(found.text(), beside), found.to_json(), None)
+    return found.to_json()
 
 
 def _assert(

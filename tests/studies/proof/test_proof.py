@@ -310,3 +310,32 @@ def test_floats_are_said():
     found = prove(rounded, groupoid="time")
     assert found.proven is False
     assert "0.1 is 3602879701896397/36028797018963968" in found.notes[0]
+
+
+def test_the_fixture(assert_proven_order):
+    assert assert_proven_order(two_thirds, groupoid="time")["verdict"] == "proven"
+    with pytest.raises(AssertionError, match="h\\^3 differs in x_0"):
+        assert_proven_order("midpoint", 3, groupoid="time")
+
+
+def test_dimensions_by_the_theorem_on_trees():
+    (note,) = [e for e in prove(two_thirds, groupoid="pair").notes if "every n" in e]
+    assert "order 2" in note
+
+    @discretisation(order=2)
+    def squared(L, G, x, u, h):
+        return h * L(G.target(x, u, h / 2), u) + h**3 * L(x, u) ** 2
+
+    found = prove(squared, groupoid="pair")
+    assert found.proven and not any("every n" in e for e in found.notes)
+
+
+def test_a_rule_of_points_has_no_meaning_with_the_time_among_them():
+    @discretisation(order=2, groupoids="pair")
+    def verlet(L, G, x, u, h):
+        kinetic = h * (u.T * L.mass(x) * u)[0] / 2
+        return kinetic - h * (L.potential(x) + L.potential(x + h * u)) / 2
+
+    found = prove(verlet, groupoid=["separable", "time"])
+    assert found.classes["v·Mv/2 − V(x), n = 2"].proven and found.proven is False
+    assert any("no meaning for L(x, v, t)" in e and "test_proof.py" in e for e in found.notes)
