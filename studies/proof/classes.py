@@ -48,22 +48,21 @@ class SceneClass:
     forced: bool = False
     hamiltonian: bool = False
     fast: bool = False
+    #: degrees beyond the power of h that is asked: derivatives of L that a rule takes itself
+    further: int = 0
     #: how much longer it takes than others with as many coefficients
     dear: int = 1
 
     def powers(self, degree: int) -> list[Powers]:
         """Return the exponents of the monomials, of x, t and then v."""
-        n = self.groupoid.dim_x + self.timed
+        n, degree = self.groupoid.dim_x + self.timed, degree + self.further
         chosen: dict[str, Callable[[Powers, Powers], bool]] = {
             "": lambda a, b: True,
             "separable": lambda a, b: not (sum(a) and sum(b)),
             "quadratic": lambda a, b: (sum(a) == 0 and sum(b) == 2) or sum(b) == 0,
         }
-        size = range(degree + 1)
-        return [
-            e for e in _exponents(n + self.groupoid.dim_u, degree)
-            if chosen[self.part](e[:n], e[n:]) and sum(e) in size
-        ]  # fmt: skip
+        every = _exponents(n + self.groupoid.dim_u, degree)
+        return [e for e in every if chosen[self.part](e[:n], e[n:])]
 
     def count(self, degree: int) -> int:
         """Return the number of coefficients."""
@@ -77,7 +76,21 @@ class SceneClass:
         return own + [True] * (self.count(degree) - len(own))
 
     def _fast(self, degree: int) -> list[Powers]:
-        return list(_exponents(self.groupoid.dim_x, degree)) if self.fast else []
+        return list(_exponents(self.groupoid.dim_x, degree + self.further)) if self.fast else []
+
+    def probe(self) -> Scene:
+        """Return a scene of which no derivative vanishes, to look at a rule's formula."""
+        n = self.groupoid.dim_x
+
+        def value(x: Any, v: Any, p: Any, t: Any = 0) -> Any:
+            along = t + sympy.Add(*((k + 2) * e for k, e in enumerate(x[:n, :])))
+            return sympy.Add(*(sympy.exp(e + along) for e in v))
+
+        name = "hamiltonian" if self.hamiltonian else "lagrangian"
+        given: dict[str, Any] = {name: value if self.timed else lambda x, v, p: value(x, v, p)}
+        given |= {"fast": lambda x, p: value(x, x, p)} if self.fast else {}
+        given |= {"mu0" if self.hamiltonian else "v0": [1] * self.groupoid.dim_u}
+        return Scene(name="generic", groupoid=self.groupoid, x0=[0] * n, duration=1, **given)
 
     def scene(self, degree: int) -> Scene:
         """Return the scene with polynomials of that degree; its numbers are only a start."""

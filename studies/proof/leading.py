@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from discmech.integrators import Discretisation
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.groupoids import Groupoid
 from discmech.integrators.numbers import (
     NotRational,
     jacobian,
@@ -81,17 +81,18 @@ def _square(d: Derivatives, covector: Any) -> Any:
 
 
 def leading_error(
-    rule: Discretisation, names: Sequence[str], order: int | None, groupoid: Groupoid,
+    rule: Discretisation, names: Sequence[str], order: int | None, of: SceneClass,
     draw: random.Random,
 ) -> dict[str, Any]:  # fmt: skip
     """Return {name of a term: its coefficient}, a fraction or a function of one open number.
 
-    order: the exact one of the rule. {} where the terms are not known, or the error is no such sum.
+    order: the exact one of the rule; of: the class of pairs that gives the dimension. {} where
+    the terms are not known, or the error is no such sum.
     """
     if order not in TERMS or len(names) > 1:
         return {}
     part, terms = TERMS[order]
-    comparison = Comparison(SceneClass("", "pair", groupoid, part).scene(order + 1), rule)
+    comparison = Comparison(replace(of, part=part).scene(order + 1), rule)
     derivatives = Derivatives(comparison.s)
     s = comparison.s
     letters = {"x": s.x, "u": s.u, "p": s.parameter_list}

@@ -24,10 +24,11 @@ BINARY = 2**20
 
 @dataclass
 class Told:
-    """What was seen in the formula of a rule: its open numbers, and floats."""
+    """What was seen in the formula of a rule: open numbers, floats, and derivatives of L."""
 
     open: list[str] = field(default_factory=list)
     floats: list[Any] = field(default_factory=list)
+    derivatives: bool = False
 
     @property
     def notes(self) -> list[str]:
@@ -55,6 +56,9 @@ def lettered(rule: Discretisation, told: Told) -> Discretisation:
         if hasattr(first, "parameters"):
             own = {name: sympy.Symbol(name, real=True) for name in free}
             first.parameters.__dict__.update(own)
+        for name in ("gradient", "mass", "df", "flow"):
+            if hasattr(first, name):
+                setattr(first, name, _watched(getattr(type(first), name), first, told))
         value, again = formula(first, *rest, **given), formula(first, *rest, **given)
         if value != again:
             raise BadInput(
@@ -64,6 +68,16 @@ def lettered(rule: Discretisation, told: Told) -> Discretisation:
         return _each(value, lambda e: _lettered(e, constant, free, told))
 
     return replace(rule, formula=with_letters, parameters=())
+
+
+def _watched(method: Callable[..., Any], of: Any, told: Told) -> Callable[..., Any]:
+    """Return a method that tells when it is called."""
+
+    def called(*given: Any) -> Any:
+        told.derivatives = True
+        return method(of, *given)
+
+    return called
 
 
 def _each(value: Any, change: Callable[[Any], Any]) -> Any:

@@ -28,6 +28,7 @@ from .steps import Comparison
 
 MOST_ORDER = 12
 DRAWS = 2
+FURTHER = 3  # derivatives that a rule takes of L itself, at the most
 #: degree of a step's rows, as rational functions of all letters, for which the chance is told
 MOST_DEGREE = 10**6
 #: bits of the numbers that all coefficients of an error may share, for which the chance is told
@@ -81,6 +82,8 @@ def prove(
     if not every:
         raise BadInput(f"{given.name} has no meaning on the classes {', '.join(kinds) or 'known'}.")
     draw = random.SystemRandom()
+    if _differentiates(every[0], asked, told):
+        every = [replace(e, further=FURTHER, dear=4 * e.dear) for e in every]
     if stated is None:
         progress("finding the order", None)
         stated = _found(every[0], asked, draw)
@@ -110,18 +113,31 @@ def prove(
         progress("conditions", None)
         conditions, answers = conditions_of(asked, told.open, chosen, stated, answers, draw)
     leading = dict[str, Any]()
-    pairs = [e for e in chosen if e.kind == "pair"][:2]
+    pairs = [e for e in chosen if e.kind == "pair" and not e.forced][:2]
     if pairs and given.asks_lagrangian and not given.splits:
         progress("leading error", None)
         first = answers[pairs[0].name]
         exact = None if first.at_least or first.proven is None else first.order
-        leading = leading_error(asked, told.open, exact, pairs[-1].groupoid, draw)
+        leading = leading_error(asked, told.open, exact, pairs[-1], draw)
     return Result(given.name, stated, answers, conditions, leading, notes)
 
 
 def _usual(order: int) -> int:
     """Return the number of coefficients up to which a class is looked at without being asked."""
     return next(count for most, count in USUAL.items() if order <= most)
+
+
+def _differentiates(e: SceneClass, rule: Discretisation, told: Told) -> bool:
+    """Return whether a rule may take derivatives of L itself: then L needs a higher degree.
+
+    An error of h^k could have more than k of them, and vanish for a polynomial of degree k.
+    """
+    try:
+        comparison = Comparison(e.probe(), rule)
+    except BadInput:  # which is told with the first class
+        return False
+    of = getattr(comparison.parts[0].equations.discrete, "of", None)
+    return told.derivatives or not (of is None or of.weighted)
 
 
 def _every_dimension(rule: Discretisation, answers: dict[str, Answer]) -> list[str]:
@@ -169,6 +185,8 @@ def _answer(
         answer = _drawn(e, rule, order, power, draw)
     except CannotMeasure as error:
         answer = Answer(None, None, _sentence(error))
+    except RecursionError:
+        answer = Answer(None, None, "its formulas are too long for these Lagrangians")
     except (NotRational, ZeroDivisionError) as error:
         answer = Answer(None, None, f"{error}, so nothing is known at a random state")
     except BadInput as error:

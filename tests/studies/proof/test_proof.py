@@ -339,3 +339,21 @@ def test_a_rule_of_points_has_no_meaning_with_the_time_among_them():
     found = prove(verlet, groupoid=["separable", "time"])
     assert found.classes["v·Mv/2 − V(x), n = 2"].proven and found.proven is False
     assert any("no meaning for L(x, v, t)" in e and "test_proof.py" in e for e in found.notes)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_derivatives_that_a_rule_takes_itself_are_seen(count):
+    """h² V‴ has no effect where V is a cubic."""
+
+    @discretisation(order=2)
+    def hidden(L, G, x, u, h):
+        slope = sympy.diff(L(x, u), x[0], count)
+        return h * L(G.target(x, u, h / 2), u) + h**2 * slope / 10**6
+
+    @one_step(order=2)
+    def of_map(s, z, h):
+        k = s.f(z)
+        return z + h * (k + s.f(z + h * k)) / 2 + h**2 * (s.df(z) ** count * k) / 10**6
+
+    for rule in (hidden, of_map):
+        assert proven(rule) is False
