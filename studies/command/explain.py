@@ -169,7 +169,26 @@ def _facts(scheme: Scheme) -> list[str]:
     if rule.effective is not None:
         said += f"; {rule.effective} once it is processed, as the rule declares"
     is_adjoint = "" if scheme.self_adjoint else "not "
-    return [f"order          {said}", f"symmetry       {is_adjoint}self-adjoint (derived)"]
+    found = [f"order          {said}", f"symmetry       {is_adjoint}self-adjoint (derived)"]
+    return found + _leading(scheme)
+
+
+def _leading(scheme: Scheme) -> list[str]:
+    """Return the line on the leading error of a rule on a pair groupoid, where it is known."""
+    from discmech.integrators.errors import CannotMeasure
+
+    from ..proof.leading import of_rule
+
+    rule, scene = scheme.rule, scheme.scene
+    free = not (scene.all_constraints or scene.force or scene.timed or scene.contact)
+    if not (scene.groupoid.canonical and free and scheme.has_arrows and not rule.splits):
+        return []
+    try:
+        terms = " + ".join(f"({c}) {name}" for name, c in of_rule(rule).items())
+    except (CannotMeasure, ArithmeticError, BadInput):  # one that needs this very scene
+        return []
+    power = (rule.order or 0) + 1
+    return [f"leading error  L_d − exact = h^{power} ({terms}) + …"] if terms else []
 
 
 def _work(scheme: Scheme) -> list[str]:

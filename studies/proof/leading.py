@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from discmech.integrators import Discretisation
+from discmech.integrators import Discretisation, pair
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import (
     NotRational,
@@ -28,6 +28,7 @@ from discmech.integrators.numbers import (
 from .classes import SceneClass
 from .conditions import NotInterpolated, of_values
 from .constants import Numbers, numbers_for
+from .letters import Told, lettered
 from .steps import Comparison
 
 MOST_DRAWN = 2  # fields whose images give a coefficient
@@ -106,6 +107,12 @@ def leading_error(
     if any(e is None for e in found):
         return {}
     return {name: c for name, c in zip(terms, _common(found, names), strict=True) if c is not None}
+
+
+def of_rule(rule: Discretisation) -> dict[str, Any]:
+    """Return the leading error of a rule without open numbers on pairs, by the order it states."""
+    e, draw = SceneClass("", "pair", pair(2)), random.SystemRandom()
+    return leading_error(lettered(rule, Told()), (), rule.order, e, draw)
 
 
 def _common(found: Sequence[Any], names: Sequence[str]) -> list[Any]:

@@ -80,7 +80,8 @@ def prove(
              if not kinds or e.kind in kinds]  # fmt: skip
     every = [e for e in every if not asked.refusal(e.scene(1))]
     if not every:
-        raise BadInput(f"{given.name} has no meaning on the classes {', '.join(kinds) or 'known'}.")
+        asked_for = ", ".join(kinds or KINDS)
+        raise BadInput(f"{given.name} has no meaning on any class of the kinds {asked_for}.")
     draw = random.SystemRandom()
     if _differentiates(every[0], asked, told):
         every = [replace(e, further=FURTHER, dear=4 * e.dear) for e in every]

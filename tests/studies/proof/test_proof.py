@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import random
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 import sympy
 
-from discmech import BadInput, compose, discretisation, one_step, prove, splitting
+from discmech import BadInput, compose, discretisation, explain, one_step, prove, splitting
 from discmech.integrators import rules
 from discmech.studies.command import main
+from discmech.studies.proof.leading import of_rule
 
 slow = pytest.mark.slow
 HALF, THIRD = Fraction(1, 2), sympy.Rational(1, 3)
@@ -357,3 +359,20 @@ def test_derivatives_that_a_rule_takes_itself_are_seen(count):
 
     for rule in (hidden, of_map):
         assert proven(rule) is False
+
+
+def test_the_table_of_leading_errors():
+    page = (Path(__file__).parents[3] / "docs" / "proofs.md").read_text("utf-8")
+    table = page.split("| rule | order | coefficients |")[1].split("\n\n")[0].splitlines()[2:]
+    assert len(table) == 5
+    for row in table:
+        names, order, numbers = (cell.strip() for cell in row.strip("|").split("|"))
+        wanted = [Fraction(e.replace("−", "-")) for e in numbers.split(", ")]
+        for name in names.split(", "):
+            assert rules.get(name).order == int(order)
+            assert [*of_rule(rules.get(name)).values()] == wanted
+
+
+def test_explain_has_the_leading_error():
+    assert "h^3 ((-1/24) v·L_xx v + (1/24) f·M⁻¹f)" in explain("pendulum", "midpoint")
+    assert "leading error" not in explain("rigid-body", "midpoint")
