@@ -108,9 +108,12 @@ class CurveTerm:
         return self._result(self._value)
 
     def _result(self, value: Node) -> Node:
-        """Return the letter of a value as a result; return an argument or a constant itself."""
+        """Return the letter of a value as a result; return an argument or a constant itself.
+
+        What varies by no derivative, such as cos² + sin², still has letters of the function.
+        """
         graph, (sign, core) = self.graph, value.scaled
-        if core.is_letter or not graph.slopes(value):
+        if core.is_letter or not (graph.slopes(value) or graph.varies(value)):
             return value
         if abs(sign) != 1:
             sign, core = 1, value

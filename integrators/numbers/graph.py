@@ -342,6 +342,10 @@ class Graph(Walks):
                     pairs.append((1, self.slope(node, place), row))
         return self.combined(pairs)
 
+    def varies(self, node: Node) -> bool:
+        """True if a node has letters below it, other than those of `fixed`."""
+        return any(e.is_letter and e.index not in self.fixed for e in self.order([node]))
+
     def slope(self, call: Node, place: int) -> Node:
         """Return the derivative of a function by one of its arguments."""
         function, arguments = call.args
