@@ -136,11 +136,14 @@ def of_growth(scheme: Scheme, formula: tuple[Any, ...], step: Any, digits: int) 
 
     The sums of a step may have far larger parts, which cancel. It is √3 times the mean square at
     SAMPLES drawn states, as a rounding of ε has ε/√3 in the mean square: the step's formulas with
-    the run's digits and with twice as many. No run has a part in it; it is 0 without such states.
+    the run's digits and with twice as many. No run has a part in it; it is 0 without such states,
+    and for a program, whose sums are not known.
     """
+    if not scheme.rule.is_formula:
+        return 0.0
     try:
         context = scheme.flow(step, digits).context
-        places = evidence_of(scheme).places if scheme.rule.is_formula else ()
+        places = evidence_of(scheme).places
     except (ReferenceFailure, DiscmechError):
         return 0.0
     s, numbers, squares = scheme.s, context.exactly.numbers, list[float]()

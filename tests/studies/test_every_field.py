@@ -150,7 +150,7 @@ def rule(L, G, x, u, h):
 RULES = {
     "name": "other", "formula": lambda L, G, x, u, h: 2 * h * L(x, u), "order": 3,
     "source": "a book", "stages": 1, "splits": True, "groupoids": ("pair",), "effective": 4,
-    "nodes": Nodes("gauss", 2),
+    "nodes": Nodes("gauss", 2), "parameters": ("w",),
 }  # fmt: skip
 QUANTITIES = {"name": "K", "formula": lambda x, mu, p: 2 * mu[0], "kind": "Casimir",
               "attitude": True, "value": 1, "stretch": 7}  # fmt: skip

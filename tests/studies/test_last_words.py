@@ -55,7 +55,7 @@ def test_numbers_that_could_not_be_written_are_told_from_a_bad_name(ask, tmp_pat
     code, _, err = ask("run", "harmonic", "--steps", "3", "--json", "/dev/full")
     assert code == 4 and "/dev/full cannot be written (No space left on device); make room" in err
     (tmp_path / "loop").symlink_to("loop")
-    for name in ("no/x", "loop", "x" * 300):
+    for name in ("loop", "x" * 300):
         code, _, err = ask("run", "harmonic", "--steps", "3", "--json", str(tmp_path / name))
         assert code == 2 and "cannot be written" in err
     for words in (("run", "9" * 5000), ("new", "rule", "mine", "--folder", "x" * 300)):

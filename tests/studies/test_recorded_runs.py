@@ -59,7 +59,8 @@ def test_another_start_has_its_own_reference(tmp_path):
 def test_runs_of_another_motion_fail(tmp_path):
     save(tmp_path)
     for k in range(5):
-        held = np.load(tmp_path / f"run{k}.npz")
+        with np.load(tmp_path / f"run{k}.npz") as file:
+            held = dict(file)
         np.savez(tmp_path / f"run{k}.npz", t=held["t"] * 1.01, q=held["q"], p=held["p"])
     assert order(tmp_path)["verdict"] == "fail"
 
@@ -79,7 +80,8 @@ def test_energy_and_momenta_of_runs_are_judged_where_they_are_claimed(tmp_path):
     claimed = recorded(str(tmp_path / "*.npz"), 2, symplectic=True, keeps=("momentum",))
     assert check("momentum", ["kepler"], [claimed])["verdict"] == "pass"
     for k in range(4):
-        held = np.load(tmp_path / f"run{k}.npz")
+        with np.load(tmp_path / f"run{k}.npz") as file:
+            held = dict(file)
         slower = 1 - 1e-9 * np.arange(len(held["t"]))[:, None]
         np.savez(tmp_path / f"run{k}.npz", t=held["t"], q=held["q"], p=held["p"] * slower)
     lossy = recorded(str(tmp_path / "*.npz"), 2, keeps=("momentum",))

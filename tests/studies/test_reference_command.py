@@ -20,7 +20,9 @@ from discmech.tests.bench.references import published
 @pytest.fixture(autouse=True)
 def own_references(tmp_path, monkeypatch):
     (tmp_path / "references").mkdir()
-    monkeypatch.setattr("discmech.reference.answer.cache.folder", lambda: tmp_path / "references")
+    monkeypatch.setattr(
+        "discmech.reference.answer.cache.folders", lambda: [tmp_path / "references"]
+    )
 
 
 def ask(capsys, *words):
