@@ -21,7 +21,7 @@ from .floats import Floats, floats_of
 from .form import FormEvidence, form_of
 from .grid import Floor, Grid
 from .order import NEAR, LocalOrder, of_scheme, unknown
-from .places import Place, is_linear, places_along, places_of, seed_of
+from .places import Place, is_linear, places_along, places_of, places_on, seed_of
 
 __all__ = [
     "NEAR", "EffectiveOrder", "Evidence", "Floats", "Floor", "FormEvidence", "Grid", "LocalOrder",
@@ -65,6 +65,14 @@ class Evidence:
             along = places_along(self.whole, self.seed)
             found = of_scheme(self.whole, places, self.seed, along)
             return found if self.whole is self.scheme else _named(found)
+        except reference.ReferenceFailure as failure:
+            return unknown(" ".join(str(failure).split()))
+
+    @cached_property
+    def on_motion(self) -> LocalOrder:
+        """Return the lowest order of a small step from states of the motion alone (`order`)."""
+        try:
+            return of_scheme(self.whole, places_on(self.whole, self.seed), self.seed, ())
         except reference.ReferenceFailure as failure:
             return unknown(" ".join(str(failure).split()))
 

@@ -41,6 +41,7 @@ SHARES = 0.1, 0.35  # of a coordinate's size by which a place lies beside the mo
 NEAR_TO = 0.005, 0.02  # the same share for the places all along the motion
 LEAST_ALONG, MOST_ALONG = 4, 24  # the least and the largest number of those
 NEARER = 8, 12  # how many times nearer to the motion the next try is, and the number of tries
+EXACT, OF_EXACT = 4, 80  # how many places lie on the motion to so many digits
 HASTE = 64  # a place with a motion so many times faster than the scene's anywhere is not used
 #: an ordinary step, as a share of the time in which the motion is a polynomial
 #: (`Surroundings.length`)
@@ -121,6 +122,27 @@ def places_along(scheme: Scheme, seed: int) -> list[Place]:
     drawn, states = random.Random(seed + 2), len(_motion(scheme.scene).states)
     at = [int((k + drawn.random()) / count * states) for k in range(count)]
     return list(_drawn(scheme, drawn, at, [drawn.uniform(*NEAR_TO) for _ in at]))
+
+
+def places_on(scheme: Scheme, seed: int) -> list[Place]:
+    """Return places all along the motion and exactly on it, to `OF_EXACT` digits.
+
+    Those of `places_of` follow a rough run, and are beside the motion by its error. Raises
+    `ReferenceFailure` where the motion cannot be followed so exactly.
+    """
+    drawn, around = random.Random(seed + 3), surroundings(scheme.scene)
+    states = _motion(scheme.scene).states
+    wanted = {int((k + drawn.random()) / EXACT * len(states)) for k in range(EXACT)}
+    (t, x, v), found = states[0], list[Place]()
+    for k, (after, *_) in enumerate(states[: max(wanted) + 1]):
+        if after > t:
+            (end,) = around.after(x, v, t, [after - t], OF_EXACT)
+            t, x, v = after, end.x, end.v
+        if k in wanted:
+            mu = around.momentum(x, v, t, OF_EXACT)
+            length = around.length(x, v, t) or Fraction(scheme.scene.step)
+            found.append(Place(tuple(x), tuple(mu), tuple(v or mu), t, length, length, False))
+    return found
 
 
 def _drawn(

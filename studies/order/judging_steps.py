@@ -111,6 +111,11 @@ def _of_lower(local: Local, verdict: Verdict, order: float, least: int) -> Verdi
         return Verdict("fail", said, verdict.expected)
     said = f"{below}: from an exact state{where} a step of {local.step:.1g} is off by "
     said += f"O(h^{order + 1:.2f}), however little that is in the runs."
+    if verdict.verdict == "pass" and (along := local.on_motion or 0.0) >= least - NEAR:
+        said += (
+            f" The rule is of order {along:.2f} along the motion of the scene and of order "
+            f"{order:.2f} beside it, as where coefficients are computed from the scene's start."
+        )
     return Verdict("fail", said, verdict.expected)
 
 

@@ -196,7 +196,7 @@ def measure(case: Case, progress: Progress = silent) -> Found:
         slope = math.nan if found_slope is None else found_slope
         measured = replace(measured, multipliers=slope)
     progress(f"{case.scene.name} {case.label}: one step", 1.0)
-    local = single_steps.measured(case)
+    local = single_steps.measured(case, measured.order)
     measured = replace(measured, **exact.about)
     whole = Found(rows, measured, certain, exact.agreed, local, float(duration))
     if whole.trusted == certain:

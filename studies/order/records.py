@@ -105,10 +105,12 @@ class Local:
 
     exact: True if every step ends where the motion does. rate: the error per unit of time over
     h^p. linear: True if the continuous equations are linear. floor, share: the floor of a program's
-    own numbers in words, and as a share of the state.
+    own numbers in words, and as a share of the state. on_motion: where the order is lower than
+    expected, that of steps from states of the scene's own motion alone.
     """
 
     order: float | None = None
+    on_motion: float | None = None
     unknown: str = ""
     component: str = ""
     step: float = 0.0

@@ -32,8 +32,11 @@ FEWEST = 8  # fewest steps of a coarsest run
 WALK = 5
 
 
-def measured(case: Case) -> dict[str, Any] | None:
-    """Return the result of single steps for a measurement; None if there is none."""
+def measured(case: Case, runs: float | None = None) -> dict[str, Any] | None:
+    """Return the result of single steps for a measurement; None if there is none.
+
+    runs: the order of the runs, which steps from states of the motion have to explain.
+    """
     try:
         scheme = system_of(case).single_steps()
     except (BadInput, CannotMeasure) as error:
@@ -58,6 +61,8 @@ def measured(case: Case) -> dict[str, Any] | None:
         told["floats"] = {
             "values": list(floats.values), "explain": floats.explain, "size": floats.size,
         }  # fmt: skip
+        if runs is not None and not below(case, runs):
+            told["on_motion"] = evidence.on_motion.order
     return told
 
 
