@@ -11,6 +11,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, rules, scenes
 from discmech.integrators.errors import shown
+from discmech.integrators.files import encoded
 from discmech.integrators.scenes import lattices as systems
 
 from ..core.study import NAME, every_study
@@ -58,7 +59,9 @@ def _new(options: argparse.Namespace) -> int:
     if not target.parent.is_dir():
         raise BadInput(f"there is no folder {target.parent}: make it, or name another --folder.")
     text = (STARTERS / f"{kind.replace('-', '_')}.py").read_text(encoding="utf-8")
-    for old, new in (("FILE", str(target)), ("def starter(", f"def {word}("),
+    # it stands in a docstring, where a backslash of a name begins an escape
+    place = encoded(str(target)).decode().replace("\\", "\\\\")
+    for old, new in (("FILE", place), ("def starter(", f"def {word}("),
                      ('"starter"', f'"{name}"'), ("NAME", name)):  # fmt: skip
         text = text.replace(old, new)
     write(str(target), text)
