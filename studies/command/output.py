@@ -9,7 +9,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +72,7 @@ def write(file: str, text: str) -> None:
 
     try:
         path = _target(file)
-        if path.exists() and not path.is_file():  # a device, a pipe
+        if _is_stream(path):
             path.write_bytes(encoded(text + "\n"))
             return
         refuse_foreign(path, file)
@@ -84,10 +84,25 @@ def write(file: str, text: str) -> None:
 
 def _target(file: str) -> Path:
     """Return the target of a link, which is written instead of it; raises `OSError` for a cycle."""
-    path = Path(os.path.realpath(absolute(file)))
+    named = absolute(file)
+    if _is_stream(named):  # of /dev/fd/63 the target has no name that can be opened
+        return named
+    path = Path(os.path.realpath(named))
     if path.is_symlink():
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), file)
     return path
+
+
+def _is_stream(path: Path) -> bool:
+    """Return True for a pipe or a device, which is written to and never replaced."""
+    return path.exists() and not path.is_file() and not path.is_dir()
+
+
+def _is_standard(file: str) -> bool:
+    """Return True if a file is the one that standard output goes to, as /dev/stdout is."""
+    with suppress(OSError, ValueError):  # there is no such file, or no standard output
+        return os.path.samestat(absolute(file).stat(), os.fstat(sys.stdout.fileno()))
+    return False
 
 
 def _said(text: str) -> str:
@@ -124,6 +139,9 @@ def check_outputs(options: argparse.Namespace) -> None:
     Folders that are missing are made. What is there already and is not ours stays: it may be a file
     that the command reads.
     """
+    for word in FILES:
+        if (file := getattr(options, word, None)) and _is_standard(file):
+            setattr(options, word, "-")
     files = [file for word in FILES if (file := getattr(options, word, None)) not in (None, "-")]
     for file in files:
         writable(file)

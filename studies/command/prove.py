@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.options import whole
 from .options import RULE_HELP
-from .output import EXIT, progress_shown, writable, write_json
+from .output import EXIT, progress_shown, write_json
 
 #: the exit code of each answer
 CODES = {True: EXIT["pass"], False: EXIT["fail"], None: EXIT["inconclusive"]}
@@ -35,7 +35,6 @@ def _prove(options: argparse.Namespace) -> int:
     from ..proof import prove
 
     order = None if options.order is None else whole("--order", 12)(options.order)
-    writable(options.json)
     with progress_shown("deriving") as show:
         found = prove(options.rule, order, groupoid=options.groupoid, progress=show)
     if options.json:

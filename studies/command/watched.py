@@ -12,6 +12,7 @@ import signal
 import socket
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from threading import Thread
 
 from .last_words import COULD_NOT_RUN
@@ -34,9 +35,14 @@ def watched(command: Callable[[], int]) -> int:
     number = os.fork()
     if number:
         theirs.close()
+
+        def pass_on(which: int, _: object) -> None:
+            with suppress(ProcessLookupError):  # it has just ended
+                os.kill(number, which)
+
         for each in STOPS:
             if signal.getsignal(each) is not signal.SIG_IGN:  # nohup
-                signal.signal(each, lambda which, _: os.kill(number, which))
+                signal.signal(each, pass_on)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         os._exit(_code(os.waitpid(number, 0)[1], ours))  # the rest is the other process's task
     ours.close()

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import argparse
 import json
+import os
 import re
 import shlex
+import subprocess
+import sys
+from threading import Thread
 
 import pytest
 
+from discmech.studies.command.entry import _parser
+from discmech.studies.command.output import FILES as OPTIONS
+from discmech.studies.core.study import every_study
 from tests.foreign_files import check_untouched, files_in, foreign_files
 from tests.imports import ROOT
 from tests.studies.test_userfile import RULE
@@ -22,10 +30,20 @@ FILES = [
     (("order", *STUDY), "json"), (("reference", "harmonic", "--digits", "20"), "json"),
     (("verify", "midpoint", *FEW), "json"), (("verify", "midpoint", *FEW), "html"),
     (("verify", "midpoint", *FEW), "badge"), (("compare", "midpoint", "trapezoidal", *FEW), "html"),
+    (("compare", "midpoint", "trapezoidal", *FEW), "json"),
+    (("prove", "midpoint", "--order", "1", "--groupoid", "pair"), "json"),
 ]  # fmt: skip
 UNSEEN = [  # refused before they begin
     *FILES, (("gallery",), "page"), (("gallery",), "json"), (("control", "reorientation"), "json"),
 ]  # fmt: skip
+
+
+def test_no_command_that_writes_a_file_is_left_out():
+    (commands,) = (a for a in _parser()._actions if isinstance(a, argparse._SubParsersAction))
+    writing = {("order" if name in every_study() else name, action.dest) for name, parser
+               in commands.choices.items() for action in parser._actions
+               if action.dest in OPTIONS}  # fmt: skip
+    assert writing == {(words[0], option) for words, option in UNSEEN}
 
 
 @pytest.fixture
@@ -86,6 +104,31 @@ def test_ours_is_replaced_and_a_missing_folder_made(ask, folder, words, option):
 def test_what_only_looks_like_ours_is_not(ask, folder, text):
     (folder / "file").write_text(text, errors="surrogateescape")
     assert ask("list", "--json", "file")[0] == 2
+
+
+def test_a_pipe_is_written_to_and_stays(ask, folder):
+    ours, theirs = os.pipe()
+    os.mkfifo("named")
+    words, seen = ("run", "harmonic", "--steps", "2", "--json"), list[str]()
+    reader = Thread(target=lambda: seen.append((folder / "named").read_text()), daemon=True)
+    reader.start()
+    assert ask(*words, "named")[0] == 0 == ask(*words, f"/dev/fd/{theirs}")[0]
+    reader.join(10)
+    assert all(json.loads(text)["mu"] for text in (*seen, os.read(ours, 10**4)))
+    os.close(ours)
+    os.close(theirs)
+    assert (folder / "named").is_fifo()
+
+
+def test_standard_output_has_other_names(folder):
+    words = (sys.executable, "-m", "discmech.studies.command", "order", *STUDY, "--json")
+    with (folder / "out").open("w") as out:
+        for name in ("/dev/stdout", "out", "-"):
+            assert subprocess.run([*words, name], stdout=out, check=True)
+    results = [json.loads(line) for line in (folder / "out").read_text().splitlines()]
+    assert [result["study"] for result in results] == ["order"] * 3
+    piped = subprocess.run([*words, "/dev/stdout"], capture_output=True)
+    assert json.loads(piped.stdout)["verdict"] == "pass"
 
 
 def test_the_rule_that_is_judged_stays(ask, folder):

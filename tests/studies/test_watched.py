@@ -81,3 +81,13 @@ def test_the_exit_code_is_what_the_command_says(end, code):
     ended = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
     assert ended.returncode == code, ended.stderr
     assert (ended.stderr != "") == (code == 4)
+
+
+@posix
+def test_a_stop_after_the_command_has_ended_changes_nothing():
+    text = (f"import os, sys\nfrom {watched.__module__} import watched\n"
+            f"module = sys.modules['{watched.__module__}']\ncode_of = module._code\n"
+            "module._code = lambda *told: os.kill(os.getpid(), 15) or code_of(*told)\n"
+            "sys.exit(watched(lambda: 3))")  # fmt: skip
+    ended = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr) == (3, "")
