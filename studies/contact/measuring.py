@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from math import log2
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from discmech.integrators.contact import TOUCHING, scaled_gaps
 from discmech.integrators.runs import run as run_of
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
+from ..core.fitting import orders_between
 from ..evidence import evidence_of
 from ..evidence.consistency import of_evidence
 from ..symplecticity.limits import limit
@@ -278,7 +279,10 @@ def _times(case: Case, last: float | None, count: int, steps: int, unsure: float
         errors.append(float(abs(found - best).max()))
     if errors[-1] <= max(10 * limit(case.digits) * float(abs(best).max()), unsure):
         return {"order": None, "time_error": errors[-1]}
-    return {"order": log2(errors[0] / errors[-1]), "time_error": errors[-1]}
+    (order,) = orders_between((2.0, 1.0), errors)
+    if isnan(order):  # the longer step meets the first impacts exactly
+        return {"order": None, "time_error": None}
+    return {"order": order, "time_error": errors[-1]}
 
 
 def _between(case: Case) -> dict[str, Any]:
@@ -295,15 +299,14 @@ def _between(case: Case) -> dict[str, Any]:
 def _across(case: Case, located: Any) -> list[float | None] | None:
     """Return the defects of Ω of a step with an elastic impact, at h, h/2 and h/8.
 
-    None if it is not demanded: friction, a force, e < 1. An entry is None for a step without a
-    first impact from open gaps.
+    None if it is not demanded: friction, a force, e < 1, no impact. An entry is None for a step
+    without a first impact from open gaps.
     """
     scene = case.scene
     smooth = not any(np.atleast_1d(np.array(scene.friction) > 0))
-    if scene.restitution != 1 or scene.force is not None or not smooth:
+    elastic = scene.restitution == 1 and scene.force is None and smooth
+    if not (elastic and len(located.impacts.t)):
         return None
-    if not len(located.impacts.t):
-        return [None] * len(ACROSS)
     steps = int((located.impacts.t[0] - located.t[0]) / float(located.step)) + 2
     return [_across_one(case, steps * part, part) for part in ACROSS]
 
