@@ -123,7 +123,8 @@ def test_an_order_ladder_that_fails_on_every_rung_fails(monkeypatch):
         raise step_failure("pendulum")
 
     monkeypatch.setattr("discmech.integrators.flows.flow.Flow.trajectory", trajectory)
-    found = run_case(get("order"), case("order", "pendulum", midpoint, 16))
+    own = scenes.get("pendulum").with_values(duration=7)  # its evidence is remembered, and broken
+    found = run_case(get("order"), case("order", own, midpoint, 16))
     assert found["verdict"] == "fail"
     assert "every run failed: Newton did not converge" in found["reason"]
 
