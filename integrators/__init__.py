@@ -59,6 +59,7 @@ provide(
     LatticeScheme=f"{__name__}.lattices",
     Scheme=f"{__name__}.flows",
     check_gaps=f"{__name__}.contact",
+    export=f"{__name__}.extensions.export",
 )
 
 __all__ = [

@@ -33,6 +33,8 @@ BASE: dict[str, tuple[tuple[str, ...], ...]] = {
     "control": ((), ("ok.py:control", "--steps", "3")), "explain": (("harmonic", "midpoint"),),
     "modified": (("harmonic", "midpoint", "--order", "2"),),
     "prove": (("midpoint", "--groupoid", "separable"), ("ok.py:rule", "--groupoid", "time")),
+    "export": (("harmonic", "midpoint", "--language", "numpy", "--no-check"),
+               ("ok.py:scene", "ok.py:rule", "--language", "c", "--no-check")),
     "verify": (("ok.py:rule", "--scene", "harmonic", "--study", "order", *FAST),
                ("ok.py:box", "--scene", "harmonic", "--study", "energy", *FAST)),
     "compare": (("midpoint", "rectangle", "--scene", "harmonic", "--study", "order", *FAST),),

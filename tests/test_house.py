@@ -97,12 +97,12 @@ def test_the_rules_would_catch_an_offender():
 ROOMS = (
     "errors", "files", "places", "numbers", "compiler", "runs", "algebras", "retractions",
     "groupoids", "scene", "rules", "equations", "geometry", "bisections", "expansions", "flows",
-    "contact", "lattices", "foreign", "control", "steps", "scenes",
+    "contact", "lattices", "foreign", "control", "steps", "extensions", "scenes",
 )  # fmt: skip
 #: the compiler stands low: these hand it a step as data, run what it makes, or use its cache
 COMPILING = {
     "compiler", "runs", "equations", "geometry", "bisections", "flows", "contact", "lattices",
-    "steps",
+    "steps", "extensions",
 }  # fmt: skip
 MODULES = {module_of(p): p for p in SOURCES}
 

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .layout import Entry, Layout, Status
     from .llvm_values import Array
     from .machine_code import address, compiled, cores
+    from .module_text import KernelText
     from .omissions import SAVINGS, is_affine
     from .stage_system import LatticeStages, StageSource, StageSystem
     from .stage_text import NoShortForm
@@ -45,6 +46,7 @@ else:
         layout="Entry Layout Status",
         llvm_values="Array",
         machine_code="address compiled cores",
+        module_text="KernelText",
         omissions="SAVINGS is_affine",
         stage_system="LatticeStages StageSource StageSystem",
         stage_text="NoShortForm",
@@ -53,7 +55,7 @@ else:
     )  # fmt: skip
 
 __all__ = [
-    "Array", "Damaged", "Entry", "FADED", "Kernels", "KernelsAtStep", "Kicks", "Kind",
+    "Array", "Damaged", "Entry", "FADED", "KernelText", "Kernels", "KernelsAtStep", "Kicks", "Kind",
     "LatticeKernels", "LatticeStages", "LatticeSystem", "Layout", "MOST_SWEEPS", "NoShortForm",
     "Run", "SAVINGS", "StageSource", "StageSystem", "StagesAtStep", "Status", "Step", "address",
     "cached_text", "compile", "compile_lattice", "compile_lattice_stages", "compile_stages",

@@ -7,6 +7,7 @@ from typing import Any
 from ..errors import BadInput, CannotMeasure, brief_name, misplaced, shown
 from ..groupoids import check_axioms
 from ..numbers import uncollected
+from ..numbers.lazy import provided
 from ..numbers.types import Column
 from ..rules import Discretisation, check_rule, own
 from ..scene import Scene
@@ -136,6 +137,14 @@ class DiscretisedScene:
     def modified_equation(self, *given: Any, **named: Any) -> Any:
         """Raise `CannotMeasure`: only a `Scheme` has a modified equation."""
         raise self.refused("modified equation")
+
+    def export(self, language: str, harness: bool = False) -> str:
+        """Return one file with this scheme's step: language is "c" or "numpy".
+
+        harness: with an adapter that answers JSON lines, as `external` asks them. Raises `BadInput`
+        for another language, and for what cannot be exported.
+        """
+        return str(provided("export")(self, language, harness))
 
     def refused(self, name: str) -> CannotMeasure:
         """Return the refusal of what only steps of one size, given by formulas, have."""

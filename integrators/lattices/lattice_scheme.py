@@ -16,6 +16,7 @@ from ..equations import SceneSymbols
 from ..errors import BadInput, CannotMeasure
 from ..geometry import order_of_step
 from ..numbers import Arithmetic, Double, Number, flatten, working_digits
+from ..numbers.lazy import provided
 from ..numbers.types import Exact, Given
 from ..rules import Discretisation, Substep, adjoint, check_rule
 from ..scene import Again
@@ -51,6 +52,10 @@ class LatticeScheme:
 
     def __deepcopy__(self, memo: object) -> LatticeScheme:
         return self  # a scheme is immutable
+
+    def export(self, language: str, harness: bool = False) -> str:
+        """Raise `BadInput`: an exported file has no loops over sites."""
+        return str(provided("export")(self, language, harness))
 
     @property
     def constraints(self) -> BondConstraints | None:

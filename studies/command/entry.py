@@ -23,7 +23,18 @@ from .. import NAMES
 from ..core.environment import absolute, names_from
 from ..core.options import THOROUGH
 from ..core.store import Store
-from . import control, explain, gallery, modified, new, prove, single_run, studying, verifying
+from . import (
+    control,
+    explain,
+    export,
+    gallery,
+    modified,
+    new,
+    prove,
+    single_run,
+    studying,
+    verifying,
+)
 from . import reference as references
 from .interrupts import GOES_ON, GOES_ON_FRESH, Farewell, ended_soon
 from .last_words import told
@@ -140,6 +151,7 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     explain.add_to(commands)
     modified.add_to(commands)
     prove.add_to(commands)
+    export.add_to(commands)
     gallery.add_to(commands)
     new.add_to(commands)
     studying.add_to(commands, words[0] if words else "")

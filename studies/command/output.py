@@ -20,7 +20,7 @@ from ..core.environment import absolute
 from ..core.ours import MANIFEST, refuse_foreign, refuse_foreign_in
 
 EXIT = {"pass": 0, "measured": 0, "fail": 1, "bad input": 2, "inconclusive": 3, "could not run": 4}
-FILES = ("json", "html", "badge", "page")  # options that name a file to be written
+FILES = ("json", "html", "badge", "page", "out")  # options that name a file to be written
 LOGGED_EVERY = 60.0  # seconds
 DERIVED = 0.5  # approximate share of deriving in the time to derive and compile
 

@@ -1,0 +1,10 @@
+"""A scheme as code to take home: one file without dependencies.
+
+`export(scheme, language)` prints the scheme's own kernels, the driver of `stepping` and a harness.
+"""
+
+from __future__ import annotations
+
+from .writing import LANGUAGES, export
+
+__all__ = ["LANGUAGES", "export"]

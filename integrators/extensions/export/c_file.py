@@ -1,0 +1,219 @@
+"""C by the standard of 1999: a file that is compiled, or included, beside a program."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Sequence
+from textwrap import fill
+from typing import ClassVar
+
+from .exported import STATUSES, Exported
+from .heads import constants, head, start_of
+from .printer import Printer
+
+
+class C(Printer):
+    """Prints C: `step` and `run` are its names for what the driver calls otherwise."""
+
+    names: ClassVar[dict[str, str]] = {"abs": "fabs", "advance": "step", "rows_of_run": "run"}
+    public: ClassVar[tuple[str, ...]] = ("start", "step", "run", "energy", "momenta")
+
+    def number(self, value: object) -> str:
+        """Return a number; a whole float keeps its point."""
+        if isinstance(value, float) and value in (2.0**-53, 2.0**-26):
+            return value.hex().replace("0x1.0000000000000p", "0x1p")
+        return super().number(value)
+
+    def head(self, f: ast.FunctionDef) -> None:
+        """Write the first line of a function; those that a program calls are not static."""
+        super().head(f)
+        name = self.names.get(f.name, f.name)
+        line = self.lines.pop() if not self.lines[-1].startswith("    ") else None
+        if line is None:  # it was written in several lines
+            at = max(i for i, e in enumerate(self.lines) if e.startswith("static "))
+            line, self.lines[at:] = "\n".join(self.lines[at:]), []
+        line = re.sub(rf"\b{f.name}\(", f"{name}(", line, count=1)
+        if name in self.public:
+            line = line.removeprefix("static ")
+        self.lines.append(line)
+
+
+FILE = """/*
+{head}
+*/
+
+#include <math.h>
+
+enum {{ {integers} }};
+{numbers}
+{arrays}
+
+/* Where each parameter stands in the state's q; a list has its entries one after another. */
+enum {{ {places} }};
+
+/* The state. What a program reads and writes: x, mu, and the parameters in q, before start(). */
+typedef struct {{
+{fields}
+}} state;
+
+{functions}
+
+/* The scene's own parameters and start. */
+void begin(state *s)
+{{
+    static const double x[{n}] = {x}, mu[{m}] = {mu};
+    static const double parameters[{p}] = {parameters};
+    for (int i = 0; i < {count}; i++)
+        s->q[1 + i] = parameters[i];
+    for (int i = 0; i < N; i++)
+        s->x[i] = x[i];
+    for (int i = 0; i < M; i++)
+        s->mu[i] = mu[i];
+    start(s);
+}}
+
+/* What a status says. */
+const char *told(int status)
+{{
+    static const char *words[] = {{
+        {words}
+    }};
+    return words[status];
+}}
+"""
+
+HARNESS = r"""
+/* One JSON line in and one out for each run: {"x": [...], "mu": [...], "h": ..., "steps": ...,
+   "every": ..., "parameters": {...}}, and "t" where the time is explicit. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *numbers(const char *line, const char *key, double *out, int count)
+{
+    const char *at = line ? strstr(line, key) : NULL;
+    at = at ? at + strlen(key) : NULL;
+    for (int i = 0; at && i < count; i++) {
+        char *end;
+        at += strspn(at, " [],:");
+        out[i] = strtod(at, &end);
+        at = end;
+    }
+    return at;
+}
+
+static void print_rows(const char *key, const double *rows, long count, int stride, int width)
+{
+    printf("\"%s\": [", key);
+    for (long k = 0; k < count; k++) {
+        printf(k ? ", [" : "[");
+        for (int i = 0; i < width; i++)
+            printf(i ? ", %.17g" : "%.17g", rows[k * stride + i]);
+        printf("]");
+    }
+    printf("]");
+}
+
+int main(void)
+{
+    static state s;
+    char *line = NULL;
+    size_t length = 0, room = 0;
+    int c;
+    while ((c = getchar()) != EOF) {
+        if (length + 1 >= room)
+            line = realloc(line, room = 2 * room + 4096);
+        if (c != '\n') {
+            line[length++] = (char)c;
+            continue;
+        }
+        line[length] = 0;
+        length = 0;
+        double h = 0, steps = 0, every = 1;
+        begin(&s);
+        const char *given = strstr(line, "\"parameters\":");
+        numbers(line, "\"x\":", s.x, POSITIONS);
+        numbers(line, "\"mu\":", s.mu, M);
+        numbers(line, "\"h\":", &h, 1);
+        numbers(line, "\"steps\":", &steps, 1);
+        numbers(line, "\"every\":", &every, 1);
+READ
+        start(&s);
+        long count = (long)steps / (long)every + 1;
+        double *xs = malloc(sizeof(double) * (N + M) * (size_t)count);
+        double *mus = malloc(sizeof(double) * (N + M) * (size_t)count);
+        long done = run(&s, h, (int)steps, (int)every, xs, mus);
+        if (done < (long)steps) {
+            printf("{\"error\": \"step %ld: %s\"}\n", done, told(step(&s, h)));
+        } else {
+            printf("{");
+            print_rows("x", xs, count, N, POSITIONS);
+            printf(", ");
+            print_rows("mu", mus, count, M, M);
+            printf("}\n");
+        }
+        fflush(stdout);
+        free(xs);
+        free(mus);
+    }
+    free(line);
+    return 0;
+}
+"""
+
+
+def identifier(name: str, i: int) -> str:
+    """Return a parameter's name as one that C has."""
+    return f"P_{name}" if re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII) else f"P_{i}"
+
+
+def listed(values: Sequence[float | int]) -> str:
+    """Return an array's values; C has none without entries."""
+    return f"{{ {', '.join(map(repr, values)) or '0'} }}"
+
+
+def c_file(given: Exported, said: Sequence[str], harness: bool) -> str:
+    """Return the C file of a scheme."""
+    used = dict(constants(given))
+    integers = [f"{k} = {v}" for k, v in used.items() if isinstance(v, int)]
+    numbers = [f"#define {k} {C().number(v)}" for k, v in used.items() if isinstance(v, float)]
+    arrays = [
+        f"static const {'int' if k in ('KINDS', 'AFFINE') else 'double'} {k}[] = {listed(v)};"
+        for k, v in used.items() if isinstance(v, list)
+    ]  # fmt: skip
+    places, at = [], 1
+    for i, parameter in enumerate(given.parameters):
+        places.append(f"{identifier(parameter.name, i)} = {at}")
+        at += len(parameter.values)
+    fields = []
+    for name, (kind, lengths) in given.fields.items():
+        size = "".join(f"[{max(1, e)}]" for e in lengths)
+        fields.append(f"    {'double' if kind == 'float' else 'int'} {name}{size};")
+    x, mu = start_of(given)
+    values = [e for parameter in given.parameters for e in parameter.values]
+    text = FILE.format(
+        head="\n".join(f" * {line}".rstrip() for line in head(given, "C", said)),
+        integers=fill(", ".join(integers), 92, subsequent_indent="       "),
+        numbers="\n".join(numbers), arrays="\n".join(arrays),
+        places=", ".join(places) or "P_NONE = 0", fields="\n".join(fields),
+        functions="\n\n".join(C().function(f) for f in given.functions),
+        n=max(1, len(x)), m=max(1, len(mu)), p=max(1, len(values)), count=len(values),
+        x=listed(x), mu=listed(mu), parameters=listed(values),
+        words=",\n        ".join(f'"{e}"' for e in STATUSES.values()),
+    )  # fmt: skip
+    return text + (_harness(given) if harness else "")
+
+
+def _harness(given: Exported) -> str:
+    read, at = [], 1
+    for parameter in given.parameters:
+        key, count = f'"\\"{parameter.name}\\":"', len(parameter.values)
+        read.append(f"        numbers(given, {key}, s.q + {at}, {count});")
+        at += len(parameter.values)
+    n = given.constants["N"]
+    if given.timed:
+        read.append(f'        numbers(line, "\\"t\\":", s.x + {n - 1}, 1);')
+    if not given.parameters:
+        read.append("        (void)given;")
+    return HARNESS.replace("READ", "\n".join(read)).replace("POSITIONS", str(n - given.timed))

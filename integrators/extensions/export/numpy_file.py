@@ -1,0 +1,247 @@
+"""Python with numpy: arrays at the outside, numbers of Python inside, where they are faster."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Sequence
+from textwrap import indent
+from typing import ClassVar
+
+from .exported import STATUSES, Exported
+from .heads import constants, head, start_of
+from .printer import WIDTH, Printer
+
+OWN = {"advance": "_advance", "rows_of_run": "_rows", "momenta": "_momenta", "energy": "_energy",
+       "start": "_start"}  # fmt: skip
+
+
+class Python(Printer):
+    """Prints Python."""
+
+    end: ClassVar[str] = ""
+    names: ClassVar[dict[str, str]] = OWN
+    words: ClassVar[dict[type, str]] = {
+        **Printer.words, ast.And: "and", ast.Or: "or", ast.Not: "not ", ast.FloorDiv: "//",
+    }  # fmt: skip
+    truth: ClassVar[dict[bool, str]] = {True: "True", False: "False"}
+    said: str = ""
+
+    def attribute(self, owner: str, name: str) -> str:
+        """Return a field of the state."""
+        return f"{owner}.{name}"
+
+    def choice(self, test: str, yes: str, no: str) -> str:
+        """Return one of two values."""
+        return f"{yes} if {test} else {no}"
+
+    def power(self, base: ast.expr, exponent: ast.expr) -> tuple[str, int]:
+        """Return a power, with its binding strength."""
+        return f"{self.of(base, 9)}**{self.of(exponent, 9)}", 8
+
+    def put(self, text: str) -> None:
+        """Write a line; a long value goes into parentheses."""
+        if len(text) + 4 * self.depth > WIDTH and not text.startswith("def "):
+            text = re.sub(r"^(return |\S+ = )(.*)$", r"\1(\2)", text)
+        super().put(text)
+
+    def about(self, text: str) -> None:
+        """Keep what a function does until its head is written."""
+        self.said = " ".join(text.split())
+
+    def head(self, f: ast.FunctionDef) -> None:
+        """Write the first line of a function, and what it does."""
+        self.put(f"def {self.names.get(f.name, f.name)}({', '.join(a.arg for a in f.args.args)}):")
+        if self.said:
+            self.lines.append(f'    """{self.said}"""')
+        self.said = ""
+
+    def unused(self, name: str) -> None:
+        """Write nothing: Python does not mind."""
+
+    def _assign(self, s: ast.Assign) -> None:
+        self.put(f"{self.of(s.targets[0])} = {self.of(s.value)}")
+
+    def _annassign(self, s: ast.AnnAssign) -> None:
+        assert s.value is not None
+        if isinstance(s.value, ast.BinOp) and isinstance(s.value.left, ast.List):
+            self.put(f"{self.of(s.target)} = [0.0] * {self.of(s.value.right)}")
+            return
+        self.put(f"{self.of(s.target)} = {self.of(s.value)}")
+
+    def _expr(self, s: ast.Expr) -> None:
+        self.put(self.of(s.value))
+
+    def _return(self, s: ast.Return) -> None:
+        self.put(f"return {self.of(s.value)}" if s.value else "return")
+
+    def _break(self, s: ast.Break) -> None:
+        self.put("break")
+
+    def _pass(self, s: ast.Pass) -> None:
+        self.put("pass")
+
+    def _if(self, s: ast.If) -> None:
+        self.put(f"if {self.of(s.test)}:")
+        self.body(s.body)
+        if s.orelse:
+            self.put("else:")
+            self.body(s.orelse)
+
+    def _while(self, s: ast.While) -> None:
+        self.put(f"while {self.of(s.test)}:")
+        self.body(s.body)
+
+    def _for(self, s: ast.For) -> None:
+        self.put(f"for {self.of(s.target)} in {self.of(s.iter)}:")
+        self.body(s.body)
+
+
+FILE = '''"""{head}
+"""
+
+from math import acos, asin, atan, atan2, cos, cosh, exp, log, sin, sinh, sqrt, tan, tanh
+
+import numpy as np
+
+{constants}
+X0 = {x}
+MU0 = {mu}
+#: name -> value
+PARAMETERS = {{
+{parameters}
+}}
+#: names of the entries of momenta(state)
+QUANTITIES = {quantities}
+TOLD = {told}
+
+
+class StepFailed(ArithmeticError):
+    """A step was not solved; the state is as it was."""
+
+
+class State:
+    """The state of a run: x and mu, and what a step leaves for the next."""
+
+    def __init__(self):
+{fields}
+
+
+def begin(x=X0, mu=MU0, **parameters):
+    """Return a state at x and mu; parameters: those that differ from PARAMETERS."""
+    if unknown := parameters.keys() - PARAMETERS.keys():
+        raise TypeError(f"there is no parameter {{min(unknown)}}, but {{', '.join(PARAMETERS)}}")
+    values = [np.ravel(parameters.get(name, value)) for name, value in PARAMETERS.items()]
+    s = State()
+    s.x, s.mu = np.array(x, dtype=float).tolist(), np.array(mu, dtype=float).tolist()
+    for i, value in enumerate(np.concatenate([[0.0], *values]).tolist()):
+        s.q[i] = value
+    if (len(s.x), len(s.mu)) != (N, M):
+        raise ValueError(f"x has {{N}} entries and mu {{M}}, not {{len(s.x)}} and {{len(s.mu)}}")
+    _start(s)
+    return s
+
+
+def step(state, h):
+    """Do one step of size h, in place; raises StepFailed, and leaves x and mu as they were."""
+    try:
+        status = _advance(state, h)
+    except (ArithmeticError, ValueError):  # a division by 0, a root of what is negative
+        undo(state)
+        status = SINGULAR
+    if status != OK:
+        raise StepFailed(TOLD[status])
+    return state
+
+
+def run(state, h, steps, every=1):
+    """Return arrays x (rows, N) and mu (rows, M): the start, and a row after each `every` steps."""
+    xs, mus = [list(state.x)], [list(state.mu)]
+    for k in range(1, steps + 1):
+        step(state, h)
+        if k % every == 0:
+            xs.append(list(state.x))
+            mus.append(list(state.mu))
+    return np.array(xs), np.array(mus)
+{more}
+
+{functions}
+'''
+ENERGY = '''
+
+def energy(state):
+    """Return the energy of a state."""
+    return _energy(state)
+'''
+MOMENTA = '''
+
+def momenta(state):
+    """Return the quantities that the scene declares, as QUANTITIES names them."""
+    values = [0.0] * len(QUANTITIES)
+    _momenta(state, values)
+    return np.array(values)
+'''
+HARNESS = '''
+
+def answer(line):
+    """Return the rows of one run that a JSON line asks for, as JSON."""
+    asked = json.loads(line)
+    try:
+        state = begin({x}, asked["mu"], **asked["parameters"])
+        xs, mus = run(state, asked["h"], asked["steps"], asked["every"])
+    except (StepFailed, TypeError, ValueError) as failure:
+        return json.dumps({{"error": str(failure)}})
+    return json.dumps({{"x": {rows}, "mu": mus.tolist()}})
+
+
+if __name__ == "__main__":
+    import json
+    import sys
+
+    for line in sys.stdin:
+        print(answer(line), flush=True)
+'''
+
+
+def python_parts(given: Exported) -> dict[str, str]:
+    """Return the parts that all files in Python have."""
+    x, mu = start_of(given)
+    rows = []
+    for parameter in given.parameters:
+        values = list(parameter.values)
+        shown: object = values if parameter.shape else values[0]
+        if len(parameter.shape) == 2:
+            wide = parameter.shape[1]
+            shown = [values[i : i + wide] for i in range(0, len(values), wide)]
+        rows.append(f'    "{parameter.name}": {shown!r},')
+    return {"x": repr(x), "mu": repr(mu), "parameters": "\n".join(rows),
+            "quantities": repr(given.quantities), "told": repr([*STATUSES.values()])}  # fmt: skip
+
+
+def harness(given: Exported) -> str:
+    """Return the adapter that speaks JSON lines."""
+    n = given.constants["N"]
+    x = 'asked["x"] + [asked["t"]]' if given.timed else 'asked["x"]'
+    rows = f"[row[:{n - 1}] for row in xs.tolist()]" if given.timed else "xs.tolist()"
+    return HARNESS.format(x=x, rows=rows)
+
+
+def numpy_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
+    """Return the Python file of a scheme."""
+    lines = [f"{name} = {value!r}" for name, value in constants(given)]
+    fields = []
+    for name, (kind, lengths) in given.fields.items():
+        zero = "0.0" if kind == "float" else "0"
+        if lengths:
+            zero = f"[{zero}] * {lengths[-1]}"
+        if len(lengths) == 2:
+            zero = f"[{zero} for _ in range({lengths[0]})]"
+        fields.append(f"self.{name} = {zero}")
+    functions = [Python().function(f) for f in given.functions if f.name != "rows_of_run"]
+    more = ENERGY * given.energy + MOMENTA * bool(given.quantities)
+    text = FILE.format(
+        head="\n".join(head(given, "Python with numpy", said)), constants="\n".join(lines),
+        fields=indent("\n".join(fields), " " * 8), more=more,
+        functions="\n\n\n".join(functions), **python_parts(given),
+    )  # fmt: skip
+    return text + (harness(given) if with_harness else "")

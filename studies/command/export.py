@@ -1,0 +1,99 @@
+"""`discmech export SCENE RULE`: a scheme as one file to take home, checked beside its original."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from ..core import lookup
+from ..core.outcome import worst
+from .options import RULE_HELP, scene_asked
+from .output import EXIT, progress_shown, write
+
+if TYPE_CHECKING:
+    from ..user.exports import Beside, Verdicts
+
+LANGUAGES = ("c", "numpy")
+
+
+def add_to(commands: Any) -> None:
+    """Declare the subcommand."""
+    parser = commands.add_parser(
+        "export", help="a scheme as one file of code",
+        epilog="Exit codes: 0 written, and alike where it was checked; 1 it differs; 2 bad input, "
+        "or it cannot be exported; 3 round-off hides the difference; 4 it could not be built.",
+    )  # fmt: skip
+    parser.add_argument("scene", help="a name or FILE.py:NAME")
+    parser.add_argument("rule", help=RULE_HELP)
+    parser.add_argument("--language", required=True, choices=LANGUAGES)
+    parser.add_argument("--retraction", metavar="NAME")
+    parser.add_argument("--out", metavar="FILE", help="default: standard output")
+    parser.add_argument(
+        "--check", action=argparse.BooleanOptionalAction, default=None,
+        help="run the file beside its original: trajectories, verdicts, cost (default: "
+        "trajectories alone, where the language is here)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--harness", action="store_true", help="with an adapter that answers JSON lines"
+    )
+    parser.set_defaults(action=_export)
+
+
+def _export(options: argparse.Namespace) -> int:
+    from discmech.integrators import Scheme
+    from discmech.integrators.extensions.export import export
+
+    from ..user import exports
+
+    scheme = Scheme(scene_asked(options), lookup.rule(options.rule))
+    said = [f"Command: {_typed(options)}"]
+    verdict = "pass"
+    with progress_shown("deriving") as show:
+        tried = export(scheme, options.language, True)
+        why = exports.missing(options.language)
+        if options.check is None and why:
+            print(f"discmech: {why}, so the file was not checked.", file=sys.stderr)
+        elif options.check is not False:
+            with TemporaryDirectory() as folder:
+                box = exports.boxed(scheme, exports.built(tried, options.language, Path(folder)))
+                run = exports.beside(scheme, box, progress=show)
+                lines = [_of_run(run)]
+                found = exports.verdicts(scheme, box, show) if options.check else []
+                lines += map(_of_study, found)
+                if options.check:
+                    lines.append(_of_cost(*exports.cost(scheme, box)))
+            alike = all(e.alike for e in found)
+            verdict = worst([run.verdict, "pass" if alike else "fail"])
+            said.append(f"Verified beside the original, {verdict}: {' '.join(lines)}")
+            for line in lines:
+                print(line, file=sys.stderr)
+    text = export(scheme, options.language, options.harness, said)
+    write(options.out or "-", text.rstrip("\n"))
+    return EXIT[verdict]
+
+
+def _of_run(run: Beside) -> str:
+    why = f" ({run.reason})" if run.reason else ""
+    return (f"trajectory: {run.verdict} over {run.steps} steps, the largest difference is "
+            f"{run.worst:.2g} of what round-off explains{why}.")  # fmt: skip
+
+
+def _of_study(found: Verdicts) -> str:
+    why = f" ({found.reason})" if found.reason and not found.alike else ""
+    return f"{found.study}: {found.exported}, the original: {found.original}{why}."
+
+
+def _of_cost(own: float, original: float) -> str:
+    return (f"cost: {own * 1e9:.3g} ns a step, {own / original:.2f} times the original's "
+            f"{original * 1e9:.3g} ns.")  # fmt: skip
+
+
+def _typed(options: argparse.Namespace) -> str:
+    words = ["discmech", "export", options.scene, options.rule, "--language", options.language]
+    words += ["--retraction", options.retraction] if options.retraction else []
+    words += ["--harness"] if options.harness else []
+    return shlex.join(words)

@@ -1,0 +1,255 @@
+"""An exported file beside its original: trajectories, verdicts of the studies, cost.
+
+The file is built and asked for runs as any program is (`external`), so it is judged by what judges
+programs of others.
+"""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import BadInput, Scheme, StepFailure, external
+from discmech.integrators.errors import CouldNotRun
+from discmech.integrators.flows import Start
+from discmech.integrators.numbers import flatten
+from discmech.integrators.runs import run
+
+from ..core.case import Progress, silent
+from .checking import check
+
+STEPS = 10_000
+#: steps between two that are compared at least: before, nothing has been seen of the motion
+FEWEST = 100
+#: A bound that is more of the state than this sees nothing: half of a double's digits are left.
+SEEN = 2.0**-26
+#: Two runs with roundings of their own differ by the sum of what each is off. One that starts anew
+#: from its rounded state at each step stands for either; eight times its largest difference so far
+#: is beyond the scatter of one such run, and the floor is the rounding of some operations.
+TIMES, FLOOR = 8.0, 64 * 2.0**-53
+#: studies that ask a program for few enough runs, and judge what it should have in common with
+#: the original
+STUDIES = ("order", "symplecticity", "momentum", "energy")
+C = ("-std=c99", "-O2", "-Wall", "-Wextra", "-pedantic")
+
+
+def missing(language: str) -> str:
+    """Return why a file of a language cannot be run here, or ""."""
+    if language == "c":
+        return "" if compiler() else "there is no C compiler cc or gcc on the PATH"
+    if language == "julia":
+        return "" if shutil.which("julia") else "there is no julia on the PATH"
+    return "" if find_spec(language) else f"{language} is not installed here"
+
+
+def compiler() -> str | None:
+    """Return the C compiler, or None."""
+    return shutil.which("cc") or shutil.which("gcc")
+
+
+def built(text: str, language: str, folder: Path) -> list[str]:
+    """Return the command that answers JSON lines with a file (with its harness), built in a folder.
+
+    Raises `CouldNotRun` if the language is not here, or the compiler says anything.
+    """
+    if why := missing(language):
+        raise CouldNotRun(
+            f"{why}, so the file cannot be checked: install it, or leave --check out."
+        )
+    endings = {"c": "c", "julia": "jl"}
+    file = folder / f"exported.{endings.get(language, 'py')}"
+    file.write_text(text, encoding="utf-8")
+    if language != "c":
+        return ["julia" if language == "julia" else sys.executable, str(file)]
+    command = [str(compiler()), *C, "-o", str(folder / "exported"), str(file), "-lm"]
+    made = subprocess.run(command, capture_output=True, text=True, check=False)
+    if made.returncode or made.stderr:
+        raise CouldNotRun(f"{shlex.join(command)} says: {made.stderr.strip()[:400]}")
+    return [str(folder / "exported")]
+
+
+@dataclass(frozen=True)
+class Beside:
+    """The run of an exported file beside the original's.
+
+    verdict, reason: of the comparison. steps: those that were compared, of `asked`. worst: the
+    largest difference over its bound, at step `at`; difference, bound: there.
+    """
+
+    verdict: str
+    reason: str
+    asked: int
+    steps: int
+    worst: float
+    at: int
+    difference: float
+    bound: float
+
+
+def beside(scheme: Scheme, box: Any, steps: int = STEPS, progress: Progress = silent) -> Beside:
+    """Compare the run of an exported file with that of its scheme, step by step.
+
+    A difference may be as large as round-off makes it (TIMES, FLOOR), and is looked at while that
+    is less than SEEN of the state.
+    """
+    step = scheme.scene.step
+    try:
+        one = scheme.flow(step).trajectory(steps)
+    except StepFailure as failure:
+        if failure.trajectory is None or len(failure.trajectory.t) < 2:
+            raise
+        one = failure.trajectory
+        steps = len(one.t) - 1
+    progress("the exported file", 0.2)
+    other = np.concatenate(_asked_for(scheme, box)(steps, 1), axis=1)
+    progress("round-off of the original", 0.4)
+    own = _rows(one)
+    scale = np.abs(own).max(axis=0)
+    restarted = _restarted(scheme, own, one.u, steps, scale)
+    count = len(restarted)
+    off = _over(np.abs(restarted - own[:count]), scale)
+    bound = TIMES * np.maximum.accumulate(off) + FLOOR
+    seen = bound <= SEEN
+    count = count if seen.all() else int(np.argmin(seen))
+    apart = _over(np.abs(other[:count] - own[:count]), scale)
+    ratio = apart / bound[:count]
+    at = int(np.argmax(ratio)) if count else 0
+    asked = min(FEWEST, steps)
+    found = (steps, count - 1, float(ratio[at]), at, float(apart[at]), float(bound[at]))
+    if not ratio[at] <= 1:  # NaN differs
+        said = f"step {at} differs by {apart[at]:.1e} of the state; round-off is {bound[at]:.1e}"
+        return Beside("fail", said, *found)
+    if count <= asked:
+        said = f"round-off grows so fast that nothing can be told after {count - 1} steps"
+        return Beside("inconclusive", f"{said}; begin at a calmer state", *found)
+    return Beside("pass", "", *found)
+
+
+def _asked_for(scheme: Scheme, box: Any) -> Callable[[int, int], tuple[np.ndarray, np.ndarray]]:
+    """Return a function of steps and every: rows x, mu of the file, from the scheme's own start.
+
+    The program is asked itself: constraints that have no reference refuse boxes, but have runs.
+    """
+    at, s = scheme.flow(scheme.scene.step).starting.own, scheme.s
+    values = {name: np.reshape([float(e) for e in flatten(value)], np.shape(value)).tolist()
+              for name, value in scheme.scene.parameters.items()}  # fmt: skip
+    t = 0.0 if s.clocked else None
+    start, h, name = (at.x[: s.n], at.mu), float(scheme.scene.step), scheme.scene.name
+    return lambda steps, every: box.formula.program.run(*start, h, steps, every, name, values, t)
+
+
+def _rows(found: Any) -> np.ndarray:
+    return np.concatenate([found.x, found.mu], axis=1)
+
+
+def _over(differences: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return the largest difference of each row, each entry over its largest size in the run."""
+    found: np.ndarray = (differences / np.where(scale > 0, scale, 1.0)).max(axis=1)
+    return found
+
+
+def _restarted(
+    scheme: Scheme, own: np.ndarray, us: np.ndarray, steps: int, scale: np.ndarray
+) -> np.ndarray:
+    """Return rows of a run that forgets at each step all but its rounded state."""
+    flow = scheme.flow(scheme.scene.step)
+    at = flow.starting.own
+    rows = [own[0]]
+    for k in range(steps):
+        near = us[k] if flow.context.equations.arrows is not None else at.guess
+        try:
+            done = run(flow.stepper(Start(at.x, at.mu, near, t0=at.t0)), 1)
+        except StepFailure:
+            break
+        at = at._replace(x=done.base[-1], mu=done.mu[-1])
+        rows.append(np.concatenate([done.x[-1], done.mu[-1]]))
+        if TIMES * _over(np.abs(rows[-1:] - own[k + 1]), scale)[0] > SEEN:
+            break
+    return np.array(rows)
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """What a study says of the original and of the exported file."""
+
+    study: str
+    original: str
+    exported: str
+    reason: str
+
+    @property
+    def alike(self) -> bool:
+        """True if the file does not fall behind its original."""
+        return self.exported in ("pass", "measured") or self.exported == self.original
+
+
+def boxed(scheme: Scheme, command: Sequence[str]) -> Any:
+    """Return an exported file as a program that claims what its rule has."""
+    kept = [q.name for q in scheme.scene.symmetries if q.to_roundoff and not q.attitude]
+    forced = scheme.scene.force is not None
+    variational = scheme.equations.arrows is not None or bool(scheme.scene.all_constraints)
+    symplectic = True if variational and not forced else None
+    return external(
+        list(command), order=scheme.order, symplectic=symplectic, files=(), name="exported",
+        keeps=() if forced or not variational else tuple(kept), seconds=300,
+    )  # fmt: skip
+
+
+def verdicts(
+    scheme: Scheme, box: Any, progress: Progress = silent, studies: Sequence[str] = STUDIES
+) -> list[Verdicts]:
+    """Return what each study says of the scheme and of the exported file, side by side."""
+    found = []
+    for i, study in enumerate(studies):
+        progress(study, i / len(studies))
+        try:
+            of_original = _asked(study, scheme.scene, scheme.rule)
+            of_file = _asked(study, scheme.scene, box)
+        except BadInput as error:  # the study does not apply
+            found.append(Verdicts(study, "not asked", "not asked", str(error)))
+            continue
+        found.append(Verdicts(study, of_original[0], *of_file))
+    return found
+
+
+def _asked(study: str, scene: Any, rule: Any) -> tuple[str, str]:
+    found = check(study, [scene], [rule], digits=[16])
+    cases = [case for case in found["cases"] if not case["control"]]
+    worst = next((c for c in cases if c["verdict"] == found["verdict"]), cases[0])
+    return worst["verdict"], worst.get("reason") or ""
+
+
+def cost(scheme: Scheme, box: Any, least: float = 0.2) -> tuple[float, float]:
+    """Return seconds a step of the exported file, and of the scheme's own kernels.
+
+    Each is the difference of a run and of one of twice the steps, which are many enough to take
+    `least` seconds; starting a run and speaking JSON cost the same in both.
+    """
+    asked, flow = _asked_for(scheme, box), scheme.flow(scheme.scene.step)
+    return _seconds(asked, least), _seconds(flow.trajectory, least)
+
+
+def _seconds(made: Callable[[int, int], Any], least: float) -> float:
+    count = 1000
+    while True:
+        times = []
+        for n in (count, 2 * count):
+            best = []
+            for _ in range(3):
+                begun = time.perf_counter()
+                made(n, n)
+                best.append(time.perf_counter() - begun)
+            times.append(min(best))
+        if times[1] - times[0] >= least or count > 10**8:
+            return (times[1] - times[0]) / count
+        count *= 2

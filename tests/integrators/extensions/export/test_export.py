@@ -1,0 +1,121 @@
+"""What an exported file offers: parameters, energy and momenta, failures, refusals."""
+
+from __future__ import annotations
+
+import math
+import types
+
+import numpy as np
+import pytest
+
+from discmech import Lattice, Scene, Scheme, midpoint, pair, scenes, trapezoidal
+from discmech.integrators import BadInput, black_box
+from discmech.integrators.rules import get
+from discmech.studies.core.case import Case
+from discmech.studies.systems import system_of
+
+
+def module(scheme):
+    """The exported file in numpy, run."""
+    found = types.ModuleType("exported")
+    exec(scheme.export("numpy"), vars(found))
+    return found
+
+
+def test_a_step_changes_the_state_in_place_and_a_run_has_rows():
+    file = module(Scheme(scenes.get("kepler"), midpoint))
+    state = file.begin()
+    xs, mus = file.run(state, 0.01, 10, 5)
+    assert xs.shape == mus.shape == (3, 2)
+    assert np.array_equal(xs[-1], state.x)
+    assert file.step(state, 0.02) is state
+
+
+def test_parameters_stay_parameters():
+    scene = scenes.get("heavy-top")
+    file = module(Scheme(scene, midpoint))
+    other = scene.with_values(parameters={"weight": 2, "inertia": [1, 2, 3]})
+    wanted = Scheme(other, midpoint).flow("0.05").trajectory(20)
+    state = file.begin(list(wanted.x[0]), list(wanted.mu[0]), weight=2.0, inertia=[1.0, 2.0, 3.0])
+    xs, mus = file.run(state, 0.05, 20)
+    assert abs(xs - wanted.x).max() < 1e-14
+    assert abs(mus - wanted.mu).max() < 1e-14
+    with pytest.raises(TypeError, match="there is no parameter wieght"):
+        file.begin(wieght=2.0)
+
+
+@pytest.mark.parametrize("name", ["double-pendulum", "heavy-top", "kapitza-pendulum",
+                                  "lotka-volterra", "mathews-lakshmanan"])  # fmt: skip
+def test_energy_and_momenta_are_those_of_the_bench(name):
+    scene = scenes.get(name)
+    rule = get("implicit-midpoint") if scene.one_form else midpoint
+    scheme = Scheme(scene, rule)
+    file = module(scheme)
+    run = scheme.flow(scene.step).trajectory(3)
+    system = system_of(Case("energy", scene, rule, 16))
+    wanted, terms = system.energy(run)
+    for k, (x, mu) in enumerate(zip(run.base, run.mu, strict=True)):
+        state = file.begin(list(x), list(mu))
+        assert abs(file.energy(state) - wanted[k]) <= 1e-14 * terms[k]
+    if file.QUANTITIES:
+        assert len(file.momenta(state)) == len(file.QUANTITIES)
+        assert np.isfinite(file.momenta(state)).all()
+
+
+def test_a_step_may_change_its_size_and_the_order_stays():
+    """Halving the step in the middle of a run is the run of both parts."""
+    scheme = Scheme(scenes.get("double-pendulum"), midpoint)
+    file, state = module(scheme), None
+    state = file.begin()
+    file.run(state, 0.02, 10)
+    xs, _ = file.run(state, 0.01, 10)
+    first = scheme.flow("0.02").trajectory(10)
+    second = scheme.flow("0.01").trajectory(10, x0=first.x[-1], mu0=first.mu[-1])
+    assert abs(xs[-1] - second.x[-1]).max() < 1e-13
+
+
+def test_a_failed_step_leaves_the_state_as_it_was():
+    file = module(Scheme(scenes.get("kepler"), midpoint))
+    state = file.begin([0.0, 0.0], [0.0, 0.0])  # where the force is infinite
+    with pytest.raises(file.StepFailed, match=r"no number|converge"):
+        file.step(state, 0.01)
+    assert (state.x, state.mu) == ([0.0, 0.0], [0.0, 0.0])
+    state.x[0], state.mu[1] = 1.0, 1.0
+    assert math.isfinite(file.step(state, 0.01).x[0])
+
+
+def chain():
+    return Lattice(name="chain", site=pair(1), sites=3, on_site=lambda x, v, p: v[0] ** 2 / 2,
+                   on_bond=lambda x, y, p: -((y[0] - x[0]) ** 2) / 2, bonds="chain",
+                   x0=[[0.1], [0], [0]], v0=[[0], [0], [0]], duration=1)  # fmt: skip
+
+
+@black_box(order=1)
+def euler(q, p, h, system):
+    return q + h * system.velocity(q, p), p - h * system.gradient(q, p)
+
+
+@pytest.mark.parametrize(("scene", "rule", "said"), [
+    (scenes.get("bouncing-ball"), midpoint, "bouncing-ball has contact"),
+    (scenes.get("pendulum"), euler, "euler is a program"),
+    (chain(), trapezoidal, "loops of its own"),
+], ids=["contact", "program", "lattice"])  # fmt: skip
+def test_what_cannot_be_exported_is_one_sentence_that_says_what_can(scene, rule, said):
+    with pytest.raises(BadInput, match=f"{said}.* can\\.$") as error:
+        Scheme(scene, rule).export("c")
+    assert "\n" not in str(error.value)
+
+
+def test_an_unknown_language_is_bad_input():
+    with pytest.raises(BadInput, match='there is no language "fortran"'):
+        Scheme(scenes.get("pendulum"), midpoint).export("fortran")
+
+
+def test_a_scene_of_ones_own_is_exported():
+    scene = Scene(name="mine", groupoid=pair(2), parameters={"a": "0.5", "h": 3, "lambda_": [1, 2]},
+                  lagrangian=lambda x, v, p: v.dot(v) / 2 - p.a * x[0] ** 4 - p.h * x[1] ** 2,
+                  x0=[1, 1], v0=[0, 0], duration=1)  # fmt: skip
+    scheme = Scheme(scene, midpoint)
+    run = scheme.flow("0.01").trajectory(10)
+    xs, _ = module(scheme).run(module(scheme).begin(), 0.01, 10)
+    assert abs(xs - run.x).max() < 1e-15

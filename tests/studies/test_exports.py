@@ -1,0 +1,102 @@
+"""Exported files beside their originals: they are alike to round-off, and a wrong one is caught."""
+
+from __future__ import annotations
+
+import pytest
+import sympy
+
+from discmech import Scene, Scheme, pair, rectangle, scenes
+from discmech.integrators.errors import CannotMeasure
+from discmech.studies.core import lookup
+from discmech.studies.user import exports
+
+#: of each kind of step one: explicit, Newton's, stages, compositions with and without the adjoint,
+#: forces and time, constraints, groups, actions, products, branches, one-step maps, one-forms
+KINDS = [
+    ("pendulum", "rectangle"), ("double-pendulum", "midpoint"), ("kepler", "gauss-2"),
+    ("henon-heiles", "kahan-li-6:trapezoidal"), ("pendulum", "suzuki:rectangle"),
+    ("driven-heavy-top", "midpoint"), ("duffing", "trapezoidal"), ("rolling-disc", "midpoint"),
+    ("cartesian-pendulum", "trapezoidal"), ("rigid-body", "lobatto-3"), ("rotor-body", "midpoint"),
+    ("moser-veselov", "own"), ("rigid-body", "rkmk-4"), ("heavy-top", "implicit-midpoint"),
+    ("lotka-volterra", "implicit-midpoint"),
+]  # fmt: skip
+
+
+def made(text, language, folder, scheme):
+    """The box of a file, or a skip where its language is not here."""
+    if why := exports.missing(language):
+        pytest.skip(why)
+    return exports.boxed(scheme, exports.built(text, language, folder))
+
+
+@pytest.mark.parametrize(("scene", "rule"), KINDS, ids=map(" ".join, KINDS))
+def test_a_file_runs_as_its_scheme(scene, rule, tmp_path):
+    scheme = Scheme(scenes.get(scene), lookup.rule(rule))
+    for language in "numpy", "c":
+        box = made(scheme.export(language, True), language, tmp_path, scheme)
+        found = exports.beside(scheme, box, 150)
+        assert found.verdict == "pass", (language, found)
+        assert found.steps > exports.FEWEST
+
+
+def spoiled(text):
+    """A file whose increments are wrong by 10⁻¹¹ of themselves."""
+    new = text.replace("total[i] + change[i]", "total[i] + change[i]*(1.0 + 1e-11)")
+    assert new != text
+    return new
+
+
+@pytest.mark.parametrize("language", ["c", "numpy"])
+def test_a_wrong_file_is_caught(language, tmp_path):
+    scheme = Scheme(scenes.get("kepler"), lookup.rule("midpoint"))
+    box = made(spoiled(scheme.export(language, True)), language, tmp_path, scheme)
+    found = exports.beside(scheme, box, 150)
+    assert found.verdict == "fail"
+    assert "differs by" in found.reason
+
+
+def test_nothing_is_told_of_a_motion_that_multiplies_round_off(tmp_path):
+    """The standard map with K = 50 multiplies it by 25 in each step."""
+    kicked = Scene(name="kicked", groupoid=pair(1), step=1, duration=150, x0=[1], v0=[0],
+                   lagrangian=lambda x, v, p: v[0] ** 2 / 2 + 50 * sympy.cos(x[0]))  # fmt: skip
+    scheme = Scheme(kicked, rectangle)
+    box = made(scheme.export("numpy", True), "numpy", tmp_path, scheme)
+    assert exports.beside(scheme, box, 150).verdict == "inconclusive"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", ["c", "numpy"])
+@pytest.mark.parametrize("scene", scenes.every_name())
+def test_every_scene_by_every_kind_of_rule(scene, language, tmp_path):
+    """What a flow runs and no contact breaks is exported, and alike to round-off."""
+    tried = 0
+    for i, word in enumerate(
+        ("midpoint", "gauss-2", "triple-jump:trapezoidal", "implicit-midpoint")
+    ):
+        try:
+            scheme = Scheme(lookup.scene(scene), lookup.rule(word))
+            text = scheme.export(language, True)
+        except CannotMeasure as refused:  # the rule does not apply, or a gap may close
+            assert str(refused).endswith(".")
+            continue
+        (folder := tmp_path / str(i)).mkdir()
+        found = exports.beside(scheme, made(text, language, folder, scheme), 150)
+        assert found.verdict != "fail", (word, found)
+        tried += 1
+    assert tried or lookup.scene(scene).contact is not None
+
+
+def test_both_are_judged_alike(tmp_path):
+    scheme = Scheme(scenes.get("pendulum"), lookup.rule("midpoint"))
+    box = made(scheme.export("c", True), "c", tmp_path, scheme)
+    (found,) = exports.verdicts(scheme, box, studies=["order"])
+    assert (found.original, found.exported, found.alike) == ("pass", "pass", True)
+
+
+def test_c_compiles_without_a_word_with_and_without_its_harness(tmp_path):
+    scheme = Scheme(scenes.get("rigid-body"), lookup.rule("gauss-2"))
+    for harness in (False, True):
+        text = scheme.export("c", harness)
+        assert ("int main" in text) == harness
+        if harness:
+            made(text, "c", tmp_path, scheme)
