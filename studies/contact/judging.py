@@ -8,7 +8,8 @@ from discmech.integrators.contact import unsure_gaps
 
 from ..core.case import Case, Measurement, Verdict
 from ..core.records import decoded
-from ..evidence import NEAR
+from ..evidence import judging as single_steps
+from ..evidence.laws import FORM
 from ..symplecticity.limits import LIMITS as OF_FORMS
 from ..symplecticity.limits import limit
 from .limits import LIMITS
@@ -56,11 +57,15 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     if order is not None:
         # while a gap stays closed the motion is of order 2, for any order of the rule
         expected["order"] = (min(order, 2) if found.rests else order) - LIMITS["slack"]
+    verdict = Verdict("pass", "", expected)
     if reason := next(_broken(case, found, expected), ""):
-        return Verdict("fail", reason, expected)
-    if reason := next(_open_questions(found, expected), ""):
-        return Verdict("inconclusive", reason, expected)
-    return Verdict("pass", "", expected)
+        verdict = Verdict("fail", reason, expected)
+    elif reason := next(_open_questions(found, expected), ""):
+        verdict = Verdict("inconclusive", reason, expected)
+    what = "the motion between impacts"
+    return single_steps.judge(
+        found.local, verdict, FORM.name, wanted=order, asks_order=True, what=what
+    )
 
 
 def _open_questions(found: Measured, expected: Mapping[str, float]) -> Iterator[str]:
@@ -96,9 +101,6 @@ def _open_questions(found: Measured, expected: Mapping[str, float]) -> Iterator[
             "Ω was not judged across an elastic impact: the first one is not from open gaps, or "
             "is not alone in its step; take another start, or a smaller step."
         )
-    if found.local.unknown:
-        unknown = found.local.unknown.rstrip(".")
-        yield f"no single step between impacts could be judged: {unknown}."
 
 
 def _broken(case: Case, found: Measured, expected: Mapping[str, float]) -> Iterator[str]:
@@ -121,22 +123,7 @@ def _broken(case: Case, found: Measured, expected: Mapping[str, float]) -> Itera
     order, wanted = found.order, expected.get("order")
     if order is not None and wanted is not None and not order >= wanted:
         yield f"located impacts are of order {order:.2f}, where {wanted:g} is the least."
-    local = found.local
-    least = case.order or 1
-    if local.order is not None and local.order < least - NEAR and not local.floats:
-        kind = "the rule is not consistent" if local.order < 1 - NEAR else "the rule is of order"
-        kind += "" if local.order < 1 - NEAR else f" {local.order:.2f}, not {least}"
-        yield (
-            f"between impacts {kind}: in {local.component} a free step of {local.step:.1g} "
-            f"from {local.place} is off by O(h^{local.order + 1:.2f})."
-        )
-    free, falls = found.free, LIMITS["falls"]
-    across = found.form.across or ()
-    if free is not None and not free.defect <= free.limit:
-        yield (
-            f"between impacts a step does not keep the form: the defect is {free.defect:.2g} at "
-            f"{free.place}."
-        )
+    across, falls = found.form.across or (), LIMITS["falls"]
     *longer, last = [e for e in across if e is not None] or [0.0]
     if len(across) == 1 + len(longer) and not last <= max(LIMITS["form"], max(longer) / falls):
         yield (

@@ -17,14 +17,13 @@ from discmech.integrators.runs import run as run_of
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
 from ..core.fitting import orders_between
-from ..evidence import evidence_of
-from ..evidence.consistency import of_evidence
+from ..evidence.laws import FORM
+from ..evidence.measuring import of_scheme
 from ..symplecticity.limits import limit
 from .faults import CONTROLS, flow_with
 from .laws import defects, energies
 from .limits import LIMITS
 from .pieces import off_course
-from .records import Free
 
 NAME = "contact"
 NEEDS = "it needs a scene with contact, such as bouncing-ball."
@@ -119,7 +118,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     count = min(2, len(located.impacts.t))
     measured |= _times(case, last, count, steps, _unsure_times(flow, located, count))
     progress(f"{case.scene.name} {case.label}: single steps between impacts", 0.7)
-    measured |= _between(case)
+    free = case.scheme_on(case.scene.with_values(contact=None))
+    measured["local"] = of_scheme(free, FORM, least=case.order)
     measured["form"] = {"across": _across(case, located)}
     return {"measured": measured, "rows": rows}
 
@@ -283,17 +283,6 @@ def _times(case: Case, last: float | None, count: int, steps: int, unsure: float
     if isnan(order):  # the longer step meets the first impacts exactly
         return {"order": None, "time_error": None}
     return {"order": order, "time_error": errors[-1]}
-
-
-def _between(case: Case) -> dict[str, Any]:
-    """Return {"local", "free"}: single steps of the same scene without contact.
-
-    free: the largest defect of the form, or None if none is kept.
-    """
-    scheme = case.scheme_on(case.scene.with_values(contact=None))
-    form = evidence_of(scheme).form
-    free = form.worst and Free(form.worst.defect, form.limit, str(form.worst.place))
-    return {"local": of_evidence(scheme, case.order), "free": free}
 
 
 def _across(case: Case, located: Any) -> list[float | None] | None:

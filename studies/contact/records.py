@@ -28,15 +28,6 @@ class Laws:
 
 
 @dataclass(frozen=True, slots=True)
-class Free:
-    """The largest defect of the form of a free step, the most that round-off leaves, the place."""
-
-    defect: float = 0.0
-    limit: float = 0.0
-    place: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class Form:
     """The defects of Ω across an impact at h, h/2 and h/8; None if it is not demanded."""
 
@@ -63,7 +54,6 @@ class Measured:
     apart: str = ""
     unsure: Sequence[int] = ()
     local: SingleSteps = field(default_factory=SingleSteps)
-    free: Free | None = None
     form: Form = field(default_factory=Form)
 
     @property

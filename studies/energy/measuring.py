@@ -25,7 +25,7 @@ from ..core.case import (
 )
 from ..core.claims import not_claimed
 from ..core.ended import refuse_ended
-from ..evidence.consistency import consistency_of
+from ..evidence.measuring import single_steps
 from ..systems import System, system_of
 from ..systems.modified_change import Change
 from ..systems.moving_energy import may_end
@@ -54,9 +54,9 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def measure(case: Case, progress: Progress = silent) -> Found:
-    """Return the result of the run (`_measure`), and the consistency of single steps."""
+    """Return the result of the run (`_measure`), and of single steps."""
     _ = case.scheme  # errors of scene or rule are reported before parts of it are derived
-    return replace(_measure(case, progress), consistency=consistency_of(case))
+    return replace(_measure(case, progress), local=single_steps(case))
 
 
 def _measure(case: Case, progress: Progress) -> Found:

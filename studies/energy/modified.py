@@ -16,6 +16,7 @@ from discmech.integrators.flows import Trajectory
 
 from ..core.case import Case
 from ..core.fitting import steadiness
+from ..evidence import evidence_of
 from ..systems.modified_change import Change
 from ..systems.modified_energy import NUMBERS, STATES, changes, dual_of
 from ..systems.moving_energy import moving_energy
@@ -66,14 +67,12 @@ def beside(case: Case) -> list[Beside]:
     """Return the changes along short runs from places that lie beside the motion.
 
     They lie off it in every coordinate, so off its planes of symmetry, with steps that are no
-    h·2⁻ᵏ, which the scene's own run cannot show. They are drawn from a seed that scene and rule
-    make.
+    h·2⁻ᵏ, which the scene's own run cannot show. They are drawn from the seed of the evidence.
     """
     dual, scene = dual_of(case.scene), case.scene
     if dual is None or not case.rule.is_formula:
         return []
-    names = (scene.name, case.rule.name, *map(str, scene.x0), *map(str, scene.v0), str(scene.step))
-    drawn = random.Random(" ".join(names))
+    drawn = random.Random(f"{evidence_of(case.scheme).seed} energy")
     start = np.array([float(e) for e in _start(case)])
     found: list[Beside] = []
     for _ in range(PLACES):

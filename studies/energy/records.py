@@ -72,7 +72,7 @@ class Found:
     way: float | None = field(default=None, metadata=OPTIONAL)
     steps: int | None = field(default=None, metadata=OPTIONAL)
     alone: Any = field(default=None, metadata=OPTIONAL)
-    consistency: SingleSteps | None = None
+    local: SingleSteps | None = None
 
     @property
     def band(self) -> float:

@@ -8,24 +8,27 @@ the one that failed. The evidence is computed once for all studies, at 50 digits
 from __future__ import annotations
 
 import math
+import random
 from dataclasses import replace
 from functools import cached_property, lru_cache
 
 from discmech import reference
 from discmech.integrators import Scheme
 from discmech.integrators.groupoids import LieGroup
+from discmech.integrators.numbers import mpmath
 
 from ..core.case import scheme_of
-from .effective import EffectiveOrder, effective_order_of
-from .floats import Floats, floats_of
-from .form import FormEvidence, form_of
+from ..core.single_steps import Departure, EffectiveOrder, Floats
+from .effective import effective_order_of
+from .floats import floats_of
 from .grid import Floor, Grid
+from .laws import Law, worst_departure
 from .order import NEAR, LocalOrder, of_scheme, unknown
-from .places import Place, is_linear, places_along, places_of, places_on, seed_of
+from .places import Place, is_linear, places_along, places_at, places_of, places_on, seed_of
+from .scan import times_that_stand_out
 
 __all__ = [
-    "NEAR", "EffectiveOrder", "Evidence", "Floats", "Floor", "FormEvidence", "Grid", "LocalOrder",
-    "Place", "evidence_of",
+    "NEAR", "Evidence", "Floor", "Grid", "LocalOrder", "Place", "evidence_of",
 ]  # fmt: skip
 
 
@@ -39,11 +42,19 @@ class Evidence:
     def __init__(self, scheme: Scheme) -> None:
         self.scheme = scheme
         self.seed = seed_of(scheme)
+        self._departures: dict[Law, Departure] = {}
 
     @cached_property
     def places(self) -> list[Place]:
-        """Return states on the motion and beside it, each with a time and a step."""
-        return places_of(self.scheme, self.seed)
+        """Return states on the motion and beside it, each with a time and a step.
+
+        And those parts of the motion where a run of the rule is not smooth (`scan`).
+        """
+        return self._places_of(self.scheme)
+
+    def _places_of(self, scheme: Scheme) -> list[Place]:
+        drawn = places_of(scheme, self.seed)
+        return drawn + places_at(scheme, times_that_stand_out(scheme))
 
     @cached_property
     def whole(self) -> Scheme:
@@ -61,7 +72,7 @@ class Evidence:
     def order(self) -> LocalOrder:
         """Return the lowest order that a small step shows; without one, it holds the reason."""
         try:
-            places = self.places if self.whole is self.scheme else places_of(self.whole, self.seed)
+            places = self.places if self.whole is self.scheme else self._places_of(self.whole)
             along = places_along(self.whole, self.seed)
             found = of_scheme(self.whole, places, self.seed, along)
             return found if self.whole is self.scheme else _named(found)
@@ -90,10 +101,28 @@ class Evidence:
         """True if the continuous equations are linear, so that few order conditions count."""
         return is_linear(self.scheme.s)
 
-    @cached_property
-    def form(self) -> FormEvidence:
-        """Return the defects of the form over the places, of ordinary steps."""
-        return form_of(self.scheme, self.places, self.seed)
+    def departure(self, law: Law) -> Departure:
+        """Return the largest departure of ordinary steps from a law, over the places.
+
+        It is measured once for a law.
+        """
+        if law not in self._departures:
+            drawn = random.Random(f"{self.seed} {law.name}")
+            self._departures[law] = worst_departure(law, self.scheme, self.places, drawn)
+        return self._departures[law]
+
+    def rate(self, expected: int) -> float | None:
+        """Return c of the errors c h^p per unit of time, relative to the state, p as expected.
+
+        It comes from the components of that order at the places; None without any.
+        """
+        worst = 0.0
+        for c in self.order.components:
+            if c.order is not None and c.constant and abs(c.order - expected) <= NEAR:
+                with mpmath.workdps(20):
+                    size = mpmath.norm([*c.place.x, *c.place.mu], 2)
+                    worst = max(worst, float(c.constant / size)) if size else worst
+        return worst or None
 
 
 def _named(found: LocalOrder) -> LocalOrder:

@@ -17,7 +17,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -29,6 +28,7 @@ from discmech.integrators.errors import DiscmechError
 from discmech.integrators.numbers import arithmetic, jacobian, numeric, sympy
 from discmech.reference import ReferenceFailure, surroundings
 
+from ..core.single_steps import EffectiveOrder
 from ..systems.modified_energy import mean_differences
 from .places import Place
 
@@ -48,21 +48,6 @@ DOUBLE = arithmetic(16)
 CLEAR = 8  # a difference of means counts if it exceeds its error so many times
 
 Field = Callable[[Any], Any]
-
-
-@dataclass(frozen=True)
-class EffectiveOrder:
-    """A judgement on an effective order.
-
-    verdict: "pass", "fail" or "inconclusive", "" on scenes where no effective order is judged;
-    reason: one sentence for it. reached: the order for which a processing was found. cause: the
-    cause of the remaining error, if known.
-    """
-
-    verdict: str
-    reason: str
-    reached: int | None = None
-    cause: str = ""
 
 
 def effective_order_of(scheme: Scheme, places: Sequence[Place]) -> EffectiveOrder:

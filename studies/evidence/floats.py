@@ -9,7 +9,7 @@ all floats together can reach is explained by them; a larger one has another cau
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -18,6 +18,7 @@ from discmech.integrators.numbers import mpmath, sympy
 from discmech.integrators.rules import Discretisation
 from discmech.reference import surroundings
 
+from ..core.single_steps import Floats
 from .order import GUARD, NEAR, ComponentOrder, LocalOrder, at_place, digits_for, names_of
 from .places import Place
 
@@ -31,20 +32,6 @@ UNITS = 4
 LONGER = (-5, -4, -3, -2)
 
 
-@dataclass(frozen=True)
-class Floats:
-    """The floats of a rule, and their effect on a step.
-
-    values: the floats of the rule. explain: True if their last bits explain the order that was too
-    low. size: the error relative to the motion in a step, of the worst component, at least half a
-    unit of the last bit.
-    """
-
-    values: tuple[float, ...]
-    explain: bool
-    size: float
-
-
 def floats_of(scheme: Scheme, local: LocalOrder, wanted: float) -> Floats:
     """Return the floats of a rule and whether they explain an order below the wanted one.
 
@@ -54,12 +41,12 @@ def floats_of(scheme: Scheme, local: LocalOrder, wanted: float) -> Floats:
     assert place is not None
     found = _Seen(scheme.rule)
     if scheme.rule.method is not None:
-        return Floats((), False, 0.0)
+        return Floats()
     try:
         Scheme(scheme.scene, found.rule())
         values = sorted(found.values)[:MOST]
         if not values:
-            return Floats((), False, 0.0)
+            return Floats()
         digits = digits_for(scheme.order or 2)
         step = Fraction(local.step)
         own = _end(scheme, place, step, digits)
@@ -70,7 +57,7 @@ def floats_of(scheme: Scheme, local: LocalOrder, wanted: float) -> Floats:
                 for i, (a, b) in enumerate(zip(moved, own, strict=True)):
                     bounds[i] += abs(a - b) * UNITS * MOVED.denominator / mpmath.mpf(2) ** 53
     except (BadInput, StepFailure):
-        return Floats((), False, 0.0)
+        return Floats()
     low = {c.name for c in local.components if c.place is place and _is_low(c, wanted)}
     explain, size = _explained(scheme, place, step, digits, own, bounds, low)
     explain = explain and _above(scheme, place, step, bounds, wanted)

@@ -1,54 +1,102 @@
-"""Combine the verdict of runs with the order of single steps: a pass needs both.
+"""Combine the verdict of runs with single steps: a pass needs both.
 
-It serves studies whose own numbers cannot reveal a rule of a lower order, or one that follows
-another motion, such as studies that compare runs of the same rule.
+A run of one trajectory may hide a lower order, another motion, or a law that is broken beside it.
+So this judge stands at the end of each study's own.
 """
 
 from __future__ import annotations
 
 from ..core.case import Measurement, Verdict
 from ..core.records import decoded
-from ..core.single_steps import SingleSteps
+from ..core.single_steps import Departure, SingleSteps
 from . import NEAR
-from .consistency import CONSISTENCY
+from .laws import FORM, WAY_BACK
+
+#: the key of the record in a measurement
+LOCAL = "local"
+#: of a law: what the run does, and what a step does, with the size after it, and what follows
+WORDS = {
+    FORM.name: ("keeps the form", "has a {name} defect of", ""),
+    WAY_BACK.name: (
+        "goes back to its start", "and back misses it by", ": Φ₋ₕ is not the inverse of Φₕ"
+    ),
+}  # fmt: skip
+OF_A_QUANTITY = ("keeps {name}", "changes {name} by", "")
 
 
-def demand_consistency(measurement: Measurement, verdict: Verdict) -> Verdict:
+def demand_consistency(measurement: Measurement, verdict: Verdict, *laws: str) -> Verdict:
     """Return the verdict of the runs, or a fail if a single step is not consistent.
 
-    It is for studies that a rule of any order passes. If the scene has no exact motion to compare
-    single steps with, the verdict of the runs stands; if the rule makes no single step, it does not
-    pass, for the motion that it approximates as the step goes to 0 is unknown.
+    It is for studies that a rule of any order passes. laws: names of those that each step keeps,
+    too. If the scene has no exact motion to compare single steps with, the verdict of the runs
+    stands; if the rule makes no single step, it does not pass, for the motion that it approximates
+    as the step goes to 0 is unknown.
     """
-    given = measurement.get(CONSISTENCY)
-    local = decoded(SingleSteps, given)
-    if given is None or (local.order is None and not local.refused):
-        return verdict
-    if local.order is not None and local.order >= 1 - NEAR:
-        return verdict
-    return judge(local, verdict, None, "the scene")
+    local = measurement.get(LOCAL)
+    return verdict if local is None else judge(decoded(SingleSteps, local), verdict, *laws)
 
 
-def judge(local: SingleSteps | None, verdict: Verdict, wanted: int | None, what: str) -> Verdict:
+def judge(
+    local: SingleSteps | None, verdict: Verdict, *laws: str, wanted: int | None = None,
+    asks_order: bool = False, what: str = "",
+) -> Verdict:  # fmt: skip
     """Return the verdict of the runs combined with the single steps: a pass needs both.
 
-    what: the name of the system that made the steps, for the reason.
+    wanted: the declared order; without one, steps need only be consistent. asks_order: True if a
+    pass needs an order that is known. what: the name of the system that made the steps, for the
+    reason.
     """
-    if local is None or local.exact or local.floats:
+    if local is None:
         return verdict
-    order, least = local.order, wanted or 1
-    if order is None:
-        if verdict.verdict != "pass":
+    verdict = _of_order(local, verdict, wanted, asks_order, what)
+    for law in laws if verdict.verdict != "fail" else ():
+        one = local.laws.get(law)
+        if one is not None and one.broken:
+            return Verdict("fail", broken(law, one, local.seed), verdict.expected)
+    return verdict
+
+
+def _of_order(
+    local: SingleSteps, verdict: Verdict, wanted: int | None, asks_order: bool, what: str
+) -> Verdict:
+    """Return the verdict with the order of single steps, below which the runs deny nothing."""
+    if local.exact or local.floats.explain:
+        return verdict
+    if local.order is None:
+        if verdict.verdict != "pass" or not local.unknown or not (asks_order or local.refused):
             return verdict
         said = f"nothing is wrong with the runs, but no single step is judged: {local.unknown}"
         return Verdict("inconclusive", said.rstrip(".") + ".", verdict.expected)
-    verdict = verdict.expecting(local_order=order)
-    if order >= least - NEAR or verdict.verdict == "fail":
+    verdict = verdict.expecting(local_order=local.order) if asks_order else verdict
+    if local.order >= (wanted or 1) - NEAR or verdict.verdict == "fail":
         return verdict
-    said = f"one step of {what} is of order {order:.2f} in {local.component}, below "
-    where = local.place + ("" if local.seed is None else f", seed {local.seed}")
-    said += f"{'the declared ' if wanted else ''}{least}: from an exact state ({where}) "
-    said += f"a step of {local.step:.1g} is off by O(h^{order + 1:.2f})"
+    return Verdict("fail", lower(local, wanted, what), verdict.expected)
+
+
+def lower(local: SingleSteps, wanted: int | None, what: str = "") -> str:
+    """Return the sentence on steps of an order below the wanted one."""
+    order, least = local.order or 0.0, wanted or 1
+    places = [local.place, "" if local.seed is None else f"seed {local.seed}"]
+    where = f" ({', '.join(filter(None, places))})" if local.place else ""
+    said = f"one step{f' of {what}' if what else ''} is of order {order:.2f} in {local.component}, "
+    said += f"below {'the expected ' if wanted else ''}{least}: from an exact state"
+    said += f"{where} a step of {local.step:.1g} is off by O(h^{order + 1:.2f})"
     if order < 1 - NEAR:
-        said += ", so the rule is not consistent: as h goes to 0 it follows another motion"
-    return Verdict("fail", f"{said}.", verdict.expected)
+        return f"{said}, so the rule is not consistent: as h goes to 0 it follows another motion."
+    if (along := local.on_motion or 0.0) >= least - NEAR:
+        return (
+            f"{said}. The rule is of order {along:.2f} along the motion of the scene and of order "
+            f"{order:.2f} beside it, as where coefficients are computed from the scene's start."
+        )
+    return f"{said}, however little that is in the runs."
+
+
+def broken(law: str, one: Departure, seed: int | None) -> str:
+    """Return the sentence on a step that does not keep a law."""
+    drawn = "" if seed is None else f" (seed {seed})"
+    run, step, then = (words.format(name=one.name) for words in WORDS.get(law, OF_A_QUANTITY))
+    return (
+        f"the run {run}, but a step of {one.step:.3g} from {one.place}, a place that was drawn "
+        f"around the motion{drawn}, {step} {one.size:.2g}, where round-off would leave at most "
+        f"{one.limit:.0e}{then}."
+    )

@@ -145,6 +145,20 @@ def places_on(scheme: Scheme, seed: int) -> list[Place]:
     return found
 
 
+def places_at(scheme: Scheme, times: Sequence[Fraction]) -> list[Place]:
+    """Return places on the motion at those times, with steps that are no h·2ᵏ of each other."""
+    around, states = surroundings(scheme.scene), _on_orbit(scheme.s, scheme.scene)
+    drawn, found = random.Random(str(times)), list[Place]()
+    for time in times:
+        t, x, v = max((s for s in states if s[0] <= time), key=lambda s: s[0])
+        if time > t:
+            (end,) = around.after(x, v, t, [time - t], OF_EXACT)
+            x, v = end.x, end.v
+        place = _place(scheme, drawn, (time, x, v), 0.0, None, around)
+        found += [] if place is None else [place]
+    return found
+
+
 def _drawn(
     scheme: Scheme, drawn: random.Random, at: Sequence[int], shares: Sequence[float]
 ) -> Iterator[Place]:
@@ -233,18 +247,22 @@ def _sizes_of(columns: Sequence[Sequence[Any]], rates: list[Any], time: Fraction
 
 def _place(
     scheme: Scheme, drawn: random.Random, state: tuple[Fraction, list[Any], list[Any]],
-    share: float, motion: Motion, around: Surroundings,
+    share: float, motion: Motion | None, around: Surroundings,
 ) -> Place | None:  # fmt: skip
-    """Return a place beside a state by that share of the sizes, or None if there is none."""
+    """Return a place beside a state by that share of the sizes, or None if there is none.
+
+    Without the motion it is at the state and its time.
+    """
     t, x, v = state
-    if scheme.s.clocked:  # its time lies between those of two states
+    if scheme.s.clocked and motion is not None:  # its time lies between those of two states
         between = [e for e in motion.lengths if e is not None] or [Fraction(scheme.scene.duration)]
         t += random_fraction(drawn, 0, 1) * min(between)
     signs = [drawn.choice((-1, 1)) * drawn.uniform(0.5, 1) * share for _ in [*x, *v]]
     try:
         with mpmath.workdps(DIGITS):
-            v = [e + s * size for e, s, size in zip(v, signs[len(x) :], motion.of_v, strict=True)]
-            x, v = _on_manifold(scheme.s, scheme.scene, x, v, t, signs, motion.of_x)
+            of_x, of_v = (motion.of_x, motion.of_v) if motion else ([0] * len(x), [0] * len(v))
+            v = [e + s * size for e, s, size in zip(v, signs[len(x) :], of_v, strict=True)]
+            x, v = _on_manifold(scheme.s, scheme.scene, x, v, t, signs, of_x)
             mu = around.momentum(x, v, t, DIGITS)
             length = around.length(x, v, t)
     except (reference.ReferenceFailure, ArithmeticError, ValueError, TypeError):
@@ -343,14 +361,6 @@ def _functions(s: SceneSymbols) -> tuple[Any, Any, Any]:
         found = [list(parts[0]), plain(parts[1]), list(parts[2])]
         rows = numeric({**given, "x": s.x}, found, numbers)
     return target, anchor, rows
-
-
-def steps_from(place: Place, drawn: random.Random) -> Iterator[Fraction]:
-    """Yield ordinary steps from a place, ever shorter, no two of them in a ratio of 2ᵏ."""
-    step = place.step
-    while True:
-        yield step
-        step *= random_fraction(drawn, 0.2, 0.45)
 
 
 def is_linear(s: SceneSymbols) -> bool:

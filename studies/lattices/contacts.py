@@ -10,7 +10,7 @@ from discmech.integrators.runs import Trajectory
 
 from ..contact import measuring as contact
 from ..core.case import Case, Progress
-from ..evidence.consistency import consistency_of
+from ..evidence.measuring import single_steps
 from ..symplecticity.limits import limit
 from ..systems.known import known_of
 from ..systems.quantities import energies
@@ -46,7 +46,7 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
     measured = {"contact": defects(flow, run), "rises": rises,
                 "impacts": len(run.impacts.t), "pushed": bool((impulses_of(flow, run) > 0).any()),
                 "free_steps": run.newton_mean, "grows": None,
-                "local": consistency_of(case, None)}  # fmt: skip
+                "local": single_steps(case, least=case.order or 1)}  # fmt: skip
     sized = known_of(lattice).sized
     if timed and sized is not None:
         progress(f"{label}: cost", 0.5)

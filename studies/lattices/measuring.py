@@ -15,7 +15,7 @@ from discmech.integrators.scenes import lattices as systems
 
 from ..core.case import Case, Choice, Progress, lattice_cases, silent
 from ..core.parts import RULES, is_built_in, usual_lattices, usual_rules
-from ..evidence.consistency import consistency_of
+from ..evidence.measuring import single_steps
 from ..systems import system_of
 from ..systems.known import known_of
 from ..systems.lattice_system import LATER
@@ -105,7 +105,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     rows: list[dict[str, Any]] = []
     _ = case.scheme
     progress(f"{label}: single steps", 0.0)
-    measured["local"] = local = consistency_of(case, None)
+    measured["local"] = local = single_steps(case, least=case.order or 1)
     if local is not None:
         rows.append({"kind": "local", "step": local.step or None, "order": local.order})
     if known.refined is not None:

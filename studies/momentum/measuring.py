@@ -27,7 +27,7 @@ from ..core.case import (
 )
 from ..core.claims import claimed_names
 from ..core.family import KEPT
-from ..evidence.consistency import consistency_of
+from ..evidence.measuring import single_steps
 from ..systems import System, system_of
 from ..systems.runs import (
     bins,
@@ -41,7 +41,7 @@ from ..systems.runs import (
 from .limits import LIMITS
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
 from .records import Fault, Found, Measured, Row
-from .sight import beside, seen
+from .sight import laws_of, seen
 from .work import less_work
 
 NAME = "momentum"
@@ -77,13 +77,13 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     units: {name: (of a step, of the value)}, the effect of round-off, relative to the same sum, in
     ε. lost, if it would fail: the drift if the rule's own formulas lose digits (`lost_one_way`).
     fault: {name: (relative size of a seeded fault of one step, the change by it)} (`sight.seen`).
-    beside: the change of each in single steps from drawn places (`sight.beside`). Raises `BadInput`
-    if nothing can be measured.
+    local: single steps, with its change in them (`sight.Keeps`). Raises `BadInput` if nothing can
+    be measured.
     """
     if not measured_in(case):
         raise BadInput(f"{case.scene.name} with {case.label}: momentum cannot be measured: {NEEDS}")
     if (system := system_of(case)).momenta is not None:
-        return replace(_of_sums(case, system, progress), consistency=consistency_of(case))
+        return replace(_of_sums(case, system, progress), local=single_steps(case))
     steps = case.steps or (usual_steps(case, bool(_claimed(case))) if case.digits == 16 else 100)
     apart, size = interval(steps), case.scene.step
     if (made := recorded_run(case)) is not None:
@@ -133,8 +133,8 @@ def measure(case: Case, progress: Progress = silent) -> Found:
         rows.append(Row(step, float(step * size), drift))
     worst = {name: float(drift.max()) for name, drift in series.items()}
     told = Measured(worst, {name: fault.change for name, fault in faults.items()})
-    return Found(rows, told, steps, units, faults, beside(case, kept), _over(case, steps), walks,
-                 consistency=consistency_of(case))  # fmt: skip
+    return Found(rows, told, steps, units, faults, _over(case, steps), walks,
+                 local=single_steps(case, *laws_of(kept)))  # fmt: skip
 
 
 def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[str, Any]:

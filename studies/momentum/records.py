@@ -39,16 +39,6 @@ class Fault:
 
 
 @dataclass(frozen=True, slots=True)
-class Beside:
-    """The change of a quantity in a step from a drawn place, and the most that round-off makes."""
-
-    change: float = 0.0
-    limit: float = 0.0
-    step: float = 0.0
-    place: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class Found:
     """The drifts of a run of so many steps.
 
@@ -62,11 +52,10 @@ class Found:
     steps: int = 0
     units: Mapping[str, Sequence[float]] = field(default_factory=dict)
     faults: Mapping[str, Fault] | None = field(default=None, metadata=OPTIONAL)
-    beside: Mapping[str, Beside] | None = field(default=None, metadata=OPTIONAL)
     over: Mapping[str, int] | None = None
     walks: Mapping[str, int] | None = None
     lost: float | None = field(default=None, metadata=OPTIONAL)
-    consistency: SingleSteps | None = None
+    local: SingleSteps | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import random
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from discmech.integrators import Scheme, StepFailure
-from discmech.integrators.errors import DiscmechError
+from discmech.integrators import Scheme
 from discmech.integrators.numbers import arithmetic
 from discmech.integrators.scene import Conserved
-from discmech.reference import ReferenceFailure
 
-from ..core.case import Case
-from ..evidence import evidence_of
+from ..core.single_steps import Departure
+from ..evidence.laws import Law
 from ..evidence.places import DIGITS as OF_PLACES
 from ..evidence.places import Place
 from ..systems.runs import Rows, with_terms
-from .quantities import formula_of, round_offs, scheme_for
-from .records import Beside, Fault
+from .quantities import formula_of, round_offs
+from .records import Fault
 
 FAULT = 16  # relative size of the fault that a verdict has to see, in units of the limit
 DRAWS, PLACES = 4, 16  # directions of a fault, and the number of rows of a run at which it is made
@@ -75,52 +73,51 @@ def _moved(part: Any, size: float, drawn: random.Random, numbers: Any) -> Any:
     return part + numbers.number(size) * sizes * np.array(signs, numbers.dtype)
 
 
-def beside(case: Case, quantities: Sequence[Conserved]) -> dict[str, Beside]:
-    """Return by quantity the worst of single steps from drawn places.
+class Keeps(Law):
+    """A quantity that each step has to keep, also beside the motion; no force changes it.
 
-    Places are on the motion and off it (`evidence`); for quantities that no force changes and that
-    need no attitude. A quantity of the step h has to be kept at steps that no method can know. One
-    without h may hold the scene's step in a parameter, as integrals of integrable maps do, and is
-    asked at that step. It is empty without evidence.
+    One of the step h has to be kept at steps that no method can know. One without h may hold the
+    scene's step in a parameter, as integrals of integrable maps do, and is asked at that step.
     """
-    found: dict[str, Beside] = {}
-    plain = [q for q in quantities if not q.attitude and q.stretch is None]
-    if not plain or not case.rule.is_formula:
-        return found
-    scheme: Scheme = scheme_for(case, False)
-    try:
-        places = evidence_of(scheme).places
-    except (ReferenceFailure, DiscmechError):
-        return found
-    for place, of_step in itertools.product(places, (True, False)):
-        asked = [q for q in plain if q.of_step is of_step]
-        step = place.step if of_step else Fraction(case.scene.step)
-        digits = _digits(case, place, step)
-        if not asked:
-            continue
-        try:
-            run = scheme.flow(step, digits).trajectory(1, **place.start)
-        except (StepFailure, DiscmechError):
-            continue
-        numbers = arithmetic(digits)
-        for q in asked:
-            formula = formula_of(scheme, q, step)
-            values, terms = with_terms(scheme, formula, digits)(run)
-            units = round_offs(scheme, formula, run, terms, digits)
-            with numbers.working():
-                gap, scale = abs(values[1] - values[0]).max(), max(terms.ravel())
-                change = float(gap / scale) if gap else 0.0
-            limit = ALLOWED * float(numbers.eps) * (1 + sum(units))
-            worst = found.get(q.name)
-            if worst is None or change * worst.limit > worst.change * limit:
-                found[q.name] = Beside(change, limit, float(step), str(place))
-    return found
+
+    def __init__(self, quantity: Conserved) -> None:
+        self.quantity, self.name = quantity, quantity.name
+
+    def steps(self, place: Place, drawn: random.Random) -> Iterator[Fraction]:
+        """Yield the one step at which it is asked; 0 stands for the scene's own."""
+        yield place.step if self.quantity.of_step else Fraction(0)
+
+    def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
+        """Return the change by one step, over the sum of the quantity's terms."""
+        step = step or Fraction(scheme.scene.step)
+        digits = _digits(scheme, place, step)
+        run = scheme.flow(step, digits).trajectory(1, **place.start)
+        numbers, formula = arithmetic(digits), formula_of(scheme, self.quantity, step)
+        values, terms = with_terms(scheme, formula, digits)(run)
+        units = round_offs(scheme, formula, run, terms, digits)
+        with numbers.working():
+            gap, scale = abs(values[1] - values[0]).max(), max(terms.ravel())
+            change = float(gap / scale) if gap else 0.0
+        limit = ALLOWED * float(numbers.eps) * (1 + sum(units))
+        return Departure(change, limit, self.name, float(step))
 
 
-def _digits(case: Case, place: Place, step: Fraction) -> int:
+@cache
+def keeps(quantity: Conserved) -> Keeps:
+    """Return the law of a quantity, one object, so that its departure is measured once."""
+    return Keeps(quantity)
+
+
+def laws_of(quantities: Sequence[Any]) -> list[Keeps]:
+    """Return the laws of the quantities that need no attitude beside the state."""
+    return [keeps(q) for q in quantities
+            if isinstance(q, Conserved) and not q.attitude and q.stretch is None]  # fmt: skip
+
+
+def _digits(scheme: Scheme, place: Place, step: Fraction) -> int:
     """Return the digits of a step from a place: more for one that is shorter than the place's.
 
     A rule of order p changes what it does not keep by h^(p+1) or a power near to it.
     """
     shorter = max(0.0, math.log10(place.step / step))
-    return min(OF_PLACES, DIGITS + math.ceil(((case.order or 1) + POWERS) * shorter))
+    return min(OF_PLACES, DIGITS + math.ceil(((scheme.order or 1) + POWERS) * shorter))

@@ -16,7 +16,8 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     """Return the verdict of solutions and of the pushed scene's steps: a pass needs both."""
     found = decoded(Found, measurement)
     verdict = _judge_solutions(case, found)
-    return single_steps.judge(found.local, verdict, case.order, "the scene under its inputs")
+    what = "the scene under its inputs"
+    return single_steps.judge(found.local, verdict, wanted=case.order, asks_order=True, what=what)
 
 
 def _judge_solutions(case: Case, found: Found) -> Verdict:

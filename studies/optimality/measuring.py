@@ -24,7 +24,7 @@ from discmech.integrators.scenes import control as built_in
 from ..core import lookup
 from ..core.case import Case, Choice, Progress, silent
 from ..core.fitting import Window, asymptotic_window, line_of, marks
-from ..evidence.consistency import of_evidence
+from ..evidence.measuring import of_scheme
 
 NAME = "optimality"
 NEEDS = (
@@ -104,7 +104,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {
         "rows": rows,
         "floor": floor,
-        "local": of_evidence(Scheme(_pushed(problem, found[-1]), case.rule)),
+        "local": of_scheme(Scheme(_pushed(problem, found[-1]), case.rule)),
         "measured": {
             **line,
             "orders": orders,

@@ -9,12 +9,13 @@ from typing import Any
 
 from ..core.case import Case, Measurement, Verdict
 from ..core.records import decoded
+from ..core.single_steps import SingleSteps
 from ..evidence import NEAR as BESIDE
 from . import judging_steps, multipliers
 from .limits import tolerance as allowed
 from .measuring import BESIDE_EARLY, LARGE, ladder, measure
 from .recorded import FEWEST
-from .records import BLEW_UP, Found, Local
+from .records import BLEW_UP, Found
 from .window import approaches, departure, finest_order, floor, not_converging
 
 #: errors that stop sinking above this are no ordinary round-off
@@ -31,7 +32,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     verdict = _with_multipliers(case, found, _judge_runs(case, found))
     if case.rule.is_recorded:
         return _of_recorded(case, found, verdict)
-    local = decoded(Local, found.local)
+    local = found.local or SingleSteps()
     verdict = judging_steps.judge(case, found, local, verdict)
     return judging_steps.judge_effective(case, local, verdict)
 
@@ -106,7 +107,7 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     """Return the cause of an order below the expected one, or of errors that stop sinking too
     early."""
     found = decoded(Found, measurement)
-    local = decoded(Local, found.local)
+    local = found.local or SingleSteps()
     of_step = local.order
     as_wanted = of_step is not None and of_step >= (case.order or 1) - BESIDE
     if case.scheme.arrows is None and not (as_wanted and case.rule.is_formula):

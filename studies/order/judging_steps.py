@@ -5,32 +5,30 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..core.case import Case, Verdict
+from ..core.single_steps import SingleSteps
 from ..evidence import NEAR
+from ..evidence.judging import judge as judge_evidence
 from .limits import LIMITS
-from .records import Found, Local
+from .records import Found
 
 
-def judge(case: Case, found: Found, local: Local, verdict: Verdict) -> Verdict:
+def judge(case: Case, found: Found, local: SingleSteps, verdict: Verdict) -> Verdict:
     """Return the verdict of the runs combined with that of single steps."""
-    expected, wanted = verdict.expected, verdict.expected["order"]
-    order, least = local.order, wanted or 1
+    wanted, order = verdict.expected["order"], local.order
     if local.exact:
         return _of_exact(verdict)
-    if order is None:
-        if verdict.verdict == "pass" and local.unknown:
-            said = f"the runs have their order, but no single step could be judged: {local.unknown}"
-            verdict = Verdict("inconclusive", said.rstrip(".") + ".", expected)
-        return _with_floor(local, verdict)
-    verdict = _with_floor(local, verdict.expecting(local_order=order))
-    expected = verdict.expected
-    if order < least - NEAR:
-        return _of_lower(local, verdict, order, least)
-    if wanted is None:
+    if order is not None and order < (wanted or 1) - NEAR and local.floats.explain:
+        return _of_floats(local, _with_floor(local, verdict.expecting(local_order=order)))
+    verdict = judge_evidence(local, verdict, wanted=wanted, asks_order=True)
+    if order is not None and order < (wanted or 1) - NEAR:
+        return verdict
+    verdict = _with_floor(local, verdict)
+    if order is None or wanted is None:
         return verdict
     if verdict.verdict == "fail" and "above" in verdict.reason:
         return _of_higher(found, local, verdict, wanted)
     if verdict.verdict == "fail" and (why := _unresolved(case, found, local)):
-        return Verdict("inconclusive", why, expected)
+        return Verdict("inconclusive", why, verdict.expected)
     if verdict.reason.startswith("every error is round-off"):
         return verdict.because(
             "every error of the runs is round-off beside the largest component, which says nothing "
@@ -40,7 +38,7 @@ def judge(case: Case, found: Found, local: Local, verdict: Verdict) -> Verdict:
     return verdict
 
 
-def _with_floor(local: Local, verdict: Verdict) -> Verdict:
+def _with_floor(local: SingleSteps, verdict: Verdict) -> Verdict:
     """Return the verdict with the floor of a program's own numbers, above which alone it holds."""
     if not local.floor or verdict.verdict == "fail":
         return verdict
@@ -53,7 +51,7 @@ def _with_floor(local: Local, verdict: Verdict) -> Verdict:
     return Verdict("inconclusive" if single else "pass", told, verdict.expected)
 
 
-def judge_effective(case: Case, local: Local, verdict: Verdict) -> Verdict:
+def judge_effective(case: Case, local: SingleSteps, verdict: Verdict) -> Verdict:
     """Return the verdict of the order and of the effective order, if the rule declares one."""
     if case.rule.effective is None or verdict.verdict != "pass":
         return verdict
@@ -81,45 +79,24 @@ def _of_exact(verdict: Verdict) -> Verdict:
     return verdict
 
 
-def _of_lower(local: Local, verdict: Verdict, order: float, least: int) -> Verdict:
-    """Return the verdict on steps of an order below the expected one, or inconsistent."""
+def _of_floats(local: SingleSteps, verdict: Verdict) -> Verdict:
+    """Return the verdict on steps whose order is too low by the rule's floats alone."""
     floats = local.floats
-    if floats.explain:
-        values = ", ".join(f"{v!r}" for v in floats.values[:3])
-        more = ", …" if len(floats.values) > 3 else ""
-        said = (
-            f"the coefficients {values}{more} are floats, and as floats they end at "
-            f"{floats.size:.1g} of a step: below that there is no order"
-        )
-        if verdict.verdict == "pass":
-            return Verdict("pass", f"{said}; above it the order is as expected.", verdict.expected)
-        if verdict.verdict == "fail" and "go" in verdict.reason:
-            hint = "write them exactly, or judge the rule by --digits 16."
-            return Verdict("inconclusive", f"{said}; {hint}", verdict.expected)
-        return verdict
-    if verdict.verdict == "fail":
-        return verdict
-    where = f" ({local.place})" if local.place else ""
-    below = f"one step is of order {order:.2f} in {local.component}, below the expected {least}"
-    if order < 1 - NEAR:
-        said = (
-            f"the rule is not consistent: in {local.component} a step of {local.step:.1g} "
-            f"from an exact state{where} is off by O(h^{order + 1:.2f}), so as h goes to 0 it "
-            "follows another motion than the scene's."
-        )
-        said = said if verdict.expected["order"] is None else f"{below}: {said}"
-        return Verdict("fail", said, verdict.expected)
-    said = f"{below}: from an exact state{where} a step of {local.step:.1g} is off by "
-    said += f"O(h^{order + 1:.2f}), however little that is in the runs."
-    if verdict.verdict == "pass" and (along := local.on_motion or 0.0) >= least - NEAR:
-        said += (
-            f" The rule is of order {along:.2f} along the motion of the scene and of order "
-            f"{order:.2f} beside it, as where coefficients are computed from the scene's start."
-        )
-    return Verdict("fail", said, verdict.expected)
+    values = ", ".join(f"{v!r}" for v in floats.values[:3])
+    more = ", …" if len(floats.values) > 3 else ""
+    said = (
+        f"the coefficients {values}{more} are floats, and as floats they end at "
+        f"{floats.size:.1g} of a step: below that there is no order"
+    )
+    if verdict.verdict == "pass":
+        return Verdict("pass", f"{said}; above it the order is as expected.", verdict.expected)
+    if verdict.verdict == "fail" and "go" in verdict.reason:
+        hint = "write them exactly, or judge the rule by --digits 16."
+        return Verdict("inconclusive", f"{said}; {hint}", verdict.expected)
+    return verdict
 
 
-def _of_higher(found: Found, local: Local, verdict: Verdict, wanted: int) -> Verdict:
+def _of_higher(found: Found, local: SingleSteps, verdict: Verdict, wanted: int) -> Verdict:
     """Return the verdict on runs above the expected order: by the time, the scene, or the rule."""
     order, runs = local.order or 0.0, found.measured.order
     if order <= wanted + NEAR:
@@ -139,7 +116,7 @@ def _of_higher(found: Found, local: Local, verdict: Verdict, wanted: int) -> Ver
     )
 
 
-def _unresolved(case: Case, found: Found, local: Local) -> str:
+def _unresolved(case: Case, found: Found, local: SingleSteps) -> str:
     """Return why the runs' errors are not small yet although single steps have the order; or ""."""
     steps = [row.step for row in found.rows if row.error is not None]
     if not steps or not local.rate:

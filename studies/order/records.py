@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from ..core.records import OPTIONAL
+from ..core.single_steps import SingleSteps
 
 #: the cause of a failed run whose end is too far away for a number, or is none
 BLEW_UP = "it blew up: its error is no finite number"
@@ -60,7 +60,7 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The runs, the digits of the reference that are certain, and single steps (`Local`).
+    """The runs, the digits of the reference that are certain, and single steps.
 
     agreed: the digits in which two references of a scene in numbers agree. duration: the final
     time of the runs.
@@ -70,58 +70,14 @@ class Found:
     measured: Measured = field(default_factory=Measured)
     certain: float = 0.0
     agreed: float | None = field(default=None, metadata=OPTIONAL)
-    local: Mapping[str, Any] | None = None
+    local: SingleSteps | None = None
     duration: float = 0.0
 
     @property
     def trusted(self) -> float:
         """The digits of the reference that are certain, and above a program's own floor."""
-        share = (self.local or {}).get("share") or 0.0
+        share = self.local.share if self.local else 0.0
         return min(self.certain, -math.log10(share)) if share else self.certain
-
-
-@dataclass(frozen=True, slots=True)
-class FloatsOfRule:
-    """The floats of a rule, the error of a step that they make, and if they explain its order."""
-
-    values: Sequence[float] = ()
-    explain: bool = False
-    size: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Effective:
-    """The judgement of a declared effective order, with its reason and the cause if it fails."""
-
-    verdict: str | None = None
-    reason: str = ""
-    reached: float | None = None
-    cause: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Local:
-    """The lowest order of single steps, in a component from a place; or why it is unknown.
-
-    exact: True if every step ends where the motion does. rate: the error per unit of time over
-    h^p. linear: True if the continuous equations are linear. floor, share: the floor of a program's
-    own numbers in words, and as a share of the state. on_motion: where the order is lower than
-    expected, that of steps from states of the scene's own motion alone.
-    """
-
-    order: float | None = None
-    on_motion: float | None = None
-    unknown: str = ""
-    component: str = ""
-    step: float = 0.0
-    place: str = ""
-    exact: bool = False
-    rate: float | None = None
-    linear: bool = False
-    floor: str = ""
-    share: float = 0.0
-    effective: Effective | None = None
-    floats: FloatsOfRule = field(default_factory=FloatsOfRule)
 
 
 @dataclass(frozen=True, slots=True)

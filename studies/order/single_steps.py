@@ -9,16 +9,15 @@ it, another explanation than the method is sought.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
-from discmech.integrators import BadInput
-from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.numbers import mpmath
 from discmech.reference import surroundings
 
 from ..core.case import Case
-from ..evidence import NEAR, Evidence, evidence_of
+from ..core.single_steps import SingleSteps
+from ..evidence import NEAR, evidence_of
+from ..evidence.measuring import single_steps
 from ..systems import system_of
 from .window import REACHED
 
@@ -32,53 +31,23 @@ FEWEST = 8  # fewest steps of a coarsest run
 WALK = 5
 
 
-def measured(case: Case, runs: float | None = None) -> dict[str, Any] | None:
-    """Return the result of single steps for a measurement; None if there is none.
+def measured(case: Case, runs: float | None = None) -> SingleSteps | None:
+    """Return the record of single steps, with what the order alone asks of it.
 
     runs: the order of the runs, which steps from states of the motion have to explain.
     """
-    try:
-        scheme = system_of(case).single_steps()
-    except (BadInput, CannotMeasure) as error:
-        return {"order": None, "unknown": " ".join(str(error).split())}
-    if scheme is None:
-        return None
-    evidence = evidence_of(scheme)
-    found = evidence.order
-    own = {} if found.floor is None else {"floor": str(found.floor), "share": found.floor.share}
-    if found.unknown:
-        return {"order": None, "unknown": found.unknown, "seed": evidence.seed, **own}
-    processed = {"effective": vars(evidence.effective)} if case.rule.effective else {}
-    told: dict[str, Any] = {
-        "order": found.order, "component": found.component, "step": found.step,
-        "place": str(found.place or ""), "places": len(evidence.places), "exact": found.exact,
-        "seed": evidence.seed, "rate": rate(case, evidence), "linear": evidence.linear,
-        **processed, **own,
-    }  # fmt: skip
     least = case.order or 1
-    if found.order is not None and found.order < least - NEAR:
-        floats = evidence.floats(least)
-        told["floats"] = {
-            "values": list(floats.values), "explain": floats.explain, "size": floats.size,
-        }  # fmt: skip
-        if runs is not None and not below(case, runs):
-            told["on_motion"] = evidence.on_motion.order
-    return told
-
-
-def rate(case: Case, evidence: Evidence) -> float | None:
-    """Return c of the errors c h^p per unit of time, relative to the state, p the expected order.
-
-    It comes from the components of that order at the places; None without any.
-    """
-    expected = case.order or 2
-    worst = 0.0
-    for c in evidence.order.components:
-        if c.order is not None and c.constant and abs(c.order - expected) <= NEAR:
-            with mpmath.workdps(20):
-                size = mpmath.norm([*c.place.x, *c.place.mu], 2)
-                worst = max(worst, float(c.constant / size)) if size else worst
-    return worst or None
+    local = single_steps(case, least=least)
+    if local is None or local.unknown:
+        return local
+    evidence = evidence_of(system_of(case).single_steps())
+    local = replace(local, rate=evidence.rate(case.order or 2), linear=evidence.linear)
+    if case.rule.effective:
+        local = replace(local, effective=evidence.effective)
+    low = local.order is not None and local.order < least - NEAR
+    if low and runs is not None and not below(case, runs):
+        local = replace(local, on_motion=evidence.on_motion.order)
+    return local
 
 
 def resolved(case: Case, duration: Fraction, first: int) -> tuple[Fraction, int]:
@@ -91,7 +60,7 @@ def resolved(case: Case, duration: Fraction, first: int) -> tuple[Fraction, int]
     """
     evidence = evidence_of(case.scheme)
     found, expected = evidence.order, case.order or 2
-    c = None if found.unknown else rate(case, evidence)
+    c = None if found.unknown else evidence.rate(expected)
     if c is None:
         return duration, first
     length = min(place.length for place in evidence.places)

@@ -7,6 +7,8 @@ from typing import Any
 from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..core.records import decoded
+from ..evidence.judging import demand_consistency
+from ..evidence.laws import WAY_BACK
 from ..symplecticity.in_numbers import resolved
 from ..symplecticity.limits import of_a_step
 from .records import Found, FoundOfNumbers
@@ -19,18 +21,12 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     if reason := not_claimed(case.rule, "reversible"):
         return Verdict("pass", "", {"not_demanded": reason})
     found, wanted = decoded(Found, measurement), of_a_step(case.digits)
-    defect, local = found.measured.defect, found.local
+    defect, expected = found.measured.defect, {"limit": wanted}
     if defect is not None and defect <= wanted:
-        if local is None or local.defect <= local.limit:
-            return Verdict("pass", "", {"limit": wanted})
-        said = f"the run goes back to round-off, but a step of {local.step:.3g} from "
-        said += f"{local.place}, a place that was drawn around the motion (seed "
-        said += f"{local.seed}), and back misses it by {local.defect:.2g} of the terms, "
-        said += f"where round-off would leave {local.limit:.0e}: Φ₋ₕ is not the inverse of Φₕ."
-        return Verdict("fail", said, {"limit": wanted})
+        return demand_consistency(measurement, Verdict("pass", "", expected), WAY_BACK.name)
     said = f"a step back misses the start by {defect:.2g} of the terms that the two steps add up, "
     said += f"where round-off would leave {wanted:.0e}: Φ₋ₕ is not the inverse of Φₕ."
-    return Verdict("fail", said, {"limit": wanted})
+    return Verdict("fail", said, expected)
 
 
 def _judge_numbers(case: Case, found: FoundOfNumbers) -> Verdict:

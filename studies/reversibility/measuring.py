@@ -5,25 +5,16 @@
 
 from __future__ import annotations
 
-import random
-from itertools import islice
-
-from discmech.integrators import StepFailure
 from discmech.integrators.flows import return_defect
-from discmech.reference import ReferenceFailure
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent
-from ..evidence import evidence_of
-from ..evidence.places import steps_from
-from ..symplecticity.limits import of_a_step
+from ..evidence.laws import WAY_BACK
+from ..evidence.measuring import single_steps
 from ..symplecticity.measuring import POINTS
 from . import in_numbers
-from .records import AtPlace, Found, FoundOfNumbers, Measured, Row
+from .records import Found, FoundOfNumbers, Measured, Row
 
 NAME = "reversibility"
-DIGITS, TRIES = 30, 4  # digits of steps from drawn places, and how many ever shorter ones are tried
-
-
 NEEDS = "it needs a rule that claims to be reversible."
 
 
@@ -55,29 +46,4 @@ def measure(case: Case, progress: Progress = silent) -> Found | FoundOfNumbers:
         defect = float(return_defect(forth, back, *start, (again.base[-1], again.mu[-1])))
         worst = worst if defect <= worst else defect  # one that is not a number stays
         rows.append(Row(float(case.scene.step), k, float(run.t[k]), defect))
-    return Found(rows, Measured(worst), _at_places(case))
-
-
-def _at_places(case: Case) -> AtPlace | None:
-    """Return the worst `return_defect` of steps from the evidence's places; None without places."""
-    evidence = evidence_of(case.scheme)
-    worst: AtPlace | None = None
-    try:
-        places = evidence.places
-    except ReferenceFailure:  # there are no continuous equations
-        return None
-    drawn = random.Random(evidence.seed + 3)
-    for place in places:
-        for step in islice(steps_from(place, drawn), TRIES):
-            forth, back = (case.scheme.flow(sign * step, DIGITS) for sign in (1, -1))
-            x = case.scheme.s.with_time(place.x, place.t)
-            try:
-                defect = float(return_defect(forth, back, x, place.mu, place.u))
-            except StepFailure:
-                continue
-            if worst is None or not defect <= worst.defect:
-                of_maps = forth.context.exactly.numbers.digits
-                limit = of_a_step(of_maps)
-                worst = AtPlace(defect, limit, float(step), str(place), evidence.seed)
-            break
-    return worst
+    return Found(rows, Measured(worst), single_steps(case, WAY_BACK))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from ..core.records import OPTIONAL
+from ..core.single_steps import SingleSteps
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,23 +46,12 @@ class Measured:
 
 
 @dataclass(frozen=True, slots=True)
-class AtPlace:
-    """The largest distance of steps from drawn places, and the largest that round-off leaves."""
-
-    defect: float = 0.0
-    limit: float = 0.0
-    step: float = 0.0
-    place: str = ""
-    seed: int = 0
-
-
-@dataclass(frozen=True, slots=True)
 class Found:
-    """The rows, and the largest distances along the run and from drawn places."""
+    """The rows, the largest distance along the run, and single steps."""
 
     rows: Sequence[Row] = ()
     measured: Measured = field(default_factory=Measured)
-    local: AtPlace | None = None
+    local: SingleSteps | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,7 +60,8 @@ def _of_order(case: Case, found: Found, expected: Expecting) -> Verdict:
             )
         else:
             verdict = Verdict("fail", f"{said} by more than {allowed}.", expected)
-    return judge_evidence(found.local, verdict, wanted, "the rule in its own time")
+    what = "the rule in its own time"
+    return judge_evidence(found.local, verdict, wanted=wanted, asks_order=True, what=what)
 
 
 def _as_declared(found: Found, wanted: int) -> bool:

@@ -26,7 +26,7 @@ from ..energy.errors import measured_errors, turns_of
 from ..energy.judging_errors import judge_errors
 from ..energy.limits import LIMITS as OF_ENERGY
 from ..evidence import evidence_of
-from ..evidence.consistency import of_evidence
+from ..evidence.measuring import of_scheme
 from ..systems.runs import energy_errors, interval
 from .extended import DIGITS as DIGITS_OF_FORM
 from .extended import form_defect
@@ -273,6 +273,6 @@ def _energy(case: Case, step: Fraction) -> Mapping[str, Any]:
 def _local(case: Case) -> SingleSteps:
     """Return the order that single steps of the rule show, in its own time."""
     try:
-        return of_evidence(scheme_of(case).inner)
+        return of_scheme(scheme_of(case).inner)
     except (ReferenceFailure, DiscmechError) as failure:
         return SingleSteps(unknown=" ".join(str(failure).split()))

@@ -31,7 +31,7 @@ from discmech.integrators.numbers import Vector
 from ..core.case import Case, Progress
 from .limits import LIMITS
 from .places import Look, looks, more_looks
-from .records import FoundOfNumbers, MeasuredOfNumbers, OfNumbers, Seed, Volume
+from .records import FoundOfNumbers, MeasuredOfNumbers, OfNumbers, Volume
 
 #: share of the defect of a method of that order: a smaller defect is none
 RESOLVED = 1e-9
@@ -67,7 +67,7 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
         if not undecided(case, rows):
             break
         rows.append(_row(case, len(rows), look, scale, seed))
-    return FoundOfNumbers(rows, _measured(rows), Seed(seed))
+    return FoundOfNumbers(rows, _measured(rows))
 
 
 class Resolved(Protocol):

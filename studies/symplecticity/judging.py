@@ -9,11 +9,12 @@ from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..core.records import decoded
 from ..evidence.judging import demand_consistency
+from ..evidence.laws import FORM
 from ..systems import system_of
 from . import judging_numbers
 from .limits import CHANGES, FORMS, LIMITS, limit, limits
 from .measuring import _kinds, badness, worst_row
-from .records import AtPlace, Found, FoundOfNumbers, Row
+from .records import Found, FoundOfNumbers, Row
 
 
 def demanded(case: Case) -> tuple[str, ...]:
@@ -44,17 +45,10 @@ def _broken(case: Case, found: Found) -> dict[str, float]:
             if v is not None and k in asked and not v <= allowed[k]}  # fmt: skip
 
 
-def _broken_at(found: Found) -> AtPlace | None:
-    """Return the step from a drawn place that does not keep the form, if there is one."""
-    local = found.local
-    if local is None or local.defect is None or local.limit is None:
-        return None
-    return None if local.defect <= local.limit else local
-
-
 def judge(case: Case, measurement: Measurement) -> Verdict:
     """Judge the form and the steps: keeping the form of another motion fails too."""
-    return demand_consistency(measurement, _judge(case, measurement))
+    laws = () if not_claimed(case.rule, "symplectic") else (FORM.name,)
+    return demand_consistency(measurement, _judge(case, measurement), *laws)
 
 
 def _judge(case: Case, measurement: Measurement) -> Verdict:
@@ -77,12 +71,7 @@ def _judge(case: Case, measurement: Measurement) -> Verdict:
         expected |= {"not_demanded": reason, "demanded": list(demanded(case))}
     broken = _broken(case, found)
     if not broken:
-        if (local := _broken_at(found)) is None:
-            return Verdict("pass", "", expected)
-        said = f"the run keeps the form, but the {local.kind} defect is {local.defect:.2g} "
-        said += f"in a step of {local.step:.3g} from {local.place}, a place that was drawn "
-        said += f"around the motion (seed {local.seed}); round-off would leave at most "
-        return Verdict("fail", f"{said}{local.limit:.0e}.", expected)
+        return Verdict("pass", "", expected)
     kind, row = _seen_in(broken, found)
     said = f"the {kind} defect is {broken[kind]:.2g} at step {row.step:.3g}, "
     said += f"t = {row.time:.3g}; round-off would leave at most {allowed[kind]:.0e}."
@@ -115,8 +104,11 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
             "acts where the rule asks for L.", {},
         )  # fmt: skip
     if not broken:  # the defect is only at the places, where no solver has a part
-        return named("structure", "the step itself does not keep the form; the run's states, steps "
-                     "and times hide it.", {}) if _broken_at(found) else None  # fmt: skip
+        at_places = found.local.laws.get(FORM.name) if found.local else None
+        if at_places is None or not at_places.broken:
+            return None
+        said = "the step itself does not keep the form; the run's states, steps and times hide it."
+        return named("structure", said, {})
     # a broken form is a fault of the maps; the residual alone concerns the run
     kind, row = _seen_in({k: broken[k] for k in FORMS if k in broken} or broken, found)
     from ..causes.solver_sweep import of_symplecticity

@@ -16,21 +16,20 @@ from typing import Any
 
 from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.errors import CannotMeasure, DiscmechError
+from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import form_change_defects, restricted_form_defect
-from discmech.reference import ReferenceFailure
 
 from ..core import controls
 from ..core.case import Case, Choice, Progress, family_cases, lattice_cases, plain_cases, silent
 from ..core.family import KEPT
-from ..evidence import evidence_of
-from ..evidence.consistency import consistency_of
+from ..evidence.laws import FORM
+from ..evidence.measuring import single_steps
 from ..systems import system_of
 from ..systems.runs import follow, largest_stable_step
 from . import in_numbers
 from .constraints import constraint_defect
 from .limits import CHANGES, FORMS
-from .records import AtPlace, Defects, Found, FoundOfNumbers, Row
+from .records import Defects, Found, FoundOfNumbers, Row
 
 NAME = "symplecticity"
 NEEDS = "under a force a one-step map has no form to keep; all else can be tested."
@@ -86,8 +85,10 @@ def _kinds(case: Case) -> tuple[str, ...]:
 
 
 def measure(case: Case, progress: Progress = silent) -> Found | FoundOfNumbers:
-    """Return the defects of maps and run (`_measure`), and the consistency of single steps."""
-    return replace(_measure(case, progress), consistency=consistency_of(case))
+    """Return the defects of maps and run (`_measure`), and those of single steps."""
+    found = _measure(case, progress)
+    progress(f"{case.scene.name} {case.label}: steps from drawn places", 1.0)
+    return replace(found, local=single_steps(case, FORM))
 
 
 def _measure(case: Case, progress: Progress) -> Found | FoundOfNumbers:
@@ -115,13 +116,9 @@ def _measure(case: Case, progress: Progress) -> Found | FoundOfNumbers:
     if "volume" in measured:
         own = [row.defects["contraction"] for row in rows if row.step == float(case.scene.step)]
         measured["contraction"] = sum(e for e in own if e is not None) / len(own)
-    local = None
-    if not case.control:
-        progress(f"{label}: steps from drawn places", 1.0)
-        local = _at_places(case)
     # a step this long could not be followed; the last rows are those of a part
     left_out = float(tried) if largest != tried else None
-    return Found(rows, measured, local, left_out)
+    return Found(rows, measured, left_out_step=left_out)
 
 
 def _in_states(case: Case, progress: Progress) -> Found | None:
@@ -134,20 +131,6 @@ def _in_states(case: Case, progress: Progress) -> Found | None:
         form = {"pullback": None, "poisson": system.form_defect(flow, x, mu, seed=k)}
         rows.append(Row(float(flow.step), k, t, form | system.step_defects(flow, x, mu)))
     return Found(rows, {"pullback": None, **_worst_of(rows, _kinds(case))})
-
-
-def _at_places(case: Case) -> AtPlace:
-    """Return the evidence's worst step."""
-    try:
-        evidence = evidence_of(case.scheme)
-        found = evidence.form
-    except (ReferenceFailure, DiscmechError) as failure:  # no places around a motion
-        return AtPlace(unknown=" ".join(str(failure).split()))
-    worst = found.worst
-    if worst is None:
-        return AtPlace(unknown=found.unknown)
-    return AtPlace(kind=worst.kind, defect=worst.defect, limit=found.limit, step=worst.step,
-                   place=str(worst.place), seed=evidence.seed)  # fmt: skip
 
 
 def _rows(case: Case, largest: Fraction) -> tuple[list[Row], Fraction]:

@@ -22,31 +22,16 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class AtPlace:
-    """The largest defect of steps from drawn places, or the reason why it is unknown."""
-
-    unknown: str | None = field(default=None, metadata=OPTIONAL)
-    kind: str | None = field(default=None, metadata=OPTIONAL)
-    defect: float | None = field(default=None, metadata=OPTIONAL)
-    limit: float | None = field(default=None, metadata=OPTIONAL)
-    step: float | None = field(default=None, metadata=OPTIONAL)
-    place: str | None = field(default=None, metadata=OPTIONAL)
-    seed: int | None = field(default=None, metadata=OPTIONAL)
-
-
-@dataclass(frozen=True, slots=True)
 class Found:
     """The rows, the largest defect of each kind (and the mean rate at which volume shrinks).
 
-    local: that of steps from drawn places. left_out_step: a step that could not be followed.
-    consistency: the order of single steps.
+    local: single steps. left_out_step: a step that could not be followed.
     """
 
     rows: Sequence[Row] = ()
     measured: Defects = field(default_factory=dict)
-    local: AtPlace | None = field(default=None, metadata=OPTIONAL)
+    local: SingleSteps | None = None
     left_out_step: float | None = field(default=None, metadata=OPTIONAL)
-    consistency: SingleSteps | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,13 +71,6 @@ class OfNumbers:
 
 
 @dataclass(frozen=True, slots=True)
-class Seed:
-    """The seed from which places were drawn."""
-
-    seed: int = 0
-
-
-@dataclass(frozen=True, slots=True)
 class MeasuredOfNumbers:
     """The defect, its certain part, the resolution, the difference of a repeated step."""
 
@@ -105,12 +83,11 @@ class MeasuredOfNumbers:
 
 @dataclass(frozen=True, slots=True)
 class FoundOfNumbers:
-    """The rows of a program, and the worst of each."""
+    """The rows of a program, the worst of each, and its single steps."""
 
     rows: Sequence[OfNumbers] = ()
     measured: MeasuredOfNumbers = field(default_factory=MeasuredOfNumbers)
-    local: Seed | None = None
-    consistency: SingleSteps | None = None
+    local: SingleSteps | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -101,10 +101,11 @@ def test_every_scene_with_contact_passes(scene):
 
 #: a single step between impacts that is as it should be
 STEP = {"order": 2.0, "component": "x[0]", "place": "x = (1)", "step": 1e-15, "exact": False,
-        "unknown": "", "floats": False, "seed": 1}  # fmt: skip
+        "unknown": "", "seed": 1}  # fmt: skip
+WRONG = {"size": 1e-6, "limit": 1e-25, "place": "x", "name": "poisson"}
 LAWS = {**dict.fromkeys(judging.WORDS, 0.0), "rises": [0.0]}
 GOOD = {"stepped": LAWS, "located": LAWS, "late": 0.5, "rests": False, "time_error": 1e-6,
-        "order": 2.0, "touched": True, "apart": "", "scaled": [], "local": STEP, "free": None,
+        "order": 2.0, "touched": True, "apart": "", "scaled": [], "local": STEP,
         "form": {"across": None}}  # fmt: skip
 
 
@@ -119,9 +120,9 @@ GOOD = {"stepped": LAWS, "located": LAWS, "late": 0.5, "rests": False, "time_err
         (None, "order", 1.0, "of order 1.00"),
         ("located", "friction", 1e-6, "has not its full size"),
         ("stepped", "impact_friction", 1e-6, "friction of an impact"),
-        (None, "free", {"defect": 1e-6, "limit": 1e-25, "place": "x"}, "between impacts"),
-        (None, "local", {**STEP, "order": 0.0}, "between impacts the rule is not consistent"),
-        (None, "local", {**STEP, "order": 1.0}, "is of order 1.00, not 2"),
+        (None, "local", {**STEP, "laws": {"form": WRONG}}, "has a poisson defect of 1e-06"),
+        (None, "local", {**STEP, "order": 0.0}, "between impacts is of order 0.00"),
+        (None, "local", {**STEP, "order": 1.0}, "of order 1.00 in x[0], below the expected 2"),
         (None, "form", {"across": [1e-3, 1e-3, 1e-3]}, "across an elastic impact"),
     ],
 )  # fmt: skip

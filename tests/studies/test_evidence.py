@@ -14,7 +14,10 @@ from discmech.integrators.rules import get as rule
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies.core.case import in_chart
 from discmech.studies.evidence import evidence_of
+from discmech.studies.evidence.laws import FORM, WAY_BACK
+from discmech.studies.evidence.measuring import of_scheme
 from discmech.studies.evidence.places import is_linear
+from discmech.studies.evidence.scan import times_that_stand_out
 from tests.studies.negative_controls.order_trials import trials
 
 
@@ -87,9 +90,61 @@ def test_the_exact_map_is_said_to_be_exact():
 
 
 def test_the_form_beside_the_motion():
-    found = evidence_of(Scheme(scenes.get("henon-heiles"), rule("runge-kutta-4"))).form
-    assert found.broken is not None and found.broken.defect > 1e-9
-    assert evidence_of(Scheme(scenes.get("henon-heiles"), midpoint)).form.broken is None
+    found = evidence_of(Scheme(scenes.get("henon-heiles"), rule("runge-kutta-4"))).departure(FORM)
+    assert found.broken and found.size > 1e-9
+    assert not evidence_of(Scheme(scenes.get("henon-heiles"), midpoint)).departure(FORM).broken
+
+
+def in_a_part(size, width):
+    """Verlet that damps the momentum where x passes 3/10, in a part of that width."""
+
+    def step(s, z, h):
+        x, p = s.split(z)
+        p = p + h / 2 * s.split(s.f(z))[1]
+        x = x + h * s.split(s.f(s.join(x, p)))[0]
+        p = p + h / 2 * s.split(s.f(s.join(x, p)))[1]
+        part = ((s.split(z)[0][0] - sympy.Rational(3, 10)) / width) ** 2
+        return s.join(x, p * (1 - size * h * sympy.exp(-part)))
+
+    return one_step(order=2, groupoids="pair", name="in-a-part")(step)
+
+
+def beside_the_middle(at):
+    """Midpoint whose point leaves the middle in a narrow part about that entry of (x, t)."""
+
+    def formula(L, G, x, u, h):
+        part = ((list(x)[-1] - at) * 1000) ** 2
+        return h * L(G.target(x, u, h * (5 + sympy.exp(-part)) / 10), u)
+
+    return discretisation(order=2, name="beside-the-middle")(formula)
+
+
+def test_a_fault_in_a_narrow_part_of_the_motion_is_found_and_judged():
+    """28 places and 1,600 steps of 50 digits passed it: the part is a thousandth of the motion."""
+    pendulum = scenes.get("pendulum")
+    for size in (sympy.Rational(1, 10**4), sympy.Rational(1, 10**7)):
+        rule = in_a_part(size, sympy.Rational(1, 1000))
+        found = of_scheme(Scheme(pendulum, rule), FORM)
+        assert found.order == pytest.approx(0, abs=0.01) and found.laws["form"].broken
+        (case,) = check("symplecticity", [pendulum], [rule], [50])["cases"]
+        assert case["verdict"] == "fail", case["reason"]
+    found = of_scheme(Scheme(pendulum, beside_the_middle(sympy.Rational(3, 10))), FORM, WAY_BACK)
+    assert found.order == pytest.approx(1, abs=0.01)
+    assert found.laws["way back"].broken and not found.laws["form"].broken
+
+
+def test_a_fault_in_a_narrow_part_of_the_time_is_found():
+    driven = Scene(
+        "driven", pair(1), lambda x, v, p, t: v[0] ** 2 / 2 + sympy.cos(x[0]) + x[0] * sympy.cos(t),
+        x0=[1], v0=["0.3"], duration=10, step="0.1",
+    )  # fmt: skip
+    found = of_scheme(Scheme(driven, beside_the_middle(5)))
+    assert found.order == pytest.approx(1, abs=0.01) and "t = 5" in found.place
+
+
+@pytest.mark.parametrize("scene", ["pendulum", "kepler", "henon-heiles", "rigid-body"])
+def test_a_smooth_run_has_no_part_that_stands_out(scene):
+    assert not times_that_stand_out(Scheme(scenes.get(scene), midpoint))
 
 
 def test_unsound_methods_do_not_pass_and_sound_ones_do_not_fail():

@@ -133,7 +133,7 @@ def test_a_step_back_that_ends_at_no_number_is_not_passed(monkeypatch):
     from discmech.studies.reversibility import measuring
 
     monkeypatch.setattr(measuring, "return_defect", lambda *given: math.nan)
-    monkeypatch.setattr(measuring, "_at_places", lambda case: None)
+    monkeypatch.setattr(measuring, "single_steps", lambda *given: None)
     case = Case("reversibility", scenes.get("pendulum"), midpoint, 16, 4)
     assert run_case(every_study()["reversibility"], case, causes=False)["verdict"] == "fail"
 

@@ -8,8 +8,8 @@ import pytest
 from discmech import check, midpoint, scenes
 from discmech.studies import get
 from discmech.studies.core.case import Case, Choice, Measurement, Verdict
-from discmech.studies.evidence.consistency import consistency_of
 from discmech.studies.evidence.judging import demand_consistency
+from discmech.studies.evidence.measuring import single_steps
 
 ATTACKS = Path(__file__).parents[3] / "docs" / "attacks"
 
@@ -46,12 +46,12 @@ def test_a_sound_step_leaves_the_verdict():
     told = Verdict("pass", "", {})
     case = Case("energy", scenes.get("pendulum"), midpoint, 16)
 
-    assert consistency_of(case).order == pytest.approx(2, abs=0.01)
-    assert demand_consistency(Measurement.of({"consistency": consistency_of(case)}), told) is told
+    assert single_steps(case).order == pytest.approx(2, abs=0.01)
+    assert demand_consistency(Measurement.of({"local": single_steps(case)}), told) is told
 
 
 @pytest.mark.parametrize("found", [
-    {}, {"consistency": None}, {"consistency": {"order": None, "unknown": "no places"}},
+    {}, {"local": None}, {"local": {"order": None, "unknown": "no places"}},
 ])  # fmt: skip
 def test_where_nothing_is_known_the_run_is_judged(found):
     told = Verdict("pass", "", {})
@@ -62,12 +62,12 @@ def test_where_nothing_is_known_the_run_is_judged(found):
 def test_controls_are_asked_for_no_consistency():
     found = get("symplecticity").measuring.cases(Choice(own=(("control", ("damped",)),)))
 
-    assert found and all(consistency_of(case) is None for case in found)
+    assert found and all(single_steps(case) is None for case in found)
 
 
 def test_nothing_passes_where_the_rule_makes_no_single_step():
     refused = {"order": None, "unknown": "its numbers are not finite.", "refused": True}
 
     for verdict, wanted in (("pass", "inconclusive"), ("fail", "fail")):
-        told = demand_consistency({"consistency": refused}, Verdict(verdict, "", {}))
+        told = demand_consistency({"local": refused}, Verdict(verdict, "", {}))
         assert told.verdict == wanted

@@ -74,9 +74,11 @@ def test_a_step_back_is_the_inverse():
 
 @pytest.mark.parametrize("study", ["symplecticity", "reversibility"])
 def test_a_pass_needs_the_run_and_the_steps_from_drawn_places(study):
-    local = {"kind": "poisson", "limit": 1e-25, "step": 0.3, "place": "x = (2)", "seed": 7}
+    at_place = {"name": "poisson", "limit": 1e-25, "step": 0.3, "place": "x = (2)"}
+    law = "form" if study == "symplecticity" else "way back"
     measured = {"pullback": 0.0, "residual": 0.0} if study == "symplecticity" else {"defect": 0.0}
     for defect, verdict in ((1e-25, "pass"), (ABOVE * 1e-25, "fail"), (math.nan, "fail")):
-        told = judged(study, case(), measured=measured, local=local | {"defect": defect})
+        local = {"order": 2.0, "seed": 7, "laws": {law: at_place | {"size": defect}}}
+        told = judged(study, case(), measured=measured, local=local)
         assert told[0] == verdict
         assert (verdict == "pass") or "from x = (2), a place that was drawn" in told[1]

@@ -48,11 +48,23 @@ def test_controls_that_change_by_more_and_more_have_no_optimum(changes, verdict)
 
 def bounce(**more):
     mode = dict.fromkeys(contact.WORDS, 0.0) | {"rises": [0.0]}
-    found = {"late": 0.5, "order": 2.0, "time_error": 1e-9, "rests": False,
-             "form": {"across": None}, "free": {"defect": 0.0, "limit": 1e-13, "place": "x = (1)"},
-             "touched": True, "apart": "", "scaled": [],
-             "local": {"order": 2.0, "component": "x[0]", "place": "x = (1)", "step": 1e-15,
-                       "exact": False, "unknown": "", "floats": False}}  # fmt: skip
+    found = {
+        "late": 0.5,
+        "order": 2.0,
+        "time_error": 1e-9,
+        "rests": False,
+        "form": {"across": None},
+        "touched": True,
+        "apart": "",
+        "scaled": [],
+        "local": {
+            "order": 2.0,
+            "component": "x[0]",
+            "place": "x = (1)",
+            "step": 1e-15,
+            "laws": {"form": {"size": 0.0, "limit": 1e-13, "place": "x = (1)"}},
+        },
+    }
     found |= {mode_name: dict(mode) for mode_name in MODES}
     for name, value in more.items():
         if name in found["stepped"]:
@@ -79,7 +91,7 @@ def test_each_law_of_contact_holds_to_round_off(law):
 
 def test_what_is_expected_of_contact():
     expected = {"limit": contact.limit(16), "slip": 0.125, "late": 1.0, "order": 1.6}
-    assert contact_of() == ("pass", "", expected)
+    assert contact_of() == ("pass", "", expected | {"local_order": 2.0})
     assert contact_of(case(order=4), order=3.6)[2]["order"] == 3.6
     assert contact_of(case(order=4), rests=True)[2]["order"] == 1.6
     assert contact_of(case(order=1), rests=True, order=1.0)[2]["order"] == 0.6
@@ -114,10 +126,10 @@ def test_located_impacts_have_an_order_and_keep_the_form():
     assert contact_of(order=1.6)[0] == "pass" and contact_of(order=None)[0] == "pass"
     told = contact_of(order=1.59)
     assert told[0] == "fail" and "order 1.59, where 1.6 is the least" in told[1]
-    form = {"defect": 1e-13, "limit": 1e-13, "place": "x = (1)"}
-    assert contact_of(free=form)[0] == "pass" and contact_of(free=None)[0] == "pass"
-    told = contact_of(free={**form, "defect": ABOVE * 1e-13})
-    assert told[0] == "fail" and "does not keep the form" in told[1]
+    form = {"size": 1e-13, "limit": 1e-13, "place": "x = (1)", "name": "poisson"}
+    assert contact_of(local={"laws": {"form": form}})[0] == "pass"
+    told = contact_of(local={"laws": {"form": {**form, "size": ABOVE * 1e-13}}})
+    assert told[0] == "fail" and "has a poisson defect of 1e-13, where" in told[1]
     across = contact_of(across=[1e-3, 3e-3, 2.01e-3])
     assert across[0] == "fail" and "is 0.003, with an eighth of the step 0.002:" in across[1]
     for kept in ([3e-3, 1e-3, 2e-3], [1e-20, 1e-21, 1e-20], []):

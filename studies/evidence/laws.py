@@ -1,0 +1,128 @@
+"""The laws that one step keeps by itself, measured at drawn places: the form, and the way back.
+
+A run of one trajectory sees a law only on that trajectory, and on its symmetry planes. A step from
+a place is an ordinary one, in more digits than doubles have. A quantity that is kept is a law too
+(`studies.momentum.sight`).
+"""
+
+from __future__ import annotations
+
+import random
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from discmech.integrators import Scheme, StepFailure
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.flows import (
+    Flow,
+    form_change_defects,
+    restricted_form_defect,
+    return_defect,
+)
+
+from ..core.single_steps import Departure
+from ..symplecticity.limits import of_a_step
+from .places import Place, random_fraction
+
+DIGITS = 30  # digits of the states; defects are evaluated to twice as many
+#: a defect that exceeds round-off of twice the digits: its zeros are known to √ε² (`defects`)
+LIMIT = 10.0 ** (5 - DIGITS)
+TRIES = 4  # how many ever shorter steps are tried from a place where no step is found
+
+
+class Law(ABC):
+    """A law of one step; name: its key in a record."""
+
+    name: str
+
+    def refusal(self, scheme: Scheme) -> str:
+        """Return the reason why the law asks nothing of a scheme, or ""."""
+        return "" if scheme.rule.is_formula else "a program has no derivative but by differences."
+
+    def steps(self, place: Place, drawn: random.Random) -> Iterator[Fraction]:
+        """Yield the steps that are tried from a place until one goes through: ever shorter ones.
+
+        No two of them are in a ratio of 2ᵏ.
+        """
+        step = place.step
+        for _ in range(TRIES):
+            yield step
+            step *= random_fraction(drawn, 0.2, 0.45)
+
+    @abstractmethod
+    def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
+        """Return the departure of one step; raises the errors of steps."""
+
+
+class Form(Law):
+    """The form on the dual; under constraints, on the part of the states that they leave free.
+
+    Under a force its change is asked, beside that of the force's one-form.
+    """
+
+    name = "form"
+
+    def refusal(self, scheme: Scheme) -> str:
+        """Return the reason why no form is asked for."""
+        return f"{why}." if (why := scheme.scene.no_form) else super().refusal(scheme)
+
+    def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
+        """Return the defect of the form, relative to its absolute terms."""
+        flow: Flow = scheme.flow(step, DIGITS)
+        x: Any = scheme.s.with_time(place.x, place.t)
+        forced = scheme.scene.force is not None
+        if scheme.scene.all_constraints:
+            size = restricted_form_defect(flow, x, place.mu, place.u, forced=forced)
+        elif forced:
+            size = form_change_defects(flow, x, place.mu, place.u)[0]
+        else:
+            size = flow.poisson_defect(x, place.mu, u0=place.u)
+        return Departure(float(size), LIMIT, "change" if forced else "poisson")
+
+
+class WayBack(Law):
+    """The way back: Φ₋ₕ after Φₕ is the identity, for a method that is its own adjoint."""
+
+    name = "way back"
+
+    def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
+        """Return the distance from the place, over the terms that the two steps add up."""
+        forth, back = (scheme.flow(sign * step, DIGITS) for sign in (1, -1))
+        x: Any = scheme.s.with_time(place.x, place.t)
+        size = float(return_defect(forth, back, x, place.mu, place.u))
+        return Departure(size, of_a_step(forth.context.exactly.numbers.digits))
+
+
+FORM, WAY_BACK = Form(), WayBack()
+
+
+def worst_departure(
+    law: Law, scheme: Scheme, places: Sequence[Place], drawn: random.Random
+) -> Departure:
+    """Return the departure at the places that exceeds its limit most, or why there is none."""
+    if reason := law.refusal(scheme):
+        return Departure(unknown=reason)
+    worst, why = Departure(), "no step was made"
+    for place in places:
+        for step in law.steps(place, drawn):
+            try:
+                one = law.departure(scheme, place, step)
+            except StepFailure as failure:  # this step is too long: a shorter one may be found
+                why = " ".join(str(failure).split())
+                continue
+            except CannotMeasure as refusal:
+                return Departure(unknown=" ".join(str(refusal).split()))
+            if one.size is not None and _is_worse(one, worst):
+                worst = replace(one, step=float(step), place=str(place))
+            break
+    return worst if worst.size is not None else Departure(unknown=why)
+
+
+def _is_worse(one: Departure, other: Departure) -> bool:
+    """True for a departure that exceeds its limit by more; one that is not a number does."""
+    if other.size is None or one.size is None:
+        return True
+    return not one.size * other.limit <= other.size * one.limit

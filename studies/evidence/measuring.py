@@ -1,0 +1,77 @@
+"""The record of a case's single steps: their order, and their largest departure from each law."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from discmech.integrators import Scheme
+from discmech.integrators.errors import DiscmechError, Displaced
+from discmech.reference import ReferenceFailure
+
+from ..core.case import Case
+from ..core.single_steps import Departure, SingleSteps
+from ..systems import system_of
+from . import NEAR, LocalOrder, evidence_of
+from .laws import Law
+
+
+def single_steps(case: Case, *laws: Law, least: int = 1) -> SingleSteps | None:
+    """Return the record of a case's single steps, or None for a system that makes none.
+
+    least: the order below which it is too low. Controls are judged by being caught, and a recorded
+    run makes no single steps. Raises `Displaced` for a program whose answers begin elsewhere than
+    at their start.
+    """
+    if case.control is not None or case.rule.is_recorded:
+        return None
+    try:
+        scheme = system_of(case).single_steps()
+        return None if scheme is None else of_scheme(scheme, *laws, least=least)
+    except Displaced:
+        raise
+    except (ReferenceFailure, DiscmechError) as failure:
+        return SingleSteps(unknown=" ".join(str(failure).split()))
+
+
+def of_scheme(scheme: Scheme, *laws: Law, least: int | None = None) -> SingleSteps:
+    """Return the record of the single steps of a scheme.
+
+    least: the order below which it is too low; the declared one if None. Where nothing but
+    consistency is asked of a program, only components whose errors sink as one power of the step
+    count.
+    """
+    evidence = evidence_of(scheme)
+    order = evidence.order
+    if least == 1 and not scheme.rule.is_formula:
+        order = _settled(order)
+    told = SingleSteps(
+        order.order, order.component, order.step, str(order.place or ""), seed=evidence.seed,
+        exact=order.exact, unknown=order.unknown, refused=order.refused,
+    )  # fmt: skip
+    if order.floor is not None:
+        told = replace(told, floor=str(order.floor), share=order.floor.share)
+    if not order.unknown:
+        told = replace(told, places=len(evidence.places))
+    least = least or scheme.order or 1
+    if order.order is not None and order.order < least - NEAR:
+        told = replace(told, floats=evidence.floats(least))
+    return replace(told, laws=_departures(scheme, laws))
+
+
+def _departures(scheme: Scheme, laws: Sequence[Law]) -> dict[str, Departure]:
+    """Return the largest departure from each law; why it is unknown where there are no places."""
+    evidence = evidence_of(scheme)
+    try:
+        return {law.name: evidence.departure(law) for law in laws}
+    except ReferenceFailure as failure:
+        return {law.name: Departure(unknown=" ".join(str(failure).split())) for law in laws}
+
+
+def _settled(order: LocalOrder) -> LocalOrder:
+    """Return the lowest of the component orders that have a constant: the others are noise."""
+    known = [c for c in order.components if c.order is not None and c.constant is not None]
+    lowest = min(known, key=lambda c: c.order or 0.0, default=None)
+    if lowest is None:
+        return replace(order, order=None, unknown=order.unknown or "no error of a step settles")
+    return replace(order, order=lowest.order, component=lowest.name, place=lowest.place)
