@@ -227,6 +227,21 @@ def body_first(L, G, x, u, h):
 
 
 @one_step(order=2, groupoids="pair")
+def damped_in_a_part(s, z, h):
+    """Verlet that damps by 10⁻⁷ h where x is 0.3 to a thousandth, and nowhere else."""
+    x, mu = s.split(verlet(s, z, h))
+    part = ((s.split(z)[0][0] - Q(3, 10)) * 1000) ** 2
+    return s.join(x, mu * (1 - h * sympy.exp(-part) / 10**7))
+
+
+@discretisation(order=2)
+def beside_in_a_part(L, G, x, u, h):
+    """Midpoint, whose point is another where the last entry of x, or the time, is near to 0.3."""
+    part = ((list(x)[-1] - Q(3, 10)) * 1000) ** 2
+    return h * L(G.target(x, u, h * (5 + sympy.exp(-part)) / 10), u)
+
+
+@one_step(order=2, groupoids="pair")
 def bump(s, z, h):
     """Verlet with a kick of 10⁻⁸ h where the motion passes −0.7, and nowhere else."""
     x, mu = s.split(verlet(s, z, h))

@@ -48,12 +48,11 @@ def judge(
     """
     if local is None:
         return verdict
-    verdict = _of_order(local, verdict, wanted, asks_order, what)
     for law in laws if verdict.verdict != "fail" else ():
         one = local.laws.get(law)
         if one is not None and one.broken:
             return Verdict("fail", broken(law, one, local.seed), verdict.expected)
-    return verdict
+    return _of_order(local, verdict, wanted, asks_order, what)
 
 
 def _of_order(

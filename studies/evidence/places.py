@@ -42,6 +42,7 @@ NEAR_TO = 0.005, 0.02  # the same share for the places all along the motion
 LEAST_ALONG, MOST_ALONG = 4, 24  # the least and the largest number of those
 NEARER = 8, 12  # how many times nearer to the motion the next try is, and the number of tries
 EXACT, OF_EXACT = 4, 80  # how many places lie on the motion to so many digits
+OF_ROUGH = 50  # digits of a piece of motion from a state of a rough run
 HASTE = 64  # a place with a motion so many times faster than the scene's anywhere is not used
 #: an ordinary step, as a share of the time in which the motion is a polynomial
 #: (`Surroundings.length`)
@@ -146,13 +147,19 @@ def places_on(scheme: Scheme, seed: int) -> list[Place]:
 
 
 def places_at(scheme: Scheme, times: Sequence[Fraction]) -> list[Place]:
-    """Return places on the motion at those times, with steps that are no h·2ᵏ of each other."""
+    """Return places on the motion at those times, with steps that are no h·2ᵏ of each other.
+
+    A time at which the motion has no series is left out.
+    """
     around, states = surroundings(scheme.scene), _on_orbit(scheme.s, scheme.scene)
     drawn, found = random.Random(str(times)), list[Place]()
     for time in times:
-        t, x, v = max((s for s in states if s[0] <= time), key=lambda s: s[0])
-        if time > t:
-            (end,) = around.after(x, v, t, [time - t], OF_EXACT)
+        t, x, v = min(states, key=lambda state: abs(state[0] - time))
+        if time != t:
+            try:
+                (end,) = around.after(x, v, t, [time - t], OF_ROUGH)
+            except reference.ReferenceFailure:
+                continue
             x, v = end.x, end.v
         place = _place(scheme, drawn, (time, x, v), 0.0, None, around)
         found += [] if place is None else [place]

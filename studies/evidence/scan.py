@@ -29,15 +29,20 @@ STANDS_OUT = 100
 #: round-offs of a difference: Σ binomials² of them in the square, and a walk between its rows
 ROUND_OFFS = 8
 MOST = 3  # places that are looked at
+OF_PROGRAM = 4
 
 
-def times_that_stand_out(scheme: Scheme, every: int = 1) -> list[Fraction]:
+def times_that_stand_out(scheme: Scheme) -> list[Fraction]:
     """Return the times at which a run of short steps is least smooth; none where it is smooth.
 
-    every: a number by which the rows are fewer, for a program with slow steps.
+    A program makes a part (`OF_PROGRAM`) of the steps that it can make soon.
     """
     unknowns = (len(scheme.s.x) + len(scheme.s.u)) * (1 + len(scheme.s.stages))
-    steps = max(LEAST, ROWS // max(1, unknowns // 2)) // every
+    steps = max(LEAST, ROWS // max(1, unknowns // 2))
+    if not scheme.rule.is_formula:
+        steps = min(steps, getattr(scheme.rule, "long_run", steps) // OF_PROGRAM)
+    if steps < (ORDER + 2 * NEARBY):
+        return []
     step = Fraction(scheme.scene.duration) / steps
     try:
         run = scheme.flow(step, 16).trajectory(steps)

@@ -92,7 +92,7 @@ def test_one_of_the_step_is_asked_at_every_step(rule, scene, of):
     """It says that it takes the step, and holds the scene's."""
     made = scene(lambda x, mu, p, h: of(x, mu, p.h) + 0 * h)
     found = measured("momentum", made, rule, 16, 200)
-    assert found["verdict"] == "fail" and "not beside it" in found["reason"]
+    assert found["verdict"] == "fail" and "a place that was drawn" in found["reason"]
 
 
 @pytest.mark.parametrize(("rule", "scene", "of"), MAPS)
@@ -106,4 +106,4 @@ def test_a_short_step_does_not_hide_what_a_rule_loses():
     """At h = 10⁻⁴ the fourth order of Runge and Kutta changes L by less than 10⁻²⁷ a step."""
     scene = scenes.get("kepler").with_values(step="1/10000", duration="1/10")
     found = measured("momentum", scene, "runge-kutta-4", 16, 100)
-    assert found["verdict"] == "fail" and "not beside it" in found["reason"]
+    assert found["verdict"] == "fail" and "a place that was drawn" in found["reason"]
