@@ -3,7 +3,7 @@
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup report docs test test-all test-lowest test-newest test-peers bench mutants paper lint format lock clean distclean FORCE
+.PHONY: help setup report report-all docs test test-all test-lowest test-newest test-peers bench mutants paper lint format lock clean distclean FORCE
 
 # What the caller's shell says about other Pythons must not leak into ours.
 unexport PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE VIRTUAL_ENV
@@ -60,12 +60,15 @@ $(READY): pyproject.toml $(LOCK) $(if $(FITS),,FORCE)
 
 # make itself answers every failure with 2; the command's own exit codes are put in words here.
 report: $(READY)  ## all studies, to reports/build/index.html
-	@$(BIN)/discmech report || { code=$$?; case $$code in \
+	@$(BIN)/discmech report $(REPORT) || { code=$$?; case $$code in \
 		1) echo 'report: a verdict failed (1)' ;; \
 		2) echo 'report: bad input (2)' ;; \
 		3) echo 'report: inconclusive (3)' ;; \
 		4) echo 'report: could not run (4)' ;; \
 		*) echo "report: stopped ($$code)" ;; esac >&2; exit $$code; }
+
+report-all: REPORT = --bench
+report-all: report  ## the same with the studies that test the bench itself
 
 docs: $(VENV)/.docs  ## the documentation as a site, to docs/_build/index.html
 	@$(BIN)/python -m sphinx -q -E -W --keep-going -c docs . docs/_build

@@ -86,9 +86,8 @@ def test_a_wheel_holds_one_package(built):
     names = zipfile.ZipFile(built["wheel"]).namelist()
     assert {n.split("/")[0].split("-")[0] for n in names} == {"discmech"}
     assert {n.split("/")[1] for n in names if n.startswith("discmech/")} == {
-        "__init__.py", "py.typed", "integrators", "reference", "reports", "studies", "tests",
+        "__init__.py", "py.typed", "integrators", "reference", "reports", "studies",
     }  # fmt: skip
-    assert {n.split("/")[2] for n in names if n.startswith("discmech/tests/")} == {"bench"}
     assert not [n for n in names if "__pycache__" in n or n.endswith((".nbi", ".nbc"))]
     for path in ROOT.joinpath("reference", "tables").iterdir():
         assert f"discmech/reference/tables/{path.name}" in names

@@ -163,6 +163,11 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     report.add_argument(
         "--verbose", action="store_true", help="print whole tables, also of cases that passed"
     )
+    report.add_argument(
+        "--bench",
+        action="store_true",
+        help="with the studies that test the bench itself, and no method",
+    )
     add_look(report)
     add_own(report, (THOROUGH,))
     report.set_defaults(action=_report, study="report")
@@ -211,6 +216,7 @@ def _report(options: argparse.Namespace) -> int:
             *asked,
             command=page_of(options, as_typed(options)),
             asked=lambda study: as_typed(argparse.Namespace(**{**vars(options), "study": study})),
+            bench=options.bench,
         )
     from ..report.summary import print_summary
     from ..report.tables import print_result

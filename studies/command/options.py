@@ -164,7 +164,8 @@ def scene_asked(options: argparse.Namespace, lattices: bool = False) -> Scene:
 
 def page_of(options: argparse.Namespace, command: str) -> str:
     """Return the command that makes the page again, with its folder and the look of its figures."""
-    words = [command, *(["--folder", shlex.quote(options.folder)] if options.folder else [])]
+    words = [command, *(["--bench"] if getattr(options, "bench", False) else [])]
+    words += ["--folder", shlex.quote(options.folder)] if options.folder else []
     words += [f"--label {shlex.quote(label)}" for label in options.labels]
     return " ".join([*words, *([f"--style {shlex.quote(options.style)}"] if options.style else [])])
 

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from discmech.integrators.flows import cores
 from discmech.integrators.numbers import flatten
 
-from .. import NAMES
 from ..core.case import Choice, Progress, silent
 from ..core.cluster import Cluster
 from ..core.fingerprint import of_views
@@ -27,7 +26,6 @@ from ..core.workers import worker_pool
 if TYPE_CHECKING:
     from ..report.figures import Look, Remembered, Task
 
-OF_THE_BENCH = ("references", "power")  # studies without scenes
 #: panels from which drawing in parallel pays: another process takes two seconds to begin, a panel
 #: less than a tenth of one
 WORTH_DRAWING_TOGETHER = 60
@@ -42,14 +40,15 @@ def make_report(
     look: Look | None = None,
     command: str = "discmech report",
     asked: Callable[[str], str] = "discmech {}".format,
+    bench: bool = False,
 ) -> tuple[list[dict[str, Any]], Path]:
     """Run all studies and write the page; return (results, path of the page).
 
     With a `store` the run joins its history, and the page shows changes. command, asked: the
     commands that the page shows for itself and for a study by name. Studies that apply to none of
-    the chosen scenes are left out. If no scene, rule or precision was chosen, studies of the bench
-    itself are included: the cost of references, and the mutation study (a sample of it, unless
-    `thorough`).
+    the chosen scenes are left out. bench: with the studies that test the bench itself: changes of
+    charts, savings, and if no scene, rule or precision was chosen the cost of references, and the
+    mutation study (a sample of it, unless `thorough`).
     """
     from ..report.page import About, write_report
     from ..report.tables import short
@@ -58,8 +57,10 @@ def make_report(
 
     history = None if store is None else History(store)
     whole = replace(choice, own=()) == Choice()
-    names = (*NAMES, *(OF_THE_BENCH if whole else ()))
-    plan = Plan.of_those_that_apply([every_study()[name] for name in names], choice)
+    studies = [study for study in every_study().values()
+               if (bench or not study.of_the_bench)
+               and (study.usual or (study.of_the_bench and whole))]  # fmt: skip
+    plan = Plan.of_those_that_apply(studies, choice)
     results, equations = run_plan(plan, progress, store=store, jobs=jobs, also=equations_of)
     for result in results:
         if result.get("command") == f"discmech {result['study']}":  # with the choice
@@ -67,7 +68,7 @@ def make_report(
     progress("figures", 1.0)
     scenes = {scene.name: scene for scene, _ in plan.pairs}
     for (i, _), case in plan.places():
-        if plan.studies[i].name not in OF_THE_BENCH:
+        if plan.studies[i].of_systems:
             scenes.setdefault(case.scene.name, case.scene)  # of contact, and of optimal control
     described = [about(scene) for scene in scenes.values()]
     drawn = _drawn_once(store, jobs if isinstance(jobs, int) else cores())

@@ -52,10 +52,10 @@ class Study:
     something, for tests. needs: a sentence with the reason why it may apply to nothing that was
     chosen. alone: it measures times, so its cases, or those that are `timed`, have the machine
     alone, except those that are compared with each other, run by run in turn (`together`).
-    of_systems: its command takes scenes and rules; the others are about the bench itself. usual: it
-    is asked of every method, and not only of one that claims something. turn: among the cases of a
-    scheme, 0 is quick on scenes of any size, 2 waits for a reference. asks_for: the part of a
-    system that it needs, one of `parts.PARTS`.
+    of_systems: its command takes scenes and rules. of_the_bench: it tests the bench itself, and no
+    method. usual: it is asked of every method, and not only of one that claims something. turn:
+    among the cases of a scheme, 0 is quick on scenes of any size, 2 waits for a reference.
+    asks_for: the part of a system that it needs, one of `parts.PARTS`.
     """
 
     name: str = ""
@@ -69,6 +69,7 @@ class Study:
     alone: bool = False
     usual: bool = True
     of_systems: bool = True
+    of_the_bench: bool = False
     turn: int = 1
     asks_for: str = "equations"
     options: tuple[Option, ...] = ()
@@ -232,6 +233,7 @@ class StudyFolder(Study):
     alone: bool = False
     usual: bool = True
     of_systems: bool = True
+    of_the_bench: bool = False
     turn: int = 1
     asks_for: str = "equations"
     options: tuple[Option, ...] = ()

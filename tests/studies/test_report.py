@@ -14,7 +14,8 @@ from types import SimpleNamespace
 import pytest
 
 from discmech.integrators import StepFailure, scenes
-from discmech.studies import NAMES, get
+from discmech.studies import NAMES as ALL
+from discmech.studies import get
 from discmech.studies.command import report
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Verdict
@@ -32,8 +33,9 @@ WORDS = [
     "--jobs",
     "1",  # the measurements of this process are replaced
 ]
-#: the studies that apply to these scenes
-APART = ("stability", "charts", "contact", "lattices", "optimality", "steps")
+#: the studies of methods, and those of them that apply to these scenes
+NAMES = tuple(name for name in ALL if not get(name).of_the_bench)
+APART = ("stability", "contact", "lattices", "optimality", "steps")
 APPLY = tuple(name for name in NAMES if name not in APART)
 STOPPED = StepFailure("heavy-top", "midpoint", 3, 0.15, {"x": [1.0]}, "Newton did not converge")
 
@@ -87,7 +89,7 @@ def test_every_study_is_on_the_page_with_the_command_of_every_case(made):
     assert [r["study"] for r in made.results] == list(APPLY)
     cases = [c for r in made.results for c in r["cases"]]
     ours = [c for c in cases if c.get("kind") != "peer"]
-    assert len(ours) == 16  # the pendulum declares no symmetry, the heavy top has no extremes
+    assert len(ours) == 14  # the pendulum declares no symmetry, the heavy top has no extremes
     for case in cases:
         failing = (case["scene"], case["command"].split()[1]) == ("heavy-top", "energy")
         # a busy machine may leave a peer too few runs, and never a rule of ours
@@ -151,8 +153,16 @@ def test_a_folder_that_cannot_be_made_is_refused(monkeypatch, tmp_path, capsys):
     assert "cannot be written" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("words", [[], ["--digits", "16"], ["--thorough"]])
-def test_the_mutation_study_is_in_the_whole_report_and_a_survivor_fails_it(
+@pytest.mark.parametrize(
+    "words",
+    [
+        [],
+        ["--bench"],
+        ["--bench", "--digits", "16"],
+        ["--bench", "--thorough"],
+    ],
+)
+def test_the_mutation_study_is_in_the_report_of_the_bench_and_a_survivor_fails_it(
     words, monkeypatch, tmp_path, capsys
 ):
     found = {"site": "rule", "what": "sign #0", "caught": [], "equivalent": ""}
@@ -167,12 +177,13 @@ def test_the_mutation_study_is_in_the_whole_report_and_a_survivor_fails_it(
     def run_plan(plan, *_, **__):
         asked = [study.name for study in plan.studies]
         assert ("references" in asked) is ("power" in asked)
+        assert ("charts" in asked) is ("savings" in asked) is ("--bench" in words)
         return ([study.completed(made) for study in plan.studies if study.name == "power"], [])
 
     monkeypatch.setattr(report, "run_plan", run_plan)
     code = main(["report", *words, "--folder", str(tmp_path / "build")])
     page = html.unescape((tmp_path / "build" / "index.html").read_text("utf-8"))
-    whole = words != ["--digits", "16"]
+    whole = words in (["--bench"], ["--bench", "--thorough"])
     assert ("The power of the bench" in page and "no study says no" in page) is whole
     assert ("<code class=command>discmech power" in page) is whole
     assert (code == 1) is whole

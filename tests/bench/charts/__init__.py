@@ -8,6 +8,7 @@ from .limits import LIMITS
 STUDY = StudyFolder(
     name="charts",
     package=__name__,
+    of_the_bench=True,
     limits=LIMITS,
     place=6,
     example=("moser-veselov", 6),

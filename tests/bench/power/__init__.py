@@ -23,6 +23,7 @@ def _seed(text: str) -> int:
 STUDY = StudyFolder(
     name="power",
     package=__name__,
+    of_the_bench=True,
     place=10,
     title="The power of the bench",
     summary="seeded faults that must be caught, and random valid rules that must not be",

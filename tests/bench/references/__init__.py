@@ -6,6 +6,7 @@ from discmech.studies.core.study import StudyFolder
 STUDY = StudyFolder(
     name="references",
     package=__name__,
+    of_the_bench=True,
     place=9,
     title="What references cost",
     summary="processor time of proven digits, against digits and time",

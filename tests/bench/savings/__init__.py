@@ -8,6 +8,7 @@ from .limits import LIMITS
 STUDY = StudyFolder(
     name="savings",
     package=__name__,
+    of_the_bench=True,
     limits=LIMITS,
     place=8,
     example=("pendulum", 50),
