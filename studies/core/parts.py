@@ -18,8 +18,8 @@ STAGED = ("gauss-2",)
 #: fewer rules for these lattices: the rest shows nothing new, or takes long to compile
 FEWER = {"toda": ("trapezoidal",),
          "breather-box": ("midpoint",),
-         **dict.fromkeys(("rotors", "membrane", "bead-chain"), ("trapezoidal", "midpoint")),
-         "cradle": ("midpoint",),
+         **dict.fromkeys(("rotors", "membrane"), ("trapezoidal", "midpoint")),
+         **dict.fromkeys(("cradle", "bead-chain"), ("midpoint",)),
          **dict.fromkeys(("kink", "bodies", "beam", "spaghetti", "rods", "links-spherical",
                           "links-revolute"), ("trapezoidal",))}  # fmt: skip
 #: a beam as the other, that moves more, and chains as the rods, of bodies

@@ -10,7 +10,7 @@ from discmech.integrators.flows import return_defect
 from ..core.case import Case, Choice, Progress, plain_cases, silent
 from ..evidence.laws import WAY_BACK
 from ..evidence.measuring import single_steps
-from ..symplecticity.measuring import POINTS
+from ..symplecticity.measuring import POINTS, STEPS
 from . import in_numbers
 from .records import Found, FoundOfNumbers, Measured, Row
 
@@ -33,11 +33,10 @@ def measure(case: Case, progress: Progress = silent) -> Found | FoundOfNumbers:
     """
     if not case.rule.is_formula:
         return in_numbers.measure(case)
-    count = POINTS[case.digits == 16]
     forth = case.scheme.flow(case.scene.step, case.digits)
     back = case.scheme.flow(-case.scene.step, case.digits)
-    run = forth.trajectory(case.steps or 8 * count)
-    spread = max(1, run.steps // count)
+    run = forth.trajectory(case.steps or STEPS[case.digits == 16])
+    spread = max(1, run.steps // POINTS)
     rows, worst = [], 0.0
     for k in range(0, run.steps, spread):
         progress(f"{case.scene.name} {case.label}: there and back", k / run.steps)

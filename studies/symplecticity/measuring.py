@@ -34,7 +34,9 @@ from .records import Defects, Found, FoundOfNumbers, Row
 NAME = "symplecticity"
 NEEDS = "under a force a one-step map has no form to keep; all else can be tested."
 DIGITS = (16, 50)
-POINTS = {True: 24, False: 8}  # points per step size, in double precision or not
+#: points per step size: forms are evaluated to many digits at each, in doubles too
+POINTS = 8
+STEPS = {True: 192, False: 64}  # of a run, in double precision or not
 FAMILY_STEPS = 8
 #: scenes of the controls: one without a group, one without a base, two with both
 CONTROL_SCENES = ("pendulum", "rigid-body", "heavy-top", "rotor-body")
@@ -156,14 +158,13 @@ def _several(case: Case) -> bool:
 
 
 def _rows_at(case: Case, step: Fraction) -> list[Row]:
-    count = POINTS[case.digits == 16]
-    steps = case.steps or 8 * count
+    steps = case.steps or STEPS[case.digits == 16]
     followed = step <= case.scene.step or not _several(case)
     system = system_of(case)
     flow = system.flow(step)
     run = follow(case, flow, steps)
     rows = []
-    for i, k in enumerate(range(0, steps, max(1, steps // count))):
+    for i, k in enumerate(range(0, steps, max(1, steps // POINTS))):
         x, u, mu = run.base[k], run.u[k], run.mu[k]
         taken = run.base[k + 1], run.mu[k + 1]
         defects: Defects = {
