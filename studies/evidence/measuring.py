@@ -16,35 +16,38 @@ from . import NEAR, LocalOrder, evidence_of
 from .laws import Law
 
 
-def single_steps(case: Case, *laws: Law, least: int = 1) -> SingleSteps | None:
+def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleSteps | None:
     """Return the record of a case's single steps, or None for a system that makes none.
 
-    least: the order below which it is too low. Controls are judged by being caught, and a recorded
-    run makes no single steps. Raises `Displaced` for a program whose answers begin elsewhere than
-    at their start.
+    least: the order below which it is too low; without one only consistency is asked, and of a
+    program only components whose errors sink as one power of the step count. Controls are judged by
+    being caught, and a recorded run makes no single steps. Raises `Displaced` for a program whose
+    answers begin elsewhere than at their start.
     """
     if case.control is not None or case.rule.is_recorded:
         return None
     try:
         scheme = system_of(case).single_steps()
-        return None if scheme is None else of_scheme(scheme, *laws, least=least)
+        if scheme is None:
+            return None
+        settled = least is None and not scheme.rule.is_formula
+        return of_scheme(scheme, *laws, least=least or 1, settled=settled)
     except Displaced:
         raise
     except (ReferenceFailure, DiscmechError) as failure:
         return SingleSteps(unknown=" ".join(str(failure).split()))
 
 
-def of_scheme(scheme: Scheme, *laws: Law, least: int | None = None) -> SingleSteps:
+def of_scheme(
+    scheme: Scheme, *laws: Law, least: int | None = None, settled: bool = False
+) -> SingleSteps:
     """Return the record of the single steps of a scheme.
 
-    least: the order below which it is too low; the declared one if None. Where nothing but
-    consistency is asked of a program, only components whose errors sink as one power of the step
-    count.
+    least: the order below which it is too low; the declared one if None. settled: True to count
+    only components whose errors sink as one power of the step.
     """
     evidence = evidence_of(scheme)
-    order = evidence.order
-    if least == 1 and not scheme.rule.is_formula:
-        order = _settled(order)
+    order = _settled(evidence.order) if settled else evidence.order
     told = SingleSteps(
         order.order, order.component, order.step, str(order.place or ""), seed=evidence.seed,
         exact=order.exact, unknown=order.unknown, refused=order.refused,

@@ -29,7 +29,7 @@ STANDS_OUT = 100
 #: round-offs of a difference: Σ binomials² of them in the square, and a walk between its rows
 ROUND_OFFS = 8
 MOST = 3  # places that are looked at
-OF_PROGRAM = 4
+OF_PROGRAM = 16  # a long run of a program takes seconds, this a part of one
 
 
 def times_that_stand_out(scheme: Scheme) -> list[Fraction]:
