@@ -37,17 +37,19 @@ class Starting:
         self.edge, self.context = edge, edge.context
 
     def at(
-        self, x0: Numbers | None, mu0: Numbers | None, u0: Numbers | None = None,
+        self, x0: Numbers | Start | None, mu0: Numbers | None, u0: Numbers | None = None,
         element0: Rows | None = None, t0: Exact = 0,
     ) -> Start:  # fmt: skip
         """Return the start of a run with these arguments of `Flow.trajectory`; None: the scene's
-        own.
+        own. An x0 that is such a start already is returned.
 
         Raises `BadInput` for arguments that do not fit, `StepFailure` if FL is singular at
         element0.
         """
         if x0 is None and mu0 is None and u0 is None and element0 is None and t0 == 0:
             return self.own
+        if isinstance(x0, Start):
+            return x0
         x0, t0 = self._split_time(x0, t0)
         if element0 is None:
             return self._with_momentum(x0, mu0, u0, t0)

@@ -7,7 +7,6 @@ import math
 import shutil
 import subprocess
 import tempfile
-import time
 import tracemalloc
 from collections.abc import Callable
 from functools import cache
@@ -19,6 +18,7 @@ import numpy as np
 from discmech.integrators import Scheme
 from discmech.integrators.lattices import Lattice, LatticeRun
 
+from ..core.clocks import fine_clock
 from ..core.fitting import fit_line
 
 SIZES = (100, 1_000, 10_000, 100_000)
@@ -111,9 +111,10 @@ def _steps_of(flow: Any) -> Callable[[int], Any]:
 
 
 def _seconds(advance: Callable[[int], Any], steps: int) -> float:
-    begun = time.process_time()
+    clock = fine_clock()
+    begun = clock()
     advance(steps)
-    return time.process_time() - begun
+    return clock() - begun
 
 
 def _bytes(flow: Any) -> int:
@@ -151,6 +152,7 @@ def c_states(
     arrays = [x, p, *([p.copy(), np.zeros(2 * sites)] if rule == "midpoint" else [])]
     numbers = map(ctypes.c_double, (C_STEP, 0.25, 0.1))
     pointers = [ctypes.c_void_p(a.ctypes.data) for a in arrays]
-    begun = time.process_time()
+    clock = fine_clock()
+    begun = clock()
     getattr(library, IN_C[rule])(ctypes.c_long(sites), ctypes.c_long(steps), *numbers, *pointers)
-    return time.process_time() - begun, x, p
+    return clock() - begun, x, p

@@ -59,6 +59,16 @@ class Crossing:
     work: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """The kind of method that is faster at the accuracies that both reach; `sure` if at each."""
+
+    leader: str | None = None
+    loosest: float = 0.0
+    tightest: float = 0.0
+    sure: bool = False
+
+
 @dataclass(frozen=True)
 class Case(Generic[Measured, Expected, Row]):
     """The result of a case; `measured`, `expected` and `rows` are the records of its study's view.
@@ -87,6 +97,7 @@ class Case(Generic[Measured, Expected, Row]):
     duration: float | None = None
     floor: Any = None
     crossovers: Sequence[Crossing] = ()
+    standing: Standing | None = None
     smallest: Smallest | None = None
     measured_at: Made = field(default_factory=Made)
     race: Race = field(default_factory=Race)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from hashlib import blake2b
 from itertools import product
@@ -45,7 +45,10 @@ _PEERS = {
 #: midpoint, trapezoidal and gauss-2, which are usually drawn beside them
 _COLOURS = (INK, VERMILLION, PURPLE, SKY)
 _MARKERS = ("D", "v", "P", "X", "<", ">", "h", "p")
-_OTHERS = tuple(product(_COLOURS, _MARKERS))
+_OTHERS = [
+    look for look in product(_COLOURS, _MARKERS)
+    if look not in (*_FIXED.values(), *_PEERS.values())
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,12 @@ class Mark:
     colour: str
     marker: str
     dash: str | tuple[int, tuple[float, ...]] = "-"
+    hollow: bool = False
+
+    @property
+    def face(self) -> str:
+        """The colour inside a mark."""
+        return PAPER if self.hollow else self.colour
 
     @property
     def words(self) -> str:
@@ -63,10 +72,10 @@ class Mark:
 
 
 def marks(rules: Iterable[str]) -> dict[str, Mark]:
-    """Return colour and marker of each rule, from its name alone.
+    """Return colour and marker of each rule, from its name alone while no other has both.
 
-    "NAME, exp" is NAME with dashes, "NAME, tolerance" dotted. Two rules of one figure may get one
-    colour; a label stands at the end of each line.
+    "NAME, exp" is NAME with dashes, "NAME, tolerance" dotted with hollow marks. Two rules of one
+    figure may get one colour, never with one marker; a label stands at the end of each line.
     """
     found: dict[str, Mark] = {}
     for rule in rules:
@@ -75,13 +84,16 @@ def marks(rules: Iterable[str]) -> dict[str, Mark]:
         dash: Any = (0, (1.0, 1.2)) if base != steps else (0, (4.0, 1.6)) if base != rule else "-"
         if base in _PEERS:
             dash = (0, (2.0, 1.2))
-        colour, marker = _FIXED.get(base) or _PEERS.get(base) or _by_name(base)
+        taken = {(mark.colour, mark.marker) for name, mark in found.items() if name != base}
+        own = (found[base].colour, found[base].marker) if base in found else None
+        colour, marker = own or _FIXED.get(base) or _PEERS.get(base) or _by_name(base, taken)
         found.setdefault(base, Mark(colour, marker, dash if base == rule else "-"))
-        found[rule] = Mark(colour, marker, dash)
+        found[rule] = Mark(colour, marker, dash, hollow=base != steps)
     return found
 
 
-def _by_name(rule: str) -> tuple[str, str]:
-    """Return a colour and a marker that depend only on the letters of the name."""
+def _by_name(rule: str, taken: Collection[tuple[str, str]]) -> tuple[str, str]:
+    """Return the colour and marker of the name's letters, or the next that are not taken."""
     number = int.from_bytes(blake2b(rule.encode(), digest_size=4).digest(), "big")
-    return _OTHERS[number % len(_OTHERS)]
+    places = [(number + k) % len(_OTHERS) for k in range(len(_OTHERS))]
+    return next((_OTHERS[k] for k in places if _OTHERS[k] not in taken), _OTHERS[places[0]])

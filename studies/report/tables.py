@@ -175,30 +175,37 @@ def cases_tex(result: Result) -> str:
 def paper_tex(result: Result, labels: Mapping[str, str] | None = None) -> str:
     """For a paper: a booktabs tabular for each precision, a line a rule, a column a scene.
 
-    A cell is the one number of the case with its uncertainty, where it has one; what did not pass
-    has an asterisk. Controls are left out. labels: {rule: text}.
+    A cell is the one number of the case with its uncertainty, where it has one; a study may have
+    several columns a scene (`View.paper`). What did not pass has an asterisk. Controls are left
+    out. labels: {rule: text}.
     """
     shown, found = labels or {}, []
+    parts = view_of(result.study).paper or [("", got)]
     cases = [case for case in result.cases if not case.control]
     for digits in sorted({case.digits for case in cases}):
         same = [case for case in cases if case.digits == digits]
-        scenes = list(dict.fromkeys(str(case.scene) for case in same))
-        cells = {(case.method, str(case.scene)): _cell(case) for case in same}
-        body = [rf"\begin{{tabular}}{{l{'c' * len(scenes)}}}", r"\toprule",
-                " & ".join(["Rule", *map(tex, scenes)]) + r" \\", r"\midrule"]  # fmt: skip
+        scenes = list(dict.fromkeys(map(_raced, same)))
+        cells = {(case.method, _raced(case)): _cells(case, parts) for case in same}
+        heads = [", ".join(filter(None, (scene, head))) for scene in scenes for head, _ in parts]
+        body = [rf"\begin{{tabular}}{{l{'c' * len(heads)}}}", r"\toprule",
+                " & ".join(["Rule", *map(tex, heads)]) + r" \\", r"\midrule"]  # fmt: skip
+        nothing = [tex(NONE)] * len(parts)
         for rule in dict.fromkeys(rule for rule, _ in cells):
-            line = [
-                tex(shown.get(rule, rule)),
-                *(cells.get((rule, scene), tex(NONE)) for scene in scenes),
-            ]
-            body.append(" & ".join(line) + r" \\")
+            line = [cell for scene in scenes for cell in cells.get((rule, scene), nothing)]
+            body.append(" & ".join([tex(shown.get(rule, rule)), *line]) + r" \\")
         found += [f"% {result.study}, {digits} digits", *body]
         found += [r"\bottomrule", r"\end{tabular}", ""]
     return "\n".join(found)
 
 
-def _cell(case: AnyCase) -> str:
-    return tex(got(case) or NONE) + (r"\rlap{$^{*}$}" if case.is_trouble else "")
+def _raced(case: AnyCase) -> str:
+    """Return the scene, with its periods if it is a race over many."""
+    return str(case.scene) + (f", {case.periods} periods" if case.periods else "")
+
+
+def _cells(case: AnyCase, parts: Sequence[Column]) -> list[str]:
+    star = r"\rlap{$^{*}$}" if case.is_trouble else ""
+    return [tex(text(case) or NONE) + star for _, text in parts]
 
 
 def write_tables(

@@ -60,9 +60,10 @@ class View:
     measured, expected, row: the records that its functions read; without them a case has mappings
     by the names of JSON. columns: those between a case's name and its expectation; if `whole`, all
     columns except the verdict. got, wanted: the measurement and the expectation in one line. short:
-    the deciding figure (default: got). line: the text of a case in `verify` (default: got).
-    sketches: its figures. compared: the quantities that `compare` shows side by side. printed:
-    prints the result on a terminal in place of its table.
+    the deciding figure (default: got). line: the text of a case in `verify` (default: got). paper:
+    the columns of a scene in a paper's table (default: got, without a heading). sketches: its
+    figures. compared: the quantities that `compare` shows side by side. printed: prints the result
+    on a terminal in place of its table.
     """
 
     measured: type[Any] = dict
@@ -74,6 +75,7 @@ class View:
     wanted: Words = wanted_in_line
     short: Words | None = None
     line: Words | None = None
+    paper: Sequence[Column] | None = None
     sketches: Callable[[Sequence[Any], dict[str, Mark], Titles], list[Sketch]] = no_figures
     compared: Callable[[Any], Mapping[str, Any]] | None = None
     printed: Callable[[Console, Result], None] | None = None

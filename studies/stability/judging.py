@@ -9,9 +9,9 @@ from typing import Any
 from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
 from ..core.records import decoded
-from . import exchange, own_scene
+from . import exchange
 from .limits import LIMITS
-from .records import Found, Measured, Row
+from .records import FARTHEST_OWN, Found, Measured, Row
 from .stiff import FAMILIES
 
 # the possible classes of an orbit with an error as large as the energy itself
@@ -85,7 +85,7 @@ def _judge_own(measured: Measured) -> Verdict | None:
         said = f"at the equilibrium an eigenvalue leaves the unit circle at hω = {end:.3g}, where "
         return Verdict("fail", said + "the step resolves the motion.", expected)
     if not measured.runs:
-        where = f"near hω = {end:.4f}" if end else f"up to hω = {own_scene.FARTHEST:g}"
+        where = f"near hω = {end:.4f}" if end else f"up to hω = {FARTHEST_OWN:g}"
         said = f"runs beside the equilibrium {where} contradict the interval that was found."
         return Verdict("fail", said, expected)
     return None

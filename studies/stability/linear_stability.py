@@ -15,9 +15,9 @@ from discmech.integrators.numbers import LazyModule, mpmath, sympy
 from discmech.integrators.rules import Discretisation
 
 from ..core.case import scheme_of
+from .records import FARTHEST
 from .trace import DIGITS, StableSet, stable_set
 
-FARTHEST = 1000.0  # the largest z = hω that is tried
 GRID = np.concatenate([np.arange(0.02, 8.0, 0.02), np.geomspace(8.0, FARTHEST, 120)])
 #: round-off of det M, over its own terms and those of a step, in double precision: some thousand
 #: roundings of entries and stages

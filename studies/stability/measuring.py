@@ -17,9 +17,10 @@ from ..core import controls
 from ..core.case import Case, Choice, Progress, scheme_of, silent
 from . import EULER, RUNGE_KUTTA, exchange, linear_stability
 from .exchange import adiabatic, exchange_errors, exchange_when_stiffer
-from .linear_stability import FARTHEST, Oscillator
+from .linear_stability import Oscillator
 from .nonlinear_stability import HIGHEST, LOWEST, limits, stability_map
 from .own_scene import Linearised, equilibrium, family_of, fastest_along, judged_here
+from .records import FARTHEST
 from .stiff import FAMILIES
 
 NAME = "stability"

@@ -23,9 +23,10 @@ from discmech.integrators.errors import CannotMeasure, DiscmechError
 from discmech.integrators.numbers import arithmetic, exact, numeric
 
 from ..systems.modified_energy import Dual, dual_of
+from .records import FARTHEST_OWN
 from .stiff import Family
 
-FARTHEST, PART = 6.0, 0.05  # the largest hω, and the spacing of the grid
+PART = 0.05  # spacing of the grid of hω
 # half-width of a central difference over a coordinate's size; its error is the square, 10⁻¹¹
 WIDTH = 2.0**-18
 NOTHING = 1e-13  # share of a state that counts as zero: some hundred round-offs of a step
@@ -261,7 +262,7 @@ class Linearised:
         is not 1. runs: True if runs on both sides agree.
         """
         last, end, off = 0.0, None, None
-        for z in np.arange(PART, FARTHEST, PART):
+        for z in np.arange(PART, FARTHEST_OWN + PART / 2, PART):
             values = self.eigenvalues(float(z))
             if np.abs(values).max() > 1 + GROWS:
                 end = self._between(last, float(z))
@@ -270,7 +271,7 @@ class Linearised:
             if off is None and abs(np.prod(values) - 1) > AREA:
                 off = float(z)
             last = float(z)
-        inside = 0.98 * (end or FARTHEST)
+        inside = 0.98 * (end or FARTHEST_OWN)
         agree = end == 0 or not self._grows(inside)
         beyond = [end * f for f in BEYOND if end and self.radius(end * f) > 1 + CLEAR]
         if beyond:

@@ -11,7 +11,7 @@ from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
 from ..report.labels import end_labels
 from ..report.palette import GRID, INK, MUTED, VERMILLION, Mark
 from .plot_maps import Case
-from .records import Row
+from .records import FARTHEST, Row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,7 @@ def radius(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         end = case.measured.stable_to
         if case.control:
             return f"{case.method}\n(control)"
-        return f"{case.method}\n" + (f"to {end:.6f}" if end is not None else "no end")
+        return f"{case.method}\n" + (f"to {end:.6f}" if end is not None else f"beyond {FARTHEST:g}")
 
     def draw(axes: Axes) -> None:
         axes.set_ylim(0.6, 3.0)

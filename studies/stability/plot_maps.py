@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 Case = Shown[Measured, Expected, Row]
 SHEET = Sheet(width=2.3, height=1.8, left=0.52, right=0.16)
+BAR, CLASS = 0.2, 0.165  # inches of a bar of one stiffness, and of a line of the legend
 MOST_COLUMNS = 4  # most columns of maps; with more rules the maps follow each other
 #: class → (colour, opacity, marker and its size): distinct without colours as well
 LOOKS: dict[str, tuple[str, float, tuple[Any, float] | None]] = {
@@ -33,7 +34,17 @@ EMPTY = Panel("", "", "", "", lambda axes: axes.set_axis_off())
 
 
 def map_table(cases: Sequence[Case], titles: Mapping[str, str]) -> tuple[list[Panel], Sheet]:
-    """Return maps of every case: one line per scene, one column per rule, controls last."""
+    """Return maps of every case: one line per scene, one column per rule, controls last.
+
+    If no map has more than one stiffness, each scene has one panel, with a bar for each rule.
+    """
+    if cases and all(len(_stiff(case)) < 2 for case in cases):
+        scenes: dict[str, list[Case]] = {}
+        for case in cases:
+            scenes.setdefault(_title(case, titles), []).append(case)
+        panels = [_bars(title, own) for title, own in scenes.items()]
+        high = max(BAR * max(map(len, scenes.values())), CLASS * len(_classes(cases)))
+        return panels, replace(SHEET, height=SHEET.top + SHEET.bottom + high, columns=3)
     ours = [case for case in cases if not case.control]
     rules = list(dict.fromkeys(case.method for case in ours))
     places: Sequence[Case | None] = cases
@@ -55,39 +66,74 @@ def _title(case: Case, titles: Mapping[str, str]) -> str:
     return case.title or titles.get(scene, scene)
 
 
+def _cells(case: Case) -> list[Row]:
+    return [row for row in case.rows if row.z and not row.between]
+
+
+def _stiff(case: Case) -> list[float]:
+    return sorted({row.stiffness for row in _cells(case)})
+
+
 def stability_map(title: str, case: Case) -> Panel:
     """Return the map of one rule: the class of the run in each cell."""
+    cells = _cells(case)
+    texts = [f"{v:g}" if 0.001 <= v < 10000 else in_tens(v) for v in _stiff(case)]
+    lines = [[row for row in cells if row.stiffness == value] for value in _stiff(case)]
+    subtitle = f"{case.method}; upwards: {case.label or 'stiffness'}"
+    return _lines(title, subtitle, lines, texts, case.reason, _spoken(title, [case]))
+
+
+def _bars(title: str, cases: Sequence[Case]) -> Panel:
+    """Return the panel of a scene of one stiffness: a bar for each rule, the first on top."""
+    down = cases[::-1]
+    texts = [f"{case.method}{' (control)' * case.control}" for case in down]
+    lines = [_cells(case) for case in down]
+    subtitle = "what becomes of runs"
+    return _lines(title, subtitle, lines, texts, cases[0].reason, _spoken(title, cases), BAR)
+
+
+def _spoken(title: str, cases: Sequence[Case]) -> str:
+    told = (
+        f"{case.method}: " + ", ".join(f"{n} cells {k}" for k, n in case.measured.classes.items())
+        for case in cases if case.measured.classes
+    )  # fmt: skip
+    return f"{title}, " + "; ".join(told)
+
+
+def _lines(
+    title: str, subtitle: str, lines: list[list[Row]], texts: list[str], reason: str, spoken: str,
+    bar: float = 0.0,
+) -> Panel:  # fmt: skip
+    """Return a panel with the classes of the cells of each line, upwards.
+
+    bar: inches of a line; by default they fill the panel.
+    """
 
     def draw(axes: Axes) -> None:
-        cells = [row for row in case.rows if row.z and not row.between]
-        if not cells:
-            note(axes, f"No cells. {case.reason}")
+        places = sorted({row.z for line in lines for row in line})
+        if not places:
+            note(axes, f"No cells. {reason}")
             return
-        places = sorted({row.z for row in cells})
         half = math.sqrt(places[1] / places[0]) if len(places) > 1 else 1.1
-        stiff = sorted({row.stiffness for row in cells})
         log_axis(axes, "x", (places[0] / half, places[-1] * half), 4)
         axes.grid(visible=False)
-        axes.set_ylim(-0.5, len(stiff) - 0.5)
-        for line, value in enumerate(stiff):
-            row = sorted((r for r in cells if r.stiffness == value), key=lambda r: r.z)
+        room = axes.bbox.height / axes.figure.dpi / bar if bar else len(lines)
+        axes.set_ylim(-0.5, room - 0.5)
+        for place, line in enumerate(lines):
+            row = sorted(line, key=lambda r: r.z)
             for kind, run in groupby(row, key=lambda r: r.outcome):
                 zs = [r.z for r in run]
                 left, right = zs[0] / half, zs[-1] * half
                 strokes = max(1, round(math.log10(right / left) * 10))
                 shares = [(k + 0.5) / strokes for k in range(strokes)]
                 xs = [left * (right / left) ** share for share in shares]
-                _cell(axes, kind, (left, right), line, 0.5, xs)
-        for line in range(1, len(stiff)):
-            axes.axhline(line - 0.5, color="#ffffff", lw=0.6)
-        shown = [k for k in range(len(stiff)) if len(stiff) < 7 or k % 2 == 0]
-        texts = [f"{v:g}" if 0.001 <= v < 10000 else in_tens(v) for v in stiff]
+                _cell(axes, kind, (left, right), place, 0.5, xs)
+        for place in range(1, len(lines)):
+            axes.axhline(place - 0.5, color="#ffffff", lw=0.6)
+        shown = [k for k in range(len(lines)) if len(lines) < 7 or k % 2 == 0 or bar]
         axes.set_yticks(shown, [texts[k] for k in shown])
         axes.tick_params(axis="y", length=0)
 
-    found = case.measured.classes or {}
-    spoken = f"{title}, {case.method}: " + ", ".join(f"{n} cells {k}" for k, n in found.items())
-    subtitle = f"{case.method}; upwards: {case.label or 'stiffness'}"
     return Panel(title, subtitle, "hω", spoken, draw)
 
 
@@ -105,15 +151,19 @@ def _cell(
         axes.plot(xs, [line] * len(xs), ls="", marker=marker, ms=size, mew=0.6, color=INK)
 
 
+def _classes(cases: Sequence[Case]) -> list[str]:
+    met = {row.outcome for case in cases for row in case.rows}
+    return [kind for kind in LOOKS if kind in met] or list(LOOKS)
+
+
 def legend(cases: Sequence[Case]) -> Panel:
     """Return the legend of the maps' colours."""
-    met = {row.outcome for case in cases for row in case.rows}
-    kinds = [kind for kind in LOOKS if kind in met] or list(LOOKS)
+    kinds = _classes(cases)
 
     def draw(axes: Axes) -> None:
         axes.axis("off")
         axes.set_xlim(0, 10)
-        axes.set_ylim(len(LOOKS) - 0.4, -0.6)
+        axes.set_ylim(axes.bbox.height / axes.figure.dpi / CLASS - 0.5, -0.5)
         for line, kind in enumerate(kinds):
             _cell(axes, kind, (0.2, 1.6), line, 0.34, [0.6, 1.2])
             axes.text(2.0, line, kind, va="center", fontsize=8)

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 
 from ..core.records import OPTIONAL
 
+FARTHEST = 1000.0  # the largest hω of the oscillator that is tried
+FARTHEST_OWN = 6.0  # that of a user's own scene at its equilibrium
+
 
 @dataclass(frozen=True, slots=True)
 class Row:

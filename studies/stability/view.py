@@ -11,9 +11,8 @@ from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from . import plot_linear, plot_maps
 from .plot_maps import Case
-from .records import Expected, Measured, Row
+from .records import FARTHEST, FARTHEST_OWN, Expected, Measured, Row
 
-FARTHEST = 1000.0  # largest hω of the linear part
 TOLD = 3  # how many gaps are printed
 LINEAR = (
     "The exact step of each rule on the harmonic oscillator. Left: its spectral radius; a "
@@ -74,7 +73,8 @@ def _got_map(measured: Measured) -> str:
         largest = max(1.0, *map(abs, measured.equilibrium))  # a smaller entry is round-off
         at = ", ".join(f"{e if abs(e) > 1e-12 * largest else 0:.4g}" for e in measured.equilibrium)
         end = measured.stable_to
-        to = "up to hω = 6" if end is None else f"to hω = {end:.4f}"
+        to = (f"at every hω tried, up to {FARTHEST_OWN:g}, where the search ended"
+              if end is None else f"to hω = {end:.4f}")  # fmt: skip
         said.insert(0, f"at the equilibrium (x, μ) = ({at}), ω = {measured.frequency:.4g}, "
                        f"linearly stable {to}")  # fmt: skip
     ends = [end for end in (measured.limits or {}).values() if end is not None]
@@ -103,8 +103,8 @@ def _short(case: Case) -> str:
     measured = case.measured
     if measured.off_circle is not None:
         return "not on the unit circle"
-    if "stable_to" in case.figures and measured.stable_to is None:
-        return "at every hω"
+    if measured.classes is None and "stable_to" in case.figures and measured.stable_to is None:
+        return f"at every hω up to {FARTHEST:g}"
     if classes := measured.classes:  # no single cell decides
         share = classes.get("bounded", 0) / (sum(classes.values()) or 1)
         return f"the motion stays bounded in {share:.0%} of the cells"

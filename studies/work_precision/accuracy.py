@@ -28,8 +28,6 @@ class Yardstick:
     def __init__(self, problem: Problem, equations: Any) -> None:
         self.problem, self.n = problem, len(problem.scheme.x)
         s = problem.scheme.s
-        #: the places of (x, μ) in a state: all except the time
-        self.places = [i for i in range(self.n + len(s.mu)) if not s.clocked or i != self.n - 1]
         self.reference: np.ndarray | None = None
         self.floors: dict[str, float] = {}
         if problem.checkpoints:
@@ -50,7 +48,7 @@ class Yardstick:
         """
         found: dict[str, float] = {}
         if self.reference is not None and len(states.checkpoints):
-            gap = states.checkpoints[:, self.places]
+            gap = states.checkpoints[:, self.problem.places]
             found |= self._against_reference(gap - self._reference_for(gap))
         path: Any = SimpleNamespace(x=states.path[:, : self.n], mu=states.path[:, self.n :])
         with np.errstate(all="ignore"):
@@ -101,7 +99,7 @@ class Yardstick:
         tangents = found.y[size:].T.reshape(-1, size, size)
         rounding = UNIT * np.abs(start)
         grown = np.linalg.norm(tangents * rounding, axis=2)
-        floors = self._against_reference(grown[:, self.places])
+        floors = self._against_reference(grown[:, self.problem.places])
         # the result is rounded too
         return {name: max(value, UNIT) for name, value in floors.items()}
 

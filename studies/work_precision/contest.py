@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import secrets
-import time
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -18,6 +17,7 @@ from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Scene
 
 from ..core.case import Progress, scheme_of
+from ..core.clocks import fine_clock
 from ..core.record import provenance
 from ..core.study import BY_TOLERANCE
 from .accuracy import Yardstick
@@ -27,11 +27,12 @@ from .enough import FEWEST, PATIENT, errors_of
 from .peers import peer
 from .peers.equations import Equations, equations_of
 from .racing import LEAST, race
-from .standings import Climb, points, summary
+from .standings import Climb, points, reached, summary
 
 #: factor of the budget that the timing may take: the least rounds of all runs use up one (a ladder
 #: ends there), the rest is for runs whose median is still unknown
 REPEATING = 2
+TALL = 5  # factor of the budget of a peer that is less accurate than a rule
 GIVEN_UP = 4  # after so many runs without an end within the budget no other is tried
 
 
@@ -73,10 +74,12 @@ def hold_race(
     alike = _one_method(ours)
     entrants: list[Contestant] = [one for one in ours if one.name not in alike]
     entrants += [peer(name, problem, equations) for name in peers if name in wanted]
-    climbs = []
+    climbs = list[Climb]()
     for i, contestant in enumerate(entrants):
         progress(f"{scene.name}: {contestant.name}", i / len(entrants) / 2)
-        climbs.append(climb(contestant, yardstick, axes[1], budget))
+        heights = [reached(one, axes[1]) for one in climbs if one.contestant.kind == "rule"]
+        height = min(heights, default=math.inf) if contestant.kind == "peer" else math.inf
+        climbs.append(climb(contestant, yardstick, axes[1], budget, height))
     progress(f"{scene.name}: timing", 0.5)
     timed = [pair for each in climbs for pair in each.runs]
     timings = race([run for _, run in timed], REPEATING * budget * len(entrants))
@@ -89,7 +92,7 @@ def hold_race(
                      for each in climbs if each.contestant.kind == "peer"}}  # fmt: skip
     whole = {"floor": yardstick.floors, "duration": float(problem.duration), "periods": periods}
     found = {
-        each.contestant.name: {**whole, **summary(each, climbs, axes), "race": {
+        each.contestant.name: {**whole, **summary(each, axes), "race": {
             **run, "step": getattr(each.contestant, "equations", None)}}
         for each in climbs
     }  # fmt: skip
@@ -103,15 +106,23 @@ def _one_method(rules: Sequence[RuleContestant]) -> dict[str, str]:
     return {name: leader for name, leader in leaders.items() if name != leader}
 
 
-def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: float) -> Climb:
+def climb(
+    contestant: Contestant,
+    yardstick: Yardstick,
+    metric: str,
+    budget: float,
+    height: float = math.inf,
+) -> Climb:
     """Run the ladder until the error no longer sinks near its floor or the budget is used up.
 
     The budget covers `LEAST` timed rounds of every run; a setting that would exceed it is cut, and
     the row says so. A rule may take `PATIENT` times as much for the `FEWEST` runs that its verdict
-    needs. A method that fails at one setting may work at the next; but after `GIVEN_UP` runs
-    without an end within the budget, or as many that failed after a good one, no other is tried.
+    needs, and a peer `TALL` times as much until its error is that of the most accurate rule,
+    `height`: else an accuracy that a rule reaches late seems to be its alone. A method that fails
+    at one setting may work at the next; but after `GIVEN_UP` runs without an end within the budget,
+    or as many that failed after a good one, no other is tried.
     """
-    found = Climb(contestant)
+    found, clock = Climb(contestant), fine_clock()
     spent, before, growth = 0.0, 0.0, 2.0
     best, since, lost = math.inf, 0, 0
     for setting in contestant.ladder():
@@ -120,7 +131,8 @@ def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: flo
             found.cut = f"{told['setting']}, since {lost} settings failed"
             break
         few = contestant.kind == "rule" and len(errors_of(found.rows, metric)) < FEWEST
-        if spent + before * growth * LEAST > budget * (PATIENT if few else 1):
+        more = PATIENT if few else TALL if best > height else 1
+        if spent + before * growth * LEAST > budget * more:
             needed = before * growth
             found.cut = f"{told['setting']}, about {needed:.2g} s"
             break
@@ -138,9 +150,9 @@ def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: flo
         if metric not in errors:
             row["cause"] = "the numbers are no longer finite"
             continue
-        begun = time.process_time()
+        begun = clock()
         run()
-        seconds = time.process_time() - begun
+        seconds = clock() - begun
         growth = min(max(seconds / before, 1.2), 4.0) if before else 2.0
         before, spent = seconds, spent + LEAST * seconds
         row |= {**errors, **states.more}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from collections.abc import Iterator, Sequence
@@ -20,11 +21,15 @@ from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Scene
 
 from ..core.case import scheme_of
+from ..core.clocks import fine_clock
 from ..core.study import BY_TOLERANCE
 from .enough import PATIENT
 
 CHECKPOINTS = 16  # times at which (x, μ) is compared with the reference
 MOST_ROWS = 2**14  # states of a run that are kept for its invariants
+#: starts of timed calls, none like another; a run has fewer calls, and units of its last bits as
+#: many move a start by 10⁻¹², which costs no method more
+STARTS = 2**12
 MOST_DOUBLED = 8  # how often a ladder's first number of steps is doubled, until stages contract
 TOLERANCES = [10.0**-k for k in range(2, 15)]  # tolerances for which a rule's step is chosen
 
@@ -47,11 +52,31 @@ class Problem:
         """The checkpoints; the last is the end."""
         return [self.duration * (k + 1) / self.checkpoints for k in range(self.checkpoints)]
 
-    @property
+    @cached_property
     def start(self) -> np.ndarray:
         """(x₀, μ₀) in double precision, (n+m,); if time enters it is the last entry of x."""
         run = self.scheme.flow(self.scene.step).trajectory(0)
         return np.concatenate([run.base[0], run.mu[0]])
+
+    @cached_property
+    def places(self) -> list[int]:
+        """The places of (x, μ) in a state: all except the time."""
+        n, s = len(self.scheme.x), self.scheme.s
+        return [i for i in range(len(self.start)) if not s.clocked or i != n - 1]
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """Starts that differ from the problem's in their last bits, and from each other, (k, n+m).
+
+        Each timed call has another, so that nobody answers it from a memory of an earlier one.
+        Entries that are zero stay zero unless all are.
+        """
+        own = self.start[self.places]
+        units = np.where(own == 0, 0.0 if own.any() else 2.0**-52, np.spacing(np.abs(own)))
+        moved = np.tile(self.start, (STARTS, 1))
+        drawn = np.random.default_rng(0)
+        moved[:, self.places] += units * np.array([drawn.permutation(STARTS) for _ in own]).T
+        return moved
 
 
 @dataclass(frozen=True)
@@ -100,13 +125,21 @@ class NoEnd(CannotMeasure):
 
 
 class Run:
-    """One prepared run: the timing covers a call, from the start to the end."""
+    """One prepared run: the timing covers a call, from a start of its own to the end."""
 
     def __init__(self, contestant: Contestant, setting: Any) -> None:
         self.contestant, self.made = contestant, contestant.made(setting)
+        self.starts, self.waiting = itertools.cycle(contestant.problem.starts), list[Any]()
+
+    def ready(self, calls: int) -> None:
+        """Prepare the starts of so many calls."""
+        missing = itertools.islice(self.starts, max(0, calls - len(self.waiting)))
+        self.waiting += [self.contestant.begun(self.made, start) for start in missing]
 
     def __call__(self) -> object:
-        return self.contestant.solve(self.made)
+        if not self.waiting:
+            self.ready(1)
+        return self.contestant.solve(self.made, self.waiting.pop())
 
     def states(self) -> States:
         """Return the states of the same run, made once more."""
@@ -117,9 +150,10 @@ class Run:
 class Contestant:
     """One method in a race; its settings are numbers of steps (`int`) or tolerances.
 
-    made(setting): everything that need not be timed; raises `BadInput` or `StepFailure` if there is
-    no such run. solve(made), states(made): as in a `Run`. setup: seconds to derive and compile.
-    what: the name of its tolerance.
+    made(setting), begun(made, start): everything that need not be timed, of a setting and of a
+    start (n+m,); `made` raises `BadInput` or `StepFailure` if there is no such run. solve(made,
+    begun), states(made): as in a `Run`; states are those from the problem's own start. setup:
+    seconds to derive and compile. what: the name of its tolerance.
     """
 
     kind = "peer"
@@ -134,6 +168,10 @@ class Contestant:
     def made(self, setting: Any) -> Any:
         """Return the prepared part of a run; here the setting itself."""
         return setting
+
+    def begun(self, made: Any, start: np.ndarray) -> Any:
+        """Return a start as `solve` takes it; here the array itself."""
+        return start
 
     def ladder(self) -> Iterator[Any]:
         """Yield settings, the cheapest first."""
@@ -210,10 +248,16 @@ class RuleContestant(Contestant):
         flow.trajectory(0)
         return flow, setting, more or {}
 
-    def solve(self, made: Any) -> object:
+    def begun(self, made: Any, start: np.ndarray) -> dict[str, Any]:
+        """Return the arguments of a trajectory; a formula's start is checked and completed here."""
+        x, mu = np.split(start, [len(self.problem.scheme.x)])
+        flow = made[0]
+        return {"x0": flow.starting.at(x, mu)} if self.rule.is_formula else {"x0": x, "mu0": mu}
+
+    def solve(self, made: Any, begun: dict[str, Any]) -> object:
         """Return the end of a trajectory that keeps only it, as peers do."""
         flow, steps, _ = made
-        run = flow.trajectory(steps, every=steps)
+        run = flow.trajectory(steps, every=steps, **begun)
         return run.base[-1], run.mu[-1]
 
     def states(self, made: Any) -> States:
@@ -255,11 +299,12 @@ class ToleranceContestant(RuleContestant):
         problem = self.problem
         if self.spent > PATIENT * problem.patience:
             raise NoEnd(self.name, f": choosing steps took {self.spent:.2g} s")
-        begun = time.process_time()
+        clock = fine_clock()
+        begun = clock()
         try:
             choice = self.scheme.flow(tolerance=setting).choice
         finally:
-            pilot = time.process_time() - begun
+            pilot = clock() - begun
             self.spent += pilot
         assert choice is not None
         steps = math.ceil(problem.duration / choice.step)

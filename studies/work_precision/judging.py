@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from ..core.case import Case, Measurement, Verdict
+from ..evidence.judging import demand_consistency
 from .enough import FEWEST, errors_of
 from .limits import LIMITS
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
+    """Judge that the errors of a method sink until rounding ends them, and that it is consistent.
+
+    The budget may end a ladder before the errors show that a method follows another motion, which
+    single steps do.
+    """
+    return demand_consistency(measurement, _of_runs(measurement))
+
+
+def _of_runs(measurement: Measurement) -> Verdict:
     """Judge that the errors of a method sink until rounding or the budget ends them.
 
     Errors that stop above √ε, and a thousand times above the floor, belong to another problem. Time

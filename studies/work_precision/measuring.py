@@ -14,8 +14,10 @@ from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Scene
 
 from ..core.case import Case, Choice, Measurement, Progress, silent
+from ..core.fingerprint import is_ours
 from ..core.lookup import word_for
 from ..core.study import BY_TOLERANCE
+from ..evidence.consistency import CONSISTENCY, consistency_of
 from . import STUDY
 
 NAME = "work-precision"
@@ -219,8 +221,13 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     to the best peer}, cut: the settings that were left out, setup: seconds to derive and compile,
     spread: {accuracy: cost by the quartiles of the times}, dearest: work of the longest run,
     equal_time: see `standings.equal_time`, same_as: the rule whose rows these are, since it is the
-    same method}; floor: {metric: error}; kind: rule or peer; duration; periods.
+    same method}; floor: {metric: error}; kind: rule or peer; duration; periods; consistency: of a
+    rule that is not the bench's, its single steps.
     """
     assert isinstance(case, Entry)
     case.race.progress = progress
-    return case.race.results[case.method]
+    found = case.race.results[case.method]
+    own = [r for r in case.race.rules if case.method in (r.name, r.name + BY_TOLERANCE)]
+    if not own or is_ours(own[0]):  # the orders of the bench's rules are proven
+        return found
+    return {**found, CONSISTENCY: consistency_of(Case(NAME, case.scene, own[0], 16))}

@@ -10,7 +10,8 @@ from ..core.records import AtMost
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
 from ..report.case import Case as Shown
 from ..report.labels import end_labels
-from ..report.palette import INK, MUTED, PAPER, Mark
+from ..report.palette import INK, MUTED, Mark
+from ..report.wording import scientific
 from .records import Measured, Row
 
 if TYPE_CHECKING:
@@ -70,6 +71,8 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
             if not curve:
                 continue
             _curve(axes, curve, mark, x)
+            if case.measured.cut:
+                _going_on(axes, curve, mark)
             words = case.method.replace(":", ":\n")
             words += "" if case.passed else f"\n({case.verdict})"
             labels.append((*curve[-1][:2], words, mark.colour))
@@ -77,7 +80,35 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
 
     spoken = f"{title}: {ERRORS.get(y, y)} against {WORK.get(x, x)} on logarithmic axes. "
     spoken += "; ".join(case.method for case in cases)
-    return Panel(title, ERRORS.get(y, y), WORK.get(x, x), spoken, draw)
+    return Panel(title, ERRORS.get(y, y) + _standing(cases), WORK.get(x, x), spoken, draw)
+
+
+def _standing(cases: Sequence[Case]) -> str:
+    """Return in words whether the fastest rule and the fastest peer change places."""
+    stand = cases[0].standing
+    if stand is None or cases[0].crossovers:
+        said = "crossovers are ringed" if cases[0].crossovers else "no accuracy is reached by both"
+        return f"; {said}" if len({case.kind for case in cases}) > 1 else ""
+    span = f"from {scientific(stand.loosest)} to {scientific(stand.tightest)}"
+    if stand.sure:
+        return f"; no crossover: {stand.leader}s lead {span}"
+    leads = f"{stand.leader}s lead" if stand.leader else "neither leads"
+    return f"; {leads} {span}, in part by less than runs differ"
+
+
+def _going_on(axes: Axes, curve: list[Point], mark: Mark) -> None:
+    """Draw an arrow at the end of a ladder that the budget ended."""
+    to_pixels = axes.transData
+    ends = to_pixels.transform([point[:2] for point in curve[-2:]])
+    way = ends[-1] - ends[0] if len(curve) > 1 else ends[0] * 0 + (1.0, -1.0)
+    length = float((way**2).sum()) ** 0.5 or 1.0
+    end = ends[-1] + way / length * axes.figure.dpi / 72 * 11
+    head: Any = to_pixels.inverted().transform(end)
+    drawn: dict[str, Any] = {"arrowstyle": "->,head_width=0.15,head_length=0.25", "lw": 0.9}
+    drawn |= {"color": mark.colour, "shrinkA": 2.5, "shrinkB": 0}
+    axes.annotate(
+        "", xy=head, xytext=curve[-1][:2], arrowprops=drawn, annotation_clip=False, zorder=2.5
+    )
 
 
 def _clear(axes: Axes, curves: Iterable[list[Point]], floor: float) -> float:
@@ -105,16 +136,14 @@ def _points(case: Case, x: str, y: str) -> list[Point]:
 
 
 def _curve(axes: Axes, curve: list[Point], mark: Mark, x: str) -> None:
-    """Draw the line, the quartiles of the times, and hollow marks for runs with outliers."""
+    """Draw the line, its marks and the quartiles of times; a stroke ends those with outliers."""
     style: dict[str, Any] = {"color": mark.colour, "zorder": 2.5}
     axes.plot(*zip(*(point[:2] for point in curve), strict=True), lw=0.9, ls=mark.dash, **style)
     if x == "seconds":
         for _, error, row in curve:
             if (low := row.seconds_low) and (high := row.seconds_high):
                 axes.plot([low, high], [error, error], lw=2.2, alpha=0.4, **style)
-    for odd in (False, True):
-        chosen = [p[:2] for p in curve if bool(x == "seconds" and p[2].outliers) is odd]
-        if chosen:
-            face: dict[str, Any] = {"mfc": PAPER} if odd else {}
-            axes.plot(*zip(*chosen, strict=True), ls="", marker=mark.marker, ms=3.2, mew=0.7,
-                      mec=mark.colour, **face, **style)  # fmt: skip
+                if row.outliers:
+                    axes.plot([high], [error], ls="", marker="|", ms=4.5, mew=0.8, **style)
+    axes.plot(*zip(*(point[:2] for point in curve), strict=True), ls="", marker=mark.marker, ms=3.2,
+              mew=0.7, mec=mark.colour, mfc=mark.face, **style)  # fmt: skip

@@ -1,8 +1,8 @@
 """Timing many runs beside each other: interleaved rounds, medians with quartiles, outliers flagged.
 
 Processor time of this process is measured, which on a quiet machine is the elapsed time and on a
-busy one does not count other processes. Their remaining effect is the same for all runs, so ratios
-are better known than times. Nothing is judged by time.
+busy one does not count other processes (`core.clocks`). Their remaining effect is the same for all
+runs, so ratios are better known than times. Nothing is judged by time.
 """
 
 from __future__ import annotations
@@ -10,15 +10,17 @@ from __future__ import annotations
 import gc
 import math
 import random
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from ..core.clocks import Clock, fine_clock, tick_of
+
 LEAST, MOST = 5, 31  # rounds
 SHORTEST = 1e-3  # seconds: a shorter run is repeated within a sample, against noise and the clock
+LEAST_CALL = 1e-6  # seconds that a call takes at least, whatever a clock says
 #: seconds: before each sample of a shorter run it is called once untimed. The first call after
 #: another run finds caches and branch predictors cold and takes 20 to 100 µs more: up to four times
 #: as long, and not the same from process to process. For a longer run that is no more than `KNOWN`
@@ -72,26 +74,29 @@ def _rank(samples: int) -> int:
 
 
 def race(
-    runs: Sequence[Callable[[], object]],
-    budget: float,
-    clock: Callable[[], float] = time.process_time,
+    runs: Sequence[Callable[[], object]], budget: float, clock: Clock | None = None
 ) -> list[Timing]:
     """Time the runs in rounds, in an order that changes from round to round.
 
     Each takes part in `LEAST` rounds at least; then those whose median is not yet known continue
-    among themselves, up to `MOST` rounds and until `budget` seconds are spent.
+    among themselves, up to `MOST` rounds and until `budget` seconds are spent. A run that has
+    `ready` is told the number of calls before they are timed. By a clock with long ticks a sample
+    takes so many of them that one is at most `KNOWN` of it.
     """
+    clock = clock or fine_clock()
+    tick = tick_of(clock)
     chance = random.Random("discmech")
     samples: list[list[float]] = [[] for _ in runs]
     collecting, begun = gc.isenabled(), clock()
     gc.disable()
     try:
-        plans = [_plan(run, clock) for run in runs]
+        plans = [_plan(run, clock, tick) for run in runs]
         order = list(range(len(runs)))
         for done in range(1, MOST + 1):
             chance.shuffle(order)
             for k in order:
                 warm, repeats = plans[k]
+                _ready(runs[k], warm + repeats)
                 if warm:
                     runs[k]()
                 start = clock()
@@ -108,17 +113,27 @@ def race(
     return [Timing.of(s) for s in samples]
 
 
-def _plan(run: Callable[[], object], clock: Callable[[], float]) -> tuple[bool, int]:
+def _ready(run: Callable[[], object], calls: int) -> None:
+    if (ready := getattr(run, "ready", None)) is not None:
+        ready(calls)
+
+
+def _plan(run: Callable[[], object], clock: Clock, tick: float) -> tuple[bool, int]:
     """Return (True if a run needs an untimed call before a sample, the number of calls within it).
 
-    It is found from the fastest of three calls: the first is cold, and any may be disturbed. For a
-    long run one call is enough.
+    It is found from the fastest of three calls, or of as many as take a tick: the first is cold,
+    and any may be disturbed. For a long run one call is enough.
     """
     fastest = math.inf
     for _ in range(3):
+        calls, spent = 0, -1.0
+        _ready(run, 1)
         start = clock()
-        run()
-        fastest = min(fastest, clock() - start)
+        while spent < tick:
+            run()
+            calls, spent = calls + 1, clock() - start
+        fastest = min(fastest, spent / calls)
         if fastest >= 2 * WARM:
             break
-    return fastest < WARM, max(1, min(1000, math.ceil(SHORTEST / max(fastest, 1e-9))))
+    sample = max(SHORTEST, tick / KNOWN)
+    return fastest < WARM, max(1, math.ceil(sample / max(fastest, LEAST_CALL)))

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from ..core.outcome import Row
 from .contestants import Contestant
 
+#: two runs of one race give ratios within 10 % of each other (docs/notes/races.md)
+ALIKE = 1.1
 REACHED = (1e-4, 1e-8, 1e-12)  # accuracies whose cost is reported
 
 
@@ -24,17 +26,18 @@ class Climb:
     cut: str = ""
 
 
-def summary(each: Climb, climbs: Sequence[Climb], axes: tuple[str, str]) -> dict[str, Any]:
-    """Return {rows, measured, kind}: the cost of each accuracy, beside the best peer's cost.
+def reached(each: Climb, metric: str) -> float:
+    """Return the least error of a climb."""
+    errors = (row[metric] for row, _ in each.runs)
+    return min(errors, default=math.inf)
+
+
+def summary(each: Climb, axes: tuple[str, str]) -> dict[str, Any]:
+    """Return {rows, measured, kind}: the cost of each accuracy.
 
     cost and its quartiles (`spread`) are read off the line through the runs; see
     `measuring.measure`. What needs all methods is added by `beside_each_other`.
     """
-    costs = cost(each.rows, axes)
-    peers = [points(c.rows, axes) for c in climbs if c.contestant.kind == "peer"]
-    best = cost_of_runs(peers)
-    ratio = {a: value / least if value is not None and (least := best[a]) else None
-             for a, value in costs.items()}  # fmt: skip
     errors = [row[axes[1]] for row in each.rows if row[axes[1]] is not None]
     return {
         "rows": each.rows,
@@ -43,9 +46,8 @@ def summary(each: Climb, climbs: Sequence[Climb], axes: tuple[str, str]) -> dict
             "x": axes[0],
             "y": axes[1],
             "best": min(errors, default=None),
-            "cost": costs,
+            "cost": cost(each.rows, axes),
             "spread": _spread(each.rows, axes),
-            "ratio": ratio,
             "cut": each.cut,
             "dearest": max((work for work, _ in points(each.rows, axes)), default=None),
             "setup": getattr(each.contestant, "setup", None),
@@ -64,8 +66,10 @@ def fastest_peers(kept: Mapping[str, Mapping[str, Any]]) -> set[str]:
 def beside_each_other(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the cases with what is read off all methods of a race, even of several runs.
 
-    crossovers; measured: `equal_time` of the methods of one run, since times of two runs differ,
-    and same_as: the first method with the same step.
+    crossovers, and standing (`crossovers`); measured: ratio, the cost of each accuracy to the best
+    peer's of the same run, `equal_time` of the methods of one run, since times of two runs differ,
+    and same_as: the first method with the same step. A method that fails solves another problem,
+    and is not ranked: it has neither cost nor ratio.
     """
     races: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
     for case in cases:
@@ -74,19 +78,33 @@ def beside_each_other(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
             races.setdefault(key, []).append(case)
     found = {}
     for race in races.values():
-        measured, rows = race[0]["measured"], dict[str, list[Sequence[Row]]]()
-        for case in race:
+        axes = race[0]["measured"]["x"], race[0]["measured"]["y"]
+        out = {case["rule"] for case in race if case.get("verdict") == "fail"}
+        ranked, rows = [case for case in race if case["rule"] not in out], dict[str, list[Any]]()
+        for case in ranked:
             rows.setdefault(case["race"]["run"], []).append(case["rows"])
-        changes = crossovers(race, (measured["x"], measured["y"]))
+        least = {case["race"]["run"]: cost_of_runs(_peers_of(case, out)) for case in race}
+        changes, standing = crossovers(ranked, axes, out)
         first: dict[str, str] = {}
         for case in race:
-            step = case["race"]["step"]
+            step, run, own = case["race"]["step"], case["race"]["run"], case["measured"]
             leader = first.setdefault(step, case["rule"]) if step else case["rule"]
-            own = rows[case["race"]["run"]]
-            more = {"equal_time": equal_time(case["rows"], own, measured["y"]),
+            costs = cost([] if case["rule"] in out else case["rows"], axes)
+            ratio = {a: value / best if value is not None and (best := least[run][a]) else None
+                     for a, value in costs.items()}  # fmt: skip
+            more = {"cost": costs, "ratio": ratio,
+                    "equal_time": None if case["rule"] in out
+                    else equal_time(case["rows"], rows[run], axes[1]),
                     "same_as": None if leader == case["rule"] else leader}  # fmt: skip
-            found[id(case)] = {"crossovers": changes, "measured": {**case["measured"], **more}}
+            found[id(case)] = {
+                "crossovers": changes, "standing": standing, "measured": {**own, **more}
+            }  # fmt: skip
     return [{**case, **found.get(id(case), {})} for case in cases]
+
+
+def _peers_of(case: Mapping[str, Any], out: Collection[str]) -> list[Sequence[Sequence[float]]]:
+    """Return (work, error) of the ranked peers in the run of a case."""
+    return [runs for name, runs in case["race"]["peers"].items() if name not in out]
 
 
 def _spread(rows: Sequence[Row], axes: tuple[str, str]) -> dict[str, list[float] | None]:
@@ -136,29 +154,46 @@ def points(rows: Sequence[Row], axes: tuple[str, str]) -> list[tuple[float, floa
     ]
 
 
-def crossovers(race: Sequence[Mapping[str, Any]], axes: tuple[str, str]) -> list[dict[str, Any]]:
-    """Return where the fastest rule and the fastest peer change places: [{error, work, tighter}].
+def crossovers(
+    race: Sequence[Mapping[str, Any]], axes: tuple[str, str], out: Collection[str] = ()
+) -> tuple[list[dict[str, Any]], dict[str, Any] | None]:
+    """Return where the fastest rule and the fastest peer change places, and how they stand.
 
-    `tighter` is the kind that is faster at tighter accuracies. Only accuracies that both kinds
-    reach count. A rule is compared with the peers of its own run, since times of two runs differ.
+    [{error, work, tighter}]: `tighter` is the kind that is faster at tighter accuracies. Only
+    accuracies that both kinds reach count, and a change only if before and after it one kind is
+    faster by more than runs differ (`ALIKE`). A rule is compared with the peers of its own run,
+    since times of two runs differ. The second is None if no accuracy is reached by both, else
+    {leader, loosest, tightest, sure}: the kind that is faster at the tightest accuracy where that
+    is known, the accuracies that were compared, and True if at each of them one kind is faster by
+    more than runs differ. out: the names of peers that are not ranked.
     """
     grid = [10.0 ** (-k / 8) for k in range(8 * 15)]
-    keys = [*map(_key, grid)]
+    alike = ALIKE if axes[0] == "seconds" else 1.0
     rules = [case for case in race if case["kind"] == "rule"]
-    runs = {case["race"]["run"]: case["race"]["peers"].values() for case in rules}
-    peers = {run: cost_of_runs(own, grid) for run, own in runs.items()}
+    peers = {case["race"]["run"]: cost_of_runs(_peers_of(case, out), grid) for case in rules}
     both = [(cost(case["rows"], axes, grid), peers[case["race"]["run"]]) for case in rules]
-    found, before = [], None
-    for error, key in zip(grid, keys, strict=True):
+    found, compared, sure, turn = [], list[float](), True, dict[str, float]()
+    before = leader = None
+    for error, key in zip(grid, map(_key, grid), strict=True):
         known = [(x, y) for own, other in both if (x := own[key]) and (y := other[key])]
         if not known:
             continue
+        compared.append(error)
         rule, peer = min(known, key=lambda pair: pair[0] / pair[1])
         faster = "rule" if rule < peer else "peer"
-        if before not in (None, faster):
-            found.append({"error": error, "work": max(rule, peer), "tighter": faster})
+        if faster != before:
+            turn = {"error": error, "work": max(rule, peer)}
         before = faster
-    return found
+        if max(rule, peer) < alike * min(rule, peer):
+            sure = False
+            continue
+        if leader not in (None, faster):
+            found.append({**turn, "tighter": faster})
+        leader = faster
+    if not compared:
+        return found, None
+    ends = {"loosest": compared[0], "tightest": compared[-1]}
+    return found, {"leader": leader, **ends, "sure": sure}
 
 
 def _key(accuracy: float) -> str:

@@ -15,13 +15,16 @@ from .plot import Case
 from .records import Measured, Row
 
 WORK = (
-    "Error against run time: the median of interleaved rounds, with its quartiles as a bar; hollow "
-    "marks had outliers among their samples, which are kept. Rules of this bench have full lines, "
-    "other people's integrators dashed ones. A line ends where the error no longer sinks or where "
-    "the next run would exceed the budget. Dashed across: the error that rounding the start to "
+    "Error against run time: the median of interleaved rounds, with its quartiles as a bar; a "
+    "stroke at its end means outliers among the samples, which are kept. Rules of this bench have "
+    "full lines, other people's integrators dashed ones; hollow marks are runs whose step was "
+    "chosen for a tolerance. A line ends where the error no longer sinks, with an arrow where the "
+    "budget cut it: more work would give more accuracy there. Rings: the fastest rule and the "
+    "fastest other integrator change places. Dashed across: the error that rounding the start to "
     "double precision alone makes, the floor for everybody. A method that was timed later, "
     "beside the fastest peers alone, has its curve from that run."
 )
+ACCURACIES = (1e-4, 1e-8, 1e-12)
 FEW = 3  # methods that are named as those of a run; more are counted
 LONG_WORK = (
     "The same over many characteristic periods, where the energy is what counts: a method that "
@@ -35,8 +38,9 @@ def _span(case: Case) -> str:
     return f"{case.periods} periods" if case.periods else f"T = {end:g}" if end else NONE
 
 
-def _cost(accuracy: str) -> Callable[[Case], str]:
-    """Return a function for the cost of an accuracy, and its ratio to the best peer's cost."""
+def _cost(accuracy: str, beside: bool = True) -> Callable[[Case], str]:
+    """Return a function for the cost of an accuracy and, `beside` it, its ratio to the best
+    peer's."""
 
     def text(case: Case) -> str:
         measured = case.measured
@@ -44,7 +48,7 @@ def _cost(accuracy: str) -> Callable[[Case], str]:
         if value is None:
             return NONE
         words = duration(value) if measured.x == "seconds" else f"{value:.3g}"
-        return words if ratio is None else f"{words} ({ratio:.2g}×)"
+        return words if ratio is None or not beside else f"{words} ({ratio:.2g}×)"
 
     return text
 
@@ -123,11 +127,12 @@ VIEW = View(
     measured=Measured, expected=AtMost, row=Row,
     columns=[
         ("Over", _span),
-        *((f"to {scientific(a)} (× best peer)", _cost(f"{a:.0e}")) for a in (1e-4, 1e-8, 1e-12)),
+        *((f"to {scientific(a)} (× best peer)", _cost(f"{a:.0e}")) for a in ACCURACIES),
         ("Best", _best),
         ("Compiling", _setup),
         ("Timed", _timed),
     ],
     got=_got, wanted=_wanted,
+    paper=[(f"to {scientific(a)}", _cost(f"{a:.0e}", beside=False)) for a in ACCURACIES],
     line=_line, sketches=_sketches, compared=_compared,
 )  # fmt: skip

@@ -139,7 +139,7 @@ def test_stable_steps_of_the_oscillator_are_those_of_bisection():
     assert (
         line["take"] == ["c"]
         and STABILITY.short(case_of("stability", {"measured": {"stable_to": None}}))
-        == "at every hω"
+        == "at every hω up to 1000"
     )
     assert only([], [shown("a", 2.0), shown("b", 2.0 + 1e-12), shown("d", 1.9)])["take"] == [
         "b",

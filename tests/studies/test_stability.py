@@ -25,8 +25,10 @@ from discmech.integrators import rules as discretisations
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
 from discmech.studies.core.running import run_study
+from discmech.studies.report import tables
+from discmech.studies.report.canvas import figure_of
 from discmech.studies.report.case import case_of
-from discmech.studies.stability import nonlinear_stability, own_scene, view
+from discmech.studies.stability import nonlinear_stability, own_scene, plot_maps, view
 from discmech.studies.stability.nonlinear_stability import limits, one_run, resonant, stability_map
 from discmech.studies.stability.records import Cell
 from discmech.studies.stability.stiff import FAMILIES
@@ -231,3 +233,35 @@ def test_a_scene_of_ones_own_is_linearised_at_an_equilibrium():
     measured = {"classes": {"bounded": 1}, "equilibrium": [1.5, 3e-17], "frequency": 2.0}
     shown = view.VIEW.got(case_of("stability", {"measured": measured}))
     assert "(x, μ) = (1.5, 0), ω = 2" in shown
+
+
+def test_a_map_of_one_amplitude_is_a_bar_a_rule():
+    """One panel with a line a rule, no taller than it is; a map of a family is one a rule."""
+
+    def case(rule, *stiff):
+        rows = [{"z": z, "stiffness": k, "class": "bounded"} for k in stiff for z in (0.1, 1.0)]
+        return case_of(
+            "stability",
+            {
+                "kind": "map",
+                "scene": "mine",
+                "rule": rule,
+                "rows": rows,
+                "label": "amplitude",
+                "measured": {"classes": {"bounded": 2}},
+            },
+        )
+
+    panels, sheet = plot_maps.map_table([case("a", 1), case("b", 1)], {})
+    (panel,) = panels
+    (axes,) = figure_of(panels, sheet).axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["b", "a"]
+    assert axes.bbox.height / axes.figure.dpi <= 2 * plot_maps.BAR + 0.01
+    assert "amplitude" not in panel.subtitle
+    assert len(plot_maps.map_table([case("a", 1, 2), case("b", 1, 2)], {})[0]) == 2
+
+
+def test_a_search_without_an_end_says_where_it_ended():
+    measured = {"equilibrium": [0.0], "frequency": 1.0, "stable_to": None, "classes": {}}
+    told = tables.got(case_of("stability", {"kind": "map", "measured": measured}))
+    assert "up to 6, where the search ended" in told

@@ -123,6 +123,13 @@ def test_a_rule_keeps_its_mark_whatever_else_is_drawn():
     assert marks(["my-rule", "newmark-1-2", LONG])[LONG] == alone
 
 
+def test_no_two_rules_of_a_figure_have_one_colour_and_one_mark():
+    """Whatever their names, while there are marks: of 26 rules some share letters' numbers."""
+    names = [f"rule-{k}" for k in range(20)] + ["midpoint", "gauss-4", "gauss-8", "heyoka", "imex"]
+    looks = {(mark.colour, mark.marker) for mark in marks(names).values()}
+    assert len(looks) == len(names)
+
+
 def test_words_of_the_floor_touch_no_curve():
     """A curve that comes to the floor at its left end, where its words would stand."""
     from matplotlib.figure import Figure

@@ -45,7 +45,7 @@ class DiffraxContestant(Contestant):
 
         self.name, self.problem = name, problem
         self.most_steps = int(min(problem.patience / self.fastest, MOST_STEPS))
-        self.start = self._state(jnp.asarray(problem.start))
+        self.start = self.begun(None, problem.start)
         self.terms = self._terms(equations)
 
         def run(setting: Any, start: Any, saved: Any, most: int) -> Any:
@@ -68,12 +68,14 @@ class DiffraxContestant(Contestant):
         self.end = jax.jit(end)
         self.look = jax.jit(look, static_argnums=2)
         begun = time.perf_counter()
-        self.solve(next(self.ladder()))
+        self.solve(next(self.ladder()), self.start)
         self.setup = time.perf_counter() - begun
 
-    def _state(self, start: Any) -> Any:
+    def begun(self, made: Any, start: np.ndarray) -> Any:
         """Return (x, μ) in the shape that the method takes."""
-        return start
+        import jax.numpy as jnp
+
+        return jnp.asarray(start)
 
     def _terms(self, equations: Any) -> Any:
         import diffrax
@@ -89,11 +91,11 @@ class DiffraxContestant(Contestant):
         solver = diffrax.Tsit5() if self.name.endswith("tsit5") else diffrax.Dopri8()
         return {"solver": solver, "dt0": None, "stepsize_controller": controller}
 
-    def solve(self, setting: Any) -> Any:
+    def solve(self, setting: Any, start: Any) -> Any:
         """Return one compiled solve; JAX returns at once, so the result is waited for."""
         import jax
 
-        return jax.block_until_ready(self.end(setting, self.start)[0])
+        return jax.block_until_ready(self.end(setting, start)[0])
 
     def states(self, setting: Any) -> States:
         """Return its own steps; at earlier checkpoints its dense output, as a user gets."""
@@ -115,9 +117,10 @@ class SymplecticContestant(DiffraxContestant):
 
     fastest = 1e-8
 
-    def _state(self, start: Any) -> Any:
+    def begun(self, made: Any, start: np.ndarray) -> Any:
+        """Return x and μ."""
         n = len(self.problem.scheme.x)
-        return start[:n], start[n:]
+        return super().begun(made, start[:n]), super().begun(made, start[n:])
 
     def _terms(self, equations: Any) -> Any:
         import diffrax

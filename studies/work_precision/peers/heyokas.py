@@ -71,14 +71,14 @@ class HeyokaContestant(Contestant):
         self.setup += time.perf_counter() - begun
         return made
 
-    def _rewound(self, integrator: Any) -> Any:
+    def _rewound(self, integrator: Any, start: Any = None) -> Any:
         integrator.time = 0.0
-        integrator.state[:] = self.start
+        integrator.state[:] = self.start if start is None else start
         return integrator
 
-    def solve(self, integrator: Any) -> Any:
+    def solve(self, integrator: Any, start: np.ndarray) -> Any:
         """Run propagate_until from the start."""
-        return self._rewound(integrator).propagate_until(self.end)
+        return self._rewound(integrator, start).propagate_until(self.end)
 
     def _watched(self, integrator: Any) -> int:
         """Do the same run within the patience; return its number of steps."""

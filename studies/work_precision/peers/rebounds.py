@@ -78,12 +78,9 @@ class ReboundContestant(Contestant):
         self.masses = np.array(found.masses)
         self.start = rebound.Simulation()
         self.start.G, self.start.integrator = found.G, name.lower()
-        n = len(self.masses) * found.dim
-        x, mu = (part.reshape(-1, found.dim) for part in (problem.start[:n], problem.start[n:]))
-        for m, place, speed in zip(self.masses, x, mu / self.masses[:, None], strict=True):
-            at = {**dict(zip("xyz", place, strict=False)),
-                  **dict(zip(("vx", "vy", "vz"), speed, strict=False))}  # fmt: skip
-            self.start.add(m=m, **at)
+        for m in self.masses:
+            self.start.add(m=m)
+        self.start = self.begun((self.start, None), problem.start)
 
     def state(self, simulation: Any) -> np.ndarray:
         """Return (x, μ) of a simulation."""
@@ -92,15 +89,23 @@ class ReboundContestant(Contestant):
         mu = self.masses[:, None] * v
         return np.concatenate([x[:, : self.dim].ravel(), mu[:, : self.dim].ravel()])
 
+    def begun(self, made: Any, start: np.ndarray) -> Any:
+        """Return a copy of the simulation at a start."""
+        simulation = made[0].copy()
+        x, v = np.zeros((2, len(self.masses), 3))
+        places, momenta = (part.reshape(-1, self.dim) for part in np.split(start, 2))
+        x[:, : self.dim], v[:, : self.dim] = places, momenta / self.masses[:, None]
+        simulation.set_serialized_particle_data(xyz=x, vxvyvz=v)
+        return simulation
+
     def made(self, setting: Any) -> Any:
         """Return a simulation at the start, and its setting."""
         simulation = self.start.copy()
         simulation.ri_ias15.epsilon = setting
         return simulation, setting
 
-    def solve(self, made: Any) -> Any:
-        """Return a copy that ran to the end by its own steps."""
-        simulation = made[0].copy()
+    def solve(self, made: Any, simulation: Any) -> Any:
+        """Return the simulation, at the end by its own steps."""
         simulation.integrate(self.end)
         return simulation
 
@@ -114,7 +119,7 @@ class ReboundContestant(Contestant):
             simulation.steps(every)
             simulation.synchronize()
             rows.append(self.state(simulation))
-        return [*rows[:-1], self.state(self.solve(made))]
+        return [*rows[:-1], self.state(self.solve(made, made[0].copy()))]
 
     def states(self, made: Any) -> States:
         """Return its own steps; at earlier checkpoints by steps that are cut to end there."""
@@ -145,9 +150,8 @@ class WisdomHolman(ReboundContestant):
         simulation.dt = self.end / steps
         return simulation, steps
 
-    def solve(self, made: Any) -> Any:
+    def solve(self, made: Any, simulation: Any) -> Any:
         """Run a number of equal steps, synchronised only at the end."""
-        simulation = made[0].copy()
         simulation.steps(made[1])
         simulation.synchronize()
         return simulation

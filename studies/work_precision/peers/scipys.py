@@ -38,14 +38,14 @@ class ScipyContestant(Contestant):
         atol = tolerance * self.scale
         return {"method": self.name, "rtol": tolerance, "atol": atol, **jacobian}
 
-    def solve(self, options: dict[str, Any]) -> Any:
+    def solve(self, options: dict[str, Any], start: np.ndarray) -> Any:
         """Solve without output in between, its fastest form."""
-        return self._solved(self.f, options)
+        return self._solved(self.f, options, start)
 
-    def _solved(self, f: Any, options: dict[str, Any]) -> Any:
+    def _solved(self, f: Any, options: dict[str, Any], start: np.ndarray) -> Any:
         from scipy.integrate import solve_ivp
 
-        return solve_ivp(f, (0.0, float(self.problem.duration)), self.start, **options)
+        return solve_ivp(f, (0.0, float(self.problem.duration)), start, **options)
 
     def states(self, options: dict[str, Any]) -> States:
         """Return its own steps; at earlier checkpoints its dense output, as a user gets."""
@@ -57,12 +57,13 @@ class ScipyContestant(Contestant):
                 raise NoEnd(self.name)
             return self.f(t, z)
 
-        found = self._solved(watched, options)
+        found = self._solved(watched, options, self.start)
         if not found.success:
             raise CannotMeasure(f"{self.name}: {found.message}")
         checkpoints = np.zeros((0, len(self.start)))
         if problem.checkpoints:
-            dense = self._solved(self.f, {**options, "t_eval": [float(t) for t in problem.times]})
+            times = [float(t) for t in problem.times]
+            dense = self._solved(self.f, {**options, "t_eval": times}, self.start)
             checkpoints = np.array(dense.y.T)
             checkpoints[-1] = found.y[:, -1]
         stride = max(1, -(-found.y.shape[1] // MOST_ROWS))

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from discmech.integrators import BadInput, black_box, discretisation, scenes
+from discmech.integrators import BadInput, Scene, black_box, discretisation, pair, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import BUILT_IN
 from discmech.studies import get
@@ -278,7 +278,7 @@ def test_what_the_budget_cut_is_said():
 def test_a_rule_has_the_runs_that_its_verdict_needs_and_no_more(monkeypatch):
     """Each run takes a second by a made clock, and the budget is that of one."""
     clock = itertools.count()
-    monkeypatch.setattr(contest, "time", SimpleNamespace(process_time=lambda: next(clock)))
+    monkeypatch.setattr(contest, "fine_clock", lambda: lambda: next(clock))
     problem, equations = race_on(scenes.get("pendulum"))
     yardstick = Yardstick(problem, equations)
     done = {
@@ -353,3 +353,82 @@ def test_constraints_are_left_out_with_a_sentence():
     assert not study.cases(choice("suslov")) and study.cases(choice("duffing"))
     assert any("follow no constraints" in note for note in study.notes(choice("suslov")))
     assert not any("left out" in note for note in study.notes(choice("duffing")))
+
+
+@pytest.mark.parametrize("kind", ["formula", "program", "peer"])
+@pytest.mark.parametrize("scene", ["kepler", "duffing"])
+def test_no_two_timed_calls_begin_at_the_same_state(scene, kind):
+    """Else a memory of the first call answers all others, and its method wins the race."""
+    problem, equations = race_on(scenes.get(scene))
+    method = Remembers(problem) if kind == "program" else (
+        RuleContestant(problem, BUILT_IN["trapezoidal"]) if kind == "formula"
+        else peers.peer("DOP853", problem, equations)
+    )  # fmt: skip
+    run = method.prepare(16 if kind != "peer" else 1e-2)
+    run.ready(5)
+    ends = [run() for _ in range(9)]
+    assert len({(e.y if kind == "peer" else np.hstack(e)).tobytes() for e in ends}) > 5
+    if kind == "program":
+        assert method.memory.cache_info().hits == 0
+    starts = problem.starts
+    assert len({start.tobytes() for start in starts}) == len(starts)
+    assert np.abs(starts - problem.start).max() < 1e-11 * np.abs(problem.start).max()
+    assert np.ptp(np.delete(starts, problem.places, axis=1)) == 0 if scene == "duffing" else True
+
+
+class Remembers(RuleContestant):
+    """Störmer and Verlet's method that remembers every step, with its memory."""
+
+    def __init__(self, problem):
+        @functools.cache
+        def step(q, p, h, force):
+            p = tuple(a + h / 2 * b for a, b in zip(p, force, strict=True))
+            return tuple(a + h * b for a, b in zip(q, p, strict=True)), p
+
+        @black_box(order=2)
+        def remembers(q, p, h, system):
+            q, p = step(tuple(q), tuple(p), h, tuple(-system.gradient(q, p)))
+            q, p = np.array(q), np.array(p)
+            return q, p - h / 2 * system.gradient(q, p)
+
+        self.memory = step
+        super().__init__(problem, remembers)
+
+
+def test_a_start_of_zeros_is_moved_too():
+    scene = Scene(
+        name="falls", groupoid=pair(1), lagrangian=lambda x, v, p: v[0] ** 2 / 2 - x[0],
+        x0=[0], v0=[0], duration=1,
+    )  # fmt: skip
+    problem, _ = race_on(scene)
+    assert len({start.tobytes() for start in problem.starts}) == len(problem.starts)
+
+
+def test_a_rule_that_is_not_consistent_is_not_ranked():
+    """V too large by 10⁻¹⁰: its errors sink to that, below every limit of a race."""
+
+    @discretisation(order=2)
+    def heavy(L, G, x, u, h):
+        m = G.target(x, u, h / 2)
+        return h * L(m, u) + h * L(m, 0 * u) / 10**10
+
+    found = race("harmonic", rules=(heavy, BUILT_IN["midpoint"]), peers=("LSODA",))
+    case = found["heavy"]
+    assert case["verdict"] == "fail" and "not consistent" in case["reason"]
+    assert set(case["measured"]["cost"].values()) == {None}
+    assert found["midpoint"]["verdict"] == "pass" and "consistency" not in found["midpoint"]
+
+
+def test_a_peer_climbs_as_high_as_a_rule(monkeypatch):
+    """Each run takes a second by a made clock, and the budget is that of one run."""
+    clock = itertools.count()
+    monkeypatch.setattr(contest, "fine_clock", lambda: lambda: next(clock))
+    problem, equations = race_on(scenes.get("pendulum"))
+    yardstick = Yardstick(problem, equations)
+
+    def least(height):
+        peer = peers.peer("DOP853", problem, equations)
+        found = contest.climb(peer, yardstick, "error", 1.0 * racing.LEAST, height)
+        return standings.reached(found, "error")
+
+    assert least(math.inf) > 1e-3 and least(1e-7) <= 1e-7

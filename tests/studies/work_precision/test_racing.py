@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import itertools
 import math
+import time
 
 import pytest
 
+from discmech.studies.core import clocks
 from discmech.studies.work_precision import racing
 
 
@@ -103,3 +105,22 @@ def test_an_outlier_is_flagged_and_kept():
 
 def test_nothing_to_time():
     assert racing.race([], 1.0) == []
+
+
+@pytest.mark.parametrize("true", [3e-5, 3e-3, 2e-2])
+def test_a_clock_of_long_ticks_times_as_well(true):
+    """That of Windows counts processor time by 15.6 ms: a sample then takes many ticks."""
+    machine = Machine()
+
+    def clock():
+        machine.now += 1e-5  # so it moves by itself
+        return math.floor(machine.now / 0.015625) * 0.015625
+
+    (timing,) = racing.race([machine.run("a", [true])], 1.0, clock)
+    assert timing.median == pytest.approx(true, rel=2 * racing.KNOWN)
+
+
+def test_the_clock_has_a_fine_tick_on_every_system(monkeypatch):
+    assert 0 < clocks.tick_of(clocks.fine_clock()) <= clocks.FINE
+    monkeypatch.setattr(clocks, "tick_of", lambda clock: 0.015625)
+    assert clocks.fine_clock.__wrapped__() is time.perf_counter

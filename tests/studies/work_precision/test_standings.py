@@ -6,7 +6,10 @@ import math
 
 import pytest
 
-from discmech.studies.report.case import case_of
+from discmech.studies.report import tables
+from discmech.studies.report.canvas import figure_of
+from discmech.studies.report.case import case_of, result_of
+from discmech.studies.report.palette import marks
 from discmech.studies.work_precision import axes, standings
 from discmech.studies.work_precision import plot as plot_work
 from tests.studies.work_precision.races import shown
@@ -68,16 +71,88 @@ def test_a_point_without_error_is_not_drawn():
     ] == [(2.0, 1e-3)]
 
 
+def raced(rule, run, *seconds, kind="rule", verdict="pass"):
+    """A case of a race whose k-th run took so many seconds, with an error of 10⁻ᵏ."""
+    rows = [{"seconds": s, "seconds_low": s, "seconds_high": s, "error": 10.0**-k}
+            for k, s in enumerate(seconds)]  # fmt: skip
+    return {"scene": "pendulum", "retraction": None, "periods": None, "rule": rule,
+            "kind": kind, "rows": rows, "measured": {"x": "seconds", "y": "error"},
+            "verdict": verdict, "race": {"run": run, "peers": {}, "step": None}}  # fmt: skip
+
+
+def together(*cases):
+    """The cases of one run."""
+    peers = {case["rule"]: [(row["seconds"], row["error"]) for row in case["rows"]]
+             for case in cases if case["kind"] == "peer"}  # fmt: skip
+    return [{**case, "race": {**case["race"], "peers": peers}} for case in cases]
+
+
 def test_errors_at_equal_time_are_those_of_one_run():
     """A rule that was timed later, on a machine ten times as fast, is beside its own run alone."""
-
-    def raced(rule, run, *seconds):
-        rows = [{"seconds": s, "seconds_low": s, "seconds_high": s, "error": 10.0**-k}
-                for k, s in enumerate(seconds)]  # fmt: skip
-        return {"scene": "pendulum", "retraction": None, "periods": None, "rule": rule,
-                "kind": "rule", "rows": rows, "measured": {"x": "seconds", "y": "error"},
-                "race": {"run": run, "peers": {}, "step": None}}  # fmt: skip
-
     cases = [raced("a", "1", 1, 10, 100), raced("b", "1", 1, 10), raced("c", "2", 0.1, 1)]
     found = [case["measured"]["equal_time"] for case in standings.beside_each_other(cases)]
     assert [one["seconds"] for one in found] == [10, 10, 1]
+
+
+def test_a_method_that_fails_is_not_ranked():
+    """It solves another problem: neither its cost, nor a ratio to it, nor a change of places."""
+    quick = raced("quick", "1", *[1e-3] * 9, kind="peer", verdict="fail")
+    slow = raced("slow", "1", *range(10, 19), kind="peer")
+    wrong = raced("wrong", "1", *[1e-4] * 9, verdict="fail")
+    right = raced("right", "1", *range(1, 10))
+    found = standings.beside_each_other(together(wrong, right, quick, slow))
+    by_name = {case["rule"]: case["measured"] for case in found}
+    assert by_name["right"]["ratio"]["1e-04"] == pytest.approx(5 / 14)
+    for name in ("quick", "wrong"):
+        assert set(by_name[name]["cost"].values()) == set(by_name[name]["ratio"].values()) == {None}
+        assert by_name[name]["equal_time"] is None
+    assert found[0]["standing"]["leader"] == "rule" and not found[0]["crossovers"]
+
+
+def test_a_change_of_places_is_marked_or_denied():
+    """It is denied only if one kind is faster by more than two runs differ at each accuracy."""
+
+    def of(rule, peer):
+        cases = together(raced("r", "1", *rule), raced("p", "1", *peer, kind="peer"))
+        return standings.crossovers(cases, ("seconds", "error"))
+
+    changes, standing = of([1, 2, 4, 8], [3, 3, 3, 3])
+    assert [change["tighter"] for change in changes] == ["peer"]
+    assert changes[0]["work"] == pytest.approx(3, rel=0.1) and standing["leader"] == "peer"
+    lead = {"leader": "rule", "loosest": 1.0, "tightest": pytest.approx(1e-3), "sure": True}
+    assert of([1, 1, 1, 1], [2, 2, 2, 2]) == ([], lead)
+    assert of([1, 1, 1, 1], [2, 1.05, 1, 2]) == ([], {**lead, "sure": False})
+    assert of([1, 1, 1, 1], [1, 1.05, 1, 0.99]) == ([], {**lead, "leader": None, "sure": False})
+    assert of([1, 1], []) == ([], None)
+
+
+def test_a_paper_s_table_has_the_times_of_a_race():
+    """A column an accuracy; a race over many periods stands apart."""
+    cost = {"1e-04": 1e-3, "1e-08": 2e-2, "1e-12": None}
+    case = {"scene": "kepler", "rule": "mine", "digits": 16, "verdict": "pass",
+            "measured": {"x": "seconds", "cost": cost, "ratio": {"1e-04": 0.5}}}  # fmt: skip
+    lines = tables.paper_tex(
+        result_of({"study": "work-precision", "cases": [case, {**case, "periods": 1000}]})
+    ).splitlines()
+    assert lines[3].count("kepler, to 10") == 3 and "kepler, 1000 periods, to 10" in lines[3]
+    assert lines[5] == r"mine & " + " & ".join([r"1 ms & 20 ms & ---"] * 2) + r" \\"
+
+
+def test_the_picture_says_who_leads_and_where_the_budget_cut():
+    """Every curve has a colour and a mark of its own; an arrow where the budget cut it."""
+    names = ["midpoint", "gauss-2", "gauss-2, tolerance", "mine", "yours", "DOP853"]
+    cases = together(*(
+        raced(name, "1", 1, 2, 3, kind="peer" if name == "DOP853" else "rule") for name in names
+    ))  # fmt: skip
+    cases[0]["measured"]["cut"] = "64 steps, about 1 s"
+    found = [case_of("work-precision", case) for case in standings.beside_each_other(cases)]
+    known = marks(names)
+    panel = plot_work.panel("Race", found, known)
+    (axes,) = figure_of([panel], plot_work.SHEET).axes
+    assert "neither leads from 1 to 0.01" in panel.subtitle
+    arrows = [text for text in axes.texts if text.get_text() == "" and text.arrow_patch is not None
+              and "->" in str(text.arrowprops["arrowstyle"])]  # fmt: skip
+    assert len(arrows) == 1
+    drawn = {(str(line.get_markerfacecolor()), line.get_color(), line.get_marker())
+             for line in axes.lines if line.get_marker() not in ("None", "|")}  # fmt: skip
+    assert len(drawn) == len(names)
