@@ -13,8 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -51,7 +52,8 @@ class Optimum:
     controls in each step, at the times control_times (N, r); node_controls (N+1, k): the controls
     at the times t, by Pontryagin's condition; costates (N+1, n+m): the derivative of the remaining
     cost by (x, μ); cost; iterations: number of Newton corrections; correction: the last one
-    relative to the size of its kind of unknown, at the level of round-off.
+    relative to the size of its kind of unknown, at the level of round-off. scene, rule: what was
+    solved.
     """
 
     t: np.ndarray
@@ -65,6 +67,8 @@ class Optimum:
     cost: float
     iterations: int
     correction: float
+    scene: Any = field(kw_only=True, default=None, repr=False)
+    rule: Any = field(kw_only=True, default=None, repr=False)
 
 
 class BoundaryProblem:
@@ -341,6 +345,7 @@ def solve(
         t=t, x=states[:, :n], mu=states[:, n:], u=u, controls=controls, node_controls=at_nodes,
         control_times=control_times, costates=costates,
         cost=float(cost), iterations=iterations, correction=correction,
+        scene=stages.scene, rule=stages.rule,
     )  # fmt: skip
 
 

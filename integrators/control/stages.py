@@ -58,7 +58,7 @@ class ControlStages:
         controls: int,
         rule: Discretisation,
     ) -> None:
-        self.scene, self.controls = scene, controls
+        self.scene, self.rule, self.controls = scene, rule, controls
         self.numbers = arithmetic(16)
         self.places = places_of(scene, rule)
         controlled = _controlled(scene, inputs, controls, self.places)

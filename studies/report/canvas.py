@@ -47,6 +47,8 @@ _RC: Any = {
     "xtick.major.size": 2.5,
     "ytick.major.size": 2.5,
     "path.simplify": False,
+    "axes.formatter.limits": (-3, 4),  # beyond, ticks have a power of ten in common,
+    "axes.formatter.useoffset": False,  # and never a number that is added
 }
 
 
@@ -161,8 +163,9 @@ def _laid_out(panels: Sequence[Panel], sheet: Sheet, columns: int) -> tuple[Figu
         figure.add_axes((0, 0, 1, 1), label=str(index))
     _place(figure, sheet, columns, lines)
     for axes, panel in zip(figure.axes, panels, strict=True):
-        _dress(axes, panel, sheet)
+        subtitle = _dress(axes, panel, sheet)
         panel.draw(axes)
+        _tell_powers(axes, panel, subtitle)
     needed = [_margins(axes, canvas.get_renderer()) for axes in figure.axes]
     named = ("left", "right", "top", "bottom")
     most = [max(sides) for sides in zip(*needed, strict=True)]
@@ -218,8 +221,8 @@ def _scales(axes: Axes) -> str:
     return json.dumps(found, separators=(",", ":"))
 
 
-def _dress(axes: Axes, panel: Panel, sheet: Sheet) -> None:
-    """Draw headings, spines and background of a panel."""
+def _dress(axes: Axes, panel: Panel, sheet: Sheet) -> Any:
+    """Draw headings, spines and background of a panel; return its subtitle."""
     axes.set_facecolor("none")
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
@@ -232,13 +235,28 @@ def _dress(axes: Axes, panel: Panel, sheet: Sheet) -> None:
     shift = -0.75 * 72 * sheet.left if sheet.left < 1 else -72 * sheet.left + 4
     axes.annotate(panel.title, xytext=(shift, 17), **at, **place)
     small: dict[str, Any] = {"xy": (0, 1), "fontsize": 8, "color": MUTED}
-    axes.annotate(panel.subtitle, xytext=(shift, 7), **small, **place)
+    subtitle = axes.annotate(panel.subtitle, xytext=(shift, 7), **small, **place)
     axes.set_xlabel(panel.xlabel, fontsize=8, color=MUTED, labelpad=1.5)
     tall = 72 * (sheet.height - sheet.top - sheet.bottom)
     # fixed, so that matplotlib need not measure the ticks
     axes.xaxis.set_label_coords(0.5, -15.5 / tall)
     axes.yaxis.set_label_coords(0, 0.5)
     axes.tick_params(labelsize=7.5, pad=2)
+    return subtitle
+
+
+def _tell_powers(axes: Axes, panel: Panel, subtitle: Any) -> None:
+    """Write what the ticks of an axis have in common beside its name, clear of all other words."""
+    axes.apply_aspect()
+    for axis, name, label in (
+        (axes.xaxis, panel.xlabel, axes.xaxis.label),
+        (axes.yaxis, panel.subtitle, subtitle),
+    ):
+        form: Any = axis.get_major_formatter()
+        form.set_locs(axis.get_majorticklocs())
+        axis.get_offset_text().set_visible(False)
+        if power := form.get_offset().replace("−", "-"):
+            label.set_text(f"{name}, in {in_tens(float(power))}")
 
 
 def log_limits(values: Iterable[float], pad: float = 0.07, least: float = 1.0) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..report.canvas import Panel
     from ..report.figures import Look
 
-KINDS = ("phase", "energy", "base")
+KINDS = ("phase", "energy", "base", "control")
 MOST_PANELS = 9
 
 
@@ -24,16 +24,24 @@ def plot(
     kind: str | None = None,
     *,
     digits: int | None = None,
+    wrap: bool | Sequence[int] = (),
     labels: Mapping[str, str] | None = None,
     style: Path | str | None = None,
 ) -> Figure:
     """Return the figure of a study's result, or of a run, as a matplotlib figure.
 
-    thing: the result of `check`, a trajectory of `flow.trajectory`, or a list of trajectories that
-    are drawn together (a phase portrait). kind, for trajectories: "phase" (the default), entry i of
-    x against that of μ, or on a group pairs of momenta; "energy", the relative error of the energy
-    against time; "base", the path of x (with one coordinate or more than three, each against time).
+    thing: the result of `check`, a trajectory of `flow.trajectory` (of a scene or a lattice), a
+    motion of `control.solve`, or a list of these that are drawn together (a phase portrait).
+
+    kind, for runs: "phase" (the default), entry i of x against that of μ, of a Lagrangian that is
+    linear in v pairs of entries of x, or on a group pairs of momenta; "energy", the relative error
+    of the energy against time; "base", the path of x (with one coordinate or more than three, each
+    against time; the sites of a lattice together); "control" (the default of a motion that was
+    steered), each control against time. Of more than nine panels nine are drawn, which their names
+    tell.
+
     digits: selects the figure of a result that has one for each precision (default: the first).
+    wrap: the entries of x that are angles, as [0], or True for all; they are shown in (−π, π].
     labels: {rule: text}. style: a .mplstyle file.
 
     Raises `BadInput` for anything else, and if there is nothing to draw.
@@ -51,18 +59,47 @@ def plot(
             raise BadInput(f"the study {thing.get('study')} has no figure of these cases.")
         return figure_of(found[0].panels, found[0].sheet, look.style)
     runs = list(thing) if isinstance(thing, list | tuple) else [thing]
-    if not runs or not all(getattr(run, "scheme", None) is not None for run in runs):
+    if not runs or any(subject_of(run) is None for run in runs):
         raise BadInput(
-            "plot takes what check(...) returns, a trajectory of flow.trajectory(...), or a list "
-            f"of trajectories, not {type(thing).__name__} (nor a trajectory that was pickled)."
+            "plot takes what check(...) returns, a trajectory of flow.trajectory(...), a motion of "
+            f"control.solve(...), or a list of these, not {type(thing).__name__} (nor a "
+            "trajectory that was pickled)."
         )
     if kind is not None and not (isinstance(kind, str) and kind in KINDS):
         raise unknown("kind", kind, KINDS)
-    known_rules(labels or {}, [run.scheme.rule.name for run in runs])
-    panels = {"phase": _phase, "energy": _energy, "base": _base}[kind or "phase"](
-        [_Run(run, look) for run in runs]
-    )
-    return figure_of(panels[:MOST_PANELS], _sheet(), look.style)
+    drawn = [_Run(run, look, _angles(wrap, run.x.shape[-1])) for run in runs]
+    known_rules(labels or {}, [run.rule for run in drawn])
+    usual = "phase" if drawn[0].controls is None else "control"
+    panels = {"phase": _phase, "energy": _energy, "base": _base, "control": _control}[
+        kind or usual
+    ](drawn)
+    chosen = {len(panels) * k // MOST_PANELS for k in range(MOST_PANELS)}
+    if len(panels) > MOST_PANELS:
+        panels = [panel for k, panel in enumerate(panels) if k in chosen]
+    return figure_of(panels, _sheet(), look.style)
+
+
+def subject_of(run: Any) -> tuple[Any, Any] | None:
+    """Return (scene or lattice, rule) of a trajectory or a steered motion; None for all else."""
+    scheme = getattr(run, "scheme", None)
+    subject = getattr(scheme, "scene", None) or getattr(scheme, "lattice", None)
+    if subject is None:
+        subject, scheme = getattr(run, "scene", None), run
+    return None if subject is None else (subject, scheme.rule)
+
+
+def _angles(wrap: Any, entries: int) -> tuple[int, ...]:
+    """Return the entries of x that are angles."""
+    found = range(entries) if wrap is True else () if wrap is False else wrap
+    try:
+        angles = [*found]
+    except TypeError:
+        angles = [wrap]
+    if not all(type(k) is int and 0 <= k < entries for k in angles):
+        raise BadInput(
+            f"wrap is {shown(wrap)}: name the entries of x that are angles, as [0], or say True."
+        )
+    return tuple(angles)
 
 
 def known_rules(labels: Mapping[str, str], rules: Sequence[str]) -> None:
@@ -73,35 +110,109 @@ def known_rules(labels: Mapping[str, str], rules: Sequence[str]) -> None:
 
 
 class _Run:
-    """A run with the name and the colour of its rule."""
+    """A run with the name and the colour of its rule.
 
-    def __init__(self, run: Any, look: Look) -> None:
+    x and mu have the shape (r, sites, n): of a scene there is one site. moving: the sites that are
+    not fixed.
+    """
+
+    def __init__(self, run: Any, look: Look, angles: tuple[int, ...]) -> None:
+        import numpy as np
+
         from ..report.palette import marks
 
-        name = run.scheme.rule.name
-        self.scheme, self.t, self.x, self.mu, self.run = run.scheme, run.t, run.x, run.mu, run
+        self.subject, rule = subject_of(run) or (None, None)
+        self.rule, self.run, self.angles = str(rule.name), run, angles
+        self.t = np.asarray(run.t, dtype=float)
+        self.x, self.mu = (
+            np.asarray(part, dtype=float).reshape(
+                len(self.t), -1 if part.ndim == 3 else 1, part.shape[-1]
+            )
+            for part in (run.x, run.mu)
+        )
+        self.lattice = run.x.ndim == 3
+        self.moving = [
+            k
+            for k in range(self.x.shape[1])
+            if not self.lattice or self.mu[:, k].any() or self.x.shape[1] == 1
+        ]
+        self.controls = getattr(run, "node_controls", None)
         labels = dict(look.labels)
-        self.label, self.colour = labels.get(name, name), marks([name])[name].colour
-        self.asked = name in labels  # True if the user gave its name
+        self.label = labels.get(self.rule, self.rule)
+        self.colour = marks([self.rule])[self.rule].colour
+
+    def column(self, name: str, site: int, k: int) -> Any:
+        """Return the values of an entry of "t", "x", "mu" or "control" by row, angles wrapped."""
+        import numpy as np
+
+        if name in ("t", "control"):
+            return self.t if name == "t" else np.asarray(self.controls, dtype=float)[:, k]
+        values = getattr(self, name)[:, site, k]
+        return np.pi - (np.pi - values) % (2 * np.pi) if self.wraps(name, k) else values
+
+    def wraps(self, name: str, k: int) -> bool:
+        """True if an entry is an angle to be wrapped."""
+        return name == "x" and k in self.angles
+
+    def name(self, letter: str, site: int, k: int, alone: bool = False) -> str:
+        """Return the words for an entry, such as x₁, or x₁ of site 3 of a lattice."""
+        from ..report.wording import subscript
+
+        if letter == "t":
+            return "t"
+        word = {"mu": "μ"}.get(letter, letter) + ("" if alone else subscript(k + 1))
+        return f"{word} of site {site + 1}" if self.lattice and letter != "control" else word
 
 
-def _curves(axes: Axes, runs: Sequence[_Run], columns: Sequence[tuple[Any, Any]]) -> None:
-    """Draw a curve per run; several rules, or labelled ones, have their colours and names."""
+Entry = tuple[str, int, int]  # letter, site, number
+
+
+def _curves(axes: Axes, runs: Sequence[_Run], across: Entry, ups: Sequence[Entry]) -> None:
+    """Draw curves of each run; those of several rules have their colours and names."""
+    import numpy as np
+
+    from ..report.labels import end_labels
     from ..report.palette import THEME, WORDS
 
     found = {run.label: run.colour for run in runs}
-    several, taken = len(found) > 1 or any(run.asked for run in runs), set[str]()
+    several, taken = len(found) > 1, set[str]()
     # a line has no mark to distinguish it from another of its colour
     for label, colour in found.items():
         free = (other for other in (colour, *THEME) if other in WORDS and other not in taken)
         found[label] = next(free, colour)
         taken.add(found[label])
-    for run, (across, up) in zip(runs, columns, strict=True):
-        own: dict[str, Any] = {"color": found[run.label], "label": run.label} if several else {}
-        axes.plot(across, up, lw=0.7, **own)
+    ends = dict[str, tuple[float, float]]()
+    for run, up in ((run, up) for run in runs for up in ups):
+        columns = [run.column(*across), run.column(*up)]
+        cuts = _cuts(run, across, up, columns)
+        x, y = (np.insert(values, cuts, np.nan) for values in columns)
+        own: dict[str, Any] = {"color": found[run.label]} if several or len(ups) > 1 else {}
+        axes.plot(x, y, lw=0.7, **own)
+        finite = np.flatnonzero(np.isfinite(columns[0] + columns[1]))
+        if len(finite):
+            ends[run.label] = (columns[0][finite[-1]], columns[1][finite[-1]])
+    for axis, (letter, _, k) in ((axes.xaxis, across), (axes.yaxis, ups[0])):
+        if runs[0].wraps(letter, k):
+            axis.set_ticks([-np.pi, 0, np.pi], labels=["−π", "0", "π"])
     if several:
-        lines = {str(line.get_label()): line for line in axes.get_lines()}
-        axes.legend(lines.values(), lines.keys(), frameon=False, fontsize=7.5, loc="best")
+        axes.figure.canvas.draw_idle()
+        axes.apply_aspect()
+        end_labels(axes, [(*end, label, found[label]) for label, end in ends.items()])
+
+
+def _cuts(run: _Run, across: Entry, up: Entry, columns: Sequence[Any]) -> Any:
+    """Return the rows before which a line is broken: where an angle wraps, or momenta jump."""
+    import numpy as np
+
+    cut = np.zeros(len(run.t), bool)
+    for (letter, _, k), values in zip((across, up), columns, strict=True):
+        if run.wraps(letter, k):
+            cut[1:] |= np.abs(np.diff(values)) > np.pi
+    impacts = getattr(run.run, "impacts", None)
+    if impacts is not None and not run.lattice and "mu" in (across[0], up[0]):
+        rows = np.searchsorted(run.t, np.asarray(impacts.t, dtype=float))
+        cut[rows[rows < len(cut)]] = True
+    return np.flatnonzero(cut)
 
 
 def look_of(labels: Mapping[str, str], style: Path | str | None = None) -> Look:
@@ -144,65 +255,89 @@ def _sheet() -> Any:
     return Sheet(width=2.9, right=0.2)
 
 
-def _panel(run: Any, subtitle: str, xlabel: str, draw: Callable[[Axes], None]) -> Panel:
+def _against(
+    runs: Sequence[_Run], across: Entry, ups: Sequence[Entry], name: str, path: bool = False
+) -> Panel:
+    """Return the panel of entries against another; path: both are lengths of one unit."""
     from ..report.canvas import Panel
 
-    scene = run.scheme.scene
-    return Panel(scene.title or scene.name, subtitle, xlabel, "", draw)
+    def draw(axes: Axes) -> None:
+        if path:
+            axes.set_aspect("equal", adjustable="datalim")
+        _curves(axes, runs, across, ups)
+
+    xlabel = runs[0].name(*across)
+    if path and len(ups) > 1:  # of all sites
+        xlabel = xlabel.partition(" of ")[0]
+    return Panel(_title(runs), name, xlabel, "", draw)
 
 
-def _phase(runs: Sequence[Any]) -> list[Panel]:
-    x, mu = runs[0].x, runs[0].mu
-    if x.ndim != 2:
-        raise BadInput("a phase portrait is of a scene, not of a lattice: plot one of its sites.")
-    if x.shape[1] == mu.shape[1]:
-        pairs = [("x", i, "mu", i) for i in range(mu.shape[1])]
-    elif mu.shape[1] > 1:
-        m = mu.shape[1]
+def _title(runs: Sequence[_Run]) -> str:
+    """Return the scene's title, with the method if there is one."""
+    title = getattr(runs[0].subject, "title", "") or runs[0].subject.name
+    labels = dict.fromkeys(run.label for run in runs)
+    return f"{title}, by {runs[0].label}" if len(labels) == 1 else title
+
+
+def _phase(runs: Sequence[_Run]) -> list[Panel]:
+    first = runs[0]
+    n, m = first.x.shape[-1], first.mu.shape[-1]
+    if getattr(first.subject, "one_form", None) is not None and n > 1:  # μ = ϑ(x): x is the phase
+        pairs = [("x", i, "x", i + 1) for i in range(0, n - 1, 2 if n % 2 == 0 else 1)]
+    elif n == m:
+        pairs = [("x", i, "mu", i) for i in range(m)]
+    elif m > 1:
         pairs = [("mu", i, "mu", (i + 1) % m) for i in range(m if m > 2 else 1)]
     else:
         raise BadInput("x and μ have no entries in pairs here: there is no phase portrait.")
-    return [_against(runs, *pair) for pair in pairs]
+    return [
+        _against(runs, (a, site, i), [(b, site, j)], first.name(b, site, j))
+        for site in first.moving for a, i, b, j in pairs
+    ]  # fmt: skip
 
 
-def _base(runs: Sequence[Any]) -> list[Panel]:
-    n = runs[0].x.shape[1] if runs[0].x.ndim == 2 else 0
+def _base(runs: Sequence[_Run]) -> list[Panel]:
+    first = runs[0]
+    sites, n = first.x.shape[1:]
     if not n:
         raise BadInput("there is no base here: on a group x is empty, and momenta are its phase.")
+    words = " of each site" if first.lattice else ""
+
+    def entries(k: int) -> list[Entry]:
+        return [("x", site, k) for site in range(sites)]
+
+    def name(k: int) -> str:
+        return first.name("x", 0, k, alone=first.lattice and n == 1).partition(" of ")[0] + words
+
     if n == 1 or n > 3:  # with four or more coordinates no pair is the path
-        return [_against(runs, "t", None, "x", k) for k in range(n)]
-    return [_against(runs, "x", i, "x", j) for i in range(n) for j in range(i + 1, n)]
+        return [_against(runs, ("t", 0, 0), entries(k), name(k)) for k in range(n)]
+    if not first.lattice:
+        return [_against(runs, ("x", 0, i), [("x", 0, j)], name(j), path=True)
+                for i in range(n) for j in range(i + 1, n)]  # fmt: skip
+    return [_against(runs, ("t", 0, 0), entries(k), name(k)) for k in range(n)]
 
 
-def _against(runs: Sequence[Any], a: str, i: int | None, b: str, j: int | None) -> Panel:
-    def draw(axes: Axes) -> None:
-        _curves(axes, runs, [(_column(run, a, i), _column(run, b, j)) for run in runs])
-        if a == b == "x":
-            axes.set_aspect("equal", adjustable="datalim")
-
-    return _panel(runs[0], _name(b, j), _name(a, i), draw)
-
-
-def _column(run: Any, name: str, k: int | None) -> Any:
-    import numpy as np
-
-    values = np.asarray(getattr(run, name), dtype=float)
-    return values if k is None else values[:, k]
+def _control(runs: Sequence[_Run]) -> list[Panel]:
+    if any(run.controls is None for run in runs):
+        raise BadInput('kind "control" is of a motion that control.solve(...) returns.')
+    count = runs[0].controls.shape[1]
+    return [_against(runs, ("t", 0, 0), [("control", 0, k)], runs[0].name("control", 0, k))
+            for k in range(count)]  # fmt: skip
 
 
-def _name(letter: str, k: int | None) -> str:
-    from ..report.wording import subscript
-
-    return {"mu": "μ"}.get(letter, letter) + ("" if k is None else subscript(k + 1))
-
-
-def _energy(runs: Sequence[Any]) -> list[Panel]:
+def _energy(runs: Sequence[_Run]) -> list[Panel]:
+    from ..core.case import Case
+    from ..systems import system_of
     from ..systems.runs import energy_errors
 
-    errors = [energy_errors(run.scheme, run.run, 16) for run in runs]
-
-    def draw(axes: Axes) -> None:
-        columns = [(_column(run, "t", None), e) for run, e in zip(runs, errors, strict=True)]
-        _curves(axes, runs, columns)
-
-    return [_panel(runs[0], "relative energy error", "t", draw)]
+    for run in runs:
+        if run.controls is not None:
+            raise BadInput("controls change the energy: it has no error to draw.")
+        if run.lattice:
+            system = system_of(Case("plot", run.subject, run.run.scheme.rule, 16))
+            errors = system.energy_errors(run.run)
+        else:
+            errors = energy_errors(run.run.scheme, run.run, 16)
+        run.x = errors.reshape(-1, 1, 1)
+        run.angles, run.moving = (), [0]
+    return [_against(runs, ("t", 0, 0), [("x", 0, 0)], "relative energy error")]

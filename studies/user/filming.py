@@ -13,24 +13,32 @@ from discmech.integrators.errors import BadInput, shown
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
 
-MOST_FRAMES = 120
+MOST_FRAMES, TRAIL = 120, 40  # frames of a film, and of them those that a trail shows
+MOST_TRAILS = 12
 INCHES = 3.6
 EXAMPLE = "lambda x: [[0, 0], [sin(x[0]), -cos(x[0])]]"
 
 
 def film(
-    run: Any, bodies: Callable[..., Any] | None = None, *, seconds: float = 6.0
-) -> FuncAnimation:
+    run: Any, bodies: Callable[..., Any] | None = None, *, seconds: float = 6.0,
+    trail: bool | None = None,
+) -> FuncAnimation:  # fmt: skip
     """Return the motion of a run as a film: a `FuncAnimation` that a notebook plays, with `.save`.
 
-    run: a trajectory of `flow.trajectory`. bodies: a function of x, an array of n numbers, that
-    returns the points of one row, k×2 or k×3, joined by a line, or a list of such rows: for a
-    double pendulum its joints. By default x itself is a point (n = 2, 3), a body in a field (an
-    action, n = 3) is a line from the origin, and an attitude (`with_attitude`) is three axes at the
-    body's place. seconds: the length of the film; it has at most 120 frames.
+    run: a trajectory of `flow.trajectory`, of a scene or a lattice, or a motion of `control.solve`.
+    bodies: a function of x, an array of n numbers (of a lattice (N, n), and (N,) if n is 1), that
+    returns the points of one row, k×2 or k×3, joined by a line, or a list of such rows, each a body
+    of its own: for a double pendulum its joints.
 
-    Raises `BadInput` for anything else than a trajectory, if bodies is missing and x is no place,
-    and for bodies that do not return such points.
+    By default x itself is a point (n = 2, 3); with parameters `masses` it is a point for each of
+    them; a body in a field (an action, n = 3) is a line from the origin, and an attitude
+    (`with_attitude`) is three axes at the body's place. The sites of a lattice stand at their x
+    (n = 2, 3, or the place of a pose), joined along its bonds, or side by side at the height x
+    (n = 1). seconds: the length of the film; it has at most 120 frames. trail: True to leave behind
+    each row's last point its path of the last third of the film (default: not for a lattice).
+
+    Raises `BadInput` for anything else than a run, if bodies is missing and x is no place, and for
+    bodies that do not return such points.
     """
     from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
@@ -41,17 +49,25 @@ def film(
         def _repr_html_(self) -> str:
             return str(self.to_jshtml(default_mode="loop"))
 
-    if getattr(run, "scheme", None) is None or np.ndim(run.x) != 2:
+    from ..report.palette import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, VERMILLION
+    from .drawing import subject_of
+
+    if (subject := subject_of(run)) is None:
         raise BadInput(
-            f"film takes a trajectory of flow.trajectory(...), not {type(run).__name__}."
+            "film takes a trajectory of flow.trajectory(...) or a motion of control.solve(...), "
+            f"not {type(run).__name__}."
         )
     if not (isinstance(seconds, int | float) and 0 < seconds < math.inf):
         raise BadInput(f"seconds is {shown(seconds)}: give the film's length, such as 6.")
     if bodies is not None and not callable(bodies):
         raise BadInput(f"bodies is {shown(bodies)}: give a function of x, such as {EXAMPLE}.")
-    shape = bodies or _usual(run)
+    scene, rule = subject
+    lattice = np.ndim(run.x) == 3
+    shape = bodies or (_of_lattice if lattice else _usual)(scene, run.x.shape[-1])
+    x = np.asarray(run.x, dtype=float)
+    x = x[..., 0] if lattice and x.shape[-1] == 1 else x
     rows = np.unique(np.linspace(0, len(run.t) - 1, MOST_FRAMES).astype(int))
-    frames = [_polylines(shape, np.asarray(run.x[row], dtype=float)) for row in rows]
+    frames = [_polylines(shape, x[row]) for row in rows]
     every = np.concatenate([points for frame in frames for points in frame])
     if not np.isfinite(every).all() or len({points.shape[1] for f in frames for points in f}) > 1:
         raise BadInput("bodies gives numbers that are not finite, or points of 2 and of 3 numbers.")
@@ -63,26 +79,45 @@ def film(
     for name, middle in zip("xyz", (low + high) / 2, strict=False):
         getattr(axes, f"set_{name}lim")(middle - half, middle + half)
     axes.set_aspect("equal")
-    lines = [axes.plot(*points.T, "o-", lw=1.5, ms=4)[0] for points in frames[0]]
-    title = axes.set_title("")
+    axes.tick_params(labelsize=7, colors=MUTED)
+    axes.locator_params(nbins=5)
+    colours = (BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE, INK)
+    if lattice and bodies is None:  # its bonds are one body
+        colours = (BLUE,)
+    own = [colours[k % len(colours)] for k in range(len(frames[0]))]
+    marks: dict[str, Any] = {"ms": 2.5 if len(every) > 60 * len(frames) else 4, "lw": 1.5}
+    lines = [axes.plot(*points.T, "o-", color=colour, **marks)[0]
+             for points, colour in zip(frames[0], own, strict=True)]  # fmt: skip
+    follows = (not lattice if trail is None else trail) and len(own) <= MOST_TRAILS
+    trails = [axes.plot(*points[-1:].T, "-", color=colour, lw=0.8, alpha=0.5, zorder=1)[0]
+              for points, colour in zip(frames[0], own, strict=True) if follows]  # fmt: skip
+    title = axes.set_title("", fontsize=9)
 
     def draw(frame: int) -> list[Any]:
-        for line, points in zip(lines, frames[frame], strict=True):
+        past = frames[max(0, frame - TRAIL) : frame + 1]
+        behind = [np.array([each[k][-1] for each in past]) for k in range(len(trails))]
+        for line, points in zip([*lines, *trails], [*frames[frame], *behind], strict=True):
             line.set_data(*points.T[:2])
             if size == 3:
                 line.set_3d_properties(points.T[2])
-        title.set_text(f"t = {float(run.t[rows[frame]]):.3g}")
-        return [*lines, title]
+        name = getattr(scene, "title", "") or scene.name
+        title.set_text(f"{name}, by {rule.name}\nt = {float(run.t[rows[frame]]):.3g}")
+        return [*lines, *trails, title]
 
     pause = 1000 * seconds / len(rows)
     return Film(figure, draw, frames=len(rows), interval=pause)
 
 
-def _usual(run: Any) -> Callable[..., Any]:
-    """Return the default function for the bodies of a run."""
-    groupoid, n = run.scheme.scene.groupoid, run.x.shape[1]
+def _pose(groupoid: Any, n: int) -> int:
+    """Return the size of the matrix that x is, 3 of an attitude and 4 of a pose; 0 for others."""
     size = groupoid.algebra.size if getattr(groupoid, "rows", 1) > 1 else 0
-    if size in (3, 4) and n == size**2:
+    return size if size in (3, 4) and n == size**2 else 0
+
+
+def _usual(scene: Any, n: int) -> Callable[..., Any]:
+    """Return the default function for the bodies of a scene."""
+    groupoid = scene.groupoid
+    if size := _pose(groupoid, n):
 
         def axes(x: Any) -> Any:
             pose = x.reshape(size, size)
@@ -90,13 +125,39 @@ def _usual(run: Any) -> Callable[..., Any]:
             return [np.array([place, place + column]) for column in pose[:3, :3].T]
 
         return axes
-    if n in (2, 3) and groupoid.canonical:
-        return lambda x: x[None]
+    masses = scene.parameters.get("masses", ())
+    count = len(masses) if isinstance(masses, tuple | list) and masses else 1
+    if groupoid.canonical and n in (2 * count, 3 * count):
+        return lambda x: [point[None] for point in x.reshape(count, -1)]
     if n == 3 and groupoid.kind == "action":
         return lambda x: np.array([np.zeros(3), x])
-    raise BadInput(
-        f"{run.scheme.scene.name}: x has {n} numbers, which need not be a place: say where its "
-        f"bodies are, as film(run, {EXAMPLE})."
+    raise _no_place(scene, n)
+
+
+def _of_lattice(lattice: Any, n: int) -> Callable[..., Any]:
+    """Return the default function for the sites of a lattice: rows of points joined by bonds."""
+    bonds = [tuple(map(int, bond)) for bond in lattice.pairs]
+    chain = [(k, k + 1) for k in range(lattice.sites - 1)]
+    pose = _pose(lattice.site, n)
+    if not (n in (2, 3) or pose == 4 or (n == 1 and {*bonds} >= {*chain})):
+        raise _no_place(lattice, n)
+
+    def rows(x: Any) -> Any:
+        if n == 1:
+            points = np.stack([np.arange(len(x)), x], axis=1)
+        else:
+            points = x.reshape(-1, 4, 4)[:, :3, 3] if pose else x
+        if {*bonds} >= {*chain}:
+            return points[None]
+        return [points[list(bond)] for bond in bonds]
+
+    return rows
+
+
+def _no_place(subject: Any, n: int) -> BadInput:
+    return BadInput(
+        f"{subject.name}: x has {n} numbers, which need not be a place: say where its bodies are, "
+        f"as film(run, {EXAMPLE})."
     )
 
 

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from discmech import (
     BadInput,
-    Lattice,
     Scheme,
     check,
     film,
     midpoint,
-    pair,
     plot,
     scenes,
     trapezoidal,
 )
+from discmech.integrators import rules
+from discmech.integrators.scenes import control as problems
 from discmech.studies.command.entry import main
+from discmech.studies.user.drawing import MOST_PANELS
 
 
 @pytest.fixture(scope="module")
@@ -68,9 +70,93 @@ def test_a_run_is_a_figure(scene, kind, panels):
     assert all(len(axes.lines[0].get_xdata()) == 201 for axes in figure.axes)
 
 
-def test_a_label_that_was_asked_for_is_shown_beside_one_run_too():
-    assert "Gauss" in words(plot(run_of("kepler"), labels={"midpoint": "Gauss"}))
-    assert "midpoint" not in words(plot(run_of("kepler")))
+def test_the_title_of_one_run_has_the_method_by_its_label():
+    assert "by Gauss" in words(plot(run_of("kepler"), labels={"midpoint": "Gauss"}))
+    assert "e = 0.6, by midpoint" in words(plot(run_of("kepler")))
+
+
+def test_names_of_several_runs_stand_beside_the_axes():
+    figure = plot([run_of("kepler"), run_of("kepler", trapezoidal)])
+    for axes in figure.axes:
+        names = [text for text in axes.texts if text.get_text() in ("midpoint", "trapezoidal")]
+        assert len(names) == 2 and axes.get_legend() is None
+        assert all(text.get_window_extent().x0 >= axes.bbox.x1 for text in names)
+
+
+def empty(axes):
+    """True if all curves of a panel are flat."""
+    curves = [line.get_data() for line in axes.lines]
+    return all(np.nanmax(part) == np.nanmin(part) for curve in curves for part in curve[1:])
+
+
+def test_a_run_with_a_one_form_is_drawn_in_its_phase_space():
+    """μ = ϑ(x), here (0, …): a panel of x₂ against its μ would be flat."""
+    scene = scenes.get("lotka-volterra-half")
+    run = Scheme(scene, rules.get("degenerate-gauss-1")).flow(scene.step).trajectory(50)
+    (axes,) = plot(run).axes
+    assert axes.get_xlabel() == "x₁" and "x₂" in words(axes.figure) and not empty(axes)
+
+
+@pytest.mark.parametrize(("kind", "panels"), [(None, 6), ("base", 1), ("energy", 1)])
+def test_a_lattice_with_contact_is_drawn(cradle, kind, panels):
+    figure = plot(cradle, kind)
+    assert len(figure.axes) == panels and not any(map(empty, figure.axes))
+    assert len(figure.axes[0].lines) == (6 if kind == "base" else 1)
+    assert ("site 6" in words(figure)) is (kind is None)
+
+
+def test_fixed_sites_have_no_panel_and_many_have_nine():
+    lattice = scenes.lattices.get("fput")
+    run = Scheme(lattice, trapezoidal).flow(lattice.step).trajectory(50)
+    figure = plot(run)
+    assert len(figure.axes) == MOST_PANELS and not any(map(empty, figure.axes))
+
+
+@pytest.fixture(scope="module")
+def cradle():
+    return Scheme(scenes.lattices.get("cradle"), trapezoidal).flow("0.01").trajectory(300)
+
+
+@pytest.fixture(scope="module")
+def steered():
+    return problems.get("double-integrator").solve(20, midpoint)
+
+
+def test_a_steered_motion_is_drawn_and_filmed(steered):
+    (axes,) = plot(steered).axes
+    assert list(axes.lines[0].get_ydata()) == list(steered.node_controls[:, 0])
+    assert "by midpoint" in words(axes.figure) and len(plot(steered, "base").axes) == 1
+    with pytest.raises(BadInput, match="controls change the energy"):
+        plot(steered, "energy")
+    with pytest.raises(BadInput, match='kind "control" is of a motion'):
+        plot(run_of("pendulum"), "control")
+    drawn(film(steered, lambda x: [[x[0], 0]]), 7)
+
+
+def test_angles_are_wrapped_on_request():
+    """Where they jump the line is broken; a pendulum that turns leaves the picture else."""
+    scene = scenes.get("pendulum").with_values(v0=[3])
+    run = Scheme(scene, midpoint).flow("0.1").trajectory(100)
+    assert np.abs(run.x).max() > 2 * np.pi
+    for wrap in ([0], True):
+        (axes,) = plot(run, wrap=wrap).axes
+        angles = axes.lines[0].get_xdata()
+        assert np.nanmax(np.abs(angles)) <= np.pi
+        assert np.nanmax(np.abs(np.diff(angles))) < np.pi and np.isnan(angles).sum() > 1
+        assert [tick.get_text() for tick in axes.get_xticklabels()] == ["−π", "0", "π"]
+    with pytest.raises(BadInput, match="name the entries of x that are angles"):
+        plot(run, wrap=[1])
+
+
+def test_a_power_of_ten_is_written_beside_the_axis_s_name():
+    """matplotlib would write it over the subtitle."""
+    figure = plot(run_of("kepler"), "energy")
+    (axes,) = figure.axes
+    assert not axes.yaxis.get_offset_text().get_visible()
+    assert "relative energy error, in 10⁻⁴" in words(figure)
+    assert all(abs(tick) < 1e-2 for tick in axes.get_yticks())
+    labels = [text.get_text().replace("−", "-") for text in axes.get_yticklabels()]
+    assert max(abs(float(label)) for label in labels) >= 1
 
 
 def test_the_energy_drawn_is_that_of_the_run():
@@ -95,15 +181,6 @@ def test_what_cannot_be_drawn_is_said(thing, kind, words):
     run = run_of(thing) if isinstance(thing, str) else thing
     with pytest.raises(BadInput, match=words):
         plot(run, kind)
-
-
-def test_a_lattice_is_no_phase_portrait():
-    chain = Lattice(
-        name="c", site=pair(1), sites=3, on_site=lambda x, v, p: v[0] ** 2 / 2,
-        on_bond=lambda x, y, p: -((y[0] - x[0]) ** 2) / 2, x0=[[0], [1], [0]], v0=[[0]] * 3,
-    )  # fmt: skip
-    with pytest.raises(BadInput):
-        plot(Scheme(chain, midpoint).flow("0.1").trajectory(5))
 
 
 def test_the_command_takes_labels_and_a_style(tmp_path, capsys):
@@ -154,9 +231,36 @@ def test_bodies_move_in_a_film(name, bodies, size, lines):
     run = Scheme(scene, midpoint).flow(scene.step).trajectory(200)
     shown = film(run, bodies)
     (axes,) = shown._fig.axes
-    assert shown._func(7) and len(axes.lines) == lines
+    drawn(shown, 7)
+    assert len(axes.lines) == 2 * lines  # each with a trail
     assert hasattr(axes, "get_zlim") is (size == 3)
+    row, trail = axes.lines[0], axes.lines[lines]
+    assert len(trail.get_xdata()) == 8 and trail.get_xdata()[-1] == row.get_xdata()[-1]
+    assert f"{scene.title}, by midpoint" in axes.get_title()
+
+
+def drawn(shown, frame):
+    """Draw a frame of a film."""
+    assert shown._func(frame)
     shown._draw_was_started = True  # nothing is to be shown
+    return shown._fig.axes[0]
+
+
+def test_each_mass_is_a_body_of_its_own():
+    axes = drawn(film(run_of("pleiades"), trail=False), 3)
+    assert [len(line.get_xdata()) for line in axes.lines] == [1] * 7
+    assert len({line.get_color() for line in axes.lines}) == 7
+
+
+def test_a_lattice_is_filmed(cradle):
+    """Side by side at the heights x, or as balls on a line: x is then a number a site."""
+    (line,) = drawn(film(cradle), 5).lines
+    assert list(line.get_xdata()) == [*range(6)]
+    balls = drawn(film(cradle, lambda x: [[(k + x[k], 0)] for k in range(len(x))]), 5)
+    assert len(balls.lines) == 6
+    with pytest.raises(BadInput, match="membrane: x has 1 numbers, which need not be a place"):
+        membrane = scenes.lattices.get("membrane")
+        film(Scheme(membrane, trapezoidal).flow(membrane.step).trajectory(2))
 
 
 @pytest.mark.parametrize(("name", "bodies", "words"), [
