@@ -67,6 +67,8 @@ def plot(
         )
     if kind is not None and not (isinstance(kind, str) and kind in KINDS):
         raise unknown("kind", kind, KINDS)
+    if len({(run.x.shape[1:], run.mu.shape[1:]) for run in runs}) > 1:
+        raise BadInput("runs of scenes with other numbers of coordinates cannot be drawn together.")
     drawn = [_Run(run, look, _angles(wrap, run.x.shape[-1])) for run in runs]
     known_rules(labels or {}, [run.rule for run in drawn])
     usual = "phase" if drawn[0].controls is None else "control"
@@ -81,11 +83,9 @@ def plot(
 
 def subject_of(run: Any) -> tuple[Any, Any] | None:
     """Return (scene or lattice, rule) of a trajectory or a steered motion; None for all else."""
-    scheme = getattr(run, "scheme", None)
-    subject = getattr(scheme, "scene", None) or getattr(scheme, "lattice", None)
-    if subject is None:
-        subject, scheme = getattr(run, "scene", None), run
-    return None if subject is None else (subject, scheme.rule)
+    made: Any = getattr(run, "scheme", None) or run  # a steered motion has them itself
+    subject = getattr(made, "scene", None) or getattr(made, "lattice", None)
+    return None if subject is None else (subject, getattr(made, "rule", None))
 
 
 def _angles(wrap: Any, entries: int) -> tuple[int, ...]:
@@ -121,22 +121,16 @@ class _Run:
 
         from ..report.palette import marks
 
+        self.subject: Any
         self.subject, rule = subject_of(run) or (None, None)
-        self.rule, self.run, self.angles = str(rule.name), run, angles
+        self.rule, self.run, self.angles = str(getattr(rule, "name", "")), run, angles
         self.t = np.asarray(run.t, dtype=float)
-        self.x, self.mu = (
-            np.asarray(part, dtype=float).reshape(
-                len(self.t), -1 if part.ndim == 3 else 1, part.shape[-1]
-            )
-            for part in (run.x, run.mu)
-        )
         self.lattice = run.x.ndim == 3
-        self.moving = [
-            k
-            for k in range(self.x.shape[1])
-            if not self.lattice or self.mu[:, k].any() or self.x.shape[1] == 1
-        ]
-        self.controls = getattr(run, "node_controls", None)
+        parts = [np.asarray(part, dtype=float) for part in (run.x, run.mu)]
+        self.x, self.mu = (part if self.lattice else part[:, None] for part in parts)
+        sites = range(self.x.shape[1])
+        self.moving = [k for k in sites if not self.lattice or self.mu[:, k].any()]
+        self.controls: Any = getattr(run, "node_controls", None)
         labels = dict(look.labels)
         self.label = labels.get(self.rule, self.rule)
         self.colour = marks([self.rule])[self.rule].colour

@@ -81,9 +81,9 @@ def film(
     axes.set_aspect("equal")
     axes.tick_params(labelsize=7, colors=MUTED)
     axes.locator_params(nbins=5)
-    colours = (BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE, INK)
+    colours = [BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE, INK]
     if lattice and bodies is None:  # its bonds are one body
-        colours = (BLUE,)
+        colours = [BLUE]
     own = [colours[k % len(colours)] for k in range(len(frames[0]))]
     marks: dict[str, Any] = {"ms": 2.5 if len(every) > 60 * len(frames) else 4, "lw": 1.5}
     lines = [axes.plot(*points.T, "o-", color=colour, **marks)[0]

@@ -17,7 +17,8 @@ from ..core.case import Case, Choice, Measurement, Progress, silent
 from ..core.fingerprint import is_ours
 from ..core.lookup import word_for
 from ..core.study import BY_TOLERANCE
-from ..evidence.consistency import CONSISTENCY, consistency_of
+from ..evidence.judging import LOCAL
+from ..evidence.measuring import single_steps
 from . import STUDY
 
 NAME = "work-precision"
@@ -221,7 +222,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     to the best peer}, cut: the settings that were left out, setup: seconds to derive and compile,
     spread: {accuracy: cost by the quartiles of the times}, dearest: work of the longest run,
     equal_time: see `standings.equal_time`, same_as: the rule whose rows these are, since it is the
-    same method}; floor: {metric: error}; kind: rule or peer; duration; periods; consistency: of a
+    same method}; floor: {metric: error}; kind: rule or peer; duration; periods; local: of a
     rule that is not the bench's, its single steps.
     """
     assert isinstance(case, Entry)
@@ -230,4 +231,4 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     own = [r for r in case.race.rules if case.method in (r.name, r.name + BY_TOLERANCE)]
     if not own or is_ours(own[0]):  # the orders of the bench's rules are proven
         return found
-    return {**found, CONSISTENCY: consistency_of(Case(NAME, case.scene, own[0], 16))}
+    return {**found, LOCAL: single_steps(Case(NAME, case.scene, own[0], 16))}

@@ -105,6 +105,12 @@ def test_a_lattice_with_contact_is_drawn(cradle, kind, panels):
     assert ("site 6" in words(figure)) is (kind is None)
 
 
+def test_runs_of_other_sizes_are_not_drawn_together(cradle):
+    for other in (run_of("kepler"), cradle):
+        with pytest.raises(BadInput, match="cannot be drawn together"):
+            plot([run_of("pendulum"), other])
+
+
 def test_fixed_sites_have_no_panel_and_many_have_nine():
     lattice = scenes.lattices.get("fput")
     run = Scheme(lattice, trapezoidal).flow(lattice.step).trajectory(50)

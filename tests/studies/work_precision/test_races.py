@@ -416,7 +416,7 @@ def test_a_rule_that_is_not_consistent_is_not_ranked():
     case = found["heavy"]
     assert case["verdict"] == "fail" and "not consistent" in case["reason"]
     assert set(case["measured"]["cost"].values()) == {None}
-    assert found["midpoint"]["verdict"] == "pass" and "consistency" not in found["midpoint"]
+    assert found["midpoint"]["verdict"] == "pass" and "local" not in found["midpoint"]
 
 
 def test_a_peer_climbs_as_high_as_a_rule(monkeypatch):
