@@ -17,7 +17,6 @@ from ..core.case import Case, Choice, Measurement, Progress, silent
 from ..core.fingerprint import is_ours
 from ..core.lookup import word_for
 from ..core.study import BY_TOLERANCE
-from ..evidence.judging import LOCAL
 from ..evidence.measuring import single_steps
 from . import STUDY
 
@@ -231,4 +230,4 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     own = [r for r in case.race.rules if case.method in (r.name, r.name + BY_TOLERANCE)]
     if not own or is_ours(own[0]):  # the orders of the bench's rules are proven
         return found
-    return {**found, LOCAL: single_steps(Case(NAME, case.scene, own[0], 16))}
+    return {**found, "local": single_steps(Case(NAME, case.scene, own[0], 16))}
