@@ -6,10 +6,13 @@ import inspect
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar, TypeVar
 
 from ..errors import BadInput, arguments_checked, shown
-from ..numbers.types import Function, Vector
+from ..groupoids import pair
+from ..numbers import exact_rational
+from ..numbers.types import Exact, Function, Given, Vector
 from ..rules import Claims, Discretisation
 from ..rules.discretisation import checked
 from ..scene import Scene, reads
@@ -41,6 +44,8 @@ class BlackBox(Discretisation):
     read: Callable[[Vector, Vector], tuple[Vector, Vector]] | None = None
     write: Callable[[Vector, Vector], tuple[Vector, Vector]] | None = None
     vectorised: bool = False
+    step: Exact | None = None
+    states: tuple[tuple[Exact, ...], ...] = ()
     is_formula: ClassVar[bool] = False  # its steps are the output of a program
 
     @property
@@ -54,12 +59,33 @@ class BlackBox(Discretisation):
     @property
     def said(self) -> str:
         """The claims and options of its author, as text."""
-        return repr((self.claims, self.state, self.runs, self.numbers, self.vectorised))
+        return repr((self.claims, self.state, self.runs, self.numbers, self.vectorised, self.step,
+                     self.states))  # fmt: skip
+
+    @property
+    def only_step(self) -> Exact | None:
+        """The one step of a map without h."""
+        return self.step
 
     @property
     def remembers(self) -> bool:
         """True if it is a class, whose state is more than (q, p)."""
         return inspect.isclass(self.formula)
+
+    @cached_property
+    def own_scene(self) -> Scene | None:
+        """The scene of a map on a box of states: the space of states alone, with no motion of it.
+
+        Its start is the middle of the box. None for a box without `states`.
+        """
+        if not self.states:
+            return None
+        middle = [(low + high) / 2 for low, high in zip(*self.states, strict=True)]
+        n = len(middle) // 2
+        return Scene(
+            name=f"states-of-{self.name}", groupoid=pair(n), lagrangian=_free, x0=middle[:n],
+            v0=middle[n:], duration=100 * (self.step or 1), step=self.step or 1,
+        )  # fmt: skip
 
     @property
     def long_run(self) -> int:
@@ -93,8 +119,8 @@ class BlackBox(Discretisation):
         return super().refusal(scene)
 
     def discretise(self, scene: Scene) -> BoxScheme:
-        """Return the box on a scene, the result of `Scheme(scene, box)`."""
-        return BoxScheme(scene, self)
+        """Return the box on a scene, the result of `Scheme(scene, box)`, with a map's own step."""
+        return BoxScheme(scene if self.step is None else scene.with_values(step=self.step), self)
 
     def __call__(self, *given: Any) -> Any:
         """Call the function or the class itself."""
@@ -113,6 +139,8 @@ def black_box(
     numbers: str = "double",
     jacobian: Function | None = None,
     vectorised: bool = False,
+    step: Given | None = None,
+    states: Sequence[Sequence[Given]] | None = None,
     read: Callable[[Vector, Vector], tuple[Vector, Vector]] | None = None,
     write: Callable[[Vector, Vector], tuple[Vector, Vector]] | None = None,
     name: str | None = None,
@@ -137,8 +165,11 @@ def black_box(
     precision. jacobian(q, p, h, system): the derivative of the step, (n+m, n+m), in place of
     differences. vectorised=True: the box also takes arrays q (n, k) and p (m, k), k states at once
     as columns, as `system` does; this is used where many states are needed, for differences and
-    closed curves. write(x, mu) → (q, p) and read(q, p) → (x, mu) convert to and from the box's own
-    coordinates.
+    closed curves. step=0.1: it is a map of one step alone, such as the turn of a ring or a learned
+    map, and the function is (q, p, system); its form, its way back and its volume are judged, and
+    not whether its motion is the scene's. states=(lowest, highest): two lists of (q, p), between
+    which such a map without any scene is judged. write(x, mu) → (q, p) and read(q, p) → (x, mu)
+    convert to and from the box's own coordinates.
 
     A class has start(q, p, h, system) → state, step(state, h, system) → state and read(state,
     system) → (q, p). Raises `BadInput` for claims and functions of another kind.
@@ -155,19 +186,56 @@ def black_box(
             raise BadInput(f"black_box({word}=...): {word} is a function, not {shown(function)}.")
     if (read is None) != (write is None):
         raise BadInput("black_box: give both read= and write=, the way back and the way there.")
+    only = _only_step(step, order, runs)
+    corners = _corners(states, only)
     claims = Claims.of("black_box", symplectic, reversible, keeps)
     if not isinstance(source, str):
         raise BadInput(f"black_box(source=...): source is a text, not {shown(source)}.")
 
     def make(formula: Function) -> BlackBox:
-        label = _checked(formula, name, runs)
+        label = _checked(formula, name, runs, only is not None)
         about = source or (inspect.getdoc(formula) or "")
         return BlackBox(
             label, formula, order, about, groupoids=where, claims=claims, state=state, runs=runs,
             numbers=numbers, jacobian=jacobian, read=read, write=write, vectorised=vectorised,
+            step=only, states=corners,
         )  # fmt: skip
 
     return make
+
+
+def _free(x: Any, v: Any, p: Any) -> Any:
+    return v.dot(v) / 2
+
+
+def _only_step(step: Given | None, order: int | None, whole: bool) -> Exact | None:
+    """Return the one step of a map as an exact number; raises `BadInput` for another kind of it."""
+    if step is None:
+        return None
+    size = exact_rational(step, "step")
+    if size <= 0:
+        raise BadInput(f"black_box(step={shown(step)}): a map's step is a positive number.")
+    if order is not None or whole:
+        raise BadInput(
+            "black_box(step=...): a map of one step is a function (q, p, system) without an order, "
+            "a memory or runs of its own: leave these out, or leave step out."
+        )
+    return size
+
+
+def _corners(states: Any, step: Exact | None) -> tuple[tuple[Exact, ...], ...]:
+    """Return the lowest and the highest (q, p) of a box of states, exact; () without one."""
+    if states is None:
+        return ()
+    wrong = "black_box(states=...): give the lowest and the highest (q, p), two lists of 2n numbers"
+    if not isinstance(states, Sequence) or len(states) != 2 or step is None:
+        raise BadInput(f"{wrong}, of a map with step=...")
+    low, high = (tuple(exact_rational(e, "states") for e in end) for end in states)
+    if len(low) != len(high) or not low or len(low) % 2:
+        raise BadInput(f"{wrong}.")
+    if any(a >= b for a, b in zip(low, high, strict=True)):
+        raise BadInput(f"{wrong}, each number of the first below that of the second.")
+    return low, high
 
 
 def _one_of(word: str, given: object, known: Sequence[str]) -> None:
@@ -181,7 +249,7 @@ def given_name(name: object, otherwise: str) -> Any:
     return otherwise if name is None or (isinstance(name, str) and not name) else name
 
 
-def _checked(formula: object, name: str | None, runs: bool) -> str:
+def _checked(formula: object, name: str | None, runs: bool, is_map: bool = False) -> str:
     """Return the name of a box; raises `BadInput` unless it is a fit function or class."""
     if not callable(formula):
         raise BadInput(
@@ -195,14 +263,17 @@ def _checked(formula: object, name: str | None, runs: bool) -> str:
             f"a black box's name is {shown(label)}: use letters, digits, dots and dashes."
         )
     if inspect.isclass(formula):
-        if runs:
-            raise BadInput(f"black box {label}: a class has start, step and read: leave runs out.")
+        if runs or is_map:
+            word = "runs" if runs else "step"
+            raise BadInput(
+                f"black box {label}: a class has start, step and read: leave {word} out."
+            )
         for method, wanted in METHODS.items():
             if not callable(getattr(formula, method, None)):
                 raise BadInput(
                     f"black box {label}: the class has no {method}{wanted}; a method with memory "
                     "has start, step and read."
                 )
-    for part, (function, wanted, bound) in functions_of(formula, runs).items():
+    for part, (function, wanted, bound) in functions_of(formula, runs, is_map).items():
         check_arguments(f"black box {label}: {part}", function, wanted, bound)
     return label

@@ -32,13 +32,13 @@ DATA = {"n", "m", "t", "name", "parameters", "_clocked"}
 
 
 class _Heard:
-    """A scene in numbers that keeps the names of all that is asked of it."""
+    """A scene in numbers that counts what is asked of it beside its data."""
 
     def __init__(self, system: Any) -> None:
-        self._system, self._asked = system, set[str]()
+        self._system, self._asked = system, 0
 
     def __getattr__(self, name: str) -> Any:
-        self._asked.add(name)
+        self._asked += name not in DATA
         return getattr(self._system, name)
 
 
@@ -119,15 +119,15 @@ class BoxFlow:
         run = self.trajectory(steps, every=steps, x0=x, mu0=mu, t0=t0)
         return run.x[-1], run.mu[-1]
 
-    def asks_scene(self) -> bool:
-        """Return True if a step of the box asks the scene for more than its parameters."""
+    def questions(self) -> int:
+        """Return how often a step of the box asks the scene for more than its data."""
         heard = _Heard(self.system)
         calls = Calls(self.scheme.rule, heard, self.h, self.kind, self.scheme.scene.name)
         x, mu, t0 = self._start(None, None, 0)
         with self.numbers.user_working(), suppress(BadInput, BoxRaised):
             q, p = self._written(x, mu, t0)
             calls.run(q, p, 1, 1, lambda k: self._at(k, t0), lambda k, q, p: None)
-        return not heard._asked <= DATA
+        return heard._asked
 
     @property
     def answer(self) -> Vector:
@@ -144,11 +144,13 @@ class BoxFlow:
         self._last = last
         return found
 
-    def map_of(self, steps: int = 1, t0: Given = 0) -> Map:
+    def map_of(self, steps: int = 1, t0: Given = 0, rows: int = 1) -> Map:
         """Return the map z ↦ Z of `steps` steps on states z = (x, μ), (n+m,), for differences.
 
-        For a vectorised box it can map many states in one call (`MapOfRows`). It works in double
-        precision and checks only the answers of the box. Raises `StepFailure`.
+        With several `rows` it gives the states after equal parts of the run, one after another,
+        not numbers where a step fails. For a vectorised box it can map many states in one call
+        (`MapOfRows`). It works in double precision and checks only the answers of the box. Raises
+        `StepFailure`.
         """
         n = self.system.n
 
@@ -156,12 +158,16 @@ class BoxFlow:
             found: list[Vector] = []
 
             def row(k: int, q: Vector, p: Vector) -> None:
-                found[:] = self._read(q, p, k, t0)
+                if k:
+                    found.extend(self._read(q, p, k, t0))
 
             q, p = self._written(z[:n], z[n:], t0)
             try:
-                self._calls.run(q, p, steps, steps, lambda k: self._at(k, t0), row)
+                self._calls.run(q, p, steps, steps // rows, lambda k: self._at(k, t0), row)
             except BoxRaised as error:
+                if rows > 1:
+                    missing = rows * len(z) - sum(map(len, found))
+                    return np.concatenate([*found, np.full((missing, *z.shape[1:]), np.nan)])
                 first = z.reshape(len(z), -1)[:, :1].T
                 raise self._failure(error, first[:, :n], first[:, n:], 1, t0) from error
             return np.concatenate(found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..equations import DiscretisedScene, SceneSymbols, StepEquations, check_finite
 from ..errors import BadInput, CannotMeasure, arguments_checked
 from ..groupoids import check_axioms
-from ..numbers import Arithmetic
+from ..numbers import Arithmetic, exact_rational
 from ..numbers.types import Given
 from ..rules import Discretisation
 from ..scene import Scene
@@ -87,5 +87,12 @@ class BoxScheme(DiscretisedScene):
                 f"the black box {self.rule.name} computes in machine numbers, so {digits} digits "
                 'are nothing it has: take digits=16, or say numbers="any" if it works on mpmath '
                 "numbers."
+            )
+        only = self.rule.step
+        if only is not None and exact_rational(step, "step") != only:
+            raise CannotMeasure(
+                f"{self.rule.name} is a map of one step, {float(only):.6g}, and makes none of "
+                f"{float(step):.6g}: only its form, volume and way back are judged (discmech "
+                "symplecticity, discmech reversibility)."
             )
         return BoxFlow(self, step, digits)

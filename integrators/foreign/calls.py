@@ -57,7 +57,10 @@ class Calls:
         self.what = f"{at_line(self._asked)}{scene}: the black box {box.name}"
         #: the last argument of each function, where it takes one
         self._last = {name: (system,) if takes_system(*part) else ()
-                      for name, part in functions_of(box.formula, box.runs).items()}  # fmt: skip
+                      for name, part in functions_of(
+                          box.formula, box.runs, box.step is not None).items()}  # fmt: skip
+        #: the arguments of a step after the state
+        self._given = (*(() if box.step is not None else (h,)), *self._last.get("the function", ()))
 
     def run(
         self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep
@@ -83,7 +86,7 @@ class Calls:
     def _stepwise(
         self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep, made: list[int]
     ) -> None:
-        function, h, last = self.box.formula, self.h, self._last["the function"]
+        function, last = self.box.formula, self._given
         shapes, kind = (q.shape, p.shape), self.kind
         plain, several = kind == DOUBLE and q.ndim == 1, q.ndim == 2
         q, p = q.copy(), p.copy()
@@ -94,7 +97,7 @@ class Calls:
                 at(k)
             q.setflags(write=False)
             p.setflags(write=False)
-            given = function(q, p, h, *last)
+            given = function(q, p, *last)
             if type(given) is not tuple or len(given) != 2:
                 given = self._pair(given)
             q, p = given

@@ -54,6 +54,10 @@ class Noise:
     level: Vector
     jump: Vector
 
+    def rough(self, values: Matrix) -> Vector:
+        """Return the largest error of each entry of such values (r, k), by noise or rounding."""
+        return FARTHEST * np.maximum(self.level, EPS * np.abs(values).max(axis=0)) + self.jump
+
 
 @dataclass(frozen=True)
 class Derivative:

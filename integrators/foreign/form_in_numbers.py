@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numbers.types import Matrix, Rows, Vector
-from .differences import EPS, FARTHEST, Derivative, Map, Noise, images
+from .differences import EPS, Derivative, Map, Noise, images
 
-LOOP = 64  # number of points of a closed curve
+LOOP = 64  # usual number of points of a closed curve
 # the points do not resolve a curve with a larger share of its amplitudes at high frequencies
 UNRESOLVED = 1e-3
 
@@ -98,12 +98,13 @@ def _worst(gap: Matrix, unsure: Matrix, size: Matrix) -> Defect:
     )
 
 
-def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise) -> Defect:
+def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise | None = None) -> Defect:
     """Return how far ∮ p·dq over a closed curve of starts (r, 2n) is from that over its image by f.
 
-    It uses Fourier derivatives, which are exact for a curve that 64 points resolve, and no
-    derivative of the map (Poincaré's integral invariant). It is relative to ∮ |p·dq| about the mean
-    of p, per degree of freedom. Every second point shows whether the curve is resolved.
+    Without the noise of f that of the image is taken (`noise_along`). It uses Fourier derivatives,
+    which are exact for a curve that its points resolve, and no derivative of the map (Poincaré's
+    integral invariant). It is relative to ∮ |p·dq| about the mean of p, per degree of freedom.
+    Every second point shows whether the curve is resolved.
     """
     image = images(f, curve)
     if not np.isfinite(image).all():
@@ -111,7 +112,7 @@ def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise) -> Defect:
     found = [_integral(rows, n) for rows in (curve, image)]
     coarse = [_integral(rows[::2], n) for rows in (curve, image)]
     size = max(found[0][1], found[1][1])
-    rough = np.maximum(noise.level, EPS * np.abs(image).max(axis=0)) * FARTHEST + noise.jump
+    rough = (noise or noise_along(image)).rough(image)
     dq = np.abs(np.diff(image[:, :n], axis=0, append=image[:1, :n])).max(axis=0)
     p = np.abs(image[:, n:] - image[:, n:].mean(axis=0)).max(axis=0)
     # each value's noise, weighted by the other's derivative; the noise of 64 points is independent
@@ -124,6 +125,20 @@ def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise) -> Defect:
     gap = abs(found[1][0] - found[0][0])
     size = size or 1.0
     return Defect(max(0.0, gap - unsure) / size, gap / size, unsure / size)
+
+
+def noise_along(image: Matrix) -> Noise:
+    """Return the noise of the points of a closed curve (r, k), from its highest frequencies.
+
+    A curve that its points resolve has no other amplitudes there, and those of noise are as large
+    as at all others.
+    """
+    high = _highest(np.fft.fft(image, axis=0))
+    return Noise((np.abs(high) ** 2).mean(axis=0) ** 0.5 / len(image) ** 0.5, 0 * image[0])
+
+
+def _highest(spectrum: Matrix) -> Matrix:
+    return spectrum[len(spectrum) // 2 - 3 : len(spectrum) // 2 + 4]
 
 
 def _integral(rows: Matrix, n: int) -> tuple[float, float, float]:
@@ -145,13 +160,15 @@ def slopes_and_tail(rows: Matrix) -> tuple[Matrix, float]:
     k[r // 2] = 0
     slopes = np.fft.ifft(1j * k[:, None] * spectrum, axis=0).real
     with np.errstate(all="ignore"):
-        high = np.abs(spectrum[r // 2 - 3 : r // 2 + 4]).max(axis=0)
+        high = np.abs(_highest(spectrum)).max(axis=0)
         tail = np.nanmax(np.where(high > 0, high / np.abs(spectrum[1:]).max(axis=0), 0.0))
     return slopes, float(tail)
 
 
-def random_curve(random: np.random.Generator, z: Vector, scale: Vector, reach: float) -> Matrix:
-    """Return a closed curve of `LOOP` points around z, (r, 2n), with three harmonics."""
-    t = 2 * np.pi * np.arange(LOOP) / LOOP
+def random_curve(
+    random: np.random.Generator, z: Vector, scale: Vector, reach: float, points: int = LOOP
+) -> Matrix:
+    """Return a closed curve of so many points around z, (r, 2n), with three harmonics."""
+    t = 2 * np.pi * np.arange(points) / points
     a, b, c = (random.standard_normal(len(z)) * scale * reach for _ in range(3))
     return z + np.outer(np.cos(t), a) + np.outer(np.sin(t), b) + 0.3 * np.outer(np.cos(2 * t), c)

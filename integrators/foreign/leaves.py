@@ -17,8 +17,8 @@ from typing import TypeAlias
 import numpy as np
 
 from ..numbers import Matrix, Vector
-from .differences import EPS, FARTHEST, Map, Noise, images
-from .form_in_numbers import UNRESOLVED, Defect, slopes_and_tail
+from .differences import EPS, Map, Noise, images
+from .form_in_numbers import UNRESOLVED, Defect, noise_along, slopes_and_tail
 
 #: B of r states at once, columns (l, r) ↦ (l, l, r)
 Tensor: TypeAlias = Callable[[Matrix], np.ndarray]
@@ -102,12 +102,13 @@ def _gauss(nodes: int) -> tuple[Vector, Matrix]:
 
 
 def leaf_defect(
-    f: Map, tensor: Tensor, z: Vector, scale: Vector, ways: Matrix, noise: Noise
+    f: Map, tensor: Tensor, z: Vector, scale: Vector, ways: Matrix, noise: Noise | None = None
 ) -> Defect:
     """Return how far the area of a closed curve about z on its leaf is from that of its image by f.
 
     ways (r, l): the curve relative to z, of which the part along the leaf is taken. If the image
-    lies on no leaf, the defect is its distance from one, relative to its extent.
+    lies on no leaf, the defect is its distance from one, relative to its extent. Without the noise
+    of f that of the image is taken.
     """
     leaf = Leaf(tensor, z, scale)
     a, curve = leaf.curve(ways)
@@ -122,7 +123,7 @@ def leaf_defect(
     tails = max(e[2] for e in found)
     if not np.isfinite([e[:3] for e in (*found, *coarse)]).all() or tails > UNRESOLVED:
         return Defect(0.0, 0.0, float("inf"))
-    rough = np.maximum(noise.level, EPS * np.abs(image).max(axis=0)) * FARTHEST + noise.jump
+    rough = (noise or noise_along(image)).rough(image)
     along = np.abs(there.covectors(np.diff(image, axis=0, append=image[:1]))).max(axis=0)
     beyond = sum(abs(e[0] - c[0]) for e, c in zip(found, coarse, strict=True))
     size = max(found[0][1], found[1][1]) or 1.0

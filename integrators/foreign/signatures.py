@@ -11,10 +11,16 @@ from ..numbers.types import Function
 METHODS = {"start": "(q, p, h, system)", "step": "(state, h, system)", "read": "(state, system)"}
 
 
-def functions_of(formula: Function, runs: bool) -> dict[str, tuple[Function, str, int]]:
-    """Return each function of a box by name: itself, its arguments, and 1 if `self` is one more."""
+def functions_of(
+    formula: Function, runs: bool, is_map: bool = False
+) -> dict[str, tuple[Function, str, int]]:
+    """Return each function of a box by name: itself, its arguments, and 1 if `self` is one more.
+
+    is_map: True for a map of one step, which takes no h.
+    """
     if not inspect.isclass(formula):
         wanted = "(q, p, h, steps, every, system)" if runs else "(q, p, h, system)"
+        wanted = "(q, p, system)" if is_map else wanted
         return {"the function": (formula, wanted, 0)}
     return {
         name: (getattr(formula, name), wanted,

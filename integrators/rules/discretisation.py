@@ -74,6 +74,11 @@ class Discretisation:
     is_recorded: ClassVar[bool] = False
 
     @property
+    def only_step(self) -> Any:
+        """The one step of a map that has no other, exact; None for a rule of any step."""
+        return None
+
+    @property
     def of_step(self) -> Discretisation:
         """The rule of one step; for a composition, the rule of its substeps."""
         return self

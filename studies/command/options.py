@@ -116,7 +116,7 @@ def choice_of(options: argparse.Namespace) -> Choice:
     return Choice(
         own=own_of(options),
         scenes=lookup.scenes_of(options.scenes),
-        rules=lookup.rules(options.rules),
+        rules=lookup.rules(options.rules) or lookup.maps_of(options.scenes),
         retractions=tuple(options.retraction),
         digits=tuple(dict.fromkeys(map(digits_in, options.digits))),
         steps=None if options.steps is None else whole("--steps")(options.steps),

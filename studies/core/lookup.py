@@ -38,6 +38,15 @@ def scenes_of(words: Sequence[str]) -> tuple[Scene, ...]:
     return _told_apart(found, "scenes")
 
 
+def maps_of(words: Sequence[str]) -> tuple[Discretisation, ...]:
+    """Return the maps with states of their own among what FILE.py:NAME words of scenes name."""
+    files = (in_file(word) for word in words if ".py:" in word)
+    named = (file.variables.get(name) for file, name in files if file is not None)
+    return tuple(
+        m for m in named if isinstance(m, Discretisation) and getattr(m, "own_scene", None)
+    )
+
+
 def named(word: str) -> tuple[tuple[Discretisation, ...], tuple[Scene, ...]]:
     """Return the rules and the scenes that a word names: of FILE.py all, of FILE.py:NAME by the
     name.
@@ -242,7 +251,9 @@ def _rules(word: str) -> tuple[Discretisation, ...]:
 def _scenes(word: str) -> tuple[Scene, ...]:
     file, name = in_file(word)
     if file is not None:
-        steered = getattr(file.variables.get(name), "scene", None)  # of a Control(...)
+        steered = getattr(
+            file.variables.get(name), "scene", None
+        )  # of a Control(...), of a map's states
         return (
             (steered,) if isinstance(steered, Scene) else of_file(file, file.scenes, name, "scene")
         )

@@ -142,7 +142,7 @@ def _on_simpler_scenes(study: Study, case: Case) -> Iterator[Case]:
     """Yield the case on the bench's own scenes that have fewer variables, the fewest first."""
     simpler = [scene for scene in scenes.all_scenes() if size(scene) < size(case.scene)]
     scheme: Any = case.scheme
-    own = not case.rule.is_formula and not scheme.flow(case.scene.step).asks_scene()
+    own = not case.rule.is_formula and not scheme.flow(case.scene.step).questions()
     if own or not simpler:  # a choice of no scene means all scenes
         return
     choice = Choice(tuple(sorted(simpler, key=size)), (case.rule,), (), (case.digits,), case.steps)

@@ -23,7 +23,8 @@ from .effective import effective_order_of
 from .floats import floats_of
 from .grid import Floor, Grid
 from .laws import Law, worst_departure
-from .order import NEAR, LocalOrder, of_scheme, unknown
+from .of_programs import of_scheme
+from .order import NEAR, LocalOrder, unknown
 from .places import Place, is_linear, places_along, places_at, places_of, places_on, seed_of
 from .scan import times_that_stand_out
 

@@ -21,10 +21,11 @@ def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleStep
 
     least: the order below which it is too low; without one only consistency is asked, and of a
     program only components whose errors sink as one power of the step count. Controls are judged by
-    being caught, and a recorded run makes no single steps. Raises `Displaced` for a program whose
-    answers begin elsewhere than at their start.
+    being caught, a recorded run makes no single steps, and the motion of a map of one step need not
+    be the scene's. Raises `Displaced` for a program whose answers begin elsewhere than at their
+    start.
     """
-    if case.control is not None or case.rule.is_recorded:
+    if case.control is not None or case.rule.is_recorded or case.rule.only_step is not None:
         return None
     try:
         scheme = system_of(case).single_steps()

@@ -141,7 +141,10 @@ def limit(case: AnyCase) -> str:
         if number(case.wanted.get(key)) is not None:
             return f"{sign} {scientific(case.wanted[key])}"
     if (part := number(case.wanted.get("resolved"))) is not None:  # of a program
-        return f"no defect, seen to {scientific(part)} of what other methods of its order leave"
+        steps = f", along {case.wanted['steps']} steps" if case.wanted.get("steps") else ""
+        return (
+            f"no defect, seen to {scientific(part)} of what other methods of its order leave{steps}"
+        )
     return pairs(case.wanted)
 
 

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import StepFailure
+from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.foreign import derivative, guarded, noise_of
 from discmech.integrators.foreign.differences import FARTHEST
 
 from ..core.case import Case
-from ..symplecticity.in_numbers import along, decisive, embedded, left_by, undecided
+from ..symplecticity.in_numbers import decisive, embedded, free_states, left_by, undecided
 from ..symplecticity.places import looks, more_looks
 from .records import FoundOfNumbers, Measured, OfReturn
 
@@ -51,11 +52,11 @@ def _returned(row: OfReturn, case: Case, look: Any, scale: Any, seed: int) -> Of
     scheme: Any = case.scheme
     size, after = len(look.z), look.time + look.step
     forth = scheme.flow(look.step).map_of(t0=look.time)
-    back = scheme.flow(-look.step).map_of(t0=after)
     image = forth(look.z)
     try:
+        back = scheme.flow(-look.step).map_of(t0=after)
         back(image)
-    except StepFailure:
+    except (StepFailure, CannotMeasure):
         if not _even(scheme, look):
             raise
         turned = np.concatenate([np.ones(scheme.s.n), -np.ones(size - scheme.s.n)])
@@ -67,8 +68,8 @@ def _returned(row: OfReturn, case: Case, look: Any, scale: Any, seed: int) -> Of
     unit = case.rule.unit(16)
     noises, system = [], scheme.flow(look.step).system
     for f, z in ((forth, look.z), (back, image)):
-        embed, reach = along(system, z, scale, bool(case.scene.all_constraints))
-        g = guarded(embedded(f, z, embed, bool(case.scene.all_constraints)), size)
+        embed, reach = free_states(case, system, z, scale)
+        g = guarded(embedded(case, f, z, embed), size)
         noises.append(noise_of(g, 0 * reach, reach, unit, seed))
     of = derivative(g, size, reach, noises[1])
     start = derivative(embed, size, reach, noise_of(embed, 0 * reach, reach, 2.0**-53))

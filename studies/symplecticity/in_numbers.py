@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -26,7 +25,7 @@ from discmech.integrators.foreign import (
     shifted,
     volume_defect,
 )
-from discmech.integrators.numbers import Vector
+from discmech.integrators.numbers import Matrix, Vector
 
 from ..core.case import Case, Progress
 from .limits import LIMITS
@@ -45,7 +44,6 @@ ENOUGH = 3  # places that have to reach the resolution
 CLEARLY = 10  # further places are tried to get a resolution so many times finer than a pass needs
 UNKNOWN_ORDER = 4  # the order for a method that claims none: few methods leave less
 SMOOTH = 64 * 2.0**-53  # a larger noise, relative to the values, is reported
-RUN = 32  # steps of a run whose steps are repeated, each alone, after other states
 
 
 def measure(case: Case, progress: Progress) -> FoundOfNumbers:
@@ -110,10 +108,10 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> OfNumbers:
         return replace(row, why_not=failure.cause)
     n, size = flow.system.n, len(look.z)
     g = guarded(f, size)
-    embed, reach = along(flow.system, look.z, scale, bool(case.scene.all_constraints))
-    around = embedded(g, look.z, embed, bool(case.scene.all_constraints))
+    embed, reach = free_states(case, flow.system, look.z, scale)
+    around = embedded(case, g, look.z, embed)
     noise = noise_of(around, 0 * reach, reach, scheme.rule.unit(16), seed + k)
-    again = max(_again(g, look.z, after, scale), _in_a_run(flow, look, scale))
+    again = _again(g, look.z, after, scale)
     rough = np.maximum(noise.jump, noise.level * (noise.level > SMOOTH * np.abs(after).max()))
     volume = loop = None
     if case.scene.all_constraints:
@@ -148,20 +146,26 @@ def _loop(
     case: Case, flow: Any, g: Any, look: Look, scale: Vector, noise: Any, random: Any
 ) -> Defect:
     """Return the defect over a random closed curve, a smaller one if its image is not resolved."""
-    n = flow.system.n
-
-    def tensor(columns: Any) -> Any:
-        return flow.system.tensor(columns[:n], columns[n:])
-
     for reach in REACHES:
         curve = random_curve(random, look.z, scale, reach)
-        if _leaves(case):
-            found = leaf_defect(g, tensor, look.z, scale, curve - look.z, noise)
-        else:
-            found = loop_defect(g, curve, n, noise)
+        found = curve_defect(case, flow.system, g, look.z, scale, curve, noise)
         if np.isfinite(found.resolution):
             break
     return found
+
+
+def curve_defect(
+    case: Case, system: Any, f: Any, z: Vector, scale: Vector, curve: Matrix, noise: Any = None
+) -> Defect:
+    """Return the defect of the form over a closed curve of states (r, n+m) about z."""
+    n = system.n
+
+    def tensor(columns: Any) -> Any:
+        return system.tensor(columns[:n], columns[n:])
+
+    if _leaves(case):
+        return leaf_defect(f, tensor, z, scale, curve - z, noise)
+    return loop_defect(f, curve, n, noise)
 
 
 def _derivative(flow: Any, g: Any, look: Look, scale: Vector, noise: Any) -> Derivative:
@@ -178,16 +182,16 @@ def _derivative(flow: Any, g: Any, look: Look, scale: Vector, noise: Any) -> Der
     return Derivative(given, 64 * 2.0**-53 * np.abs(given))
 
 
-def along(system: Any, z: Vector, scale: Vector, constrained: bool) -> tuple[Any, Vector]:
+def free_states(case: Case, system: Any, z: Vector, scale: Vector) -> tuple[Any, Vector]:
     """Return (y ↦ state, the size of y): parameters of free states around z."""
-    if constrained:
+    if case.scene.all_constraints:
         return constrained_parameters(system, z, scale)
     return (lambda y: z + y), scale
 
 
-def embedded(f: Any, z: Vector, embed: Any, constrained: bool) -> Any:
+def embedded(case: Case, f: Any, z: Vector, embed: Any) -> Any:
     """Return f in those parameters."""
-    return (lambda y: f(embed(y))) if constrained else shifted(f, z)
+    return (lambda y: f(embed(y))) if case.scene.all_constraints else shifted(f, z)
 
 
 def _restricted(n: int, g: Any, embed: Any, reach: Vector, noise: Any) -> Defect:
@@ -208,34 +212,14 @@ def _again(g: Any, z: Vector, after: Vector, scale: Vector) -> float:
     return worst
 
 
-def _in_a_run(flow: Any, look: Look, scale: Vector) -> float:
-    """Return the difference of a run's steps from the same steps made alone, after another state.
-
-    A step that keeps the end of the one before can differ in a run. A method with memory, or one
-    that makes whole runs, may differ: it gets 0, and so does a run that fails.
-    """
-    rule, n = flow.scheme.rule, flow.system.n
-    if look.count == 1 or rule.remembers or rule.runs:
-        return 0.0
-    try:
-        run = flow.trajectory(RUN, x0=look.z[:n], mu0=look.z[n:], t0=look.time)
-    except StepFailure:
-        return 0.0
-    states, worst = np.hstack([run.x, run.mu]).astype(float), 0.0
-    for k, (z, after) in enumerate(itertools.pairwise(states)):
-        g = guarded(flow.map_of(1, t0=look.time + k * look.step), len(z))
-        g(z + 0.01 * scale)
-        gap = np.abs(g(z) - after) / (np.abs(after) + scale)
-        worst = max(worst, float(gap.max()) if np.isfinite(gap).all() else 1.0)
-    return worst
-
-
 def left_by(case: Case, look: Look) -> float:
     """Return the defect that a method of the order, but not symplectic, would leave.
 
     It is the rest of the series of exp(hA) after the power p, as for a Taylor method; A has the
-    rate of the motion there.
+    rate of the motion there. The motion of a map of one step is unknown: it may leave nothing.
     """
+    if case.rule.only_step is not None:
+        return 1.0
     p = case.order or UNKNOWN_ORDER
     z = float(look.step) * look.rate
     return min(1.0, look.count * z ** (p + 1) / math.factorial(p + 1))

@@ -53,13 +53,25 @@ def judge(case: Case, found: FoundOfNumbers) -> Verdict:
         said = f"the form is not kept: its defect is {row.certain:.2g} beyond every error of the "
         said += f"differences, in {row.entry} at step {row.step:.3g}, t = {row.time:.3g}"
         return Verdict("fail", f"{said}{rough}.", expected)
+    run = found.run
+    if run.broken:
+        said = f"single steps keep the form, but a run does not: after {run.broken} steps of "
+        said += f"{run.step:.3g} the defect over closed curves of starts is {run.certain:.2g} "
+        return Verdict("fail", f"{said}beyond every error{rough}.", expected)
     left = expected["left"] = decisive(rows).left or 0.0
     if missing := [r for r in rows if r.certain is None]:
         said = f"{len(missing)} of {len(rows)} steps around the motion failed"
         return Verdict("inconclusive", f"{said}: {missing[0].why_not}.", expected)
     resolution = measured.resolution or 0.0
     if resolution <= resolved(case) * left:
-        return Verdict("pass", "", expected)
+        is_map = case.rule.only_step is not None
+        if not is_map and run.seen < min(run.steps, case.scene.steps_for(run.step)):
+            said = "single steps keep the form, and closed curves of starts tell nothing of it "
+            said += f"after more than {run.seen} steps of {run.step:.3g} of the motion"
+            return Verdict("inconclusive", f"{said}{rough}.", expected)
+        told = f"the form is kept in single steps and in runs of up to {run.seen} steps"
+        told += "; the motion of a map of one step is not held against a scene's" * is_map
+        return Verdict("pass", f"{told}.", {**expected, "steps": run.seen})
     said = f"no defect is seen, but one of {resolution:.1e} could be hidden, where a "
     said += f"method of this order that is not symplectic would leave {left:.1e}"
     return Verdict("inconclusive", f"{said}{rough}.", expected)

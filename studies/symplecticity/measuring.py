@@ -26,7 +26,7 @@ from ..evidence.laws import FORM
 from ..evidence.measuring import single_steps
 from ..systems import system_of
 from ..systems.runs import follow, largest_stable_step
-from . import in_numbers
+from . import along_run
 from .constraints import constraint_defect
 from .limits import CHANGES, FORMS
 from .records import Defects, Found, FoundOfNumbers, Row
@@ -101,7 +101,7 @@ def _measure(case: Case, progress: Progress) -> Found | FoundOfNumbers:
     its mean at the scene's step.
     """
     if not case.rule.is_formula and not case.control:
-        return in_numbers.measure(case, progress)
+        return along_run.measure(case, progress)
     if (of_run := _in_states(case, progress)) is not None:
         return of_run
     label = f"{case.scene.name} {case.label}"

@@ -25,6 +25,7 @@ FAST = 0.5, 1.0
 SHARES = 0.0, 0.1, 0.2, 0.3  # shares of the motion's size by which places in numbers lie beside it
 # steps of a run that is judged as one map: a fault that one step hides may lie between them
 MORE = 3
+IN_BOX = 6  # number of states of a box
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,8 @@ def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
     Steps are those of the place and one radian of the fastest motion: long steps tell more, and the
     stability of a run of them does not concern the form.
     """
+    if scheme.rule.states:
+        return _looks_in_box(scheme)
     if scheme.scene.in_numbers:
         return _looks_in_numbers(scheme)
     evidence = evidence_of(scheme)
@@ -55,11 +58,42 @@ def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
         z = np.array([float(e) for e in (*place.x, *place.mu)])
         fast = rate(system, z, scale, float(place.t))
         own = min(place.step, Fraction(scheme.scene.step) * random_fraction(drawn, 0.6, 1.7))
-        longest = Fraction(1 / fast) if 0 < fast < math.inf else own
-        steps = own, max(own, longest * random_fraction(drawn, *FAST))
-        found += [Look(z, place.t, step, count, fast)
-                  for step, count in zip(steps, (MORE, 1), strict=True)]  # fmt: skip
+        found += _both(scheme, drawn, z, place.t, own, fast)
     return found, scale, evidence.seed
+
+
+def _both(
+    scheme: Any, drawn: random.Random, z: Vector, time: Fraction, own: Fraction, fast: float
+) -> list[Look]:
+    """Return looks at some steps of that size and at a long one; a map has its one step alone."""
+    longest = Fraction(1 / fast) if 0 < fast < math.inf else own
+    steps = [own, max(own, longest * random_fraction(drawn, *FAST))]
+    if scheme.rule.only_step is not None:
+        steps = [scheme.rule.only_step] * 2
+    return [Look(z, time, step, count, fast)
+            for step, count in zip(steps, (MORE, 1), strict=True)]  # fmt: skip
+
+
+def _looks_in_box(scheme: Any) -> tuple[list[Look], Vector, int]:
+    """Return looks at drawn states in the box of a map without a scene.
+
+    The rate of its motion is unknown, so nothing less than the whole form counts as lost.
+    """
+    low, high = (np.array([float(e) for e in end]) for end in scheme.rule.states)
+    seed = seed_in_numbers(scheme)
+    drawn, found = random.Random(seed), list[Look]()
+    for _ in range(IN_BOX):
+        z = low + (high - low) * np.array([drawn.random() for _ in low])
+        found += _both(scheme, drawn, z, Fraction(0), scheme.rule.only_step, math.inf)
+    return found, (high - low) / 2, seed
+
+
+def seed_in_numbers(scheme: Any) -> int:
+    """Return a seed from the content of a rule and of its scene's start."""
+    code, scene = getattr(scheme.rule.formula, "__code__", None), scheme.scene
+    words = [scene.name, scheme.rule.name, str(code and code.co_code.hex()),
+             repr((scene.x0, scene.mu0, scene.step))]  # fmt: skip
+    return int(hashlib.sha256("\0".join(words).encode()).hexdigest()[:8], 16)
 
 
 def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:
@@ -68,7 +102,7 @@ def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:
     They are for scenes whose first places tell too little, as near a pole, where all steps are
     short.
     """
-    if scheme.scene.all_constraints:
+    if scheme.scene.all_constraints or scheme.rule.states:
         return
     drawn, rows = random.Random(seed + 3), _motion(scheme)
     system, own = scheme.flow(scheme.scene.step).system, Fraction(scheme.scene.step)
@@ -80,15 +114,13 @@ def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:
         )
         fast = rate(system, z, scale, float(time))
         if 0 < fast < math.inf:
-            yield Look(z, time, Fraction(1 / fast) * random_fraction(drawn, *FAST), 1, fast)
+            step = scheme.rule.only_step or Fraction(1 / fast) * random_fraction(drawn, *FAST)
+            yield Look(z, time, step, 1, fast)
 
 
 def _looks_in_numbers(scheme: Any) -> tuple[list[Look], Vector, int]:
     """Return looks for a scene without known equations: rows of its motion, and states beside."""
-    code = getattr(scheme.rule.formula, "__code__", None)
-    words = [scheme.scene.name, scheme.rule.name, str(code and code.co_code.hex()),
-             repr((scheme.scene.x0, scheme.scene.mu0, scheme.scene.step))]  # fmt: skip
-    seed = int(hashlib.sha256("\0".join(words).encode()).hexdigest()[:8], 16)
+    seed = seed_in_numbers(scheme)
     drawn, rows, scale = random.Random(seed), _motion(scheme), scale_of(scheme)
     system, found = scheme.flow(scheme.scene.step).system, []
     for share in SHARES:
@@ -97,15 +129,14 @@ def _looks_in_numbers(scheme: Any) -> tuple[list[Look], Vector, int]:
         )
         fast = rate(system, z, scale, 0.0)
         own = Fraction(scheme.scene.step) * random_fraction(drawn, 0.6, 1.7)
-        longest = Fraction(1 / fast) if 0 < fast < math.inf else own
-        steps = own, max(own, longest * random_fraction(drawn, *FAST))
-        found += [Look(z, Fraction(0), step, count, fast)
-                  for step, count in zip(steps, (MORE, 1), strict=True)]  # fmt: skip
+        found += _both(scheme, drawn, z, Fraction(0), own, fast)
     return found, scale, seed
 
 
 def scale_of(scheme: Any) -> Vector:
     """Return how far each entry of (x, μ) moves, along a motion not made by the black box."""
+    if scheme.rule.states:
+        return _looks_in_box(scheme)[1]
     found = _motion(scheme)
     n = scheme.s.n
     reach, size = np.ptp(found, axis=0), np.abs(found).max(axis=0)

@@ -82,11 +82,28 @@ class MeasuredOfNumbers:
 
 
 @dataclass(frozen=True, slots=True)
+class OfRun:
+    """The form along a run of a program, of so many steps of that size.
+
+    seen: the steps after which the form was resolved. certain: the defect that no error explains,
+    after `broken` steps; 0 without one. again: the difference from the same steps made again.
+    """
+
+    step: float = 0.0
+    steps: int = 0
+    seen: int = 0
+    certain: float = 0.0
+    broken: int = 0
+    again: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class FoundOfNumbers:
-    """The rows of a program, the worst of each, and its single steps."""
+    """The rows of a program, the worst of each, the form along a run, and its single steps."""
 
     rows: Sequence[OfNumbers] = ()
     measured: MeasuredOfNumbers = field(default_factory=MeasuredOfNumbers)
+    run: OfRun = field(default_factory=OfRun)
     local: SingleSteps | None = None
 
 

@@ -187,7 +187,7 @@ class Slow:
     (external([sys.executable, "-c", "raise SystemExit"], order=2, name="ends"), False),
 ])  # fmt: skip
 def test_whether_a_program_asks_the_scene_for_its_equations(box, asks):
-    assert box.discretise(scenes.get("pendulum")).flow("0.1").asks_scene() is asks
+    assert box.discretise(scenes.get("pendulum")).flow("0.1").questions() == asks
 
 
 def test_a_program_that_asks_no_scene_stays_on_its_scene():

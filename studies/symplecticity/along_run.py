@@ -1,0 +1,115 @@
+"""The form along one long run of a program, by closed curves of starts that are followed by rows.
+
+A fault may begin after many steps, or lie where no drawn place is. The map from the start to each
+row keeps the form if a step does, so all rows of the same runs are judged.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.foreign import Defect, MapOfRows, guarded, images, random_curve
+from discmech.integrators.numbers import Matrix, Vector
+
+from ..core.case import Case, Progress
+from ..evidence.places import random_fraction
+from ..evidence.repeated import repeated
+from . import in_numbers
+from .in_numbers import curve_defect, free_states, resolved, rounded
+from .places import scale_of, seed_in_numbers
+from .records import FoundOfNumbers, OfRun
+
+#: steps of all runs together, for a step that asks the scene so often, less work than the energy's
+#: long run; of programs with longer ones more, in proportion. A map of many states makes one call
+CALLS, ASKS, USUAL = 2**15, 4, 10**5
+MOST, LEAST = 2**11, 2**5  # steps of a run
+POINTS = 32  # of a curve
+ROWS = 16  # rows of a run at which its curve is looked at
+#: sizes of a curve in parts of the motion; a smaller one is for runs that draw it out too far
+REACHES = (0.02, 1e-3, 5e-5)
+STEP = 0.7, 1.0  # shares of the scene's step from which the run's is drawn
+
+
+def measure(case: Case, progress: Progress) -> FoundOfNumbers:
+    """Return the steps from drawn places (`in_numbers`), and the form along a run."""
+    found = in_numbers.measure(case, progress)
+    if found.measured.certain is None or found.measured.certain > rounded(case):
+        return found
+    progress(f"{case.scene.name} {case.label}: a long run", 1.0)
+    run = _of_run(case, scale_of(case.scheme), seed_in_numbers(case.scheme))
+    residual = max(found.measured.residual or 0.0, run.again)
+    return replace(found, measured=replace(found.measured, residual=residual), run=run)
+
+
+def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
+    """Return the first certain defect of the form along a run, and how far the form is seen."""
+    scheme: Any = case.scheme
+    share = (
+        1 if scheme.rule.only_step is not None else random_fraction(random.Random(seed + 4), *STEP)
+    )
+    step = Fraction(scheme.scene.step) * share
+    flow = scheme.flow(step)
+    start = flow.trajectory(0)
+    z = np.concatenate([start.x[0], start.mu[0]]).astype(float)
+    embed, reach = free_states(case, flow.system, z, scale)
+    curves = 1 if len(reach) == 2 else 2  # of two numbers the form has one entry
+    calls = curves * (1 if scheme.rule.vectorised else POINTS)
+    work = calls * max(ASKS, flow.questions()) * USUAL
+    steps = CALLS * ASKS * scheme.rule.long_run // work // ROWS * ROWS
+    steps = min(MOST, max(LEAST, steps))
+    run = guarded(flow.map_of(steps, rows=ROWS), ROWS * len(z))
+    drawn = np.random.default_rng(seed + 4)
+    found = [_of_curve(case, flow.system, run, z, scale, embed, reach, drawn)
+             for _ in range(curves)]  # fmt: skip
+    part = steps // ROWS
+    rows = [_worse(*of) if len(of) > 1 else of[0] for of in zip(*found, strict=True)]
+    seen = max((k for k, row in enumerate(rows, 1) if row.resolution <= resolved(case)), default=0)
+    broken = next((k for k, row in enumerate(rows, 1) if row.certain > rounded(case) * part * k), 0)
+    certain = rows[broken - 1].certain if broken else 0.0
+    again = repeated(flow, z, scale, steps, seed=seed)
+    return OfRun(float(step), steps, part * seen, certain, part * broken, again)
+
+
+def _worse(a: Defect, b: Defect) -> Defect:
+    """Return what two curves tell together: the larger defect, and the poorer resolution."""
+    return Defect(max(a.certain, b.certain), max(a.measured, b.measured),
+                  max(a.resolution, b.resolution))  # fmt: skip
+
+
+def _of_curve(
+    case: Case, system: Any, run: Any, z: Vector, scale: Vector, embed: Any, reach: Vector,
+    drawn: np.random.Generator,
+) -> Sequence[Defect]:  # fmt: skip
+    """Return the defect at each row over a closed curve; over a smaller one where it is better."""
+    best = [Defect(0.0, 0.0, np.inf)] * ROWS
+    for share in REACHES:
+        curve = np.array([embed(y) for y in random_curve(drawn, 0 * reach, reach, share, POINTS)])
+        maps = _by_row(run, len(z))
+        found = [curve_defect(case, system, f, z, scale, curve) for f in maps]
+        best = [min(pair, key=lambda each: each.resolution)
+                for pair in zip(best, found, strict=True)]  # fmt: skip
+        if best[-1].resolution <= resolved(case) or any(of.certain for of in best):
+            break
+    return best
+
+
+def _by_row(run: Any, size: int) -> list[MapOfRows]:
+    """Return the maps to each row of the runs, which are made once for all of them."""
+    made: dict[bytes, Matrix] = {}
+
+    def all_rows(points: Matrix) -> Matrix:
+        key = points.tobytes()
+        if key not in made:
+            made[key] = images(run, points)
+        return made[key]
+
+    def to_row(part: slice) -> MapOfRows:
+        return MapOfRows(lambda z: all_rows(z[None])[0, part], lambda zs: all_rows(zs)[:, part])
+
+    return [to_row(slice(k * size, (k + 1) * size)) for k in range(ROWS)]

@@ -1,0 +1,82 @@
+"""The form along a long run of a program: faults that the first steps do not have."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from discmech import black_box, scenes
+from discmech.studies.core.case import Case
+from discmech.studies.symplecticity import along_run
+from discmech.studies.symplecticity.places import scale_of
+
+from . import methods
+from .judging import judged
+from .methods import kick_drift_kick
+
+
+@black_box(order=2, symplectic=True)
+class DampsLater:
+    """Verlet that damps from its 200th step on."""
+
+    def start(self, q, p, h, s):
+        return q, p, 0
+
+    def step(self, state, h, s):
+        q, p = kick_drift_kick(*state[:2], h, s)
+        return q, p * (1 - abs(h) ** 3 / 100 if state[2] >= 200 else 1), state[2] + 1
+
+    def read(self, state, s):
+        return state[:2]
+
+
+def whole_runs(damped):
+    """Return Verlet as a program of whole runs, whose row k of so many is changed by `damped`."""
+
+    @black_box(order=2, symplectic=True, runs=True)
+    def run(q, p, h, steps, every, s):
+        qs, ps = [q], [p]
+        for k in range(1, steps + 1):
+            q, p = kick_drift_kick(q, p, h, s)
+            if k % every == 0:
+                qs.append(q)
+                ps.append(p * damped(k, steps))
+        return np.array(qs), np.array(ps)
+
+    return run
+
+
+def of_run(box, scene="pendulum"):
+    case = Case("symplecticity", scenes.get(scene), box, 16)
+    return along_run._of_run(case, scale_of(case.scheme), 0)
+
+
+def test_a_form_that_is_lost_after_many_steps_fails():
+    found = judged("symplecticity", "pendulum", DampsLater, causes=False)
+    assert found["verdict"] == "fail" and "single steps keep the form" in found["reason"]
+    assert of_run(DampsLater).broken > 200
+
+
+def test_a_pass_says_how_many_steps_it_has_seen():
+    found = judged("symplecticity", "pendulum", methods.verlet, causes=False)
+    assert found["verdict"] == "pass"
+    steps = found["expected"]["steps"]
+    assert steps > 200 and f"runs of up to {steps} steps" in found["reason"]
+
+
+@pytest.mark.parametrize(("damped", "same"), [
+    (lambda k, steps: 1.0, True),
+    (lambda k, steps: 1.0 if k == steps else 1 - 1e-9, False),  # rows of another motion
+])  # fmt: skip
+def test_rows_of_a_run_are_the_ends_of_shorter_ones(damped, same):
+    assert (of_run(whole_runs(damped)).again < 1e-13) is same
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("box", "scene"), [
+    (methods.verlet, "kepler"), (methods.LateLeapfrog, "pendulum"), (methods.yoshida, "kepler"),
+    (methods.rattle, "cartesian-pendulum"),
+])  # fmt: skip
+def test_a_sound_run_keeps_the_form(box, scene):
+    found = of_run(box, scene)
+    assert not found.broken and found.seen == found.steps and found.again < 1e-12

@@ -1,0 +1,83 @@
+"""Maps of one step, which have no h: their form, way back and volume alone are judged."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from discmech import BadInput, black_box
+from discmech.studies.command.entry import main
+
+from .judging import judged
+
+RING = """
+import numpy as np
+
+from discmech import black_box
+
+C, S = np.cos(1.3), np.sin(1.3)
+BOX = [-0.3, -0.3], [0.3, 0.3]
+
+def turned(q, p, kept):
+    p = p - q**2
+    return C * q + S * p, kept * (C * p - S * q)
+
+@black_box(step=1, symplectic=True, states=BOX)
+def turn(q, p):
+    return turned(q, p, 1)
+
+@black_box(step=1, symplectic=True, states=BOX)
+def damped(q, p):
+    return turned(q, p, 1 - 1e-9)
+
+@black_box(step=1, keeps="volume", states=BOX)
+def shrinks(q, p):
+    return turned(q, p, 1 - 1e-9)
+"""
+
+
+@pytest.mark.parametrize(("name", "code"), [("turn", 0), ("damped", 1), ("shrinks", 1)])
+def test_a_map_without_a_scene_is_judged_in_its_box_of_states(name, code, tmp_path, capsys):
+    file = tmp_path / "ring.py"
+    file.write_text(RING)
+    assert main(["symplecticity", f"{file}:{name}"]) == code
+    capsys.readouterr()
+
+
+def kicked(h):
+    """Return Verlet of the pendulum's field turned by another force, which is another motion."""
+
+    def step(q, p):
+        p = p - h / 2 * q**3
+        q = q + h * p
+        return q, p - h / 2 * q**3
+
+    return step
+
+
+def test_the_form_of_another_motion_is_judged_alone():
+    box = black_box(step="0.1", symplectic=True, reversible=True)(kicked(0.1))
+    found = judged("symplecticity", "pendulum", box, causes=False)
+    assert found["verdict"] == "pass" and "not held against a scene's" in found["reason"]
+    assert judged("reversibility", "pendulum", box, causes=False)["verdict"] == "pass"
+    lossy = black_box(step="0.1", reversible=True)(lambda q, p: (q + 0.1 * p, p - 0.1 * q))
+    assert judged("reversibility", "pendulum", lossy, causes=False)["verdict"] == "fail"
+
+
+def test_it_has_no_order_and_makes_no_other_step():
+    box = black_box(step="0.1", name="fixed")(kicked(0.1))
+    found = judged("order", "pendulum", box, causes=False)
+    assert found["verdict"] == "inconclusive" and "makes none of" in found["reason"]
+
+
+@pytest.mark.parametrize(("given", "said"), [
+    ({"step": 0}, "positive number"),
+    ({"step": 1, "order": 2}, "without an order"),
+    ({"step": 1, "runs": True}, "without an order"),
+    ({"states": ([0, 0], [1, 1])}, "of a map with step"),
+    ({"step": 1, "states": ([0, 0, 0], [1, 1, 1])}, "two lists of 2n numbers"),
+    ({"step": 1, "states": ([0, 1], [1, 1])}, "below that of the second"),
+])  # fmt: skip
+def test_other_words_for_a_map_are_one_sentence(given, said):
+    with pytest.raises(BadInput, match=said):
+        black_box(**given)(lambda q, p: (np.sin(q), p))
