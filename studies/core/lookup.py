@@ -251,12 +251,10 @@ def _rules(word: str) -> tuple[Discretisation, ...]:
 def _scenes(word: str) -> tuple[Scene, ...]:
     file, name = in_file(word)
     if file is not None:
-        steered = getattr(
-            file.variables.get(name), "scene", None
-        )  # of a Control(...), of a map's states
-        return (
-            (steered,) if isinstance(steered, Scene) else of_file(file, file.scenes, name, "scene")
-        )
+        thing = file.variables.get(name)
+        # of a Control(...), or of a map's own states
+        own = getattr(thing, "own_scene", None) or getattr(thing, "scene", None)
+        return (own,) if isinstance(own, Scene) else of_file(file, file.scenes, name, "scene")
     return (_called(word, "scene"),)
 
 

@@ -116,7 +116,7 @@ def worst_departure(
             except CannotMeasure as refusal:
                 return Departure(unknown=" ".join(str(refusal).split()))
             if one.size is not None and _is_worse(one, worst):
-                worst = replace(one, step=float(step), place=str(place))
+                worst = replace(one, step=one.step or float(step), place=str(place))
             break
     return worst if worst.size is not None else Departure(unknown=why)
 

@@ -83,6 +83,10 @@ class Keeps(Law):
     def __init__(self, quantity: Conserved) -> None:
         self.quantity, self.name = quantity, quantity.name
 
+    def refusal(self, scheme: Scheme) -> str:
+        """Return "": a program's step may be held against it, too."""
+        return ""
+
     def steps(self, place: Place, drawn: random.Random) -> Iterator[Fraction]:
         """Yield the one step at which it is asked; 0 stands for the scene's own."""
         yield place.step if self.quantity.of_step else Fraction(0)
@@ -98,7 +102,8 @@ class Keeps(Law):
         with numbers.working():
             gap, scale = abs(values[1] - values[0]).max(), max(terms.ravel())
             change = float(gap / scale) if gap else 0.0
-        limit = ALLOWED * float(numbers.eps) * (1 + sum(units))
+        own = max(float(numbers.eps), scheme.rule.unit(digits)) if digits == 16 else numbers.eps
+        limit = ALLOWED * float(own) * (1 + sum(units))
         return Departure(change, limit, self.name, float(step))
 
 
@@ -117,7 +122,10 @@ def laws_of(quantities: Sequence[Any]) -> list[Keeps]:
 def _digits(scheme: Scheme, place: Place, step: Fraction) -> int:
     """Return the digits of a step from a place: more for one that is shorter than the place's.
 
+    A program may have those of doubles alone.
     A rule of order p changes what it does not keep by h^(p+1) or a power near to it.
     """
     shorter = max(0.0, math.log10(place.step / step))
+    if not scheme.rule.runs_at(DIGITS):
+        return 16
     return min(OF_PLACES, DIGITS + math.ceil(((scheme.order or 1) + POWERS) * shorter))

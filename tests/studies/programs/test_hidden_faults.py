@@ -8,7 +8,16 @@ import sys
 import numpy as np
 import pytest
 
-from discmech import BadInput, Scheme, StepFailure, black_box, scenes
+from discmech import (
+    BadInput,
+    Conserved,
+    Scene,
+    Scheme,
+    StepFailure,
+    black_box,
+    pair,
+    scenes,
+)
 from discmech.integrators import rules
 from discmech.studies.core.claims import claiming
 
@@ -181,3 +190,25 @@ def test_other_bad_input_is_one_sentence():
         rules.compose(methods.verlet, "triple-jump")
     with pytest.raises(BadInput, match="machine numbers"):
         Scheme(scenes.get("pendulum"), methods.verlet).flow("0.1", digits=50)
+
+
+def test_a_momentum_that_is_kept_in_one_plane_alone_is_not_kept():
+    import sympy
+
+    planar = Scene(
+        name="planar-kepler", groupoid=pair(3),
+        lagrangian=lambda x, v, p: v.dot(v) / 2 + 1 / sympy.sqrt(x.dot(x)),
+        x0=["0.4", 0, 0], v0=[0, 2, 0], duration=10, step="0.01",
+        symmetries=[Conserved("angular momentum", lambda x, mu, p: x.cross(mu))],
+    )  # fmt: skip
+
+    @black_box(order=2, keeps=["momentum"])
+    def off_plane(q, p, h, s):
+        q, p = kick_drift_kick(q, p, h, s)
+        return q, p - [0, 0, abs(h) ** 3 * (p[2] + q[2] ** 2)]
+
+    found = judged("momentum", planar, off_plane, steps=200, causes=False)
+    assert found["verdict"] == "fail" and "but a step of" in found["reason"]
+    assert "a step of 0 " not in found["reason"]
+    sound = dataclasses.replace(methods.verlet, claims=off_plane.claims)
+    assert judged("momentum", planar, sound, steps=200, causes=False)["verdict"] == "pass"
