@@ -65,7 +65,8 @@ def judge(case: Case, found: FoundOfNumbers) -> Verdict:
     resolution = measured.resolution or 0.0
     if resolution <= resolved(case) * left:
         is_map = case.rule.only_step is not None
-        if not is_map and run.seen < min(run.steps, case.scene.steps_for(run.step)):
+        wanted = 0 if is_map or not run.steps else case.scene.steps_for(run.step)
+        if run.seen < min(run.steps, wanted):
             said = "single steps keep the form, and closed curves of starts tell nothing of it "
             said += f"after more than {run.seen} steps of {run.step:.3g} of the motion"
             return Verdict("inconclusive", f"{said}{rough}.", expected)
