@@ -139,7 +139,7 @@ class DiscretisedScene:
         raise self.refused("modified equation")
 
     def export(self, language: str, harness: bool = False) -> str:
-        """Return one file with this scheme's step: language is "c" or "numpy".
+        """Return one file with this scheme's step: language is "c", "numpy", "julia" or "jax".
 
         harness: with an adapter that answers JSON lines, as `external` asks them. Raises `BadInput`
         for another language, and for what cannot be exported.

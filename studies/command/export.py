@@ -17,7 +17,7 @@ from .output import EXIT, progress_shown, write
 if TYPE_CHECKING:
     from ..user.exports import Beside, Verdicts
 
-LANGUAGES = ("c", "numpy")
+LANGUAGES = ("c", "numpy", "julia", "jax")
 
 
 def add_to(commands: Any) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -14,7 +15,7 @@ from math import prod
 from typing import Any
 
 from ...compiler import KernelText, Step, kinds_of
-from ...equations import energy, mass_matrix, momentum, rates
+from ...equations import closed_velocity, energy, mass_matrix, momentum, rates
 from ...errors import CannotMeasure
 from ...numbers import numeric_text, over, steepness
 from ...scene import entries_of
@@ -29,6 +30,11 @@ STATUSES = {
     "the step is on another branch of solutions than the one before",
 }  # fmt: skip
 EPS = 2.0**-53
+#: results of the functions that are no kernels, as in `statements.RESULTS`
+COLUMNS: dict[str, tuple[tuple[str, ...], bool]] = {
+    "energy_at": ((), True), "momenta_at": (("values",), False), "rates_at": (("rates",), False),
+    "speed_at": (("speed",), False),
+}  # fmt: skip
 LONGEST = 20_000  # operations of all kernels, which a compiler takes in some seconds
 
 
@@ -47,8 +53,9 @@ class Exported:
 
     constants: name → int, float or list of these. fields: name → (kind, lengths) of the state, the
     kind "float" or "int". functions: trees in the order in which each comes after those that it
-    calls. kernels: the unchanged texts, for a language that has tuples; flags: what is known of
-    them. quantities: names of the momenta, entry by entry.
+    calls. sources: the kernels as they were, for a language that has tuples; flags: what is known
+    of them. quantities: names of the momenta, entry by entry. guess: where each unknown of a step
+    starts, as expressions. affine: for the rule and its adjoint, True if no step is iterated.
     """
 
     scheme: Any
@@ -60,7 +67,9 @@ class Exported:
     quantities: tuple[str, ...]
     timed: bool
     energy: bool
-    kernels: str = ""
+    sources: Sequence[ast.FunctionDef] = ()
+    guess: Sequence[str] = ()
+    affine: Sequence[bool] = ()
 
     @property
     def scene(self) -> Any:
@@ -131,19 +140,16 @@ class _Export:
         s = self.s
         return {"x": s.x, "v": s.u, "mu": s.mu, "q": [s.h, *s.parameter_list]}
 
-    def _numeric(self, name: str, column: str, values: Sequence[Any], *without: str) -> Any:
-        """Return a function of x, v, μ and q with one column of results, or one number."""
-        letters = {k: e for k, e in self._letters.items() if k not in without}
-        text = numeric_text(letters, [list(values)] if column else list(values))
+    def _numeric(self, name: str, values: Sequence[Any]) -> ast.FunctionDef:
+        """Return a function of x, v, μ and q that returns a tuple."""
+        text = numeric_text(self._letters, [list(values)])
         (function,) = [f for f in parsed(text) if f.name == "function"]
-        function.name = name
-        last = function.body[-1]
-        assert isinstance(last, ast.Return)
-        if column:  # array([...], k)
-            entries = last.value.args[0].elts  # type: ignore[union-attr]
-            last.value = ast.Tuple(list(entries))
-            return of_kernel(function, [column], False)
-        return of_kernel(function, [], True)
+        function.name, last = name, function.body[-1]
+        assert isinstance(last, ast.Return) and isinstance(last.value, ast.Call)
+        entries = last.value.args[0]  # array([...], k)
+        assert isinstance(entries, ast.List)
+        last.value = ast.Tuple(entries.elts)
+        return ast.fix_missing_locations(function)
 
     @cached_property
     def has_energy(self) -> bool:
@@ -166,19 +172,31 @@ class _Export:
         return found
 
     @cached_property
-    def more(self) -> list[ast.FunctionDef]:
-        """The functions of energy, velocities and momenta."""
-        found: list[ast.FunctionDef] = []
+    def formulas(self) -> list[ast.FunctionDef]:
+        """The functions of energy, momenta and rates, which return tuples."""
+        found = []
         if self.has_energy:
-            found.append(self._numeric("energy_at", "", [energy(self.s)]))
-        if self.speed is not None:
-            found += written_kernels(self.speed)
+            found.append(self._numeric("energy_at", [energy(self.s)]))
         if self.quantities:
-            values = [e for _, e in self.quantities]
-            found.append(self._numeric("momenta_at", "values", values, "v"))
+            found.append(self._numeric("momenta_at", [e for _, e in self.quantities]))
         if self.needs_rates:
-            found.append(self._numeric("rates_at", "rates", list(rates(self.s))))
+            found.append(self._numeric("rates_at", list(rates(self.s))))
+        if self.needs_speed and self.speed is None:
+            speed = closed_velocity(self.s)
+            assert speed is not None  # a Hamiltonian gives it
+            found.append(self._numeric("speed_at", list(speed)))
         return found
+
+    @cached_property
+    def needs_speed(self) -> bool:
+        """True if the velocity of a state is asked for, by the energy or by the first guess."""
+        return self.speed is not None or any("s.v" in e or "rates" in e for e in self.guess)
+
+    @cached_property
+    def more(self) -> list[ast.FunctionDef]:
+        """The functions of energy, velocities and momenta as statements."""
+        found = [of_kernel(f, *COLUMNS[f.name]) for f in map(deepcopy, self.formulas)]
+        return found + ([] if self.speed is None else written_kernels(self.speed))
 
     @cached_property
     def quantities(self) -> list[tuple[str, Any]]:
@@ -207,28 +225,28 @@ class _Export:
         return not all(text.affine for text in self.texts)
 
     @cached_property
-    def guess(self) -> str:
-        """The text of `first_guess`: the scene's velocity, or what a state's vector field gives."""
+    def guess(self) -> list[str]:
+        """Where each unknown starts: the scene's velocity, or what a state's vector field gives."""
         m, size = len(self.s.mu), len(self.s.x) + len(self.s.mu)
-        lines, seen = [], dict[str, int]()
+        found, seen = [], dict[str, int]()
         arrows = self.scheme.equations.arrows is not None
         for i, kind in enumerate(self.step.kinds or ["velocity"] * len(self.step.w)):
             at = seen[kind] = seen.get(kind, -1) + 1
-            value = "0.0"
-            if arrows:
-                value = f"V0[{i}]" if i < m else value
-            elif kind in ("velocity", "slope"):
-                value = f"s.v[{at % m}]" if kind == "velocity" else f"s.rates[{at % size}]"
-            elif kind == "place":
-                value = f"s.x[{at}] / s.q[0]"
-            lines.append(f"    s.w[{i}] = {value}")
-        if not arrows:
-            first = ["    speed(s)"] if self.speed is not None else []
-            if self.needs_rates:
-                first.append("    rates_at(s.rates, s.x, s.v, s.mu, s.q)")
-            lines = [*first, *lines]
-        about = '    """Write where Newton\'s method starts at a new state."""'
-        return "\n".join(["def first_guess(s: State) -> None:", about, *lines])
+            of_state = {"velocity": f"s.v[{at % m}]", "slope": f"s.rates[{at % size}]",
+                        "place": f"s.x[{at}] / s.q[0]"}  # fmt: skip
+            of_scene = f"V0[{i}]" if i < m else "0.0"
+            found.append(of_scene if arrows else of_state.get(kind, "0.0"))
+        return found if self.iterated else ["0.0"] * len(found)
+
+    @property
+    def first_guess(self) -> str:
+        """The text that writes the guess."""
+        lines = ['    """Write where Newton\'s method starts at a new state."""']
+        if self.scheme.equations.arrows is None:
+            lines += ["    speed(s)"] * self.needs_speed
+            lines += ["    rates_at(s.rates, s.x, s.v, s.mu, s.q)"] * self.needs_rates
+        lines += [f"    s.w[{i}] = {value}" for i, value in enumerate(self.guess)]
+        return "\n".join(["def first_guess(s: State) -> None:", *lines])
 
     # -- all together ------------------------------------------------------------------------------
 
@@ -320,6 +338,7 @@ class _Export:
         flags = {
             "WATCHED": bool(self.step.extents), "BRANCHED": self.step.branch is not None,
             "ITERATED": self.iterated, "SPEED": self.speed is not None,
+            "SPEED_OF_STATE": self.needs_speed, "SPEED_CLOSED": self.speed is None,
             "SPEED_AFFINE": self.speed is not None and self.speed.affine,
             **{e: c[e] for e in ("REUSED", "SIZES", "RESTS", "NUMBERS")},
         }  # fmt: skip
@@ -334,14 +353,18 @@ class _Export:
                 if isinstance(e, ast.Call) and isinstance(e.func, ast.Name) and e.func.id in words:
                     e.func.id = f"{'either_' * self.mixed}{words[e.func.id]}"
         kernels = [] if self.mixed else [*RESULTS]
-        driver = folded([*driver, *parsed(self.guess), *parsed(self.dispatch)], flags, kernels)
+        driver = folded(
+            [*driver, *parsed(self.first_guess), *parsed(self.dispatch)], flags, kernels
+        )
         roots = ["start", "advance", "rows_of_run"]
         roots += ["energy"] * self.has_energy + ["momenta"] * bool(self.quantities)
         functions = reached([*self.kernels, *self.more, *driver], roots)
+        texts = [*self.texts, *([self.speed] if self.speed is not None else [])]
+        sources = [f for text in texts for f in parsed(text.text)] + self.formulas
         return Exported(
             self.scheme, tuple(parameters), c, self.fields, functions, flags,
             tuple(name for name, _ in self.quantities), bool(self.s.clocked), self.has_energy,
-            "\n\n".join(text.text for text in self.texts),
+            sources, self.guess, [bool(e) for e in affine],
         )  # fmt: skip
 
 

@@ -6,9 +6,9 @@ import ast
 import re
 from collections.abc import Sequence
 from textwrap import indent
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from .exported import STATUSES, Exported
+from .exported import STATUSES, Exported, Parameter
 from .heads import constants, head, start_of
 from .printer import WIDTH, Printer
 
@@ -188,8 +188,8 @@ def answer(line):
     asked = json.loads(line)
     try:
         state = begin({x}, asked["mu"], **asked["parameters"])
-        xs, mus = run(state, asked["h"], asked["steps"], asked["every"])
-    except (StepFailed, TypeError, ValueError) as failure:
+        {run}
+    except (ArithmeticError, TypeError, ValueError) as failure:
         return json.dumps({{"error": str(failure)}})
     return json.dumps({{"x": {rows}, "mu": mus.tolist()}})
 
@@ -203,27 +203,32 @@ if __name__ == "__main__":
 '''
 
 
+def nested(parameter: Parameter) -> Any:
+    """Return a parameter's value: a number, or lists in its shape."""
+    values = list(parameter.values)
+    if len(parameter.shape) == 2:
+        wide = parameter.shape[1]
+        return [values[i : i + wide] for i in range(0, len(values), wide)]
+    return values if parameter.shape else values[0]
+
+
 def python_parts(given: Exported) -> dict[str, str]:
     """Return the parts that all files in Python have."""
     x, mu = start_of(given)
-    rows = []
-    for parameter in given.parameters:
-        values = list(parameter.values)
-        shown: object = values if parameter.shape else values[0]
-        if len(parameter.shape) == 2:
-            wide = parameter.shape[1]
-            shown = [values[i : i + wide] for i in range(0, len(values), wide)]
-        rows.append(f'    "{parameter.name}": {shown!r},')
+    rows = [f'    "{p.name}": {nested(p)!r},' for p in given.parameters]
     return {"x": repr(x), "mu": repr(mu), "parameters": "\n".join(rows),
             "quantities": repr(given.quantities), "told": repr([*STATUSES.values()])}  # fmt: skip
 
 
-def harness(given: Exported) -> str:
-    """Return the adapter that speaks JSON lines."""
+RUN = 'xs, mus = run(state, asked["h"], asked["steps"], asked["every"])'
+
+
+def harness(given: Exported, run: str = RUN) -> str:
+    """Return the adapter that speaks JSON lines; run: the statement that makes the rows."""
     n = given.constants["N"]
     x = 'asked["x"] + [asked["t"]]' if given.timed else 'asked["x"]'
     rows = f"[row[:{n - 1}] for row in xs.tolist()]" if given.timed else "xs.tolist()"
-    return HARNESS.format(x=x, rows=rows)
+    return HARNESS.format(x=x, rows=rows, run=run)
 
 
 def numpy_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:

@@ -38,6 +38,7 @@ class Printer:
         ast.LtE: "<=", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
     }  # fmt: skip
     truth: ClassVar[dict[bool, str]] = {True: "1", False: "0"}
+    joined: ClassVar[int] = COMPARE  # what parts of `and` and `or` have to hold
     lines: list[str] = field(default_factory=list)
     depth: int = 0
 
@@ -72,8 +73,8 @@ class Printer:
             inner = self.of(e.operand, 8 if isinstance(e.op, ast.Not) else holds)
             return f"{self.words[type(e.op)]}{inner}", holds
         if isinstance(e, ast.BoolOp):
-            holds = STRENGTHS[type(e.op)]
-            return f" {self.words[type(e.op)]} ".join(self.of(p, COMPARE) for p in e.values), holds
+            parts = (self.of(p, self.joined) for p in e.values)
+            return f" {self.words[type(e.op)]} ".join(parts), STRENGTHS[type(e.op)]
         assert isinstance(e, ast.BinOp)
         if isinstance(e.op, ast.Pow):
             return self.power(e.left, e.right)

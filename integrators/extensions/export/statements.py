@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from textwrap import dedent
 from types import MappingProxyType
@@ -25,7 +26,7 @@ RESULTS: dict[str, tuple[tuple[str, ...], bool]] = {
 }  # fmt: skip
 #: the names that a text may use; others are functions of the text itself
 KNOWN = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log",
-         "sqrt", "abs", "range", "zeros"}  # fmt: skip
+         "sqrt", "abs", "zeros", "eliminate"}  # fmt: skip
 
 
 def parsed(text: str) -> list[ast.FunctionDef]:
@@ -154,19 +155,30 @@ class _Writing(ast.NodeTransformer):
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         """Write numbers as numbers, and refuse unknown functions."""
-        assert isinstance(node.func, ast.Name)
-        name = node.func.id
-        if name == "R":
-            return ast.Constant(float(ast.literal_eval(node.args[0])))
-        if name == "constant":
-            return ast.Constant(float(Double().constant(ast.literal_eval(node.args[0]))))
-        if name not in KNOWN and name != "eliminate":
-            raise CannotMeasure(name)
+        name = ast.unparse(node.func)
+        if not isinstance(number := number_of(node), ast.Call):
+            return number
+        if name not in KNOWN:
+            raise CannotMeasure(
+                f"a step calls {name}, a table that only this package has, so it cannot be "
+                "exported: with --retraction cayley it can."
+            )
         return ast.Call(node.func, [self.visit(e) for e in node.args], [])
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         """Write π as a number."""
-        return ast.Constant(3.141592653589793) if node.id == "PI" else node
+        return number_of(node)
+
+
+def number_of(node: ast.expr) -> ast.expr:
+    """Return the double of π, of a whole number or of a constant by its name; others unchanged."""
+    if isinstance(node, ast.Name) and node.id == "PI":
+        return ast.Constant(math.pi)
+    if isinstance(node, ast.Call) and ast.unparse(node.func) in ("R", "constant"):
+        value = ast.literal_eval(node.args[0])
+        named = ast.unparse(node.func) == "constant"
+        return ast.Constant(float(Double().constant(value) if named else value))
+    return node
 
 
 def _entry(name: str, i: int) -> ast.Subscript:

@@ -311,13 +311,16 @@ def start(s: State) -> None:
 
 def speed(s: State) -> None:
     """Solve mu = dl/dxi for the velocity s.v."""
-    prepare_of_speed(s.speed_c, s.q)
     for i in range(M):
         s.v[i] = V0[i]
-    if SPEED_AFFINE:
-        solver_of_speed(s.v, s.x, s.dv, s.mu, s.k, s.speed_c)
+    if SPEED_CLOSED:
+        speed_at(s.v, s.x, s.v, s.mu, s.q)
     else:
-        correct_speed(s)
+        prepare_of_speed(s.speed_c, s.q)
+        if SPEED_AFFINE:
+            solver_of_speed(s.v, s.x, s.dv, s.mu, s.k, s.speed_c)
+        else:
+            correct_speed(s)
 
 
 def correct_speed(s: State) -> None:
@@ -341,4 +344,4 @@ def energy(s: State) -> float:
 
 def momenta(s: State, values: Out) -> None:
     """Write the quantities that the scene declares, in the order of MOMENTA."""
-    momenta_at(values, s.x, s.mu, s.q)
+    momenta_at(values, s.x, s.v, s.mu, s.q)

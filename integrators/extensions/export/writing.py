@@ -10,10 +10,12 @@ from typing import Any
 from ...errors import arguments_checked, unknown
 from .c_file import c_file
 from .exported import Exported, exported
+from .jax_file import jax_file
+from .julia_file import julia_file
 from .numpy_file import numpy_file
 
 LANGUAGES: dict[str, Callable[[Exported, Sequence[str], bool], str]] = {
-    "c": c_file, "numpy": numpy_file,
+    "c": c_file, "numpy": numpy_file, "julia": julia_file, "jax": jax_file,
 }  # fmt: skip
 
 

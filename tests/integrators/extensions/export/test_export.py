@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import types
 
 import numpy as np
@@ -119,3 +120,70 @@ def test_a_scene_of_ones_own_is_exported():
     run = scheme.flow("0.01").trajectory(10)
     xs, _ = module(scheme).run(module(scheme).begin(), 0.01, 10)
     assert abs(xs - run.x).max() < 1e-15
+
+
+# -- JAX -------------------------------------------------------------------------------------------
+
+
+def in_jax(scheme):
+    pytest.importorskip("jax", reason="pip install jax")
+    found = types.ModuleType("exported")
+    exec(scheme.export("jax"), vars(found))
+    return found
+
+
+@pytest.mark.parametrize(("scene", "rule"), [("pendulum", "gauss-2"), ("heavy-top", "midpoint")])
+def test_in_jax_a_run_is_the_flow_s_and_its_derivative_that_of_the_flow(scene, rule):
+    scheme = Scheme(scenes.get(scene), get(rule))
+    file, flow = in_jax(scheme), scheme.flow(scenes.get(scene).step)
+    import jax
+
+    run, h = flow.trajectory(10), float(flow.step)
+
+    def end(z):
+        last, _ = file.run(file.begin(z[: file.N], z[file.N :]), h, 10)
+        return jax.numpy.concatenate([last.x, last.mu])
+
+    z = np.concatenate([run.x[0], run.mu[0]])
+    wanted = np.concatenate([run.x[-1], run.mu[-1]])
+    assert abs(end(z) - wanted).max() < 1e-13
+    exact = flow.derivatives(run).start[-1]
+    assert abs(jax.jit(jax.jacfwd(end))(z) - exact).max() < 1e-12
+    assert abs(jax.jit(jax.jacrev(end))(z) - exact).max() < 1e-12
+    several = jax.vmap(end)(np.stack([z, 1.01 * z]))
+    assert abs(several[0] - wanted).max() < 1e-13
+
+
+def test_in_jax_parameters_have_derivatives_and_a_failed_step_is_nan():
+    scheme = Scheme(scenes.get("pendulum"), midpoint)
+    file, flow = in_jax(scheme), scheme.flow("0.1")
+    import jax
+
+    def end(gravity):
+        return file.run(file.begin(gravity=gravity), 0.1, 5)[0].mu[0]
+
+    exact = flow.derivatives(flow.trajectory(5)).parameters["gravity"][-1]
+    assert abs(float(jax.grad(end)(1.0)) - exact[1]) < 1e-12
+    assert not np.isfinite(file.step(file.begin(), np.inf).x).any()
+    assert np.isfinite(file.energy(file.begin()))
+
+
+# -- Julia -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("scene", "rule"), [
+    ("double-pendulum", "gauss-2"), ("pendulum", "suzuki:rectangle"), ("rolling-disc", "midpoint"),
+])  # fmt: skip
+def test_julia_is_sound_as_text(scene, rule):
+    """There is no Julia here: its grammar is checked, the ends of blocks, indices from 1."""
+    text = Scheme(scenes.get(scene), get(rule)).export("julia", True)
+    code = re.sub(r'#=.*?=#|"[^"\n]*"|#.*', "", text, flags=re.S)
+    words = r"^\s*(?:mutable struct|module|function|for|while|if)\b|= try$"
+    opened = re.findall(words, code, re.M)
+    assert len(opened) == len(re.findall(r"^\s*end\b", code, re.M))
+    assert not re.search(r"[A-Za-z_]\w*\[0\]", code)
+    parser = pytest.importorskip("tree_sitter", reason="pip install tree-sitter tree-sitter-julia")
+    grammar = pytest.importorskip("tree_sitter_julia", reason="pip install tree-sitter-julia")
+    julia = parser.Parser(parser.Language(grammar.language()))
+    assert not julia.parse(text.encode()).root_node.has_error
+    assert julia.parse(text.replace("[1]", "[1", 1).encode()).root_node.has_error

@@ -1,0 +1,311 @@
+"""Python with JAX: a step is a pure function of a state, which jits, vmaps and differentiates.
+
+Newton's method is not differentiated: at its solution one more correction is, whose derivative is
+that of the implicit function.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+from ...numbers import over
+from .exported import Exported
+from .heads import constants, head
+from .numpy_file import Python, harness, python_parts
+from .statements import number_of, source_of
+
+
+class _Arrays(ast.NodeTransformer):
+    """Writes a kernel for arrays: numbers of the arithmetic, and linear equations at once."""
+
+    def __init__(self) -> None:
+        self.systems: dict[str, dict[tuple[int, int], ast.expr]] = {}
+        self.sizes: dict[str, int] = {}
+
+    def visit_Assign(self, node: ast.Assign) -> Any:
+        """Collect the entries of linear equations."""
+        (target,), value = node.targets, node.value
+        if isinstance(value, ast.Call) and ast.unparse(value.func) == "zeros":
+            self.systems[name := ast.unparse(target)] = {}
+            self.sizes[name] = ast.literal_eval(value.args[0])
+            return None
+        if isinstance(target, ast.Subscript) and isinstance(target.value, ast.Subscript):
+            at = ast.literal_eval(target.value.slice), ast.literal_eval(target.slice)
+            self.systems[ast.unparse(target.value.value)][at] = self.visit(value)
+            return None
+        return ast.Assign(node.targets, self.visit(value))
+
+    def visit_Expr(self, node: ast.Expr) -> Any:
+        """Solve linear equations."""
+        name = ast.unparse(node.value.args[0])  # type: ignore[attr-defined]
+        entries, m = self.systems[name], self.sizes[name]
+        rows = [[entries.get((i, j), ast.Constant(0.0)) for j in range(m + 1)] for i in range(m)]
+        matrix = ast.List([ast.List(list(row)) for row in rows])
+        return ast.Assign([ast.Name(name)], ast.Call(ast.Name("solved"), [matrix], []))
+
+    def visit_Subscript(self, node: ast.Subscript) -> Any:
+        """Take an unknown of linear equations."""
+        inner = node.value
+        if isinstance(inner, ast.Subscript) and ast.unparse(inner.value) in self.systems:
+            return ast.Subscript(inner.value, inner.slice)
+        return node
+
+    def visit_Call(self, node: ast.Call) -> Any:
+        """Write numbers as numbers."""
+        self.generic_visit(node)
+        return number_of(node)
+
+    def visit_Name(self, node: ast.Name) -> Any:
+        """Write π as a number."""
+        return number_of(node)
+
+
+class Jax(Python):
+    """Prints Python whose truth values are arrays."""
+
+    names: ClassVar[dict[str, str]] = {"abs": "jnp.abs"}
+    words: ClassVar[dict[type, str]] = {**Python.words, ast.And: "&", ast.Or: "|"}
+    joined: ClassVar[int] = 9
+
+    def _tuple(self, e: ast.Tuple) -> str:
+        inner = ", ".join(map(self.of, e.elts))
+        return f"({inner},)" if len(e.elts) == 1 else f"({inner})"
+
+    def _written(self, e: ast.expr) -> tuple[str, int]:
+        if isinstance(e, ast.Tuple):
+            return self._tuple(e), 9
+        if isinstance(e, ast.List):
+            return f"[{', '.join(map(self.of, e.elts))}]", 9
+        return super()._written(e)
+
+
+FILE = '''"""{head}
+
+In JAX a step is pure: it takes a state and returns another, full of NaN where it was not solved.
+step and run jit, vmap and differentiate; run(state, h, steps, every) wants whole numbers of steps.
+"""
+
+from typing import NamedTuple
+
+import jax
+from jax import lax, numpy as jnp
+from jax.numpy import cos, cosh, exp, log, sin, sinh, sqrt, tan, tanh
+from jax.numpy import arccos as acos, arcsin as asin, arctan as atan, arctan2 as atan2
+
+jax.config.update("jax_enable_x64", True)
+
+{constants}
+X0 = {x}
+MU0 = {mu}
+#: name -> value
+PARAMETERS = {{
+{parameters}
+}}
+#: names of the entries of momenta(state)
+QUANTITIES = {quantities}
+
+
+class State(NamedTuple):
+    """x and mu with what their rounded sums lost, solutions of the last step, parameters."""
+
+    x: jax.Array
+    mu: jax.Array
+    ex: jax.Array
+    emu: jax.Array
+    w: jax.Array
+    q: jax.Array
+
+
+def begin(x=X0, mu=MU0, **parameters):
+    """Return a state at x and mu; parameters: those that differ from PARAMETERS."""
+    if unknown := parameters.keys() - PARAMETERS.keys():
+        raise TypeError(f"there is no parameter {{min(unknown)}}, but {{', '.join(PARAMETERS)}}")
+    values = [jnp.ravel(jnp.asarray(parameters.get(name, value), dtype=float))
+              for name, value in PARAMETERS.items()]
+    q = jnp.concatenate([jnp.zeros(1), *values, jnp.array(OF_RULE, dtype=float)])
+    x, mu = jnp.asarray(x, dtype=float), jnp.asarray(mu, dtype=float)
+    if (x.shape, mu.shape) != ((N,), (M,)):
+        raise ValueError(f"x has {{N}} entries and mu {{M}}, not {{x.shape}} and {{mu.shape}}")
+    w = jnp.tile(guess(x, mu, q), (SUBSTEPS, 1))
+    return State(x, mu, 0 * x, 0 * mu, lax.stop_gradient(w), q)
+
+
+def step(state, h):
+    """Return the state after a step of size h."""
+    x, mu, ex, emu, ws, q = state
+    solutions = []
+    for j in range(SUBSTEPS):
+        x, mu, ex, emu, w = substep(x, mu, ex, emu, ws[j], q.at[0].set(h * SHARES[j]), KINDS[j])
+        solutions.append(w)
+    return State(x, mu, ex, emu, lax.stop_gradient(jnp.stack(solutions)), q)
+
+
+def run(state, h, steps, every=1):
+    """Return the last state, and arrays x (rows, N), mu (rows, M) from the start on."""
+    def row(state, _):
+        state, _ = lax.scan(lambda s, _: (step(s, h), None), state, None, length=every)
+        return state, (state.x, state.mu)
+
+    end, (xs, mus) = lax.scan(row, state, None, length=steps // every)
+    return end, (jnp.concatenate([state.x[None], xs]), jnp.concatenate([state.mu[None], mus]))
+
+
+def substep(x, mu, ex, emu, w, q, kind):
+    """Solve for w and add the increments of x and mu by compensated sums."""
+    solver, update, carry, prepare, extents, affine = KERNELS[kind]
+    c, xs, mus = prepare(q), tuple(x), tuple(mu)
+    k = carry(xs, c)
+    if PLACES:
+        w = w.at[jnp.array(PLACES)].set(x[: len(PLACES)] / q[0])
+    if affine:
+        w = packed(solver(xs, mus, k, c))
+    else:
+        w = solved_by_newton(lambda w: solver(xs, tuple(w), mus, k, c), w)
+    dx, dmu, _ = update(xs, tuple(w), mus, k, tuple(ex), tuple(emu), c)
+    good = jnp.all(jnp.isfinite(w))
+    if extents is not None:
+        sizes, rests = extents(xs, tuple(w), c)
+        good = good & jnp.all(jnp.abs(packed(sizes)) <= REACH) & jnp.all(packed(rests) > 0)
+    x, ex = accumulated(x, dx, good)
+    mu, emu = accumulated(mu, dmu, good)
+    return x, mu, ex, emu, w
+
+
+def accumulated(total, change, good):
+    """Return the sum and by how much its rounding makes it too large; NaN unless it is good."""
+    change = packed(change)
+    new = jnp.where(good, total + change, jnp.nan)
+    return new, lax.stop_gradient((new - total) - change)
+
+
+def solved_by_newton(correct, w):
+    """Return the w at which correct(w) -> (dw, size) is round-off, from a start; else NaN."""
+    def body(carry):
+        w, before, kappa, count, scale, _, _ = carry
+        dw, size = correct(w)
+        w = w + packed(dw)
+        here = jnp.sum(jnp.abs(w))
+        noise = EPS * jnp.maximum(here, scale)
+        kappa = steepness(size, before, noise, kappa, count + 1)
+        following = jnp.where(count > 0, MARGIN * kappa * size * size, LARGE)
+        small = (count > 1) & (size < ROOT_EPS * noise / EPS)
+        done = over(size, before, noise, following, small)
+        return w, size, kappa, count + 1, here, done, size < LARGE
+
+    def going(carry):
+        *_, count, _, done, finite = carry
+        return ~done & finite & (count < 40)
+
+    w = lax.stop_gradient(w)
+    start = (w, LARGE, LARGE, 0, jnp.sum(jnp.abs(w)), False, True)
+    fixed = jax.tree.map(lax.stop_gradient, lax.while_loop(going, body, start))
+    w = jnp.where(fixed[5] & fixed[6], fixed[0], jnp.nan)
+    return w + packed(correct(w)[0])
+
+
+def steepness(size, before, noise, kappa, count):
+    """Return kappa after corrections: one of size s is followed by one of at most kappa s**2."""
+    seen = jnp.where(before > 0, size / (before * before), kappa)
+    larger = jnp.where((seen > kappa) | (count == 2), seen, kappa)
+    bound = 64 * noise / (before * before)
+    noisy = jnp.where(bound < kappa, bound, kappa)
+    return jnp.where(count > 1, jnp.where(size > 64 * noise, larger, noisy), kappa)
+{more}
+
+def packed(values):
+    """Return numbers as one array."""
+    return jnp.stack([jnp.asarray(e, dtype=float) for e in values]) if values else jnp.zeros(0)
+
+
+def solved(rows):
+    """Return the unknowns of linear equations; each row ends with its right side."""
+    table = jnp.stack([packed(row) for row in rows])
+    return jnp.linalg.solve(table[:, :-1], table[:, -1])
+
+
+{functions}
+
+
+#: of the rule, and of its adjoint if substeps are its
+KERNELS = [
+{kernels}
+]
+'''
+RUN = """_, (xs, mus) = jax.jit(run, static_argnums=(2, 3))(
+            state, asked["h"], asked["steps"], asked["every"]
+        )
+        if not jnp.isfinite(mus).all():
+            raise ValueError("a step was not solved")"""
+GUESS = '''
+
+def guess(x, mu, q):
+    """Return where Newton's method starts at a new state."""
+{lines}
+    return packed([{entries}])
+'''
+SPEED = '''
+
+def speed(x, mu, q):
+    """Return the velocity with mu = dl/dxi."""
+    {value}
+'''
+ENERGY = '''
+
+def energy(state):
+    """Return the energy of a state."""
+    x, mu, q = state.x, state.mu, state.q
+    return energy_at(x, {v}, mu, q)[0]
+'''
+MOMENTA = '''
+
+def momenta(state):
+    """Return the quantities that the scene declares, as QUANTITIES names them."""
+    return packed(momenta_at(state.x, state.mu, state.mu, state.q))
+'''
+
+
+def jax_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
+    """Return the JAX file of a scheme."""
+    functions = []
+    for f in given.sources:
+        f.decorator_list = []
+        functions.append(Jax().function(ast.fix_missing_locations(_Arrays().visit(f))))
+    names = {f.name for f in given.sources}
+    functions += [Jax().function(f) for f in source_of(over)]
+    kernels = []
+    for suffix, affine in zip(("", "_of_adjoint"), given.affine, strict=False):
+        own = [f"{e}{suffix}" for e in ("solver", "update", "carry", "prepare")]
+        extents = f"extents{suffix}" if f"extents{suffix}" in names else "None"
+        kernels.append(f"    ({', '.join(own)}, {extents}, {affine}),")
+    lines = ["    v = speed(x, mu, q)"] * given.flags["SPEED_OF_STATE"]
+    lines += ["    rates = packed(rates_at(x, v, mu, q))"] * ("rates_at" in names)
+    entries = ["0.0" if "/" in e else e.replace("s.", "") for e in given.guess]
+    more = GUESS.format(lines="\n".join(lines), entries=", ".join(entries))
+    more = more.replace('"""\n\n', '"""\n')
+    if given.flags["SPEED_OF_STATE"]:
+        more += SPEED.format(value=_speed(given))
+    if given.energy:
+        more += ENERGY.format(v="speed(x, mu, q)" if given.flags["SPEED"] else "mu")
+    more += MOMENTA * bool(given.quantities)
+    numbers = dict(constants(given)) | {
+        e: given.constants[e] for e in ("KINDS", "SHARES", "OF_RULE", "SUBSTEPS", "REACH", "EPS",
+                                        "ROOT_EPS", "LARGE", "MARGIN", "V0")}  # fmt: skip
+    numbers["PLACES"] = [i for i, e in enumerate(given.guess) if "/" in e]
+    text = FILE.format(
+        head="\n".join(head(given, "Python with JAX", said)), more=more,
+        constants="\n".join(f"{k} = {v!r}" for k, v in numbers.items()),
+        functions="\n\n\n".join(functions), kernels="\n".join(kernels), **python_parts(given),
+    )  # fmt: skip
+    return text + (harness(given, RUN) if with_harness else "")
+
+
+def _speed(given: Exported) -> str:
+    """Return the statement that gives the velocity of a state."""
+    if given.flags["SPEED_CLOSED"]:
+        return "return packed(speed_at(x, mu, mu, q))"
+    solver = "solver_of_speed(tuple(x), {}tuple(mu), (), prepare_of_speed(q))"
+    if given.flags["SPEED_AFFINE"]:
+        return f"return packed({solver.format('')})"
+    return f"return solved_by_newton(lambda v: {solver.format('tuple(v), ')}, jnp.array(V0))"
