@@ -10,7 +10,8 @@ from ..numbers.types import Given
 from ..rules import Discretisation
 from ..scene import Scene
 from .box_flow import BoxFlow
-from .numeric_scene import NumericScene, check_gradient
+from .gradient import check_gradient
+from .numeric_scene import NumericScene
 from .scene_in_numbers import SceneInNumbers
 
 

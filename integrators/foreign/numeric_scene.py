@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..equations import SceneSymbols
-from ..errors import BadInput, shown
+from ..errors import BadInput
 from ..numbers import Arithmetic, Matrix, Number, Vector
 from ..scene import Scene
-from .differences import derivative, noise_of
 from .scene_in_numbers import SceneInNumbers, several
-
-#: largest difference of a gradient from the differences of its function, relative to its largest
-#: entry: a table in single precision is no better
-NEAR = 1e-4
 
 
 class NumericScene(SceneInNumbers):
@@ -77,51 +69,3 @@ class NumericScene(SceneInNumbers):
             f"{self.name} is a Hamiltonian in numbers, so the momentum of a velocity is not known: "
             'take state="qp".'
         )
-
-
-def check_gradient(scene: Scene) -> None:
-    """Raise `BadInput` for functions of other shapes, and for a gradient that is not that of H."""
-    n, m = scene.groupoid.dim_x, scene.groupoid.dim_u
-    z = np.array([float(e) for e in (*scene.x0, *(scene.mu0 or ()))])
-    value, slopes = _asked(scene.numeric_hamiltonian, z, n), _asked(scene.gradient, z, n)
-    if np.size(value) != 1 or not np.isfinite(np.asarray(value, dtype=float)).all():
-        raise BadInput(
-            f"{scene.name}: numeric_hamiltonian= gives {shown(value)}, but must give a number."
-        )
-    sizes = [np.size(e) for e in slopes] if isinstance(slopes, tuple | list) else []
-    if sizes != [n, m]:
-        raise BadInput(
-            f"{scene.name}: gradient= gives {_shape(slopes)}, but must give the pair "
-            f"(∂H/∂q, ∂H/∂p) of {n} and {m} numbers."
-        )
-    given = np.concatenate([np.ravel(np.asarray(e, dtype=float)) for e in slopes])
-
-    def energy(at: Vector) -> Vector:
-        return np.asarray(_asked(scene.numeric_hamiltonian, at, n), dtype=float).reshape(1)
-
-    scale = np.maximum(np.abs(z), 0.1 * max(1e-3, np.abs(z).max())) / 16
-    of = derivative(lambda y: energy(z + y), 1, scale, noise_of(energy, z, scale, 2.0**-53))
-    gap = np.abs(of.value[0] - given) - of.error[0]
-    worst = int(gap.argmax())
-    if gap[worst] > NEAR * max(np.abs(given).max(), np.abs(of.value).max()):
-        name = f"q[{worst}]" if worst < n else f"p[{worst - n}]"
-        raise BadInput(
-            f"{scene.name}: gradient= is not that of numeric_hamiltonian=: by {name} it gives "
-            f"{given[worst]:.6g} at the start, and differences of H give {of.value[0, worst]:.6g}."
-        )
-
-
-def _asked(function: Any, z: Vector, n: int) -> Any:
-    try:
-        return function(z[:n].copy(), z[n:].copy())
-    except Exception as error:
-        raise BadInput(
-            f"a function of the scene in numbers raises {type(error).__name__} at its start: "
-            f"{' '.join(str(error).split())[:160]}"
-        ) from error
-
-
-def _shape(given: ArrayLike) -> str:
-    if isinstance(given, tuple | list):
-        return f"{len(given)} parts of {', '.join(str(np.size(e)) for e in given)} numbers"
-    return f"an array of {np.size(given)} numbers"

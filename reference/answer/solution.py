@@ -22,6 +22,7 @@ from .result import Solution
 if TYPE_CHECKING:
     from ..equations import Balance
     from .local_motion import Surroundings
+    from .many_motions import ManyMotions
 
 _known: dict[tuple[Any, ...], dict[Fraction, Solution]] = {}
 
@@ -95,6 +96,23 @@ def surroundings(scene: Any) -> Surroundings:
     Raises `ReferenceFailure` for a scene that can have no reference.
     """
     return _surroundings()(scene)
+
+
+def many_motions(scene: Any) -> ManyMotions:
+    """Return the motion of a scene from many states at once, in doubles (`ManyMotions`).
+
+    Raises `ReferenceFailure` for a scene that can have no reference.
+    """
+    return _many_motions()(scene)
+
+
+@once
+def _many_motions() -> Callable[[Any], ManyMotions]:
+    from discmech.integrators.scene import remembered
+
+    from .many_motions import ManyMotions
+
+    return remembered(maxsize=16)(lambda scene: ManyMotions(scene))
 
 
 @once

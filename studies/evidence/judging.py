@@ -62,7 +62,8 @@ def _of_order(
     if local.exact or local.floats.explain:
         return verdict
     if local.order is None:
-        if verdict.verdict != "pass" or not local.unknown or not (asks_order or local.refused):
+        open_to = verdict.verdict == "pass" and "not_demanded" not in verdict.expected
+        if not open_to or not local.unknown or not (asks_order or local.refused):
             return verdict
         said = f"nothing is wrong with the runs, but no single step is judged: {local.unknown}"
         return Verdict("inconclusive", said.rstrip(".") + ".", verdict.expected)

@@ -14,6 +14,7 @@ from ..core.single_steps import Departure, SingleSteps
 from ..systems import system_of
 from . import NEAR, LocalOrder, evidence_of
 from .laws import Law
+from .rows import of_rows
 
 
 def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleSteps | None:
@@ -21,12 +22,14 @@ def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleStep
 
     least: the order below which it is too low; without one only consistency is asked, and of a
     program only components whose errors sink as one power of the step count. Controls are judged by
-    being caught, a recorded run makes no single steps, and the motion of a map of one step need not
-    be the scene's. Raises `Displaced` for a program whose answers begin elsewhere than at their
-    start.
+    being caught, and the motion of a map of one step need not be the scene's. The steps of recorded
+    runs are those from row to row. Raises `Displaced` for a program whose answers begin elsewhere
+    than at their start.
     """
-    if case.control is not None or case.rule.is_recorded or case.rule.only_step is not None:
+    if case.control is not None or case.rule.only_step is not None:
         return None
+    if case.rule.is_recorded:
+        return of_rows(case.scheme)
     try:
         scheme = system_of(case).single_steps()
         if scheme is None:

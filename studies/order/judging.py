@@ -20,6 +20,8 @@ from .window import approaches, departure, finest_order, floor, not_converging
 
 #: errors that stop sinking above this are no ordinary round-off
 STUCK = 1e-11
+#: the usual order of the steps between recorded rows is that of the method to half a power
+STEPS = 0.5
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
@@ -166,7 +168,12 @@ def _with_multipliers(case: Case, found: Found, verdict: Verdict) -> Verdict:
 
 
 def _of_recorded(case: Case, found: Found, verdict: Verdict) -> Verdict:
-    """Return the verdict on runs, in words for a user who can only record more of them."""
+    """Return the verdict on runs, in words for a user who can only record more of them.
+
+    Their rows have to be steps of one method. And if the steps from row to row have the order, and
+    errors do not sink, the motion has enlarged them.
+    """
+    local = found.local or SingleSteps()
     if len(found.rows) < FEWEST and found.measured.order is None:
         said = (
             f"an order needs runs at {FEWEST} steps or more, each half of the one before, say; "
@@ -178,6 +185,14 @@ def _of_recorded(case: Case, found: Found, verdict: Verdict) -> Verdict:
             f"the runs were written with digits of {case.rule.unit(16):.0e} of the motion, and too "
             "few of their errors are above these: record them with 17 digits."
         )
+    if verdict.verdict == "pass" and local.unknown:
+        said = f"the errors at all rows have their order, but {local.unknown}."
+        return Verdict("inconclusive", said, verdict.expected)
+    steps = local.order is not None and case.order and local.order > case.order - STEPS
+    if verdict.verdict == "fail" and steps and "converge" in verdict.reason:
+        said = f"the steps from row to row are of order {local.order:.2f}, as declared, and the "
+        said += "motion enlarges their errors until none is small: record shorter runs."
+        return Verdict("inconclusive", said, verdict.expected)
     if "--steps" in verdict.reason:
         return verdict.because(
             "fewer than four of the recorded steps have errors on a straight line above round-off: "

@@ -16,7 +16,7 @@ from discmech.integrators.foreign.calls import BoxRaised, Calls
 from discmech.integrators.numbers import Vector, exact_rational
 
 from ..core.fitting import orders_between
-from .recorded import common_time
+from .recorded import common_times
 
 RUNS = 8  # runs of a function, each with half the step of the one before
 CLEAR = 1000  # a difference above so many roundings of the state is the method's
@@ -58,10 +58,10 @@ def own_order(
     if not isinstance(method, BlackBox):
         raise BadInput(f"own_order is of a black box or of recorded runs, not of {shown(method)}.")
     if isinstance(method, Recorded):
-        _, at = common_time(method)
+        _, rows = common_times(method)
         found = sorted(
             ((float(run.step), np.concatenate([run.x[k], run.mu[k]]).astype(float))
-             for run, k in zip(method.recordings, at, strict=True)),
+             for run, k in zip(method.recordings, rows[-1], strict=True)),
             key=lambda pair: -pair[0],
         )  # fmt: skip
         sizes = [size for size, _ in found]

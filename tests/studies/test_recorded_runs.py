@@ -11,6 +11,7 @@ from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get
 from discmech.studies import check
 from discmech.studies.command import main
+from discmech.studies.evidence.rows import of_rows
 
 
 def save(folder, rule="trapezoidal", scene="pendulum", levels=5, x0=None, every=1, form="npz"):
@@ -151,3 +152,83 @@ def test_verify_finds_the_scene_that_the_runs_begin_like(tmp_path, capsys, monke
     assert main(words) == 2
     assert "begin like no scene" in capsys.readouterr().err
     assert main([*words, "--scene", "pendulum"]) == 0
+
+
+def garbled(folder, change):
+    """Runs of the trapezoidal rule to t = 4, whose rows (q, p) a function changes in place."""
+    save(folder)
+    runs = [dict(np.load(folder / f"run{k}.npz")) for k in range(5)]
+    changed = [{name: held[name][: 40 * 2**k + 1].copy() for name in "tqp"}
+               for k, held in enumerate(runs)]  # fmt: skip
+    for k, held in enumerate(changed):
+        change(held, runs[min(k + 1, 4)])
+        np.savez(folder / f"run{k}.npz", **held)
+
+
+def scaled(held, finer):
+    held["q"][1:-1] *= 0.9
+    held["p"][1:-1] *= 0.9
+
+
+def a_row_late(held, finer):
+    for name in "qp":
+        held[name][2:-1] = held[name][1:-2].copy()
+
+
+def smoothed(held, finer):
+    for name in "qp":
+        mean = np.convolve(held[name][:, 0], np.ones(5) / 5, "same")
+        held[name][3:-3, 0] = mean[3:-3]
+
+
+def every_second_of_the_finer(held, finer):
+    for name in "qp":
+        held[name][1:-1:2] = finer[name][2 : 2 * len(held[name]) - 3 : 4]
+
+
+def noisy(held, finer):
+    held["q"][1:-1, 0] += 0.1 * held["t"][1] ** 2 * np.sin(1000 * np.arange(len(held["t"]) - 2))
+
+
+def of_another_clock(held, finer):
+    t = held["t"]
+    late = t + 0.3 * t[1] * np.sin(np.pi * t / t[-1])
+    for name in "qp":
+        held[name][:, 0] = np.interp(late, t, held[name][:, 0])
+
+
+@pytest.mark.parametrize("change", [scaled, a_row_late, smoothed, every_second_of_the_finer, noisy,
+                                    of_another_clock])  # fmt: skip
+def test_rows_that_are_no_steps_of_one_method_never_pass(change, tmp_path):
+    """The first and the last row are right, and the energy stays near the motion's."""
+    garbled(tmp_path, change)
+    rule = recorded([str(tmp_path / "*.npz")], 2, symplectic=True, keeps=("energy",))
+    for study in ("order", "energy"):
+        (case,) = check(study, ["pendulum"], [rule], digits=[16])["cases"]
+        assert case["verdict"] in ("fail", "inconclusive"), study
+
+
+def test_a_row_of_one_run_alone_is_named(tmp_path):
+    def move(held, finer):
+        if len(held["t"]) == 161:
+            held["q"][70] += 1e-3
+
+    garbled(tmp_path, move)
+    case = order(tmp_path)
+    assert case["verdict"] == "inconclusive" and "of run2.npz (t = 1.7" in case["reason"]
+
+
+@pytest.mark.parametrize(("rule", "every", "form"), [
+    ("midpoint", 1, "{:.12g}"), ("trapezoidal", 20, "{:.9g}"), ("gauss-2", 5, "{:.17g}"),
+])  # fmt: skip
+def test_sound_rows_are_steps_however_they_are_written(rule, every, form, tmp_path):
+    save(tmp_path, rule, every=every, form=form)
+    made = recorded(str(tmp_path / "*.csv"), 4 if rule == "gauss-2" else 2)
+    steps = of_rows(Scheme(scenes.get("pendulum"), made))
+    assert steps is None or (not steps.unknown and steps.order == made.order)
+
+
+def test_a_chaotic_motion_is_followed_as_far_as_it_is_known(tmp_path):
+    """Errors at the end are all that the motion allows; the steps are of their order."""
+    save(tmp_path, "gauss-2", "double-pendulum", 5)
+    assert order(tmp_path, 4, "double-pendulum")["verdict"] in ("pass", "inconclusive")

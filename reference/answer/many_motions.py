@@ -1,0 +1,132 @@
+"""Pieces of exact motion from many states at once, in doubles, each as long as is asked.
+
+Rows of a run that another program made are compared with the motion from one row to the next, and
+there may be a million of them. Extrapolation of the explicit midpoint rule takes all in one call of
+the vector field; each piece is cut into twice as many parts until its end no longer changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .in_numbers import extrapolated_step, field
+
+#: relative change of an end when its parts are halved, below which it is the motion's to round-off
+ENOUGH = 2.0**-50
+#: a change that sinks by less than this factor is round-off itself
+SINKS = 4
+MOST_PARTS = 2**12
+#: the relative change of a start, to measure its effect on the end
+MOVED = 2.0**-26
+
+
+@dataclass(frozen=True)
+class Ends:
+    """The ends of pieces: x (r, n), v and μ (r, m), and the error of (x, μ), (r, n+m).
+
+    grown: the change of the end over that of the start, (r, n+m), where all entries of the start
+    change by ± the same; the largest of two drawn changes.
+    """
+
+    x: np.ndarray
+    v: np.ndarray
+    mu: np.ndarray
+    error: np.ndarray
+    grown: np.ndarray
+
+
+class ManyMotions:
+    """The motion of a scene from many states (x, v), v = μ of a Hamiltonian.
+
+    Raises `ReferenceFailure` for a scene that can have no reference.
+    """
+
+    def __init__(self, scene: Any) -> None:
+        self.n, self.timed = scene.groupoid.dim_x, False
+        if getattr(scene, "in_numbers", False):
+            of_one = field(scene)
+
+            def each(t: Any, z: np.ndarray) -> np.ndarray:
+                return np.array([of_one(0.0, column) for column in z.T]).T
+
+            self._field: Callable[..., np.ndarray] = each
+            self._momentum: Callable[..., Any] = lambda *z: z[self.n :]
+            return
+        self._of_equations(scene)
+
+    def _of_equations(self, scene: Any) -> None:
+        import sympy
+
+        from .certify import motion_of
+        from .problem import scene_of
+
+        equations, _ = motion_of(scene_of(scene), False)
+        before = list(equations.assignments)
+        rates = sympy.lambdify(
+            equations.states, list(equations.rates), "numpy", cse=lambda e: (before, e)
+        )
+        self.timed = equations.timed
+
+        def rate(t: Any, z: np.ndarray) -> np.ndarray:
+            return np.array([np.broadcast_to(e, z.shape[1:]) for e in rates(*z)])
+
+        self._field = rate
+        self._momentum = sympy.lambdify(equations.states, list(equations.momentum), "numpy")
+
+    def after(
+        self, x: np.ndarray, v: np.ndarray, t: np.ndarray, spans: np.ndarray, by: np.ndarray
+    ) -> Ends:
+        """Return the ends of the pieces from x (r, n), v (r, m) at t (r,) over the spans (r,).
+
+        by: (n+m,), how much each entry of (x, v) is changed for `grown`, in units of which it is.
+        A piece that meets a singularity has an infinite error.
+        """
+        z, drawn = np.hstack([x, v]).astype(float), np.random.default_rng(0)
+        starts = [z, *(z + MOVED * by * drawn.choice((-1.0, 1.0), z.shape) for _ in range(2))]
+        columns = np.vstack(starts).T
+        if self.timed:
+            columns = np.vstack([columns, np.tile(t, 3)])
+        with np.errstate(all="ignore"):
+            ends, off = self._parted(columns, np.tile(np.asarray(spans, dtype=float), 3))
+            at, errors = (np.array_split(self._dual(e).T, 3) for e in (ends, ends + off))
+            error = np.abs(errors[0] - at[0])
+            grown = np.maximum(*(np.abs(e - at[0]) for e in at[1:])) / MOVED
+        error[~np.isfinite(error)] = np.inf
+        grown[~np.isfinite(grown)] = np.inf
+        v1 = ends.T[: len(z), self.n : z.shape[1]]
+        return Ends(at[0][:, : self.n], v1, at[0][:, self.n :], error, grown)
+
+    def _dual(self, z: np.ndarray) -> np.ndarray:
+        mu = [np.broadcast_to(e, z.shape[1:]) for e in self._momentum(*z)]
+        return np.vstack([z[: self.n], *mu])
+
+    def _parted(self, z: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the ends (s, r) and their last changes as the parts were halved."""
+        found, off = self._in_parts(z, spans, 1), np.full(z.shape, np.inf)
+        size, parts = np.abs(z).max(axis=0), 2
+        left = np.arange(z.shape[1])
+        while len(left) and parts <= MOST_PARTS:
+            finer = self._in_parts(z[:, left], spans[left], parts)
+            change = np.abs(finer - found[:, left])
+            before = off[:, left].max(axis=0)
+            found[:, left], off[:, left] = finer, change
+            largest = change.max(axis=0)
+            small = largest <= 1e-9 * size[left]
+            done = (largest <= ENOUGH * size[left]) | (small & (largest * SINKS > before))
+            left, parts = left[~done], 2 * parts
+        off[:, left] = np.inf
+        return found, off
+
+    def _in_parts(self, z: np.ndarray, spans: np.ndarray, parts: int) -> np.ndarray:
+        h, left = spans / parts, np.zeros_like(z)
+        for _ in range(parts):
+            grown, _ = extrapolated_step(self._field, 0.0, z, h)
+            total = grown + left
+            new = z + total
+            left = total - (new - z)
+            z = new
+        return z

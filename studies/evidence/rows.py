@@ -1,0 +1,317 @@
+"""Recorded runs as evidence: each row has to be a step of one method from the row before.
+
+An order, an energy or a momentum at some rows says nothing of rows that were put in between, moved,
+smoothed or taken from another run. So the exact motion goes from each row to the next, and the gap
+there is the defect of the row. A method of order p leaves d h^p C over the time d between rows,
+where C follows from the state alone. Defects of runs at several steps therefore sink alike at
+every time, and a row that is no step stands out: by a power of the step, or beside its neighbours.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.foreign.recorded import RecordedScheme
+from discmech.integrators.numbers import mpmath
+from discmech.reference import ReferenceFailure, many_motions, surroundings
+
+from ..core.single_steps import SingleSteps
+
+#: the rows of a run that are compared; of a longer run so many are drawn
+MOST_ROWS = 8192
+#: steps have to differ by this factor: half a power of it is twice what C may change, and more
+APART = 7.9
+HALF = 0.5  # the power of the step by which a row may miss that of the others
+#: rounding of a row: a few operations a step, in units of the last digit, and each of these twice
+ROUNDED, TWICE = 8, 4
+#: a defect of this share of the way between two rows is the first power of the error to a tenth
+SMALL = 1e-2
+#: a share of the way that no step of a run leaves which follows the motion at all
+LARGE = 0.1
+#: rows so short beside the motion (`Surroundings.length`, an eighth of the distance to the nearest
+#: singularity) that C changes by less than a third over three of them
+SHORT = 1 / 6
+CHANGE = 1.5
+SPIKE = 8  # the defect of a row beside the largest of its neighbours on both sides
+LENGTHS = 24  # rows at which the length of the motion is asked for
+CLEAR = 10  # a defect of so many roundings gives a power of the step to a tenth
+
+
+@dataclass(frozen=True, eq=False)
+class Defects:
+    """Defects of rows over the time `span`, (r,) each: they are relative to the size of the motion.
+
+    at: the times where they begin. off, floor: the defect and its round-off; moved: the way of the
+    exact motion. row: the number of the row where each ends.
+    """
+
+    name: str
+    step: float
+    span: float
+    at: np.ndarray
+    off: np.ndarray
+    floor: np.ndarray
+    moved: np.ndarray
+    row: np.ndarray
+
+    @property
+    def least(self) -> np.ndarray:
+        """The defects per unit of time, less their round-off."""
+        return np.asarray(np.maximum(self.off - self.floor, 0) / self.span)
+
+    @property
+    def most(self) -> np.ndarray:
+        """The defects per unit of time with their round-off."""
+        return np.asarray((self.off + self.floor) / self.span)
+
+    @property
+    def resolved(self) -> np.ndarray:
+        """True where a defect is small beside the way, or round-off."""
+        return np.asarray(self.off - self.floor <= SMALL * _largest(self.moved, 1))
+
+
+@lru_cache(maxsize=16)
+def of_rows(scheme: RecordedScheme) -> SingleSteps | None:
+    """Return the order of the steps from row to row, or why the rows are no steps of one method.
+
+    The order is known to half a power of the step, so it is a whole number. None if all defects are
+    round-off, so that each row follows the one before exactly.
+    """
+    try:
+        runs = [_defects(scheme, k) for k in range(len(scheme.runs))]
+        lengths = _lengths(scheme)
+    except ReferenceFailure as failure:
+        return SingleSteps(unknown=" ".join(str(failure).split()))
+    pairs = [(a, b) for a, b in itertools.combinations(range(len(runs)), 2)
+             if runs[a].step >= APART * runs[b].step]  # fmt: skip
+    powers, foreign = [], [_spike(run, lengths) for run in runs]
+    compared = False
+    for a, b in pairs:
+        power = _power(runs[a], runs[b])
+        powers.append(power)
+        if runs[a].resolved.any():
+            compared = True
+            foreign += [_beside(runs[a], runs[b], power, lengths),
+                        _over_rows_of(scheme, a, b, runs, power, lengths)]  # fmt: skip
+    said = next(filter(None, foreign), "")
+    finest = runs[-1]
+    share = (finest.off - finest.floor) / np.maximum(_largest(finest.moved, 1), 1e-300)
+    if not said and not compared and share.max(initial=0.0) > LARGE:
+        k = int(share.argmax())
+        said = (
+            f"row {finest.row[k]} of {finest.name} (t = {finest.at[k] + finest.span:.4g}) is off "
+            f"the motion from the row before by {share[k]:.0%} of its way, which no other run tells"
+        )
+    if said:
+        return SingleSteps(unknown=said, refused=True)
+    known = [p for p in powers if p is not None]
+    if not known:
+        return None
+    order, wanted = round(known[-1]), scheme.order or 1
+    if order < wanted:
+        said = (
+            f"the steps from row to row are of order {known[-1]:.2f} where {wanted} is expected: "
+            "rows were mixed or moved, or the method remembers more than a row"
+        )
+        return SingleSteps(unknown=said, refused=True)
+    k = int(finest.least.argmax())
+    place = f"row {finest.row[k] - 1} of {finest.name}, t = {finest.at[k]:.4g}"
+    return SingleSteps(order, "(x, mu)", finest.step, place)
+
+
+# -- defects ---------------------------------------------------------------------------------------
+
+
+def _defects(scheme: RecordedScheme, index: int, rows: int = 1, apart: int = 1) -> Defects:
+    """Return the defects of a run over so many rows, from each `apart`-th row."""
+    run, recording = scheme.runs[index], scheme.rule.recordings[index]
+    at = np.arange(0, len(run.t) - rows, apart)
+    if len(at) > MOST_ROWS:
+        drawn = np.random.default_rng(int(recording.digest[:8], 16))
+        at = np.sort(drawn.choice(at, MOST_ROWS, replace=False))
+    x, mu = np.asarray(run.x, dtype=float), np.asarray(run.mu, dtype=float)
+    v = velocities(scheme, run)
+    span = rows * float(recording.interval)
+    first = float(recording.start)
+    late = recording.late
+    sizes = [np.abs(part).max(axis=0) for part in (x, mu, v)]
+    own = ROUNDED * 2.0**-53 * math.sqrt(rows * recording.every)
+    of_x, of_mu = (np.maximum(own * s, recording.rounding) * (s > 0) for s in sizes[:2])
+    of_v = sizes[2] * (of_mu / np.where(sizes[1] > 0, sizes[1], 1)).max(initial=own)
+    by = np.concatenate([of_x, of_v])
+    unit = by.max(initial=0.0) or 1.0
+    ends = many_motions(scheme.scene).after(
+        x[at], v[at], first + at * float(recording.interval), np.full(len(at), span), by / unit
+    )
+    scale = np.concatenate([np.full(s.shape, s.max(initial=0.0) or 1.0) for s in sizes[:2]])
+
+    def norm(rows_of: Any) -> np.ndarray:
+        return np.asarray(np.linalg.norm(rows_of / scale, axis=1))
+
+    start, end = (np.hstack([x, mu])[k] for k in (at, at + rows))
+    exact = np.hstack([ends.x, ends.mu])
+    moved = norm(exact - start)
+    rounding = np.concatenate([of_x, of_mu]) + unit * ends.grown
+    floor = TWICE * norm(rounding) + norm(ends.error) + 2 * late / span * moved
+    off = norm(end - exact)
+    off[~np.isfinite(off)] = np.inf
+    floor[~np.isfinite(floor)] = np.inf
+    times, name = first + at * float(recording.interval), recording.path.name
+    return Defects(name, float(recording.step), span, times, off, floor, moved, at + rows)
+
+
+def velocities(scheme: RecordedScheme, run: Any) -> np.ndarray:
+    """Return what the equations of motion know beside x: ξ, μ of a Hamiltonian, or nothing."""
+    s = scheme.s
+    if s.degenerate:
+        return np.zeros((len(run.mu), 0))
+    of_mu = s.hamiltonian is not None or scheme.scene.in_numbers
+    return np.asarray(run.mu if of_mu else run.u, dtype=float)
+
+
+def _lengths(scheme: RecordedScheme) -> tuple[np.ndarray, np.ndarray]:
+    """Return (times, lengths of the motion there) at rows of the finest run; 0 if unknown."""
+    run = scheme.runs[-1]
+    at = np.unique(np.linspace(0, len(run.t) - 1, LENGTHS).astype(int))
+    times = np.asarray([float(t) for t in run.t])[at]
+    if scheme.scene.in_numbers:
+        return times, np.zeros(len(at))
+    around, v = surroundings(scheme.scene), velocities(scheme, run)
+    found = []
+    for k, t in zip(at, times, strict=True):
+        x, u = ([mpmath.mpf(float(e)) for e in part[k]] for part in (run.x, v))
+        try:
+            length = around.length(x, u, Fraction(t))
+        except ReferenceFailure:
+            found.append(0.0)
+            continue
+        found.append(math.inf if length is None else float(length))
+    return times, np.array(found)
+
+
+def _short(lengths: tuple[np.ndarray, np.ndarray], at: np.ndarray, span: float) -> np.ndarray:
+    """True where the time is short beside the motion, at both rows around whose length is known."""
+    times, sizes = lengths
+    after = np.clip(np.searchsorted(times, at), 0, len(times) - 1)
+    least = np.minimum(sizes[after], sizes[np.maximum(after - 1, 0)])
+    return np.asarray(span <= SHORT * least)
+
+
+def _largest(values: np.ndarray, reach: int) -> np.ndarray:
+    """Return the largest of each value and so many neighbours on each side."""
+    padded = np.pad(values, reach, mode="edge")
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).max(axis=1))
+
+
+# -- rows that are no steps ------------------------------------------------------------------------
+
+
+def _power(coarse: Defects, fine: Defects) -> float | None:
+    """Return the usual power of the step in the defects per unit of time, or None in round-off."""
+    j = _row_of(coarse, fine.at)
+    usual = np.zeros(len(coarse.at))
+    np.maximum.at(usual, j, fine.off / fine.span)
+    clear = np.zeros(len(coarse.at))
+    np.maximum.at(clear, j, (fine.off > CLEAR * fine.floor).astype(float))
+    seen = (coarse.off > CLEAR * coarse.floor) & (clear > 0) & coarse.resolved & (usual > 0)
+    if not seen.any():
+        return None
+    slopes = np.log(coarse.off[seen] / coarse.span / usual[seen])
+    return float(np.median(slopes) / math.log(coarse.step / fine.step))
+
+
+def _row_of(coarse: Defects, times: np.ndarray) -> np.ndarray:
+    """Return the defect of the coarse run within which each time lies."""
+    found = np.searchsorted(coarse.at, times + 1e-6 * coarse.span, side="right") - 1
+    return np.clip(found, 0, len(coarse.at) - 1)
+
+
+def _beside(
+    coarse: Defects, fine: Defects, power: float | None, lengths: tuple[np.ndarray, np.ndarray]
+) -> str:
+    """Return a row of one run that misses the power of the step beside the other run, or ""."""
+    if power is None:
+        return ""
+    ratio = coarse.step / fine.step
+    allowed = CHANGE * ratio**HALF
+    short = _short(lengths, coarse.at, coarse.span)
+    sound = (_largest((~coarse.resolved).astype(float), 1) == 0) & short
+    j = _row_of(coarse, fine.at)
+    limit = allowed * ratio**-power * _largest(coarse.most, 1)[j]
+    wrong = np.flatnonzero((fine.least > limit) & sound[j])
+    if len(wrong):
+        k = wrong[(fine.least[wrong] / limit[wrong]).argmax()]
+        return _told(fine, int(k), float(fine.least[k] / limit[k] * allowed), coarse)
+    most = np.zeros(len(coarse.at))
+    np.maximum.at(most, j, fine.most)
+    usual = ratio**power * _largest(most, 1)
+    limit = allowed * usual
+    sound = (most > 0) & short & (usual * coarse.span <= SMALL * _largest(coarse.moved, 1))
+    wrong = np.flatnonzero((coarse.least > limit) & sound)
+    if len(wrong):
+        k = wrong[(coarse.least[wrong] / limit[wrong]).argmax()]
+        return _told(coarse, int(k), float(coarse.least[k] / limit[k] * allowed), fine)
+    return ""
+
+
+def _over_rows_of(
+    scheme: RecordedScheme, a: int, b: int, runs: list[Defects], power: float | None,
+    lengths: tuple[np.ndarray, np.ndarray],
+) -> str:  # fmt: skip
+    """Return a row that misses the power over equal times, where rows are long; or ""."""
+    coarse, fine = runs[a], runs[b]
+    rows = round(coarse.span / fine.span)
+    whole = abs(coarse.span - rows * fine.span) <= 1e-9 * coarse.span
+    long = ~_short(lengths, coarse.at, coarse.span)
+    sound = (_largest((~coarse.resolved).astype(float), 1) == 0) & long
+    if power is None or not whole or not long.any():
+        return ""
+    if max(len(fine.at), len(coarse.at)) >= MOST_ROWS:
+        return ""
+    same = _defects(scheme, b, rows, rows)
+    count = min(len(same.at), len(coarse.at))
+    ratio = coarse.step / fine.step
+    usual = ratio**power * _largest(same.most, 1)[:count]
+    small = usual * coarse.span <= SMALL * _largest(coarse.moved, 1)[:count]
+    pairs = ((same, coarse, ratio**-power * _largest(coarse.most, 1)[:count], sound[:count]),
+             (coarse, same, usual, small & long[:count]))  # fmt: skip
+    for one, other, most, seen in pairs:
+        limit = CHANGE * ratio**HALF * most
+        wrong = np.flatnonzero((one.least[:count] > limit) & seen)
+        if len(wrong):
+            k = wrong[(one.least[wrong] / limit[wrong]).argmax()]
+            return _told(one, int(k), float(one.least[k] / most[k]), other)
+    return ""
+
+
+def _spike(run: Defects, lengths: tuple[np.ndarray, np.ndarray]) -> str:
+    """Return a row whose defect stands out beside those of its neighbours, or ""."""
+    if len(run.at) < 8:
+        return ""
+    around = np.full(len(run.at), 0.0)
+    for reach in (2, 3, 4):
+        around[reach:] = np.maximum(around[reach:], run.most[:-reach])
+        around[:-reach] = np.maximum(around[:-reach], run.most[reach:])
+    short = _short(lengths, run.at, run.span)
+    wrong = np.flatnonzero((run.least > SPIKE * around) & short)
+    if not len(wrong):
+        return ""
+    k = wrong[(run.least[wrong] / around[wrong]).argmax()]
+    return _told(run, int(k), float(run.least[k] / around[k]), None)
+
+
+def _told(run: Defects, k: int, times: float, other: Defects | None) -> str:
+    beside = "the rows beside it" if other is None else f"{other.name} shows at that time"
+    return (
+        f"row {run.row[k]} of {run.name} (t = {run.at[k] + run.span:.4g}) is no step from the row "
+        f"before, as far as the others are steps: it is off the motion by {run.off[k]:.1g}, "
+        f"{times:.3g} times what {beside}, so rows were moved, mixed or smoothed, or the method "
+        "remembers more than a row"
+    )
