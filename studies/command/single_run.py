@@ -97,7 +97,7 @@ def run_scene(options: argparse.Namespace) -> int:
     if options.json != "-":
         if choice is not None:
             print(f"chosen: {choice}")
-        _print_run(found)
+        _print_run(found, getattr(scene, "impacts", "stepped"))
     if failure is not None:
         raise failure
     if scene.contact is not None and "sites" not in parts_of(scene):
@@ -174,7 +174,7 @@ def _print_doubts(flow: Any) -> None:
         print(f"discmech: {doubt}", file=sys.stderr)
 
 
-def _print_run(run: dict[str, Any]) -> None:
+def _print_run(run: dict[str, Any], how: str) -> None:
     print(f"{run['scene']} by {run['rule']}: {run['steps']} steps of {run['step']:.6g} "
           f"in {run['seconds']:.3g} s (with compilation, if it was the first time)")  # fmt: skip
     newton = run["newton"]  # with contact corrections are not counted
@@ -185,7 +185,8 @@ def _print_run(run: dict[str, Any]) -> None:
         print(f"smallest margin to the edge of the chart: {run['margin']:.3g}{met}")
     if run["impacts"] is not None:
         first = f", the first at t = {float(run['impacts'][0]):.6g}" if run["impacts"] else ""
-        print(f"impacts: {len(run['impacts'])}{first}")
+        skips = "; a gap has at most one in a step, others are skipped" * (how == "stepped")
+        print(f"impacts ({how}): {len(run['impacts'])}{first}{skips}")
     if run["energy_error"] is not None:
         print(f"largest energy error: {run['energy_error']:.2e} of the energy's terms")
     if not run["t"]:
