@@ -72,6 +72,7 @@ def show(result: dict[str, Any]) -> None:
     if not (isinstance(result, dict) and {"study", "cases", "verdict"} <= result.keys()):
         raise BadInput(f"show takes what check(...) returns, not {shown(result)}.")
     from .command.output import console
+    from .core.result import study_result_of
     from .report.tables import print_result
 
-    print_result(console(), result)
+    print_result(console(), study_result_of(result))

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..core.baseline import Comparison
+    from ..core.result import StudyResult
 
 
 def add_baselines(parser: argparse.ArgumentParser) -> None:
@@ -15,7 +21,7 @@ def add_baselines(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def earlier(options: argparse.Namespace) -> dict[str, Any] | None:
+def earlier(options: argparse.Namespace) -> StudyResult | None:
     """Return the requested baseline, or None.
 
     Raises `BadInput` for wrong names, damaged files and results that cannot be saved.
@@ -33,14 +39,18 @@ def earlier(options: argparse.Namespace) -> dict[str, Any] | None:
 
 
 def beside_baseline(
-    options: argparse.Namespace, result: dict[str, Any], before: dict[str, Any] | None
-) -> list[str]:
-    """Compare, then save; a missing baseline is saved. Return the lines to print."""
+    options: argparse.Namespace, result: StudyResult, before: StudyResult | None
+) -> tuple[StudyResult, list[str]]:
+    """Compare, then save; a missing baseline is saved.
+
+    Return the result with the comparison, and the lines to print.
+    """
     from ..core import baseline
 
     lines = []
     if before is not None:
-        found = result["baseline"] = baseline.compared(options.baseline, result, before)
+        found = baseline.compared(options.baseline, result, before)
+        result = replace(result, baseline=found)
         lines += _said(found)
     missing = options.baseline is not None and before is None
     for name in dict.fromkeys([options.save_baseline, options.baseline if missing else None]):
@@ -48,25 +58,23 @@ def beside_baseline(
             path = baseline.save(name, result)
             new = " (there was none)" if missing and name == options.baseline else ""
             lines.append(f"saved as the baseline {name}{new}: {path}")
-    return lines
+    return result, lines
 
 
-def is_worse(result: dict[str, Any]) -> bool:
+def is_worse(result: StudyResult) -> bool:
     """Return True if some case is worse than in the baseline."""
-    lines = result.get("baseline", {}).get("lines", ())
-    return any(line["answer"] == "worse" for line in lines)
+    found = result.baseline
+    return found is not None and any(line.answer == "worse" for line in found.lines)
 
 
-def _said(found: dict[str, Any]) -> list[str]:
-    counts: dict[str, int] = {}
-    for line in found["lines"]:
-        counts[line["answer"]] = counts.get(line["answer"], 0) + 1
+def _said(found: Comparison) -> list[str]:
+    counts = Counter(line.answer for line in found.lines)
     told = ", ".join(f"{count} {answer}" for answer, count in counts.items())
-    commit = str(found["commit"] or "")[:10]
-    lines = [f"beside {found['name']} ({found['date']}{f' at {commit}' if commit else ''}): {told}"]
+    commit = (found.commit or "")[:10]
+    lines = [f"beside {found.name} ({found.date}{f' at {commit}' if commit else ''}): {told}"]
     lines += [
-        f"  {line['answer']}: {line['case']}: {line['why']}\n    again: {line['command']}"
-        for line in found["lines"] if line["answer"] != "equal"
+        f"  {line.answer}: {line.case}: {line.why}\n    again: {line.command}"
+        for line in found.lines if line.answer != "equal"
     ]  # fmt: skip
-    lines += [f"  {what} was {then}, is {now}" for what, then, now in found["environment"]]
+    lines += [f"  {what} was {then}, is {now}" for what, then, now in found.environment]
     return lines

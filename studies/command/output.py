@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from discmech.integrators import BadInput
 from discmech.integrators.errors import CouldNotRun
@@ -19,13 +19,16 @@ from discmech.integrators.errors import CouldNotRun
 from ..core.environment import absolute
 from ..core.ours import MANIFEST, refuse_foreign, refuse_foreign_in
 
+if TYPE_CHECKING:
+    from ..core.result import StudyResult
+
 EXIT = {"pass": 0, "measured": 0, "fail": 1, "bad input": 2, "inconclusive": 3, "could not run": 4}
 FILES = ("json", "html", "badge", "page", "out")  # options that name a file to be written
 LOGGED_EVERY = 60.0  # seconds
 DERIVED = 0.5  # approximate share of deriving in the time to derive and compile
 
 
-def exit_code(*results: Mapping[str, Any], told: bool = False) -> int:
+def exit_code(*results: StudyResult, told: bool = False) -> int:
     """Return the exit code of the worst verdict.
 
     Raises `BadInput` if nothing failed, but some rule could not be measured at all; told: True if
@@ -33,10 +36,10 @@ def exit_code(*results: Mapping[str, Any], told: bool = False) -> int:
     """
     from ..core.case import worst
 
-    said = worst(result["verdict"] for result in results)
-    cases = [case for result in results for case in result["cases"] if case["rule"]]
-    usable = {case["rule"] for case in cases if not case.get("unusable")}
-    bad = {case["rule"]: case["reason"] for case in cases if case["rule"] not in usable}
+    said = worst(result.verdict for result in results)
+    cases = [case for result in results for case in result.cases if case.rule]
+    usable = {str(case.rule) for case in cases if not case.unusable}
+    bad = {case.rule: case.reason for case in cases if case.rule and case.rule not in usable}
     if said != "fail" and bad:
         if told:
             raise BadInput(f"nothing could be measured of {', '.join(bad)}, as is said above.")

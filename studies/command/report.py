@@ -24,6 +24,7 @@ from ..core.study import every_study, known_study
 from ..core.workers import worker_pool
 
 if TYPE_CHECKING:
+    from ..core.result import StudyResult
     from ..report.figures import Look, Remembered, Task
 
 #: panels from which drawing in parallel pays: another process takes two seconds to begin, a panel
@@ -41,7 +42,7 @@ def make_report(
     command: str = "discmech report",
     asked: Callable[[str], str] = "discmech {}".format,
     bench: bool = False,
-) -> tuple[list[dict[str, Any]], Path]:
+) -> tuple[list[StudyResult], Path]:
     """Run all studies and write the page; return (results, path of the page).
 
     With a `store` the run joins its history, and the page shows changes. command, asked: the
@@ -62,9 +63,9 @@ def make_report(
                and (study.usual or (study.of_the_bench and whole))]  # fmt: skip
     plan = Plan.of_those_that_apply(studies, choice)
     results, equations = run_plan(plan, progress, store=store, jobs=jobs, also=equations_of)
-    for result in results:
-        if result.get("command") == f"discmech {result['study']}":  # with the choice
-            result["command"] = asked(result["study"])
+    results = [replace(result, command=asked(result.study))  # with the choice
+               if result.command == f"discmech {result.study}" else result
+               for result in results]  # fmt: skip
     progress("figures", 1.0)
     scenes = {scene.name: scene for scene, _ in plan.pairs}
     for (i, _), case in plan.places():
@@ -111,14 +112,14 @@ def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
 
 
 def write_study(
-    result: dict[str, Any], choice: Choice, folder: Path, look: Look | None, command: str
+    result: StudyResult, choice: Choice, folder: Path, look: Look | None, command: str
 ) -> Path:
     """Write the page of one study with its figures and tables into a folder; return its path."""
     from ..report.page import About, write_report
     from .methods import about_methods
 
-    named = {case["scene"] for case in result["cases"]}
-    study = known_study(result["study"])
+    named = {case.scene for case in result.cases}
+    study = known_study(result.study)
     cases = list(study.cases(choice)) if study else []
     scenes = {case.scene.name: about(case.scene) for case in cases if case.scene.name in named}
     ours = about_methods((case.scene, case.rule) for case in cases if case.control is None)

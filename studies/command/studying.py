@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -52,19 +53,19 @@ def run(options: argparse.Namespace) -> int:
         look = look_of(options, choice)
         before = earlier(options)
         result = run_study(study, choice, show, store=Store(options.fresh), jobs=jobs(options))
-        result["command"] = as_typed(options)
-        notes = beside_baseline(options, result, before)
+        result = replace(result, command=as_typed(options))
+        result, notes = beside_baseline(options, result, before)
         if options.folder:
             from .report import write_study
 
             show("figures", None)
-            command = page_of(options, result["command"])
+            command = page_of(options, result.command)
             page = write_study(result, choice, absolute(options.folder), look, command)
     if options.json:
-        write_json(options.json, result)
+        write_json(options.json, result.to_json())
     if options.json != "-":
         print_result(console(), result)
-        for note in (*result["notes"], *notes):
+        for note in (*result.notes, *notes):
             print(note)
         if options.folder:
             print(f"page: {Path(options.folder) / page.name}")

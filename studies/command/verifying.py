@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from discmech.integrators import BadInput
 
 from ..core.options import digits_in, whole
-from ..core.outcome import is_trouble
 from ..core.store import Store
 from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import RULE_HELP, add_fresh, add_jobs, jobs, typed
-from .output import EXIT, console, exit_code, progress_shown, write
+from .output import EXIT, console, exit_code, progress_shown, write, write_json
+
+if TYPE_CHECKING:
+    from ..core.result import AnyResult, StudyResult
 
 EPILOG = "A bar shows the progress; after Ctrl-C the same command continues where it stopped. "
 EPILOG += "Exit codes: 0 pass or only measured, 1 a verdict failed, 2 bad input, 3 inconclusive, "
@@ -71,7 +73,6 @@ def _add_selection(parser: argparse.ArgumentParser) -> None:
 def _answer(options: argparse.Namespace) -> int:
     from ..report import verdicts
     from ..report.badge import badge
-    from ..report.tables import plain
     from ..user.compare import compare
     from ..user.verify import Request, verify
 
@@ -92,21 +93,21 @@ def _answer(options: argparse.Namespace) -> int:
     barred = sys.stderr.isatty()
     reasons: set[str] = set()
 
-    def told(study: str, case: dict[str, Any]) -> None:
-        if barred and not is_trouble(case["verdict"]):
+    def told(case: AnyResult) -> None:
+        if barred and not case.is_trouble:
             return
-        if not quiet and not case.get("unusable"):  # these are reported once, at the end
-            print(verdicts.line(study, case, reasons), flush=True)
-            reasons.add(case["reason"])
+        if not quiet and not case.unusable:  # these are reported once, at the end
+            print(verdicts.line(case, reasons), flush=True)
+            reasons.add(case.reason)
 
-    ask: Callable[..., dict[str, Any]] = {"verify": verify, "compare": compare}[options.name]
+    ask = {"verify": verify, "compare": compare}[options.name]
     begun = time.perf_counter()
     with progress_shown("loading") as show:
         result = ask(request, show, told, jobs(options), Store(options.fresh))
-        result["command"] = _typed(options, options.studies)
-        notes = beside_baseline(options, result, before)
+        result = replace(result, command=_typed(options, options.studies))
+        result, notes = beside_baseline(options, result, before)
         if options.json:
-            write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
+            write_json(options.json, result.to_json())
         if options.html:
             show("figures", None)
             write(options.html, _page(request, result, options))
@@ -120,15 +121,15 @@ def _answer(options: argparse.Namespace) -> int:
     return EXIT["fail"] if is_worse(result) else code
 
 
-def _show(result: dict[str, Any], seconds: float) -> None:
+def _show(result: StudyResult, seconds: float) -> None:
     from ..report import advising, verdicts
 
     screen = console()
     screen.print(verdicts.table(result))
-    if "comparison" in result:
+    if result.comparison is not None:
         screen.print(verdicts.side_by_side(result))
-    advised = advising.recommended(result) if "advice" in result else []
-    said = (*advised, *verdicts.adjoints(result), *result["notes"], *verdicts.troubles(result))
+    advised = advising.recommended(result.advice or ())
+    said = (*advised, *verdicts.adjoints(result), *result.notes, *verdicts.troubles(result))
     for paragraph in said:
         screen.print(paragraph, highlight=False, markup=False, soft_wrap=True)
     print(f"{verdicts.summary(result)} ({seconds:.0f} s)")
@@ -141,7 +142,7 @@ def _typed(options: argparse.Namespace, studies: Sequence[str]) -> str:
     return typed((options.name, *options.rules), given, own, options.steps)
 
 
-def _page(request: Any, result: dict[str, Any], options: argparse.Namespace) -> str:
+def _page(request: Any, result: StudyResult, options: argparse.Namespace) -> str:
     from ..report import advising, verdicts
     from ..report.page import About, lone_page
     from .methods import about_methods
@@ -150,12 +151,12 @@ def _page(request: Any, result: dict[str, Any], options: argparse.Namespace) -> 
     pairs = list(request.choice().pairs())
     scenes = {scene.name: scene for scene, _ in pairs}
     tables = [verdicts.overview(result)]
-    if "comparison" in result:
-        advice = [advising.recommendation(result)] if result["advice"] else []
+    if result.comparison is not None:
+        advice = [advising.recommendation(result.advice)] if result.advice else []
         tables = [*advice, verdicts.comparison(result), *tables]
     studies = verdicts.by_study(result, lambda study: _typed(options, [study]))
-    command = f"{result['command']} --html {shlex.quote(options.html)}"
-    asked = {"verify": "{} verified", "compare": "{} compared"}[result["study"]]
+    command = f"{result.command} --html {shlex.quote(options.html)}"
+    asked = {"verify": "{} verified", "compare": "{} compared"}[result.study]
     title = asked.format(", ".join(Path(word).name for word in request.files))
     about_page = About(title, methods=about_methods(pairs))
     described = [about(scene) for scene in scenes.values()]

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from ..core.records import AtMost, decoded
-from ..report.case import NONE
-from ..report.case import Case as Shown
+from ..core.result import NONE, Result
 from ..report.view import Column, View
 from ..report.wording import scientific
 from .records import Laws, Measured
 
-Case = Shown[Measured, AtMost, object]
+Case = Result[Measured, AtMost, object]
 
 
 def _laws(case: Case) -> list[Laws]:

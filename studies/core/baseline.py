@@ -17,8 +17,8 @@ import os
 import re
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from discmech.integrators import BadInput
 from discmech.integrators.compiler import Damaged, seal, unsealed
@@ -26,14 +26,38 @@ from discmech.integrators.errors import CouldNotRun, shown
 from discmech.integrators.places import baseline_folder, earlier_folder, make_private
 
 from .outcome import VERDICTS
+from .records import Json
+from .result import SCHEMA, AnyResult, StudyResult, study_result_of
 from .store import earlier_stores, rows_in
 
-SCHEMA = 1  # version of saved and written results
 ANSWERS = ("worse", "cannot tell", "better", "equal")  # the order in which they are shown
 #: eight scenes timed again six times, by one process or two, without any change, on cores that
 #: others use: quartiles of equal cases were up to 1.31 from each other
 APART = 1.5
-Result = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """The change of a case: one of `ANSWERS`, and why."""
+
+    case: str
+    command: str
+    answer: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """The change of each case, the worse ones first, since the baseline of that date and commit.
+
+    environment: other differences, as (what, then, now).
+    """
+
+    name: str
+    date: str | None
+    commit: str | None
+    environment: list[tuple[str, str, str]]
+    lines: list[Line]
 
 
 def checked_name(name: str) -> str:
@@ -58,16 +82,16 @@ def check_kept(name: str, study: str) -> None:
         ) from None
 
 
-def save(name: str, result: Result) -> Path:
+def save(name: str, result: StudyResult) -> Path:
     """Save a result under a name, in place of an older one of that name and study.
 
     Returns its file. Raises `BadInput` for one there that `save` did not write, `CouldNotRun` if
     the disk does not take it.
     """
-    path = _file(name, result["study"])
+    path = _file(name, result.study)
     _replaceable(path)
     try:
-        seal(path, json.dumps(result))
+        seal(path, json.dumps(result.to_json()))
     except OSError as error:
         raise CouldNotRun(
             f"the baseline {name} cannot be saved ({path}: {error.strerror or error})."
@@ -75,7 +99,7 @@ def save(name: str, result: Result) -> Path:
     return path
 
 
-def load(name: str, study: str) -> Result | None:
+def load(name: str, study: str) -> StudyResult | None:
     """Return the result of a study that was saved under a name, or None if there is none.
 
     Raises `BadInput` for a file that differs from what `save` wrote, is of another version, or may
@@ -84,13 +108,13 @@ def load(name: str, study: str) -> Result | None:
     path, anew = _file(name, study), "save it anew with --save-baseline."
     _replaceable(path)
     text = unsealed(path)
-    found: Result | None = _of_earlier(name, study) if text is None else json.loads(text)
+    found: Json | None = _of_earlier(name, study) if text is None else json.loads(text)
     if found is not None and found.get("schema") != SCHEMA:
         raise BadInput(
             f"the baseline {name} of {study} is of another version of discmech (schema "
             f"{found.get('schema')}, here {SCHEMA}; {path}): {anew}"
         )
-    return found
+    return None if found is None else study_result_of(found)
 
 
 def _file(name: str, study: str) -> Path:
@@ -116,7 +140,7 @@ def _replaceable(path: Path) -> None:
     )
 
 
-def _of_earlier(name: str, study: str) -> Result | None:
+def _of_earlier(name: str, study: str) -> Json | None:
     """Return a baseline that an earlier version saved, now saved as its own file; None without."""
     folder, lost = earlier_folder(), list[Path]()
     for store in earlier_stores():
@@ -126,7 +150,7 @@ def _of_earlier(name: str, study: str) -> Result | None:
             rows, intact = [], False
         for kind, row, _, _, content in rows:
             if (kind, row) == ("baseline", f"{name}/{study}"):
-                found: Result = json.loads(content)
+                found: Json = json.loads(content)
                 with suppress(OSError):
                     seal(_file(name, study), content)
                 return found
@@ -142,36 +166,28 @@ def _of_earlier(name: str, study: str) -> Result | None:
     return None
 
 
-def compared(name: str, result: Result, before: Result) -> dict[str, Any]:
-    """Return {"name", "date", "commit", "environment", "lines"}: the change of each case.
-
-    A line has {"case", "command", "answer", "why"}, the worse ones first; `environment` lists other
-    differences, as (what, then, now). Raises `BadInput` if there is no common case.
-    """
+def compared(name: str, result: StudyResult, before: StudyResult) -> Comparison:
+    """Return the change of each case; raises `BadInput` if there is no common case."""
     then, now = _cases(before), _cases(result)
     if not then.keys() & now.keys():
-        raise BadInput(f"the baseline {name} of {result['study']} has none of these cases.")
-    environment = list(_differences(before["record"], result["record"]))
+        raise BadInput(f"the baseline {name} of {result.study} has none of these cases.")
+    environment = list(_differences(before.record, result.record))
     lines = [_line(key, then.get(key), now.get(key), bool(environment)) for key in now | then]
-    return {
-        "name": name,
-        "date": before["record"].get("date"),
-        "commit": before["record"].get("commit"),
-        "environment": environment,
-        "lines": sorted(lines, key=lambda line: ANSWERS.index(line["answer"])),
-    }
+    lines.sort(key=lambda line: ANSWERS.index(line.answer))
+    made = before.record
+    return Comparison(name, made.get("date"), made.get("commit"), environment, lines)
 
 
-def identity(case: Result) -> tuple[str, str]:
+def identity(case: AnyResult) -> tuple[str, str]:
     """Return the identity of a case in other runs: its command has study, scene and digits."""
-    return str(case["rule"]), str(case["command"])
+    return str(case.rule), case.command
 
 
-def _cases(result: Result) -> dict[tuple[str, str], Result]:
-    return {identity(case): case for case in result["cases"]}
+def _cases(result: StudyResult) -> dict[tuple[str, str], AnyResult]:
+    return {identity(case): case for case in result.cases}
 
 
-def _differences(then: Result, now: Result) -> Iterator[tuple[str, str, str]]:
+def _differences(then: Json, now: Json) -> Iterator[tuple[str, str, str]]:
     """Yield versions and machines that differ."""
     told = ("date", "seconds", "settings", "commit", "clean", "discmech")
     for what in dict.fromkeys([*then, *now]):
@@ -180,18 +196,19 @@ def _differences(then: Result, now: Result) -> Iterator[tuple[str, str, str]]:
 
 
 def _line(
-    key: tuple[str, str], then: Result | None, now: Result | None, elsewhere: bool
-) -> dict[str, Any]:
-    case = now or then or {}
-    words = ", ".join(str(case[k]) for k in ("scene", "rule", "retraction", "digits") if case[k])
+    key: tuple[str, str], then: AnyResult | None, now: AnyResult | None, elsewhere: bool
+) -> Line:
+    case = now or then
+    assert case is not None
+    named = (case.scene, case.rule, case.retraction, case.digits)
     answer, why = _answer(then, now, elsewhere)
-    return {"case": words, "command": key[1], "answer": answer, "why": why}
+    return Line(", ".join(map(str, filter(None, named))), key[1], answer, why)
 
 
-def _answer(then: Result | None, now: Result | None, elsewhere: bool) -> tuple[str, str]:
+def _answer(then: AnyResult | None, now: AnyResult | None, elsewhere: bool) -> tuple[str, str]:
     if then is None or now is None:
         return "cannot tell", "it is not in the baseline" if then is None else "it is not here now"
-    was, is_ = then["verdict"], now["verdict"]
+    was, is_ = then.verdict, now.verdict
     if was != is_:
         worse = VERDICTS.index(is_) < VERDICTS.index(was)
         return "worse" if worse else "better", f"{was}, now {is_}"
@@ -236,21 +253,20 @@ EXACT, ROUNDED = 30, 1e6
 Spread = tuple[float, float]
 
 
-def _spreads(case: Result) -> dict[str, Spread]:
+def _spreads(case: AnyResult) -> dict[str, Spread]:
     """Return the figures of a case that have a spread; smaller is better."""
     found: dict[str, Spread] = {}
-    order, wanted = case["measured"].get("order"), case["expected"].get("order")
+    order, wanted = case.figures.get("order"), case.wanted.get("order")
     if order is not None and wanted is not None:
-        gap, room = abs(order - wanted), case["expected"]["tolerance"]
+        gap, room = abs(order - wanted), case.wanted["tolerance"]
         found["distance from the expected order"] = max(gap - room, 0.0), gap + room
-    band = case["measured"].get("band")
-    if band is not None and "balance_order" not in case["measured"]:
+    band = case.figures.get("band")
+    if band is not None and "balance_order" not in case.figures:
         found[BAND] = band / WIDER - KEPT, band * WIDER + KEPT
-    digits = case.get("digits") or 0
-    for row in case["rows"]:
+    for row in case.data:
         error = row.get("error")
-        if digits >= EXACT and error is not None and row.get("steps") is not None:
-            off = ROUNDED * 10.0**-digits
+        if case.digits >= EXACT and error is not None and row.get("steps") is not None:
+            off = ROUNDED * 10.0**-case.digits
             found[f"error at {row['steps']} steps"] = error / NEARLY - off, error * NEARLY + off
         if row.get("seconds_low") is not None:
             what = row.get("setting", row.get("variant"))

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from .baseline import identity
 from .record import record
+from .result import AnyResult, StudyResult
 from .store import Store
 
 MOST = 50  # runs that are kept; the oldest are removed first
@@ -53,19 +54,15 @@ class History:
             store.remove("run", damaged)
         del self.runs[:-MOST]
 
-    def add(
-        self, results: Iterable[Mapping[str, Any]], figure: Callable[[str, dict[str, Any]], str]
-    ) -> None:
-        """Add this run; figure: (study, case) ↦ the result in words."""
+    def add(self, results: Iterable[StudyResult], figure: Callable[[AnyResult], str]) -> None:
+        """Add this run; figure: case ↦ the result in words."""
         made = record(0.0, {})
         cases = {
-            _name(case): (figure(result["study"], case), case["verdict"])
-            for result in results
-            for case in result["cases"]
+            _name(case): (figure(case), case.verdict) for result in results for case in result.cases
         }
         self.runs = [*self.runs[1 - MOST :], {key: made[key] for key in KEPT} | {"cases": cases}]
 
-    def of(self, case: dict[str, Any]) -> list[Found]:
+    def of(self, case: AnyResult) -> list[Found]:
         """Return the results of a case in the runs that had it."""
         name = _name(case)
         return [
@@ -89,7 +86,7 @@ class History:
         self.store.remove("run", [name for name, old in zip(names, more, strict=True) if old])
 
 
-def _name(case: dict[str, Any]) -> str:
+def _name(case: AnyResult) -> str:
     """Return a short name of a case's identity: of a thousand no two share 80 bits."""
     return hashlib.sha256("\n".join(identity(case)).encode()).hexdigest()[:20]
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from dataclasses import replace
+from typing import TypeVar
 
 from discmech.integrators import BadInput, StepFailure
 from discmech.integrators.errors import CannotMeasure
@@ -15,69 +15,18 @@ from discmech.integrators.numbers import arithmetic
 
 from .case import Case, Measurement, Progress, Verdict, silent
 from .ended import refuse_ended
-from .outcome import DETAILS, Found, named
+from .outcome import Found, named
 from .record import provenance
+from .records import Json
+from .result import DETAILS, AnyResult, Result
 from .study import Study
 
 Made = TypeVar("Made")
 
 
-@dataclass(frozen=True)
-class Result:
-    """A case with its measurement, its verdict, and the cause of that if one is known."""
-
-    case: Case
-    found: Found
-    verdict: Verdict
-    cause: Mapping[str, Any] | None = None
-
-    @property
-    def measured(self) -> Mapping[str, Any]:
-        """The figures that were measured, and those that judging adds."""
-        measurement = self.found.measurement or Measurement()
-        return {**measurement.measured, **self.verdict.measured}
-
-    @property
-    def reason(self) -> str:
-        """The verdict's reason, with the cause."""
-        cause = self.cause
-        told = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""
-        return self.verdict.reason + told
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the dictionary that is shown, written and compared."""
-        case, verdict, cause = self.case, self.verdict, self.cause
-        measurement = self.found.measurement or Measurement()
-        return {
-            "scene": case.scene.name,
-            "rule": case.label,
-            "retraction": case.scene.groupoid.retraction,
-            "digits": case.digits,
-            "verdict": verdict.verdict,
-            "reason": self.reason,
-            "command": case.command if case.repeatable else "",
-            "control": case.control is not None,
-            "expected": verdict.expected,
-            "measured": self.measured,
-            "rows": measurement.rows if verdict.rows is None else verdict.rows,
-            **{key: measurement.extras[key] for key in DETAILS if key in measurement.extras},
-            **({"diagnosis": cause} if cause else {}),
-            **({"unusable": True} if verdict.unusable else {}),
-            "seconds": self.found.seconds,
-            "measured_at": self.found.measured_at,
-        }
-
-
 def run_case(
     study: Study, case: Case, progress: Progress = silent, *, causes: bool = True
-) -> dict[str, Any]:
-    """Return `result_of` as the dictionary of JSON."""
-    return result_of(study, case, progress, causes=causes).to_json()
-
-
-def result_of(
-    study: Study, case: Case, progress: Progress = silent, *, causes: bool = True
-) -> Result:
+) -> AnyResult:
     """Return the result of one case; a step that fails marks the case and is not raised.
 
     So does a rule that cannot be used on the scene: the case is then also marked `unusable`.
@@ -89,7 +38,39 @@ def result_of(
         found = with_more(study, case, found, verdict)
         verdict = judged(study, case, found)
     cause = diagnosed(study, case, found) if causes and asks_cause(study, case, verdict) else None
-    return Result(case, found, verdict, cause)
+    return told_of(study, case, found, verdict, cause)
+
+
+def told_of(
+    study: Study, case: Case, found: Found, verdict: Verdict, cause: Json | None
+) -> AnyResult:
+    """Return the result of a case from its measurement, its verdict and the cause of that."""
+    measurement = found.measurement or Measurement()
+    extras = measurement.extras
+    return Result(
+        study=study.name,
+        scene=case.scene.name,
+        rule=case.label,
+        retraction=case.scene.groupoid.retraction,
+        digits=case.digits,
+        verdict=verdict.verdict,
+        reason=with_cause(verdict.reason, cause),
+        command=case.command if case.repeatable else "",
+        control=case.control is not None,
+        wanted=verdict.expected,
+        figures={**measurement.measured, **verdict.measured},
+        data=measurement.rows if verdict.rows is None else verdict.rows,
+        extras={key: extras[key] for key in DETAILS if key in extras},
+        diagnosis=cause or None,
+        unusable=verdict.unusable or None,
+        seconds=found.seconds,
+        measured_at=found.measured_at,
+    )
+
+
+def with_cause(reason: str, cause: Json | None) -> str:
+    """Return the reason of a verdict, with its cause if that is known."""
+    return f"{reason} Cause: {cause['cause']}: {cause['sentence']}" if cause else reason
 
 
 def measured_case(study: Study, case: Case, progress: Progress = silent) -> Found:
@@ -153,7 +134,7 @@ def asks_cause(study: Study, case: Case, verdict: Verdict) -> bool:
     return verdict.is_trouble and seeks and case.control is None
 
 
-def diagnosed(study: Study, case: Case, found: Found) -> Mapping[str, Any] | None:
+def diagnosed(study: Study, case: Case, found: Found) -> Json | None:
     """Return the cause of a verdict that is not a pass, or None if it is unknown.
 
     No error in the search for it takes the verdict away: an error of the search itself is told.

@@ -1,4 +1,4 @@
-"""The measurement of a case, its verdict, and both together: frozen, with dictionaries for JSON."""
+"""The measurement of a case, its verdict, and both together: frozen records."""
 
 from __future__ import annotations
 
@@ -7,15 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from .records import encoded
+from .records import decoded, encoded
 
 #: the words of a verdict, worst first. What nothing was demanded of is "measured", and no pass.
 VERDICTS = ("fail", "inconclusive", "measured", "pass")
-#: extras of a measurement that are shown beside `measured` and `rows`
-DETAILS = (
-    "kind", "periods", "duration", "floor", "crossovers", "race", "label", "title", "extreme",
-    "slice", "unusable", "diagnosis", "local", "left_out_step",
-)  # fmt: skip
 Row = Mapping[str, Any]
 
 
@@ -109,6 +104,18 @@ def worst(verdicts: Iterable[str]) -> str:
     return min(judged or words, key=VERDICTS.index, default="inconclusive")
 
 
+@dataclass(frozen=True, slots=True)
+class Made:
+    """The date of a measurement, and the commit of the text that made it.
+
+    clean: True if the checkout is that commit's.
+    """
+
+    date: str | None = None
+    commit: str | None = None
+    clean: bool | None = False
+
+
 @dataclass(frozen=True)
 class Found:
     """The stored part of a case: its measurement, or a verdict on why it cannot be measured.
@@ -125,27 +132,16 @@ class Found:
     more: bool = False
     declined: str = ""
     seconds: float = 0.0
-    measured_at: Mapping[str, Any] = field(default_factory=dict)
+    measured_at: Made = field(default_factory=Made)
 
     def to_json(self) -> Mapping[str, Any]:
         """Return the dictionary that the store keeps."""
-        held = {key: value for key, value in vars(self).items() if key not in _PARTS}
-        parts = {"measurement": self.measurement and {**self.measurement},
-                 "failed": self.failed and vars(self.failed)}  # fmt: skip
-        return {**held, **parts}
+        return dict(encoded(self))
 
     @classmethod
     def of_json(cls, given: Mapping[str, Any]) -> Found:
         """Return the object of a dictionary by `to_json`."""
-        made = dict(given)
-        if given["measurement"] is not None:
-            made["measurement"] = Measurement.of_json(given["measurement"])
-        if given["failed"] is not None:
-            made["failed"] = Verdict(**given["failed"])
-        return cls(**made)
-
-
-_PARTS = ("measurement", "failed")
+        return decoded(cls, given)
 
 
 _NUMBER = re.compile(r"(?<![\w.])[-−]?[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?")

@@ -12,6 +12,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from .outcome import Made
+
 
 def record(seconds: float, settings: dict[str, Any]) -> dict[str, Any]:
     """Return machine, versions, commit and settings of a run, JSON-able."""
@@ -23,9 +25,9 @@ def record(seconds: float, settings: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def provenance() -> dict[str, Any]:
-    """Return date and commit of a measurement now; clean: True if the checkout is that commit's."""
-    return {"date": datetime.now(UTC).isoformat(timespec="seconds"), **_commit()}
+def provenance() -> Made:
+    """Return date and commit of a measurement now."""
+    return Made(datetime.now(UTC).isoformat(timespec="seconds"), **_commit())
 
 
 @cache

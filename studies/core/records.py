@@ -11,9 +11,10 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 Record = TypeVar("Record")
 Reader = Callable[[Any], Any]
-#: metadata of a field that is left out of JSON while it is None, and of a field with a mapping of
-#: all entries that are no other field's
-OPTIONAL, SPREAD = {"optional": True}, {"key": "*"}
+Json = Mapping[str, Any]
+#: metadata of a field that is left out of JSON while it is None, of one that is never in it, and of
+#: a field with a mapping of all entries that are no other field's
+OPTIONAL, HIDDEN, SPREAD = {"optional": True}, {"key": ""}, {"key": "*"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +58,7 @@ def encoded(thing: Any) -> Any:
             value, key = getattr(thing, one.name), one.metadata.get("key", one.name)
             if key == "*":
                 made |= encoded(value)
-            elif value is not None or not one.metadata.get("optional"):
+            elif key and (value is not None or not one.metadata.get("optional")):
                 made[key] = encoded(value)
         return made
     if isinstance(thing, Mapping):

@@ -8,8 +8,8 @@ with all that they depend on unchanged, are taken from the store.
 from __future__ import annotations
 
 import shlex
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from threading import Lock
 from typing import Any
 
@@ -17,29 +17,28 @@ from discmech.integrators import BadInput, Scheme
 
 from . import fingerprint
 from .apart import apart
-from .baseline import SCHEMA
 from .case import Case, Choice, Progress, silent, worst
 from .cluster import Cluster
-from .one_case import run_case
 from .plan import Place, Plan
 from .record import record
+from .result import AnyResult, StudyResult
 from .shrinking import shrunk
-from .side_by_side import REMEMBERED, finished, found_by, key_of, measured
+from .side_by_side import finished, found_by, key_of, measured
 from .store import Store
-from .study import Study, counts
+from .study import Study
 from .userfile import word_for_study
 
-Told = Callable[[str, dict[str, Any]], None]
+Told = Callable[[AnyResult], None]
 
 
-def unheard(study: str, result: dict[str, Any]) -> None:
+def unheard(result: AnyResult) -> None:
     """Ignore single cases."""
 
 
 def run_study(
     study: Study, choice: Choice, progress: Progress = silent, *, store: Store | None = None,
     jobs: int | Cluster | None = 1,
-) -> dict[str, Any]:  # fmt: skip
+) -> StudyResult:  # fmt: skip
     """Measure and judge every case of one study: see `run_studies`."""
     return run_studies([study], choice, progress, store=store, jobs=jobs)[0][0]
 
@@ -53,7 +52,7 @@ def run_studies(
     jobs: int | Cluster | None = 1,
     also: Callable[[Scheme], Any] | None = None,
     told: Told = unheard,
-) -> tuple[list[dict[str, Any]], list[Any]]:
+) -> tuple[list[StudyResult], list[Any]]:
     """Return (results of the studies, the answers of `also` for each scheme in the choice's order):
     see `run_plan`.
 
@@ -94,7 +93,7 @@ def run_plan(
     jobs: int | Cluster | None = 1,
     also: Callable[[Scheme], Any] | None = None,
     told: Told = unheard,
-) -> tuple[list[dict[str, Any]], list[Any]]:
+) -> tuple[list[StudyResult], list[Any]]:
     """Return the results of a plan's studies, and the answers of `also` for its schemes in order.
 
     A study's verdict is the worst of its cases'. With a `store`, each finished case is kept at once
@@ -106,21 +105,20 @@ def run_plan(
     Raises `BadInput` if no case can use what was chosen.
     """
     studies, choice = plan.studies, plan.choice
-    found: dict[Place, dict[str, Any]] = {}
+    found: dict[Place, AnyResult] = {}
     extras: dict[int, Any] = {}
     total = sum(map(len, plan.cases)) or 1
 
-    lock, remembered = Lock(), Counter[int]()
+    lock = Lock()
 
-    def done(places: Sequence[Place], results: Sequence[dict[str, Any]]) -> None:
+    def done(places: Sequence[Place], results: Sequence[AnyResult]) -> None:
         for place, result in zip(places, results, strict=True):
             with lock:  # another process's result comes at once, and again with its task
                 if place not in found:
-                    remembered[place[0]] += bool(result.pop(REMEMBERED, False))
-                    told(studies[place[0]].name, result)
+                    told(result)
                     found[place] = result
 
-    def heard(news: tuple[Place, dict[str, Any]]) -> None:
+    def heard(news: tuple[Place, AnyResult]) -> None:
         done([news[0]], [news[1]])
 
     def within(label: str, fraction: float) -> None:
@@ -128,7 +126,7 @@ def run_plan(
 
     if store is not None:
         for place, result in _stored_results(plan, store, isinstance(jobs, Cluster)):
-            done([place], [{**result, REMEMBERED: True}])
+            done([place], [replace(result, remembered=True)])
         extras = _stored_answers(plan, also, store) if also else {}
     answered = set(extras) if also else set(range(len(plan.pairs)))
     tasks = plan.tasks(set(found), answered, isinstance(jobs, Cluster))
@@ -141,34 +139,34 @@ def run_plan(
     for place, case in plan.places():
         if place not in found:  # a study that needs the machine alone
             done([place], [measured(studies[place[0]], case, within, store)])
-    if found and all(result.get("unusable") for result in found.values()):
-        raise BadInput(next(iter(found.values()))["reason"])
+    if found and all(result.unusable for result in found.values()):
+        raise BadInput(next(iter(found.values())).reason)
     progress("the smallest that fails", 1.0)
-    found |= shrunk(plan, found, run_case, store)
+    found |= shrunk(plan, found, store)
     if store is not None:
         store.prune()
-    results = []
+    complete = []
     for i, study in enumerate(studies):
         whole = [found[i, k] for k in range(len(plan.cases[i]))]
-        result = {
-            "schema": SCHEMA,
-            "study": study.name,
-            "verdict": worst(c["verdict"] for c in whole if counts(c)),
-            "command": f"discmech {shlex.quote(word_for_study(study.name))}",
-            "record": record(sum(c["seconds"] for c in whole), {"steps": choice.steps}),
-            "remembered": remembered[i],
-            "notes": [
+        remembered = sum(case.remembered for case in whole)
+        together = StudyResult(
+            study=study.name,
+            verdict=worst(case.verdict for case in whole if case.counts),
+            command=f"discmech {shlex.quote(word_for_study(study.name))}",
+            record=record(sum(case.seconds for case in whole), {"steps": choice.steps}),
+            remembered=remembered,
+            notes=[
                 *choice.unheeded(),
                 *apart(choice, study),
                 *study.notes(choice),
                 *_dropped(study, choice, plan.cases[i]),
                 *([] if store is None else store.troubles.values()),
-                *about_remembered(remembered[i], len(whole)),
+                *about_remembered(remembered, len(whole)),
             ],
-            "cases": whole,
-        }
-        results.append(study.completed(result))
-    return results, [extras[i] for i in sorted(extras) if extras[i] is not None]
+            cases=whole,
+        )
+        complete.append(study.completed(together))
+    return complete, [extras[i] for i in sorted(extras) if extras[i] is not None]
 
 
 def _dropped(study: Study, choice: Choice, cases: Sequence[Case]) -> list[str]:
@@ -196,7 +194,7 @@ def about_remembered(remembered: int, cases: int) -> list[str]:
     ]
 
 
-def _stored_results(plan: Plan, store: Store, all_: bool) -> Iterator[tuple[Place, dict[str, Any]]]:
+def _stored_results(plan: Plan, store: Store, all_: bool) -> Iterator[tuple[Place, AnyResult]]:
     """Yield the store's results for the bench's own scenes and rules, and if `all_`, for others."""
     for place, case in plan.places():
         if all_ or fingerprint.known_by_text(case):

@@ -9,7 +9,7 @@ and stays on its scene.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -22,21 +22,23 @@ from discmech.integrators.scene import Scene
 
 from .case import Case, Choice
 from .fingerprint import of_everything
+from .one_case import run_case
 from .outcome import without_figures
 from .parts import parts_of
 from .plan import Place, Plan
+from .records import decoded, encoded
+from .result import AnyResult, Smallest
 from .side_by_side import key_of
 from .store import Store
 from .study import Study
 
 LEAST = 1.0  # seconds of processor time; a case that took longer to fail may be tried as long
 MOST_STEPS = 2**20
-Run = Callable[..., Mapping[str, Any]]  # `run_case`, or a function with the same arguments
 
 
 def shrunk(
-    plan: Plan, found: Mapping[Place, dict[str, Any]], run: Run, store: Store | None
-) -> dict[Place, dict[str, Any]]:
+    plan: Plan, found: dict[Place, AnyResult], store: Store | None
+) -> dict[Place, AnyResult]:
     """Return the failing results, with the smallest case that fails too: by study and method."""
     groups: dict[tuple[Any, ...], list[Place]] = {}
     for place, case in plan.places():
@@ -44,51 +46,46 @@ def shrunk(
         if case.rule.is_recorded or "sites" in parts_of(case.scene):  # there is no smaller case
             continue
         if (
-            found[place]["verdict"] == "fail"
+            found[place].verdict == "fail"
             and study.of_systems
             and not (case.control or study.alone)
         ):
             groups.setdefault((study.name, case.label, case.digits), []).append(place)
-    changed: dict[Place, dict[str, Any]] = {}
+    changed: dict[Place, AnyResult] = {}
     for places in groups.values():
         place = min(places, key=lambda p: size(plan.case(p).scene))
         study, case = plan.studies[place[0]], plan.case(place)
-        make = partial(_listed, study, case, found[place], run)
+        make = partial(_listed, study, case, found[place])
         key = None if store is None else key_of(study, case)
         if store is not None and key is not None:
             make = partial(store.remembered, "smallest", of_everything("smallest", key), make)
-        (small,) = make()
-        changed |= {each: {**found[each], "smallest": small} for each in places if small}
+        if (small := make()[0]) is not None:
+            least = decoded(Smallest, small)
+            changed |= {each: replace(found[each], smallest=least) for each in places}
     return changed
 
 
-def smallest(
-    study: Study, case: Case, result: Mapping[str, Any], run: Run
-) -> dict[str, Any] | None:
-    """Return {"scene", "steps", "command", "reason", "whatever"} of the smallest case found, or
-    None.
+def smallest(study: Study, case: Case, result: AnyResult) -> Smallest | None:
+    """Return the smallest case found; None if the case is as small already.
 
-    None: the case is as small already. whatever: the parameters that may as well be 1. run: a
-    function that measures and judges a case and seeks the cause (`run_case`). No try begins once
-    they took longer than the case itself.
+    No try begins once they took longer than the case itself.
     """
-    ends = time.process_time() + max(LEAST, result["seconds"])
-    why, plain = _why(result), partial(run, causes=False)
+    ends, why = time.process_time() + max(LEAST, result.seconds), _why(result)
 
-    def fails(tried: Case) -> Mapping[str, Any] | None:
+    def fails(tried: Case) -> AnyResult | None:
         """Return the result, if it is a failure of this method and of the same kind."""
-        found = _tried(plain, study, tried)
-        if found is None or bool(found["measured"]) != bool(result["measured"]):
+        found = _tried(study, tried)
+        if found is None or bool(found.figures) != bool(result.figures):
             return None
         usual = discretisations.midpoint
         compared = case.rule is not usual and usual.applies(tried.scene)
-        if compared and _tried(plain, study, replace(tried, rule=usual)) is not None:
+        if compared and _tried(study, replace(tried, rule=usual)) is not None:
             return None
         if study.tells_causes:  # another defect may make it fail
-            found = _tried(run, study, tried)
+            found = _tried(study, tried, causes=True)
         return found if found is not None and _why(found) == why else None
 
-    def first(candidates: Iterator[Case]) -> tuple[Case, Mapping[str, Any]] | None:
+    def first(candidates: Iterator[Case]) -> tuple[Case, AnyResult] | None:
         for candidate in candidates:
             if time.process_time() > ends:
                 return None
@@ -107,30 +104,27 @@ def smallest(
     ]  # fmt: skip
     if small is case and not whatever:
         return None
-    return {
-        "scene": small.scene.name, "steps": small.steps, "command": said["command"],
-        "reason": said["reason"], "whatever": whatever,
-    }  # fmt: skip
+    return Smallest(small.scene.name, small.steps, said.command, said.reason, whatever)
 
 
-def _why(result: Mapping[str, Any]) -> str:
+def _why(result: AnyResult) -> str:
     """Return the cause of a result without its figures, or else its reason."""
-    cause = result.get("diagnosis")
-    return without_figures(f"{cause['cause']}: {cause['sentence']}" if cause else result["reason"])
+    cause = result.diagnosis
+    return without_figures(f"{cause['cause']}: {cause['sentence']}" if cause else result.reason)
 
 
-def _listed(*asked: Any) -> list[dict[str, Any] | None]:
+def _listed(study: Study, case: Case, result: AnyResult) -> list[Any]:
     """Return the answer of `smallest` in a list, so that a store can tell it from a missing one."""
-    return [smallest(*asked)]
+    return [encoded(smallest(study, case, result))]
 
 
-def _tried(run: Run, study: Study, case: Case) -> Mapping[str, Any] | None:
+def _tried(study: Study, case: Case, causes: bool = False) -> AnyResult | None:
     """Return the result if it is a failure."""
     try:
-        found = run(study, case)
+        found = run_case(study, case, causes=causes)
     except DiscmechError:  # so few steps, or this scene, make no case
         return None
-    return found if found["verdict"] == "fail" and not found.get("unusable") else None
+    return found if found.verdict == "fail" and not found.unusable else None
 
 
 def size(scene: Scene) -> tuple[int, int]:
@@ -149,10 +143,9 @@ def _on_simpler_scenes(study: Study, case: Case) -> Iterator[Case]:
     yield from (found for found in study.cases(choice) if not found.control)
 
 
-def _with_fewer_steps(case: Case, result: Mapping[str, Any]) -> Iterator[Case]:
+def _with_fewer_steps(case: Case, result: AnyResult) -> Iterator[Case]:
     """Yield the case with 1, 2, 4, ... steps, up to those of the run."""
-    rows: Sequence[Mapping[str, Any]] = result["rows"]
-    run = [row["steps"] for row in rows if isinstance(row.get("steps"), int)]
+    run = [row["steps"] for row in result.data if isinstance(row.get("steps"), int)]
     most = case.steps or max(run, default=MOST_STEPS)
     steps = 1
     while steps < most:

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import suppress
+from dataclasses import replace
 from functools import lru_cache, partial
 from queue import SimpleQueue
 from typing import Any, TypeAlias
@@ -20,28 +21,28 @@ from . import fingerprint
 from .case import Case, Progress, scheme_of, silent
 from .cluster import Cluster
 from .one_case import (
-    Result,
     asks_cause,
     asks_more,
     diagnosed,
     judged,
     measured_case,
     run_case,
+    told_of,
     with_more,
     with_order,
 )
 from .outcome import Found
 from .plan import Place, Plan, Task
+from .result import AnyResult
 from .store import Carried, Store
 from .study import Study
 from .study_lookup import study_called, word_of
 from .userfile import expect_unchanged, stamps
 from .workers import tell, worker_pool
 
-REMEMBERED = "remembered"  # key that marks a result found in the store, until it is counted
 WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
 #: places with their results, and the answers of `also`, by pair
-Finished: TypeAlias = tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]
+Finished: TypeAlias = tuple[Sequence[Place], list[AnyResult], dict[int, Any]]
 Also: TypeAlias = Callable[[Scheme], Any] | None
 
 
@@ -55,7 +56,7 @@ def key_of(study: Study, case: Case) -> str | None:
 
 def found_by(
     store: Store | Carried, study: Study, case: Case, key: str | None, *, only: bool = False
-) -> dict[str, Any] | None:
+) -> AnyResult | None:
     """Return the result of a case whose measurement is stored, judged anew, or None.
 
     only: None also if anything would have to be measured before that verdict is complete.
@@ -68,7 +69,7 @@ def found_by(
 
 def _completed(
     store: Store | Carried, study: Study, case: Case, key: str, found: Found, only: bool = False
-) -> dict[str, Any] | None:
+) -> AnyResult | None:
     """Return the result of a measurement; see `found_by`."""
     verdict, cause = judged(study, case, found), None
     if case.knows_order and not found.knows_order:  # by the judge: it derives nothing next time
@@ -86,7 +87,7 @@ def _completed(
                 return None
             told = store.keep("cause", named, [diagnosed(study, case, found)])
         (cause,) = told
-    return Result(case, found, verdict, cause).to_json()
+    return told_of(study, case, found, verdict, cause)
 
 
 def _kept(store: Store | Carried, key: str, found: Found) -> Found:
@@ -96,14 +97,14 @@ def _kept(store: Store | Carried, key: str, found: Found) -> Found:
 
 def measured(
     study: Study, case: Case, progress: Progress = silent, store: Store | Carried | None = None
-) -> dict[str, Any]:
+) -> AnyResult:
     """Return the case's result, from a stored measurement, or from one made now and stored."""
     key = None if store is None else key_of(study, case)
     if store is None or key is None:
         return run_case(study, case, progress)
     earlier = found_by(store, study, case, key)
     if earlier is not None:
-        return {**earlier, REMEMBERED: True}
+        return replace(earlier, remembered=True)
     found = measured_case(study, case, progress)
     if not (found.failed and found.failed.unusable):
         found = _kept(store, key, found)
@@ -119,7 +120,7 @@ def finished(
     also: Also,
     progress: Progress,
     store: Store | None,
-    heard: Callable[[tuple[Place, dict[str, Any]]], None] | None = None,
+    heard: Callable[[tuple[Place, AnyResult]], None] | None = None,
 ) -> Iterator[Finished]:
     """Yield places with their results, as they are finished, and the answers of `also`, by pair.
 
@@ -264,7 +265,7 @@ def _in_worker(
     task: Task,
     also: Also,
     store: Store | Carried | None,
-) -> tuple[list[dict[str, Any]], dict[int, Any], list[Any]]:
+) -> tuple[list[AnyResult], dict[int, Any], list[Any]]:
     """Return results, the answers of `also`, and on another machine the records to be kept."""
     expect_unchanged(files)  # which loads them: the plan has things of theirs
     plan = _plan(packed)

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from discmech.integrators.rules import Discretisation
 
     from .case import Case, Choice, Progress
+    from .result import StudyResult
 
 #: suffix of the name of a rule whose steps were chosen for tolerances
 BY_TOLERANCE = ", tolerance"
@@ -191,7 +192,7 @@ class Study:
         """Return sentences about the whole study for the chosen systems."""
         return []
 
-    def completed(self, result: dict[str, Any]) -> dict[str, Any]:
+    def completed(self, result: StudyResult) -> StudyResult:
         """Return the result of all cases, with entries about them together."""
         return result
 
@@ -337,9 +338,10 @@ class StudyFolder(Study):
         """Return sentences about the whole study for the chosen systems."""
         return list(self._said("notes", [], self._own(choice)))
 
-    def completed(self, result: dict[str, Any]) -> dict[str, Any]:
+    def completed(self, result: StudyResult) -> StudyResult:
         """Return the result of all cases, with entries about them together."""
-        return {**result, **self._said("complete", {}, result)}
+        completed: StudyResult = self._said("complete", result, result)
+        return completed
 
     def _said(self, name: str, otherwise: Any, *given: Any) -> Any:
         told = getattr(self.measuring, name, None)
@@ -361,11 +363,6 @@ def _within_limits(study: Study, measured: Mapping[str, Any]) -> Verdict:
         said = f"{' and '.join(lost)} could not be measured."
         return Verdict("inconclusive", said, expected)
     return Verdict("pass", "", expected)
-
-
-def counts(case: Mapping[str, Any]) -> bool:
-    """True if a result is one of ours: another program's result does not count for us."""
-    return case.get("kind") != "peer"
 
 
 @cache

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..core.result import NONE, Result
 from ..report import plot_drift
 from ..report.canvas import Panel
-from ..report.case import NONE
-from ..report.case import Case as Shown
 from ..report.grouping import figures_by_precision
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import RESOLVED, pairs, plus_minus, scientific
 from .records import Expected, Measured, Row
 
-Case = Shown[Measured, Expected, Row]
+Case = Result[Measured, Expected, Row]
 
 ENERGY = (
     "Energy error, relative to the energy that moves (the largest kinetic energy of the motion), "
@@ -79,7 +78,8 @@ def _short(case: Case) -> str:
 
 def _line(case: Case) -> str:
     """Return the result with the duration of the run: one that seems to drift is made longer."""
-    return _got(case) + (f", to t = {case.duration:g}" if case.duration is not None else "")
+    end = case.details.duration
+    return _got(case) + (f", to t = {end:g}" if end is not None else "")
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from ..report.case import NONE
-from ..report.case import Case as Shown
+from ..core.result import NONE, Result
 from ..report.view import View
 from ..report.wording import scientific
 from .records import Found, Measured
 
-Case = Shown[Measured, object, object]
+Case = Result[Measured, object, object]
 
 #: the words for an outcome of the data
 WORDS = {"wrong, noticed": "wrong, and it shows", "wrong, silent": "wrong, and nothing shows it"}
@@ -50,10 +49,10 @@ def _short(case: Case) -> str:
 VIEW = View(
     measured=Measured,
     columns=[
-        ("Extreme", lambda case: case.extreme or NONE),
+        ("Extreme", lambda case: case.details.extreme or NONE),
         ("hω = 1/10", lambda case: outcome(case.measured.fine)),
         ("hω = 5", lambda case: outcome(case.measured.coarse)),
     ],
     got=_outcomes, wanted=lambda case: "no wrong result without a sign", short=_short,
-    line=lambda case: f"{case.extreme}: {_short(case)}",
+    line=lambda case: f"{case.details.extreme}: {_short(case)}",
 )  # fmt: skip

@@ -43,16 +43,17 @@ def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
         if name == "momentum" and not scene.symmetries:
             continue
         result = run_case(study, case, progress, causes=False)
-        found[name] = {key: result[key] for key in ("verdict", "reason", "measured")}
+        found[name] = {"verdict": result.verdict, "reason": result.reason,
+                       "measured": result.figures}  # fmt: skip
         if name == "energy" and entry.claims.get("symplectic"):
             claim = "symplectic"
-        failed = result["verdict"] == "fail"
-        if name == "order" and entry.multistep and result["measured"]["order"] is not None:
-            failed = abs(result["measured"]["order"] - entry.claims["order"]) > tolerance(16)
+        failed, order = result.verdict == "fail", result.figures.get("order")
+        if name == "order" and entry.multistep and order is not None:
+            failed = abs(order - entry.claims["order"]) > tolerance(16)
         if entry.claims.get(claim) and failed:
-            differs.append(result["reason"])
-        elif entry.claims.get(claim) and result["verdict"] == "inconclusive":
-            untold.append(result["reason"])
+            differs.append(result.reason)
+        elif entry.claims.get(claim) and result.verdict == "inconclusive":
+            untold.append(result.reason)
     band = found["energy"]["measured"].get("band")
     if entry.exact and not (band is not None and band <= EXACT):
         differs.append(f"the energy is not kept exactly: its error has a band of {band:.1e}.")

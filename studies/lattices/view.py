@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from ..core.result import NONE, Result
 from ..report import plot_convergence
 from ..report.canvas import Panel, Sheet, log_axis, log_limits
-from ..report.case import NONE
-from ..report.case import Case as Shown
 from ..report.grouping import by_scene
 from ..report.labels import end_labels
 from ..report.palette import MUTED, Mark
@@ -21,7 +20,7 @@ from .records import Expected, Measured, Row
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Case = Shown[Measured, Expected, Row]
+Case = Result[Measured, Expected, Row]
 COST_SHEET = Sheet(width=3.3, right=1.2)
 
 SPACE = (

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from ..core.result import NONE, Result
 from ..report import plot_drift
 from ..report.canvas import Panel
-from ..report.case import NONE
-from ..report.case import Case as Shown
 from ..report.grouping import figures_by_precision
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import largest, limit, pairs, scientific
 from .records import Expected, Measured, Row
 
-Case = Shown[Measured, Expected, Row]
+Case = Result[Measured, Expected, Row]
 
 DRIFT = (
     "The largest drift so far of each momentum map, relative to the sum of the absolute values of "

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..core.result import NONE, Result
 from ..report import plot_convergence
-from ..report.case import NONE
-from ..report.case import Case as Shown
 from ..report.grouping import by_scene
 from ..report.palette import Mark
 from ..report.plot_convergence import Line, Point
@@ -14,7 +13,7 @@ from ..report.view import Sketch, Titles, View
 from ..report.wording import plus_minus, scientific
 from .records import Expected, Measured, Row
 
-Case = Shown[Measured, Expected, Row]
+Case = Result[Measured, Expected, Row]
 
 REFINEMENT = (
     "How much the optimal motion changes when the steps are halved, against the step: the largest "

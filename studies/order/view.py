@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from ..core.result import NONE, Result
 from ..report import plot_convergence
 from ..report.canvas import Panel, Sheet
-from ..report.case import NONE
-from ..report.case import Case as Shown
 from ..report.grouping import by_scene, figures_by_precision
 from ..report.palette import Mark
 from ..report.plot_convergence import Line, Point
@@ -18,7 +17,7 @@ from ..report.view import Sketch, Titles, View
 from ..report.wording import plus_minus
 from .records import Expected, Measured, Row
 
-Case = Shown[Measured, Expected, Row]
+Case = Result[Measured, Expected, Row]
 
 CONVERGENCE = (
     "Error in (x, μ) at the end of the run against step size; the number beside a rule is the "
@@ -74,7 +73,7 @@ def _compared(case: Case) -> dict[str, Any]:
     # below a thousand roundings an error is no longer the method's
     least = 1e3 * (2.0**-53 if case.digits == 16 else 10.0**-case.digits)
     errors = {row.step: row.error for row in case.rows if row.error and row.error > least}
-    return {"order": case.figures.get("order"), "errors": errors, "time": case.duration}
+    return {"order": case.figures.get("order"), "errors": errors, "time": case.details.duration}
 
 
 def _line(case: Case) -> Line:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..core.records import number
-from .case import USUAL_RETRACTION
+from ..core.result import USUAL_RETRACTION
 from .wording import duration, scientific
 
 Line = Mapping[str, Any]
@@ -15,13 +15,13 @@ GOALS = {"1e6 periods": "a million periods", "large steps": "large steps",
          "stable steps": "large steps of the oscillator"}  # fmt: skip
 
 
-def recommended(result: Mapping[str, Any]) -> list[str]:
+def recommended(advice: Sequence[Line]) -> list[str]:
     """Return a line per scene with the recommendation, and a sentence of evidence per goal."""
     scenes: dict[str, list[Line]] = {}
-    for line in result["advice"]:
+    for line in advice:
         scenes.setdefault(_place(line), []).append(line)
     return [
-        *overall(result["advice"]),
+        *overall(advice),
         *(
             "\n  ".join([f"{place}: {', '.join(map(short, lines))}.", *map(sentence, lines)])
             for place, lines in scenes.items()
@@ -47,7 +47,7 @@ def overall(lines: Sequence[Line]) -> list[str]:
     return [f"{best}, or cannot be told from the best, {where}{near}."]
 
 
-def recommendation(result: Mapping[str, Any]) -> dict[str, Any]:
+def recommendation(advice: Sequence[Line]) -> dict[str, Any]:
     """Return the recommendations as plain cells for the page."""
     about = (
         "By the time to an error, the energy error at equal time, the share of the stability map; "
@@ -56,9 +56,9 @@ def recommendation(result: Mapping[str, Any]) -> dict[str, Any]:
     )
     return {
         "title": "Which to take",
-        "about": " ".join([*overall(result["advice"]), about]),
+        "about": " ".join([*overall(advice), about]),
         "heads": ["Scene", "Evidence"],
-        "lines": [[_place(line), sentence(line)] for line in result["advice"]],
+        "lines": [[_place(line), sentence(line)] for line in advice],
     }
 
 

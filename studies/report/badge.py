@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from html import escape
-from typing import Any
+
+from ..core.result import StudyResult
 
 #: white text on these has a contrast of at least 4.5 (WCAG AA); the mark needs no colour
 LOOKS = {
@@ -16,12 +16,12 @@ GREY = "#4a4a4a"
 WIDTH, MARGIN, HEIGHT = 6.8, 8, 20
 
 
-def badge(result: Mapping[str, Any], label: str = "discmech") -> str:
+def badge(result: StudyResult, label: str = "discmech") -> str:
     """Return the SVG text: a label and the verdict, with a title that counts cases by verdict."""
-    said = result["verdict"]
+    said = result.verdict
     mark, colour = LOOKS[said]
     text = f"{mark} {said}"
-    counts = {v: sum(case["verdict"] == v for case in result["cases"]) for v in LOOKS}
+    counts = {v: sum(case.verdict == v for case in result.cases) for v in LOOKS}
     told = ", ".join(f"{count} {v}" for v, count in counts.items() if count) or "no case"
     title = escape(f"{label}: {said} ({told})", quote=True)
     left, right = (round(WIDTH * len(t)) + 2 * MARGIN for t in (label, text))

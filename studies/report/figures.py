@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 from base64 import b64decode, b64encode
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
 from typing import Any
 
+from ..core.outcome import Made
+from ..core.records import encoded
+from ..core.result import AnyResult, StudyResult
 from ..core.study import view_of
 from .canvas import Drawing, render
-from .case import AnyCase, Result, case_of, result_of
 from .palette import Mark, marks
 from .view import Sketch, Titles
 
@@ -37,8 +39,8 @@ class Look:
     style: tuple[tuple[str, Any], ...] = ()
 
     def of_cases(
-        self, cases: Sequence[AnyCase], known: dict[str, Mark]
-    ) -> tuple[list[AnyCase], dict[str, Mark]]:
+        self, cases: Sequence[AnyResult], known: dict[str, Mark]
+    ) -> tuple[list[AnyResult], dict[str, Mark]]:
         """Return the cases with labels in place of rules' names, and the marks by label."""
         labels = dict(self.labels)
         shown = [replace(case, rule=labels.get(str(case.rule), case.rule)) for case in cases]
@@ -46,8 +48,7 @@ class Look:
         return shown, known | {new.method: known[old.method] for new, old in pairs}
 
 
-#: entries of a case and of its expectation that no figure shows: a change there draws nothing anew
-_NOT_DRAWN = {"command", "diagnosis", "measured_at", "seconds", "smallest"}
+#: entries of an expectation that no figure shows: a change there draws nothing anew
 _LIMITS = {"local_order", "modified_limit", "multipliers", "residual", "slope_limit", "tolerance"}
 
 
@@ -70,7 +71,7 @@ def anew(tasks: Sequence[Task]) -> list[Any]:
 
 
 def plates(
-    results: Sequence[Mapping[str, Any] | Result],
+    results: Sequence[StudyResult],
     titles: Titles,
     definitions: dict[str, str],
     remembered: Remembered = anew,
@@ -82,20 +83,19 @@ def plates(
     contain them once. remembered: returns stored drawings of the same numbers. look: labels and
     style that the user wants.
     """
-    look, every = look or Look(), list(map(result_of, results))
-    known = marks(dict.fromkeys(case.method for result in every for case in result.cases))
-    found, tasks = list[tuple[Result, Sketch]](), list[Task]()
-    for result in every:
-        study, given = result.study, [_drawn(case.given) for case in result.cases]
-        cases = [case_of(study, case) for case in given]
+    look = look or Look()
+    known = marks(dict.fromkeys(case.method for result in results for case in result.cases))
+    found, tasks = list[tuple[StudyResult, Sketch]](), list[Task]()
+    for result in results:
+        study, cases = result.study, list(map(_drawn, result.cases))
         own = {case.method: known[case.method] for case in cases}
         data = ""
         for sketch in _sketches(study, cases, own, titles, look):
-            data = (
-                data or sha256(json.dumps([study, given, str(own), str(look)]).encode()).hexdigest()
-            )
+            if not data:
+                depends = json.dumps([study, encoded(cases), str(own), str(look)])
+                data = sha256(depends.encode()).hexdigest()
             shown = [panel.title for panel in sketch.panels]  # scenes by their titles
-            make = partial(_render, study, sketch.name, given, own, titles, look)
+            make = partial(_render, study, sketch.name, cases, own, titles, look)
             tasks.append(Task([data, sketch.name, shown], len(shown), make))
             found.append((result, sketch))
     made = []
@@ -110,38 +110,36 @@ def plates(
     return made
 
 
-def sketches(given: Mapping[str, Any], titles: Titles, look: Look | None = None) -> list[Sketch]:
+def sketches(result: StudyResult, titles: Titles, look: Look | None = None) -> list[Sketch]:
     """Return the figures of a study's result that have something to show, before they are drawn."""
-    result = result_of(given)
     known = marks(dict.fromkeys(case.method for case in result.cases))
     return _sketches(result.study, result.cases, known, titles, look or Look())
 
 
 def _sketches(
-    study: str, cases: Sequence[AnyCase], known: dict[str, Mark], titles: Titles, look: Look
+    study: str, cases: Sequence[AnyResult], known: dict[str, Mark], titles: Titles, look: Look
 ) -> list[Sketch]:
     cases, known = look.of_cases(cases, known)
     return [s for s in view_of(study).sketches(cases, known, titles) if s.panels]
 
 
-def _drawn(given: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the part of a case that figures may show."""
-    held = {key: value for key, value in given.items() if key not in _NOT_DRAWN}
-    expected = (held.get("expected") or {}).items()
-    return {**held, "expected": {key: value for key, value in expected if key not in _LIMITS}}
+def _drawn(case: AnyResult) -> AnyResult:
+    """Return the part of a case that figures may show: a change of another draws nothing anew."""
+    shown = {key: value for key, value in case.wanted.items() if key not in _LIMITS}
+    return replace(case, wanted=shown, command="", diagnosis=None, measured_at=Made(),
+                   seconds=0.0, smallest=None)  # fmt: skip
 
 
 def _render(
     study: str,
     name: str,
-    given: Sequence[Mapping[str, Any]],
+    cases: Sequence[AnyResult],
     known: dict[str, Mark],
     titles: Titles,
     look: Look,
 ) -> dict[str, Any]:
     """Return a figure and its definitions for the page, as JSON data."""
     definitions: dict[str, str] = {}
-    cases = [case_of(study, case) for case in given]
     (sketch,) = (s for s in _sketches(study, cases, known, titles, look) if s.name == name)
     drawing = render(sketch.panels, sketch.sheet, definitions, look.style)
     return {
@@ -151,7 +149,7 @@ def _render(
     }  # fmt: skip
 
 
-def command(result: Result, digits: int | None) -> str:
+def command(result: StudyResult, digits: int | None) -> str:
     """Return the command that makes these numbers again."""
     same = [case for case in result.cases if digits in (None, case.digits)]
     own = next((case.study_command for case in same if case.study_command), "")

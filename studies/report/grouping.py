@@ -4,30 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
+from ..core.result import AnyResult
 from .canvas import Panel, Sheet
-from .case import AnyCase
 from .view import Sketch
 
 
-def precisions(cases: Sequence[AnyCase]) -> dict[int, list[AnyCase]]:
+def precisions(cases: Sequence[AnyResult]) -> dict[int, list[AnyResult]]:
     """Return the cases for each number of digits, fewest digits first."""
-    found: dict[int, list[AnyCase]] = {}
+    found: dict[int, list[AnyResult]] = {}
     for case in cases:
         found.setdefault(case.digits, []).append(case)
     return dict(sorted(found.items()))
 
 
-def by_scene(cases: Sequence[AnyCase]) -> dict[str, list[AnyCase]]:
+def by_scene(cases: Sequence[AnyResult]) -> dict[str, list[AnyResult]]:
     """Return the cases of each scene, in their order."""
-    found: dict[str, list[AnyCase]] = {}
+    found: dict[str, list[AnyResult]] = {}
     for case in cases:
         found.setdefault(str(case.scene), []).append(case)
     return found
 
 
 def figures_by_precision(
-    name: str, title: str, caption: str, cases: Sequence[AnyCase], sheet: Sheet,
-    panels: Callable[[str, Sequence[AnyCase], int], Iterable[Panel]],
+    name: str, title: str, caption: str, cases: Sequence[AnyResult], sheet: Sheet,
+    panels: Callable[[str, Sequence[AnyResult], int], Iterable[Panel]],
 ) -> list[Sketch]:  # fmt: skip
     """Return one figure per precision, with panels for each scene: its name, cases and digits.
 

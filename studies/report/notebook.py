@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from html import escape
-from typing import Any
 
 from ..core.outcome import VERDICTS
+from ..core.result import StudyResult
 from .canvas import render
-from .case import result_of
 from .figures import sketches
 from .tables import columns, filled
 from .wording import whys
@@ -17,9 +15,8 @@ COLOURS = {"pass": "#00694d", "measured": "#1f5a94", "fail": "#a84a00", "inconcl
 MOST_FIGURES = 4
 
 
-def html_of(given: Mapping[str, Any]) -> str:
+def html_of(result: StudyResult) -> str:
     """Return the table with failures first, their reasons and commands, and the first figures."""
-    result = result_of(given)
     cases = sorted(result.cases, key=lambda case: VERDICTS.index(case.verdict))
     shown = filled(columns(result.study), cases)
     heads = "".join(f"<th style='text-align:left'>{escape(head)}</th>" for head, _ in shown)
@@ -37,7 +34,7 @@ def html_of(given: Mapping[str, Any]) -> str:
     ]
     figures = [
         render(sketch.panels, sketch.sheet, {}).svg.decode()
-        for sketch in sketches(given, {})[:MOST_FIGURES]
+        for sketch in sketches(result, {})[:MOST_FIGURES]
     ]
     pictures = "".join(f"<div>{svg[svg.index('<svg') :]}</div>" for svg in figures)
     reasons = f"<ul>{''.join(said)}</ul>" if said else ""

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.outcome import VERDICTS
+from ..core.result import AnyResult, StudyResult
 from ..core.study import every_study, known_study
-from .case import AnyCase, Result, result_of
 from .formulas import display, spaced, together
 from .glossary import met
 from .sparkline import Past, Sparklines, unknown_past
@@ -39,7 +39,7 @@ class About:
 
 
 def write_report(
-    results: Sequence[Mapping[str, Any]],
+    results: Sequence[StudyResult],
     equations: Sequence[Mapping[str, Any]],
     scenes: Sequence[Mapping[str, Any]],
     folder: Path,
@@ -61,8 +61,7 @@ def write_report(
     from .publish import published
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
-    made = list(map(result_of, results))
-    studies = merged(made)
+    studies = merged(results)
     definitions: dict[str, str] = {}
     with published(Path(folder), last="index.html") as new:
         for name in ("figures", "tables", *["equations"] * bool(equations)):
@@ -75,14 +74,14 @@ def write_report(
         labels = dict(look.labels) if look else {}
         files = {study.study: write_tables(study, new / "tables", labels) for study in studies}
         formulae = _schemes(equations, titles, new / "equations")
-        words = (made, studies, drawn, definitions, scenes, command, files, formulae)
+        words = (results, studies, drawn, definitions, scenes, command, files, formulae)
         text = _page(*words, past=past, about=about)
         (new / "index.html").write_bytes(encoded(text))
     return Path(folder) / "index.html"
 
 
 def lone_page(
-    results: Sequence[Mapping[str, Any]],
+    results: Sequence[StudyResult],
     scenes: Sequence[Mapping[str, Any]],
     command: str,
     tables: Sequence[Mapping[str, Any]] = (),
@@ -96,17 +95,16 @@ def lone_page(
     from .figures import plates
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
-    made = list(map(result_of, results))
-    studies = merged(made)
+    studies = merged(results)
     definitions: dict[str, str] = {}
     drawn = plates(studies, titles, definitions)
-    words = (made, studies, drawn, definitions, scenes, command)
+    words = (results, studies, drawn, definitions, scenes, command)
     return _page(*words, tables=tables, about=about)
 
 
 def _page(
-    results: Sequence[Result],
-    studies: Sequence[Result],
+    results: Sequence[StudyResult],
+    studies: Sequence[StudyResult],
     drawn: Sequence[Plate],
     definitions: Mapping[str, str],
     scenes: Sequence[Mapping[str, Any]],
@@ -168,7 +166,7 @@ def environment() -> Environment:
     )
 
 
-def _lines(study: str, cases: Sequence[AnyCase], past: Sparklines) -> dict[str, Any]:
+def _lines(study: str, cases: Sequence[AnyResult], past: Sparklines) -> dict[str, Any]:
     """Return a table for the templates: headings, and a line per case."""
     shown = filled(columns(study), cases)
     lines = [
@@ -181,7 +179,7 @@ def _lines(study: str, cases: Sequence[AnyCase], past: Sparklines) -> dict[str, 
 
 
 def _view(
-    study: Result, drawn: Sequence[Plate], files: Sequence[str], past: Sparklines
+    study: StudyResult, drawn: Sequence[Plate], files: Sequence[str], past: Sparklines
 ) -> dict[str, Any]:
     """Return the data of one study for the page."""
     name, known = study.study, known_study(study.study)
@@ -199,7 +197,7 @@ def _view(
         },
         "anchor": file_name(name),
         "notes": study.notes,
-        "tables": study.tables,
+        "tables": study.tables or (),
         "verdict": study.verdict,
         "count": tally(study.cases),
         "bad": _lines(name, parts["fail"] + parts["inconclusive"], past),

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from ..core.result import AnyResult
 from .alike import Share, shares
 from .canvas import Panel, Sheet, log_axis, log_limits, note
-from .case import AnyCase
 from .labels import end_labels
 from .palette import MUTED, PAPER, Mark
 
@@ -40,7 +40,7 @@ class Point:
 class Line:
     """The errors of a method on a ladder of steps, its order and the expected one."""
 
-    case: AnyCase
+    case: AnyResult
     points: Sequence[Point]
     order: float | None = None
     expected: float | None = None

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
+from ..core.result import AnyResult
 from .alike import shares
 from .canvas import Panel, Sheet, log_axis, log_limits, note, round_off
-from .case import AnyCase
 from .labels import end_labels
 from .palette import GRID, INK, MUTED, Mark
 from .wording import in_tens, scientific
@@ -23,7 +23,7 @@ BINS = 100
 HALF = 0.36  # half the height of a strip; strips are 1 apart
 
 
-def momenta(cases: Sequence[AnyCase]) -> list[str]:
+def momenta(cases: Sequence[AnyResult]) -> list[str]:
     """Return the names of the momentum maps of a scene, in the order of the report."""
     found: dict[str, None] = {}
     for case in cases:
@@ -34,7 +34,7 @@ def momenta(cases: Sequence[AnyCase]) -> list[str]:
 
 
 def drift(
-    title: str, name: str, cases: Sequence[AnyCase], marks: dict[str, Mark], digits: int
+    title: str, name: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digits: int
 ) -> Panel:
     """Return the panel of the largest drift so far of one momentum map, with the walk of round-off.
 
@@ -89,7 +89,7 @@ def drift(
     return Panel(title, f"largest drift of {name} so far", "steps N", spoken, draw)
 
 
-def drifted(case: AnyCase, name: str) -> str:
+def drifted(case: AnyResult, name: str) -> str:
     """Return the rule, the worst drift of this quantity, and "fail" if this quantity fails."""
     worst, limit = case.measured.drift.get(name), case.expected.limit
     if worst is None:
@@ -98,7 +98,7 @@ def drifted(case: AnyCase, name: str) -> str:
     return words if limit is None or worst <= limit else f"{words}\n(fail)"
 
 
-def _drifts(case: AnyCase, name: str) -> list[tuple[float, float]]:
+def _drifts(case: AnyResult, name: str) -> list[tuple[float, float]]:
     """Return steps and drift; for many rows the worst in each of equal logarithmic bins."""
     worst: dict[int, tuple[float, float]] = {}
     found = []
@@ -116,7 +116,7 @@ def _drifts(case: AnyCase, name: str) -> list[tuple[float, float]]:
     return sorted(worst.values())
 
 
-def energy(title: str, cases: Sequence[AnyCase], marks: dict[str, Mark], digits: int) -> Panel:
+def energy(title: str, cases: Sequence[AnyResult], marks: dict[str, Mark], digits: int) -> Panel:
     """Return the panel of one scene's energy error: a strip per rule, on one scale.
 
     So bands can be compared: the widest fills its strip, and a narrower one is magnified by the
@@ -172,7 +172,7 @@ def energy(title: str, cases: Sequence[AnyCase], marks: dict[str, Mark], digits:
     return Panel(title, "relative energy error", "time", spoken, draw)
 
 
-def _band(case: AnyCase, larger: int) -> str:
+def _band(case: AnyResult, larger: int) -> str:
     """Return the rule, its band, its magnification, and the verdict unless it is a pass."""
     band = case.measured.band
     words = case.method + (f"\nband {_two(band)}" if band is not None else "")
@@ -189,7 +189,7 @@ def _two(value: float) -> str:
     return f"{value:.2g}" if 0.01 <= value < 99 else scientific(value)
 
 
-def _envelope(case: AnyCase) -> list[tuple[float, float, float]]:
+def _envelope(case: AnyResult) -> list[tuple[float, float, float]]:
     """Return time, smallest and largest error of each stretch; with few rows each is a stretch."""
     found = sorted((row.time, row.error) for row in case.rows
                    if row.time is not None and row.error is not None)  # fmt: skip

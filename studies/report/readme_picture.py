@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+
+from ..core.result import study_result_of
 
 SCENES = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
 DIGITS = 16
@@ -26,12 +28,13 @@ def picture(report: Path) -> bytes:
 
     from .figures import plates
 
-    result: dict[str, Any] = json.loads((report / "tables" / "order.json").read_text("utf-8"))
-    cases = [c for c in result["cases"] if c["scene"] in SCENES and c["digits"] == DIGITS]
+    written = (report / "tables" / "order.json").read_text("utf-8")
+    result = study_result_of(json.loads(written))
+    cases = [c for c in result.cases if c.scene in SCENES and c.digits == DIGITS]
     if not cases:
         raise ValueError("it has no case of these scenes in double precision")
-    titles = {name: scenes.get(name).title or name for name in {c["scene"] for c in cases}}
-    (plate,) = plates([{**result, "cases": cases}], titles, {})
+    titles = {name: scenes.get(name).title or name for name in {str(c.scene) for c in cases}}
+    (plate,) = plates([replace(result, cases=cases)], titles, {})
     image = Image.open(BytesIO(plate.drawing.png)).convert("RGB")
     few = image.quantize(COLOURS, dither=Image.Dither.NONE)
     stream = BytesIO()

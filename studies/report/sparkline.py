@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Sequence
 from html import escape
 from itertools import groupby, pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from .case import AnyCase
+from ..core.result import AnyResult
 from .wording import numbers_in
 
 if TYPE_CHECKING:
@@ -19,10 +19,10 @@ WIDTH, HEIGHT = 60, 12  # in pixels, with a margin of 2 for the marks
 #: that the former cannot displace the latter. The whole report has some 170,000 of its 3 MB left; a
 #: line takes some 270.
 ROOM = {True: 100_000, False: 40_000}
-Past = Callable[[Any], "Sequence[Found]"]
+Past = Callable[[AnyResult], "Sequence[Found]"]
 
 
-def unknown_past(given: Any) -> Sequence[Found]:
+def unknown_past(case: AnyResult) -> Sequence[Found]:
     """Return an empty past, for a page by itself."""
     return ()
 
@@ -34,9 +34,9 @@ class Sparklines:
         self.past, self.room = past, dict(ROOM)
         self.drawn = self.left_out = 0
 
-    def of(self, case: AnyCase) -> str:
+    def of(self, case: AnyResult) -> str:
         """Return the line of a case, or "" if nothing changed or no room is left."""
-        line, passes = sparkline(self.past(case.given)), case.passed
+        line, passes = sparkline(self.past(case)), case.passed
         size = len(line.encode())
         if size > self.room[passes]:
             self.left_out += 1

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ..core.outcome import VERDICTS, worst
+from ..core.result import NONE, AnyResult, StudyResult
 from ..core.study import every_study
-from .case import NONE, AnyCase, Result, result_of
 from .tables import COLOURS, file_name, got, print_trouble, rich_table, wanted
 from .wording import whys
 
@@ -16,27 +16,25 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def merged(results: Sequence[Mapping[str, Any] | Result]) -> list[Result]:
+def merged(results: Sequence[StudyResult]) -> list[StudyResult]:
     """Return one result per study, in the usual order, with the worst verdict within it.
 
     Each case records the command that it came from.
     """
-    found: dict[str, Result] = {}
-    for result in map(result_of, results):
+    found: dict[str, StudyResult] = {}
+    for result in results:
         cases = [replace(case, study_command=result.command) for case in result.cases]
         before = found.get(result.study)
         said = [result.verdict, *(case.verdict for case in cases if case.counts)]
         if before is not None:
             result, cases = before, [*before.cases, *cases]
             said.append(before.verdict)
-        of_all = worst(said)
-        given = {**result.given, "verdict": of_all, "cases": [case.given for case in cases]}
-        found[result.study] = replace(result, given=given, cases=cases, verdict=of_all)
+        found[result.study] = replace(result, cases=cases, verdict=worst(said))
     known = [name for name in every_study() if name in found]
     return [found[name] for name in [*known, *(n for n in found if n not in known)]]
 
 
-def tally(cases: Sequence[AnyCase]) -> dict[str, int]:
+def tally(cases: Sequence[AnyResult]) -> dict[str, int]:
     """Return the number of cases with each verdict, and of controls that were caught."""
     sound = [case.verdict for case in cases if case.counts and not case.control]
     wrong = [case.word for case in cases if case.control and case.word != "equivalent"]
@@ -44,9 +42,8 @@ def tally(cases: Sequence[AnyCase]) -> dict[str, int]:
     return found | {"cases": len(sound), "controls": len(wrong), "caught": wrong.count("caught")}
 
 
-def headline(results: Sequence[Mapping[str, Any] | Result]) -> dict[str, str]:
+def headline(studies: Sequence[StudyResult]) -> dict[str, str]:
     """Return the verdict of the whole report and a sentence for it."""
-    studies = list(map(result_of, results))
     count = tally([case for study in studies for case in study.cases])
     missed = count["controls"] - count["caught"]
     said = [study.verdict for study in studies]
@@ -75,7 +72,7 @@ def headline(results: Sequence[Mapping[str, Any] | Result]) -> dict[str, str]:
     return {"verdict": worst(said), "text": text[0].upper() + text[1:]}
 
 
-def print_summary(screen: Console, results: Sequence[Mapping[str, Any] | Result]) -> None:
+def print_summary(screen: Console, results: Sequence[StudyResult]) -> None:
     """Print the verdict of each study in a line, then the cases in trouble."""
     studies, lines = merged(results), []
     for study in studies:
@@ -100,7 +97,7 @@ def _some(number: int, whole: int, noun: str, one: str, more: str) -> str:
     return f"{number or 'none'} of {whole} {noun}s {verb}" if whole > 1 else f"no {noun} {one}"
 
 
-def trouble(studies: Sequence[Result]) -> list[dict[str, Any]]:
+def trouble(studies: Sequence[StudyResult]) -> list[dict[str, Any]]:
     """Return every failed, missed or inconclusive case of ours in all studies, failures first."""
     bad = [case for study in studies for case in study.cases if case.counts and case.is_trouble]
     bad.sort(key=lambda case: VERDICTS.index(case.verdict))
@@ -112,7 +109,7 @@ def trouble(studies: Sequence[Result]) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def machine(results: Sequence[Result]) -> list[tuple[str, str]]:
+def machine(results: Sequence[StudyResult]) -> list[tuple[str, str]]:
     """Return the common properties of the runs; if they differ, every value."""
     found: dict[str, dict[str, None]] = {}
     for result in results:
@@ -123,7 +120,7 @@ def machine(results: Sequence[Result]) -> list[tuple[str, str]]:
     return [(key, " · ".join(values)) for key, values in found.items()]
 
 
-def when(case: AnyCase) -> str:
+def when(case: AnyResult) -> str:
     """Return the date and the commit at which a case was measured."""
     made = case.measured_at
     commit = (made.commit or "")[:10]
@@ -131,7 +128,7 @@ def when(case: AnyCase) -> str:
     return f"{made.date or ''} at {commit}{changed}" if commit else made.date or ""
 
 
-def _dates(cases: Sequence[AnyCase]) -> str:
+def _dates(cases: Sequence[AnyResult]) -> str:
     """Return the first and last date, with the commits."""
     dates = sorted({case.measured_at.date or "" for case in cases} - {""})
     commits = dict.fromkeys(when(case).partition(" at ")[2] for case in cases)
@@ -139,7 +136,7 @@ def _dates(cases: Sequence[AnyCase]) -> str:
     return " to ".join(dict.fromkeys(dates[:1] + dates[-1:])) + (f" at {at}" if at else "")
 
 
-def runs(results: Sequence[Result]) -> list[dict[str, str]]:
+def runs(results: Sequence[StudyResult]) -> list[dict[str, str]]:
     """Return when each study ran, how long it took, and its settings."""
     found = []
     for result in results:

@@ -8,12 +8,13 @@ import json
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.outcome import VERDICTS
+from ..core.result import NONE, AnyResult, StudyResult, study_result_of
 from ..core.study import view_of
-from .case import NONE, AnyCase, Result, case_of, result_of
 from .view import Column
 from .wording import whys
 
@@ -50,28 +51,28 @@ def columns(study: str) -> list[Column]:
     ]  # fmt: skip
 
 
-def filled(shown: list[Column], cases: Sequence[AnyCase]) -> list[Column]:
+def filled(shown: list[Column], cases: Sequence[AnyResult]) -> list[Column]:
     """Return the columns that have an entry for some case, and the verdict."""
     return [column for column in shown[:-1] if any(column[1](case) != NONE for case in cases)] + [
         shown[-1]
     ]
 
 
-def wanted(case: AnyCase) -> str:
+def wanted(case: AnyResult) -> str:
     """Return the expectation of the case."""
     if case.wanted.get("not_demanded") and not case.wanted.get("demanded"):
         return "only measured"  # whatever limits stand beside it
     return view_of(case.study).wanted(case) if case.wanted else NONE
 
 
-def got(case: AnyCase) -> str:
+def got(case: AnyResult) -> str:
     """Return the measurement in one line."""
     return view_of(case.study).got(case) if case.figures else NONE
 
 
-def short(study: str, given: Mapping[str, Any] | AnyCase) -> str:
+def short(case: AnyResult) -> str:
     """Return the deciding figure of a verdict."""
-    view, case = view_of(study), case_of(study, given)
+    view = view_of(case.study)
     return (view.short or view.got)(case) if case.figures else NONE
 
 
@@ -92,12 +93,15 @@ def plain(value: Any) -> Any:
     return found if math.isfinite(found) else None
 
 
-def strict(result: Mapping[str, Any]) -> tuple[Mapping[str, Any], str]:
+def strict(result: StudyResult) -> tuple[StudyResult, str]:
     """Return a result without numbers that are not finite, which most have not, and its JSON."""
+    written = result.to_json()
     try:
-        return result, json.dumps(result, ensure_ascii=False, allow_nan=False)
+        return result, json.dumps(written, ensure_ascii=False, allow_nan=False)
     except (TypeError, ValueError):
-        return (held := plain(result)), json.dumps(held, ensure_ascii=False, allow_nan=False)
+        written = plain(written)
+        text = json.dumps(written, ensure_ascii=False, allow_nan=False)
+        return study_result_of(written), text
 
 
 def flat(value: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -122,21 +126,19 @@ _AFTER = (
 )  # fmt: skip
 
 
-def cases_csv(result: Result) -> str:
+def cases_csv(result: StudyResult) -> str:
     """Return a line per case, with all digits."""
-    lines = [
-        flat({key: case.given[key] for key in (*_KEYS, *_AFTER) if key in case.given})
-        for case in result.cases
-    ]
+    written = (replace(case, data=()).to_json() for case in result.cases)
+    lines = [flat({key: one[key] for key in (*_KEYS, *_AFTER)}) for one in written]
     return _csv(lines, _KEYS)
 
 
-def rows_csv(result: Result) -> str:
+def rows_csv(result: StudyResult) -> str:
     """Return a line per row of each case: the data of the figures."""
     lines = []
     for case in result.cases:
-        own = {key: case.given.get(key) for key in _KEYS}
-        lines += [own | flat(row) for row in case.given.get("rows") or ()]
+        own = {key: getattr(case, key) for key in _KEYS}
+        lines += [own | flat(row) for row in case.data]
     return _csv(lines, _KEYS)
 
 
@@ -163,7 +165,7 @@ def tex(text: str) -> str:
     return _SEAM.sub("", _LEVELS.sub(level, text))
 
 
-def cases_tex(result: Result) -> str:
+def cases_tex(result: StudyResult) -> str:
     """A booktabs tabular; put `\\usepackage{booktabs}` into the preamble."""
     shown = filled(columns(result.study), result.cases)
     lines = [" & ".join(tex(text(case)) for _, text in shown) + r" \\" for case in result.cases]
@@ -172,7 +174,7 @@ def cases_tex(result: Result) -> str:
     return "\n".join([*body, *lines, r"\bottomrule", r"\end{tabular}", ""])
 
 
-def paper_tex(result: Result, labels: Mapping[str, str] | None = None) -> str:
+def paper_tex(result: StudyResult, labels: Mapping[str, str] | None = None) -> str:
     """For a paper: a booktabs tabular for each precision, a line a rule, a column a scene.
 
     A cell is the one number of the case with its uncertainty, where it has one; a study may have
@@ -198,26 +200,24 @@ def paper_tex(result: Result, labels: Mapping[str, str] | None = None) -> str:
     return "\n".join(found)
 
 
-def _raced(case: AnyCase) -> str:
+def _raced(case: AnyResult) -> str:
     """Return the scene, with its periods if it is a race over many."""
-    return str(case.scene) + (f", {case.periods} periods" if case.periods else "")
+    periods = case.details.periods
+    return str(case.scene) + (f", {periods} periods" if periods else "")
 
 
-def _cells(case: AnyCase, parts: Sequence[Column]) -> list[str]:
+def _cells(case: AnyResult, parts: Sequence[Column]) -> list[str]:
     star = r"\rlap{$^{*}$}" if case.is_trouble else ""
     return [tex(text(case) or NONE) + star for _, text in parts]
 
 
 def write_tables(
-    given: Mapping[str, Any] | Result, folder: Path, labels: Mapping[str, str] | None = None
+    result: StudyResult, folder: Path, labels: Mapping[str, str] | None = None
 ) -> list[str]:
     """Write STUDY.csv, STUDY-rows.csv, STUDY.json, STUDY.tex, STUDY-paper.tex; return names."""
     from discmech.integrators.files import encoded
 
-    result = result_of(given)
-    held, text = strict(result.given)
-    if held is not result.given:
-        result = result_of(held)
+    result, text = strict(result)
     study = file_name(result.study)
     written = {
         f"{study}.csv": cases_csv(result),
@@ -257,12 +257,11 @@ def rich_table(
     return found
 
 
-def terminal_table(given: Mapping[str, Any] | Result) -> Table:
+def terminal_table(result: StudyResult) -> Table:
     """Return the verdicts of a study for a terminal, failures last, where the reader looks
     first."""
     from rich.markup import escape
 
-    result = result_of(given)
     cases = sorted(result.cases, key=lambda case: -VERDICTS.index(case.verdict))
     shown = filled(columns(result.study), cases)
     lines = []
@@ -275,12 +274,11 @@ def terminal_table(given: Mapping[str, Any] | Result) -> Table:
     return rich_table(title, [head for head, _ in shown], lines, COLOURS[result.verdict])
 
 
-def print_result(screen: Console, given: Mapping[str, Any]) -> None:
+def print_result(screen: Console, result: StudyResult) -> None:
     """Print the table, then a paragraph per case in trouble, too long for a column.
 
     A view may have its own way (`View.printed`).
     """
-    result = result_of(given)
     if (printed := view_of(result.study).printed) is not None:
         printed(screen, result)
         return
@@ -288,7 +286,7 @@ def print_result(screen: Console, given: Mapping[str, Any]) -> None:
     print_trouble(screen, result.cases)
 
 
-def print_trouble(screen: Console, cases: Sequence[AnyCase], commands: bool = False) -> None:
+def print_trouble(screen: Console, cases: Sequence[AnyResult], commands: bool = False) -> None:
     """Print a paragraph per case in trouble, failures last, with its command if asked."""
     bad = sorted((case for case in cases if case.is_trouble),
                  key=lambda case: -VERDICTS.index(case.verdict))  # fmt: skip

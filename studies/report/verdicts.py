@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ..core.outcome import VERDICTS, worst
 from ..core.records import number
+from ..core.result import NONE, AnyResult, Result, StudyResult
 from ..core.study import view_of
 from .advising import times
-from .case import NONE, AnyCase, case_of, result_of
 from .tables import COLOURS, got, rich_table, short, wanted
 from .wording import duration, scientific, whys
 
@@ -31,14 +32,14 @@ COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
 }
 
 
-def line(study: str, given: Mapping[str, Any], told: Collection[str] = ()) -> str:
+def line(case: AnyResult, told: Collection[str] = ()) -> str:
     """Return a line such as: ✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ±
     0.05).
 
     For a case in trouble it has the reason, unless that was printed before. The cause and
     the command come once, at the end (`troubles`).
     """
-    case, written = case_of(study, given), view_of(study).line
+    written = view_of(case.study).line
     figure = written(case) if written and case.figures else got(case)
     known = not case.is_trouble or case.reason in told
     why_not = "" if known else case.reason.partition(" Cause: ")[0]
@@ -46,10 +47,10 @@ def line(study: str, given: Mapping[str, Any], told: Collection[str] = ()) -> st
     expected = wanted(case)
     said = "" if expected == NONE else f" (wanted {expected})"
     said += f": {why_not}" if why_not not in ("", figure) else ""
-    return f"{MARKS[case.verdict]} {study}: {case.name}: {figure}{said}"
+    return f"{MARKS[case.verdict]} {case.study}: {case.name}: {figure}{said}"
 
 
-def table(given: Mapping[str, Any]) -> Table:
+def table(result: StudyResult) -> Table:
     """Return a table: a row per scene and rule, a column per study, a line in it per precision."""
     from rich.markup import escape
 
@@ -59,7 +60,6 @@ def table(given: Mapping[str, Any]) -> Table:
             for said, words, digits in cell
         )
 
-    result = result_of(given)
     heads, rows = _grid(result.cases)
     lines = [[*names, *(shown(cell) or f"[dim]{NONE}[/dim]" for cell in cells)]
              for names, cells in rows]  # fmt: skip
@@ -67,23 +67,23 @@ def table(given: Mapping[str, Any]) -> Table:
     return rich_table(title, heads, lines, COLOURS[result.verdict])
 
 
-def overview(given: Mapping[str, Any]) -> dict[str, Any]:
+def overview(result: StudyResult) -> dict[str, Any]:
     """Return the table as plain cells for the page."""
-    heads, rows = _grid(result_of(given).cases)
+    heads, rows = _grid(result.cases)
     lines = [
         [*names, *(", ".join(f"{MARKS[v]} {words} ({digits})" for v, words, digits in cell) or NONE
                    for cell in cells)]
         for names, cells in rows
     ]  # fmt: skip
     about = "What each study says, with the number of digits in brackets. "
-    about += " ".join(adjoints(given))
+    about += " ".join(adjoints(result))
     return {"title": "Overview", "about": about, "heads": heads, "lines": lines}
 
 
-def _grid(cases: Sequence[AnyCase]) -> tuple[list[str], list[tuple[list[str], list[Cell]]]]:
+def _grid(cases: Sequence[AnyResult]) -> tuple[list[str], list[tuple[list[str], list[Cell]]]]:
     """Return headings, and for each scene and rule their names and a cell per study."""
     names = list(dict.fromkeys(case.study for case in cases))
-    lines: dict[tuple[str, str], list[AnyCase]] = {}
+    lines: dict[tuple[str, str], list[AnyResult]] = {}
     for case in cases:
         lines.setdefault((str(case.scene), case.method), []).append(case)
     rows = [
@@ -93,23 +93,23 @@ def _grid(cases: Sequence[AnyCase]) -> tuple[list[str], list[tuple[list[str], li
     return ["Scene", "Rule", *names], rows
 
 
-def _cell(cases: Sequence[AnyCase]) -> Cell:
+def _cell(cases: Sequence[AnyResult]) -> Cell:
     """Return verdict, figure and digits for each precision; several cases are counted."""
     shown = []
     for digits in sorted({case.digits for case in cases}):
         same = [case for case in cases if case.digits == digits]
         if len(same) == 1:
-            words = short(same[0].study, same[0])
+            words = short(same[0])
         else:
             words = f"{sum(case.passed for case in same)} of {len(same)}"
         shown.append((worst(case.verdict for case in same), words, digits))
     return shown
 
 
-def adjoints(result: Mapping[str, Any]) -> list[str]:
+def adjoints(result: StudyResult) -> list[str]:
     """Return for each rule where it is self-adjoint and where it is not."""
     found: dict[str, dict[bool, list[str]]] = {}
-    known = [s for s in result.get("schemes") or [] if s["self_adjoint"] is not None]
+    known = [s for s in result.schemes or () if s["self_adjoint"] is not None]
     for scheme in known:
         places = found.setdefault(_method(scheme), {True: [], False: []})
         places[bool(scheme["self_adjoint"])].append(str(scheme["scene"]))
@@ -122,7 +122,7 @@ def adjoints(result: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def comparison(result: Mapping[str, Any]) -> dict[str, Any]:
+def comparison(result: StudyResult) -> dict[str, Any]:
     """Return a line per scene, precision and method; ratios to the best in brackets."""
 
     def shown(line: Mapping[str, Any], name: str) -> str:
@@ -142,7 +142,7 @@ def comparison(result: Mapping[str, Any]) -> dict[str, Any]:
         ratio = number(line["ratios"].get(name))
         return words if ratio is None else f"{words} ({times(ratio)})"
 
-    lines = sorted(result["comparison"], key=lambda line: str(line["digits"]))
+    lines = sorted(result.comparison or (), key=lambda line: str(line["digits"]))
     names = [n for n in COMPARED if any(shown(line, n) != NONE for line in lines)]
     scenes = list(dict.fromkeys(line["scene"] for line in lines))
     lines.sort(key=lambda line: (scenes.index(line["scene"]), line["digits"]))
@@ -161,7 +161,7 @@ def comparison(result: Mapping[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def side_by_side(result: Mapping[str, Any]) -> Table:
+def side_by_side(result: StudyResult) -> Table:
     """Return the comparison for a terminal."""
     from rich.markup import escape
 
@@ -172,29 +172,30 @@ def side_by_side(result: Mapping[str, Any]) -> Table:
 
 def _method(line: Mapping[str, Any]) -> str:
     """Return the rule of a line, with the retraction if it is not the usual one."""
-    return case_of("compare", {key: line[key] for key in ("rule", "retraction")}).method
+    method: str = Result(rule=line["rule"], retraction=line["retraction"]).method
+    return method
 
 
-def by_study(result: Mapping[str, Any], command: Callable[[str], str]) -> list[Mapping[str, Any]]:
+def by_study(result: StudyResult, command: Callable[[str], str]) -> list[StudyResult]:
     """Return the cases of each study as its result with its command, for the page and figures."""
-    found: dict[str, list[Mapping[str, Any]]] = {}
-    for case in result["cases"]:
-        found.setdefault(str(case["study"]), []).append(case)
+    found: dict[str, list[AnyResult]] = {}
+    for case in result.cases:
+        found.setdefault(case.study, []).append(case)
     return [
-        {**result, "study": study, "cases": cases, "notes": [], "command": command(study),
-         "verdict": worst(case["verdict"] for case in cases)}
+        replace(result, study=study, cases=cases, notes=[], command=command(study),
+                verdict=worst(case.verdict for case in cases))
         for study, cases in found.items()
     ]  # fmt: skip
 
 
-def troubles(given: Mapping[str, Any]) -> list[str]:
+def troubles(result: StudyResult) -> list[str]:
     """Return a paragraph per case in trouble, failures first: case, reason, command.
 
     Cases of one scene and rule with the same reason, for example a rule that cannot be used, share
     one paragraph.
     """
-    bad = [case for case in result_of(given).cases if case.is_trouble]
-    alike: dict[tuple[Any, ...], list[AnyCase]] = {}
+    bad = [case for case in result.cases if case.is_trouble]
+    alike: dict[tuple[Any, ...], list[AnyResult]] = {}
     for case in sorted(bad, key=lambda case: VERDICTS.index(case.verdict)):
         place = (case.verdict, case.scene, case.rule, case.retraction, case.reason)
         alike.setdefault(place, []).append(case)
@@ -210,8 +211,8 @@ def troubles(given: Mapping[str, Any]) -> list[str]:
     return found
 
 
-def summary(given: Mapping[str, Any]) -> str:
+def summary(result: StudyResult) -> str:
     """Return a sentence such as: All 34 cases pass."""
     from .summary import headline
 
-    return headline([result_of(given)])["text"]
+    return headline([result])["text"]

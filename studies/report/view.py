@@ -6,14 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .case import case_of
 from .wording import pairs, scientific
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from ..core.result import AnyResult, StudyResult
     from .canvas import Panel, Sheet
-    from .case import AnyCase, Result
     from .palette import Mark
 
 Words = Callable[[Any], str]
@@ -38,7 +37,7 @@ def measured_column(key: str, head: str = "") -> Column:
     return head or key.capitalize(), lambda case: scientific(case.figures.get(key))
 
 
-def no_figures(cases: Sequence[AnyCase], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+def no_figures(cases: Sequence[AnyResult], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     """Return [], for a study that draws nothing."""
     return []
 
@@ -55,7 +54,7 @@ def wanted_in_line(case: Any) -> str:
 
 @dataclass(frozen=True)
 class View:
-    """A study's own way to show its cases (`case.Case`); omitted parts have a plain default.
+    """A study's own way to show its cases (`Result`); omitted parts have a plain default.
 
     measured, expected, row: the records that its functions read; without them a case has mappings
     by the names of JSON. columns: those between a case's name and its expectation; if `whole`, all
@@ -78,8 +77,4 @@ class View:
     paper: Sequence[Column] | None = None
     sketches: Callable[[Sequence[Any], dict[str, Mark], Titles], list[Sketch]] = no_figures
     compared: Callable[[Any], Mapping[str, Any]] | None = None
-    printed: Callable[[Console, Result], None] | None = None
-
-    def side_by_side(self, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the quantities that `compare` shows of a case as JSON, which names its study."""
-        return {} if self.compared is None else self.compared(case_of(given["study"], given))
+    printed: Callable[[Console, StudyResult], None] | None = None

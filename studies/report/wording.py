@@ -9,7 +9,7 @@ from typing import Any
 
 from ..core.outcome import without_figures
 from ..core.records import number
-from .case import NONE, AnyCase
+from ..core.result import NONE, AnyResult
 
 # with a larger energy error, relative to the energy's terms, a run shows another motion
 RESOLVED = 0.1
@@ -106,7 +106,7 @@ def _ends(interval: Any) -> tuple[float | None, float | None]:
     return None, None
 
 
-def why(case: AnyCase) -> str:
+def why(case: AnyResult) -> str:
     """Return the reason of a case that does not pass, and the smallest case that fails as well."""
     small = case.smallest
     if small is None:
@@ -117,7 +117,7 @@ def why(case: AnyCase) -> str:
     return f"{case.reason} The smallest that fails: {again}{whatever}."
 
 
-def whys(cases: Sequence[AnyCase]) -> list[str]:
+def whys(cases: Sequence[AnyResult]) -> list[str]:
     """Return `why` for each case; a cause or reason given before is only referred to.
 
     Causes that differ only in their figures count as one.
@@ -135,7 +135,7 @@ def whys(cases: Sequence[AnyCase]) -> list[str]:
     return found
 
 
-def limit(case: AnyCase) -> str:
+def limit(case: AnyResult) -> str:
     """Return the bound that a case has to meet, from above or from below; a program has none."""
     for key, sign in (("at_least", "≥"), ("limit", "≤")):
         if number(case.wanted.get(key)) is not None:

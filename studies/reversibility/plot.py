@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..core.records import AtMost
+from ..core.result import Result
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note, round_off
-from ..report.case import Case as Shown
 from ..report.labels import end_labels
 from ..report.palette import INK, MUTED, Mark
 from ..report.wording import scientific
@@ -16,7 +16,7 @@ from .records import Measured, Row
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Case = Shown[Measured, AtMost, Row]
+Case = Result[Measured, AtMost, Row]
 SHEET = Sheet(width=3.3, right=1.16)
 
 

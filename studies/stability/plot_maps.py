@@ -8,8 +8,8 @@ from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
+from ..core.result import Result
 from ..report.canvas import Panel, Sheet, log_axis, note
-from ..report.case import Case as Shown
 from ..report.palette import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
 from ..report.wording import in_tens
 from .records import Expected, Measured, Row
@@ -17,7 +17,7 @@ from .records import Expected, Measured, Row
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Case = Shown[Measured, Expected, Row]
+Case = Result[Measured, Expected, Row]
 SHEET = Sheet(width=2.3, height=1.8, left=0.52, right=0.16)
 BAR, CLASS = 0.2, 0.165  # inches of a bar of one stiffness, and of a line of the legend
 MOST_COLUMNS = 4  # most columns of maps; with more rules the maps follow each other
@@ -63,7 +63,7 @@ def map_table(cases: Sequence[Case], titles: Mapping[str, str]) -> tuple[list[Pa
 def _title(case: Case, titles: Mapping[str, str]) -> str:
     """Return the family's title; the scene's own title has the number that varies here."""
     scene = str(case.scene)
-    return case.title or titles.get(scene, scene)
+    return case.details.title or titles.get(scene, scene)
 
 
 def _cells(case: Case) -> list[Row]:
@@ -79,7 +79,7 @@ def stability_map(title: str, case: Case) -> Panel:
     cells = _cells(case)
     texts = [f"{v:g}" if 0.001 <= v < 10000 else in_tens(v) for v in _stiff(case)]
     lines = [[row for row in cells if row.stiffness == value] for value in _stiff(case)]
-    subtitle = f"{case.method}; upwards: {case.label or 'stiffness'}"
+    subtitle = f"{case.method}; upwards: {case.details.label or 'stiffness'}"
     return _lines(title, subtitle, lines, texts, case.reason, _spoken(title, [case]))
 
 

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
-from ..report.case import NONE
+from ..core.result import NONE
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from . import plot_linear, plot_maps
@@ -120,7 +120,7 @@ def _compared(case: Case) -> dict[str, Any]:
     measured = case.measured
     if measured.off_circle is not None:
         return {}
-    if case.kind == "linear" and case.figures:
+    if case.details.kind == "linear" and case.figures:
         return {"stable": FARTHEST if measured.stable_to is None else measured.stable_to}
     limits = [end for end in (measured.limits or {}).values() if end is not None]
     if not limits:
@@ -135,8 +135,8 @@ def _compared(case: Case) -> dict[str, Any]:
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
-    linear = [case for case in cases if case.kind == "linear"]
-    maps = [case for case in cases if case.kind == "map"]
+    linear = [case for case in cases if case.details.kind == "linear"]
+    maps = [case for case in cases if case.details.kind == "map"]
     stiff = [case for case in maps if case.measured.exchange]
     panels, sheet = plot_maps.map_table(maps, titles)
     return [
@@ -158,7 +158,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 VIEW = View(
     measured=Measured, expected=Expected, row=Row,
     columns=[
-        ("Part", lambda case: case.kind or NONE), ("Got", _got),
+        ("Part", lambda case: case.details.kind or NONE), ("Got", _got),
     ],
     got=_got, wanted=_wanted, short=_short, sketches=_sketches, compared=_compared,
 )  # fmt: skip

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from ..report.case import NONE
-from ..report.case import Case as Shown
+from ..core.result import NONE, Result
 from ..report.view import View, measured_column
 from ..report.wording import scientific
 from .records import Expected, Measured
 
-Case = Shown[Measured, Expected, object]
+Case = Result[Measured, Expected, object]
 
 
 def _order(case: Case) -> str:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.records import number
+from ..core.result import Result
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note, round_off
-from ..report.case import Case as Shown
 from ..report.labels import end_labels
 from ..report.palette import BLUE, GRID, INK, MUTED, PAPER, VERMILLION, WORDS, Mark
 from ..report.wording import scientific
@@ -17,7 +17,7 @@ from .records import Defects, Expected, Row
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Case = Shown[Defects, Expected, Row]
+Case = Result[Defects, Expected, Row]
 KINDS = (("pullback", BLUE, "o", 0.14, BLUE), ("poisson", VERMILLION, "D", -0.14, PAPER))
 LEFT = 0.98
 RIGHTMOST = 0.8  # share of an axis beyond which words on the right of a line have no room

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..core.records import number
-from ..report.case import NONE
+from ..core.result import NONE
 from ..report.grouping import by_scene, precisions
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View, measured_column

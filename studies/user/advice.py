@@ -9,13 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
-Case = Mapping[str, Any]
+from ..core.records import Json
+from ..core.result import AnyResult
+
 #: two runs of one race give ratios within 9.2 % of each other (docs/notes/races.md), so a
 #: difference below a tenth does not distinguish two methods, however narrow the quartiles of a run
 #: are; each of the two gets half of it (of its logarithm)
 AGREE = math.sqrt(1.1)
+Of = TypeVar("Of")
 MANY = 10**6  # periods of the extrapolated long run
 BITS = 1e-9  # relative accuracy of a step that bisection found
 LOST = 1.0  # an error as large as the quantity itself: the motion is another one
@@ -58,7 +61,7 @@ def ranked(standings: Sequence[Standing]) -> list[tuple[str, Standing]]:
     return sorted(found, key=lambda pair: order.index(pair[0]))
 
 
-def advice(cases: Sequence[Case], comparison: Sequence[Case]) -> list[dict[str, Any]]:
+def advice(cases: Sequence[AnyResult], comparison: Sequence[Json]) -> list[dict[str, Any]]:
     """Return lines {"scene", "retraction", "for", "take", "told_apart", "evidence"}.
 
     for: "1e-04", "1e-08", "1e-12" (the least time to that error), "1e6 periods" (the least energy
@@ -69,20 +72,20 @@ def advice(cases: Sequence[Case], comparison: Sequence[Case]) -> list[dict[str, 
     `ranked`), "value", "low", "high", "ratio", "ratios": [low, high] (to the best one's), "best"
     (its smallest error), "followed" (seconds of its longest run)}.
     """
-    races: dict[tuple[Any, ...], list[Case]] = {}
+    races: dict[tuple[Any, ...], list[AnyResult]] = {}
     for case in cases:
-        if case["study"] == "work-precision" and case["measured"].get("x") == "seconds":
-            key = (case["scene"], case["retraction"], case.get("periods"))
+        if case.study == "work-precision" and case.figures.get("x") == "seconds":
+            key = (case.scene, case.retraction, case.details.periods)
             races.setdefault(key, []).append(case)
     found: list[tuple[Any, dict[str, Any]]] = []
     for (*place, periods), own in races.items():
-        if len({case["rule"] for case in own}) < 2:
+        if len({case.rule for case in own}) < 2:
             continue  # a single method has no rank
         if periods is not None:
             found.append((place, _over_long_times(own)))
         else:
-            found += [(place, _for_accuracy(own, key)) for key in own[0]["measured"]["cost"]]
-    stable: dict[tuple[Any, ...], list[Case]] = {}
+            found += [(place, _for_accuracy(own, key)) for key in own[0].figures["cost"]]
+    stable: dict[tuple[Any, ...], list[Json]] = {}
     for line in comparison:
         if line.get("stable") is not None:
             stable.setdefault((line["scene"], line["retraction"]), []).append(line)
@@ -97,11 +100,11 @@ def advice(cases: Sequence[Case], comparison: Sequence[Case]) -> list[dict[str, 
     ]
 
 
-def _for_accuracy(cases: Sequence[Case], accuracy: str) -> dict[str, Any]:
+def _for_accuracy(cases: Sequence[AnyResult], accuracy: str) -> dict[str, Any]:
     """Return the line for the least time to an error."""
 
-    def standing(rules: tuple[str, ...], case: Case) -> Standing:
-        measured = case["measured"]
+    def standing(rules: tuple[str, ...], case: AnyResult) -> Standing:
+        measured = case.figures
         cost, best, dearest = measured["cost"][accuracy], measured["best"], measured["dearest"]
         if cost is not None:
             low, high = measured["spread"].get(accuracy) or (cost, cost)
@@ -110,63 +113,67 @@ def _for_accuracy(cases: Sequence[Case], accuracy: str) -> dict[str, Any]:
         cut = measured["cut"] and dearest is not None
         return Standing(rules, None, dearest / AGREE if cut else math.inf, math.inf, best, dearest)
 
-    return _line(accuracy, _standings(cases, _leaders(cases), standing))
+    return _line(accuracy, _standings(_by_rule(cases), _leaders(cases), standing))
 
 
-def _over_long_times(cases: Sequence[Case]) -> dict[str, Any]:
+def _over_long_times(cases: Sequence[AnyResult]) -> dict[str, Any]:
     """Return the line for the least energy error at equal time, extrapolated to `MANY` periods.
 
     Its interval: the error stays as it is, or continues to grow as from half the run to the end.
     """
-    periods = int(cases[0]["periods"])
+    periods = cases[0].details.periods or 0
 
-    def standing(rules: tuple[str, ...], case: Case) -> Standing:
-        found = case["measured"]["equal_time"]
+    def standing(rules: tuple[str, ...], case: AnyResult) -> Standing:
+        found = case.figures["equal_time"]
         if found is None or found["error"] > LOST:
             return Standing(rules, None, math.inf)
         error, (low, high) = found["error"], found["spread"]
         grown = max(1.0, MANY / periods) ** max(0.0, found["growth"] or 0.0)
         return Standing(rules, error, min(low, error / AGREE), max(high, error * AGREE) * grown)
 
-    times = [found["seconds"] for c in cases if (found := c["measured"]["equal_time"])]
-    line = _line("1e6 periods", _standings(cases, _leaders(cases), standing))
+    times = [found["seconds"] for c in cases if (found := c.figures["equal_time"])]
+    line = _line("1e6 periods", _standings(_by_rule(cases), _leaders(cases), standing))
     return {**line, "periods": periods, "seconds": min(times, default=None)}
 
 
-def _at_large_steps(lines: Sequence[Case], alike: Mapping[str, str]) -> dict[str, Any]:
+def _at_large_steps(lines: Sequence[Json], alike: Mapping[str, str]) -> dict[str, Any]:
     """Return the line for the least share of the map of steps and stiffness that is not bounded.
 
     For the oscillator the largest stable step is known to the last bits; its inverse is used.
     """
     mapped = "bounded" in lines[0]
 
-    def standing(rules: tuple[str, ...], line: Case) -> Standing:
+    def standing(rules: tuple[str, ...], line: Json) -> Standing:
         if not mapped:
             inverse = 1 / line["stable"]
             return Standing(rules, inverse, inverse * (1 - BITS), inverse * (1 + BITS))
         wrong, spread = 1 - line["bounded"], line["bounded_spread"]
         return Standing(rules, wrong, wrong - spread, wrong + spread)
 
-    return _line("large steps" if mapped else "stable steps", _standings(lines, alike, standing))
+    by_rule = [(line["rule"], line) for line in lines]
+    return _line("large steps" if mapped else "stable steps", _standings(by_rule, alike, standing))
 
 
-def _leaders(cases: Sequence[Case]) -> dict[str, str]:
+def _by_rule(cases: Sequence[AnyResult]) -> list[tuple[str, AnyResult]]:
+    return [(str(case.rule), case) for case in cases]
+
+
+def _leaders(cases: Sequence[AnyResult]) -> dict[str, str]:
     """Return for each rule of a race the rule that is the same method."""
-    return {case["rule"]: case["measured"].get("same_as") or case["rule"] for case in cases}
+    return {rule: case.figures.get("same_as") or rule for rule, case in _by_rule(cases)}
 
 
 def _standings(
-    lines: Sequence[Case],
+    lines: Sequence[tuple[str, Of]],
     leaders: Mapping[str, str],
-    standing: Callable[[tuple[str, ...], Case], Standing],
+    standing: Callable[[tuple[str, ...], Of], Standing],
 ) -> list[Standing]:
     """Return one standing per method: rules with one leader are the same method."""
-    alike: dict[str, list[Case]] = {}
-    for line in lines:
-        alike.setdefault(leaders.get(line["rule"], line["rule"]), []).append(line)
-    return [
-        standing(tuple(sorted(line["rule"] for line in same)), same[0]) for same in alike.values()
-    ]
+    alike: dict[str, list[tuple[str, Of]]] = {}
+    for rule, line in lines:
+        alike.setdefault(leaders.get(rule, rule), []).append((rule, line))
+    return [standing(tuple(sorted(rule for rule, _ in same)), same[0][1])
+            for same in alike.values()]  # fmt: skip
 
 
 def _line(goal: str, standings: Sequence[Standing]) -> dict[str, Any]:

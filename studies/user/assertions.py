@@ -22,9 +22,11 @@ from discmech.integrators.numbers import arithmetic, whole_number
 from .. import get
 from ..core import lookup
 from ..core.apart import apart
-from ..core.case import Case, Choice, Measurement, in_chart
+from ..core.case import Case, Choice, in_chart
 from ..core.claims import claiming
-from ..core.one_case import Result, result_of, run_case
+from ..core.one_case import run_case, with_cause
+from ..core.records import Json
+from ..core.result import AnyResult, StudyResult
 from ..core.shrinking import smallest
 from ..core.study import Study, every_study
 from ..evidence import NEAR as BESIDE
@@ -32,7 +34,6 @@ from ..proof import prove
 
 Rule = Discretisation | str
 Where = Scene | str
-Json = dict[str, Any]
 
 
 class Missed(AssertionError):
@@ -162,30 +163,29 @@ def _assert(
         asked = replace(asked, order=order)  # so that the search for a cause uses this order
     case = Case(study.name, where, asked, digits, steps)
     _check_applies(study, case)
-    result = result_of(study, case)
-    if result.verdict.unusable:
+    result = run_case(study, case)
+    if result.unusable:
         raise BadInput(_relative(result.reason, beside))
-    if result.verdict.verdict == "measured" and at_least is None:
-        why = result.verdict.expected["not_demanded"]
+    if result.verdict == "measured" and at_least is None:
+        why = result.wanted["not_demanded"]
         raise NotApplicable(f"{study.name} of {where.name}: {why}")
     if at_least is not None and not _at_least(result, at_least):
         # this finds the cause
-        result = result_of(study, replace(case, rule=replace(asked, order=at_least)))
+        result = run_case(study, replace(case, rule=replace(asked, order=at_least)))
     if order is not None or at_least is not None:
         result = _with_order(result, order, at_least)
-    told, verdict = result.to_json(), result.verdict.verdict
-    if verdict == "pass":
-        return told
-    tried = study.usual and verdict == "fail"
-    small = smallest(study, case, told, run_case) if tried else None
-    picture = _picture(study.name, told, pictures)
-    said = [f"{study.name}: {verdict}: {result.reason}", _table(study.name, told)]
-    if small and (small["scene"], small["steps"]) != (where.name, steps):
-        said += [f"the smallest that fails: scene {shown(small['scene'])}, steps={small['steps']}"]
+    if result.passed:
+        return result.to_json()
+    tried = study.usual and result.verdict == "fail"
+    small = smallest(study, case, result) if tried else None
+    picture = _picture(result, pictures)
+    said = [f"{study.name}: {result.verdict}: {result.reason}", _table(result)]
+    if small and (small.scene, small.steps) != (where.name, steps):
+        said += [f"the smallest that fails: scene {shown(small.scene)}, steps={small.steps}"]
     said = [_relative(line, beside) for line in said]
     said += [f"picture: {picture}"] if picture else []
     next_step = _next_step(result, at_least is None)
-    raise Missed("\n".join([*said, next_step]), told, picture)
+    raise Missed("\n".join([*said, next_step]), result.to_json(), picture)
 
 
 def _boxed(rule: Any) -> Any:
@@ -215,14 +215,14 @@ def _relative(text: str, folder: Path | None) -> str:
     return text if folder is None else text.replace(f"{folder}/", "")
 
 
-def _next_step(result: Result, asks_order: bool) -> str:
+def _next_step(result: AnyResult, asks_order: bool) -> str:
     """Return what to do about a test that did not pass, in pytest's words."""
-    if result.verdict.verdict == "inconclusive":
+    if result.verdict == "inconclusive":
         return "next: ask with other digits= or steps=, or pytest.skip() it with this reason"
-    found = round(result.measured.get("order") or 0) if asks_order else 0
+    found = round(result.figures.get("order") or 0) if asks_order else 0
     other = f"; if {found} is the order meant, ask for order={found}" if found > 0 else ""
     known = '@pytest.mark.xfail(strict=True, reason="...")'
-    whose = "scene" if result.cause and result.cause["cause"] == "scene" else "rule"
+    whose = "scene" if (result.diagnosis or {}).get("cause") == "scene" else "rule"
     return f"next: mend the {whose}, or mark a defect that stays with {known}{other}"
 
 
@@ -244,41 +244,40 @@ def _check_applies(study: Study, case: Case) -> None:
         )
 
 
-def _at_least(result: Result, order: int) -> bool:
-    found = result.measured.get("order")
-    return found is not None and found >= order - result.verdict.expected["tolerance"]
+def _at_least(result: AnyResult, order: int) -> bool:
+    found = result.figures.get("order")
+    return found is not None and found >= order - result.wanted["tolerance"]
 
 
-def _with_order(result: Result, order: int | None, at_least: int | None) -> Result:
+def _with_order(result: AnyResult, order: int | None, at_least: int | None) -> AnyResult:
     """Return the result with a failure if the order that was asked for is not reached.
 
     The study's own failure is dropped if it only demands another order, such as a chart may make of
     a rule's, and runs and single steps have the one asked for.
     """
-    verdict, found = result.verdict, result.measured.get("order")
+    found = result.figures.get("order")
     if found is None:
         return result  # the study says why
-    derived, tolerance = verdict.expected.get("order"), verdict.expected["tolerance"]
+    derived, tolerance = result.wanted.get("order"), result.wanted["tolerance"]
     right = abs(found - order) <= tolerance if order else _at_least(result, at_least or 0)
-    verdict = replace(verdict, expected={"order": order or at_least, "tolerance": tolerance})
+    result = replace(result, wanted={"order": order or at_least, "tolerance": tolerance})
     another = order if derived not in (None, order) else None
-    if right and another and verdict.verdict == "fail":
-        measurement = result.found.measurement or Measurement()
-        of_step = (measurement.get("local") or {}).get("order")
+    if right and another and result.verdict == "fail":
+        of_step = (result.details.local or {}).get("order")
         if of_step and of_step > another - BESIDE:
-            return replace(result, verdict=replace(verdict, verdict="pass", reason=""), cause=None)
-    if right and verdict.verdict == "measured":  # the assertion demands what the rule does not
-        verdict = replace(verdict, verdict="pass")
+            return replace(result, verdict="pass", reason="", diagnosis=None)
+    if right and result.verdict == "measured":  # the assertion demands what the rule does not
+        return replace(result, verdict="pass")
     # a pass by another order than declared, by this final time or this linear scene, says so
-    by_study = verdict.verdict == "pass" and not another and not at_least
-    if not (right or by_study or (verdict.verdict == "inconclusive" and not at_least)):
-        wanted = f"{order}" if order else f"at least {at_least}"
-        said = f"the order is {found:.3f}, asked was {wanted}."
-        verdict = replace(verdict, verdict="fail", reason=said)
-    return replace(result, verdict=verdict)
+    by_study = result.passed and not another and not at_least
+    if right or by_study or (result.verdict == "inconclusive" and not at_least):
+        return result
+    wanted = f"{order}" if order else f"at least {at_least}"
+    said = with_cause(f"the order is {found:.3f}, asked was {wanted}.", result.diagnosis)
+    return replace(result, verdict="fail", reason=said)
 
 
-def _table(study: str, result: Json) -> str:
+def _table(result: AnyResult) -> str:
     """Return the verdict table as text."""
     from rich.console import Console
 
@@ -286,24 +285,26 @@ def _table(study: str, result: Json) -> str:
 
     screen = Console(width=120, no_color=True, force_terminal=False)
     with screen.capture() as captured:
-        shown = {**result, "reason": ""}
-        screen.print(
-            terminal_table({"study": study, "verdict": result["verdict"], "cases": [shown]})
-        )
+        screen.print(terminal_table(_alone(replace(result, reason=""))))
     return captured.get().rstrip()
 
 
-def _picture(study: str, result: Json, folder: Path | None) -> Path | None:
+def _alone(result: AnyResult) -> StudyResult:
+    return StudyResult(study=result.study, verdict=result.verdict, cases=[result])
+
+
+def _picture(result: AnyResult, folder: Path | None) -> Path | None:
     """Return the study's figure of this case as a PNG file, or None if it has none."""
     from ..report.figures import plates
 
-    if not result["rows"]:
+    if not result.data:
         return None
-    drawn = plates([{"study": study, "cases": [result]}], {}, {})
+    drawn = plates([_alone(result)], {}, {})
     if not drawn:
         return None
     folder = folder or Path(tempfile.mkdtemp(prefix="discmech-"))
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{study}-{result['scene']}-{result['rule'].replace(':', '-')}.png"
+    rule = str(result.rule).replace(":", "-")
+    path = folder / f"{result.study}-{result.scene}-{rule}.png"
     path.write_bytes(drawn[0].drawing.png)
     return path

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from discmech import studies
@@ -14,6 +15,7 @@ from discmech.integrators.errors import arguments_checked, shown
 from ..core import lookup
 from ..core.case import Choice
 from ..core.options import digits_in, listed, whole
+from ..core.result import study_result_of
 from ..core.running import run_study
 from ..core.study import Study, refusal
 from ..core.study_lookup import study_called
@@ -30,7 +32,7 @@ class Result(dict[str, Any]):
         """Return the verdict table, the reasons of cases that did not pass, and the figures."""
         from ..report.notebook import html_of
 
-        return html_of(self)
+        return html_of(study_result_of(self))
 
 
 @arguments_checked
@@ -54,7 +56,7 @@ def check(
         steps=None if steps is None else whole("steps")(str(steps)),
     )
     asked = _study(study)
-    return Result(run_study(asked, chosen) | {"command": _command(asked, chosen)})
+    return Result(replace(run_study(asked, chosen), command=_command(asked, chosen)).to_json())
 
 
 def _command(study: Study, chosen: Choice) -> str:

@@ -14,6 +14,7 @@ from discmech.integrators import BadInput
 
 from ..core.case import Progress, silent
 from ..core.cluster import Cluster
+from ..core.result import AnyResult, StudyResult
 from ..core.running import Told, unheard
 from ..core.store import Store
 from ..core.study import view_of
@@ -29,10 +30,10 @@ def compare(
     told: Told = unheard,
     jobs: int | Cluster | None = None,
     store: Store | None = None,
-) -> dict[str, Any]:
+) -> StudyResult:
     """Run the studies of `verify` and the work-precision study.
 
-    "comparison" has a line per scene and method, "advice" the recommended method (see `advice`).
+    `comparison` has a line per scene and method, `advice` the recommended method (see `advice`).
     Raises `BadInput` for fewer than two methods.
     """
     rules = request.rules()
@@ -43,13 +44,12 @@ def compare(
     asked = request.studies or (*studies(), "work-precision")
     asking = replace(request, studies=asked, also_periods=PERIODS, together=True)
     result = verify(asking, progress, told, jobs, store)
-    result["study"] = "compare"
-    result["comparison"] = comparison(result["cases"])
-    result["advice"] = advice(result["cases"], result["comparison"])
-    return result
+    lines = comparison(result.cases)
+    advised = advice(result.cases, lines)
+    return replace(result, study="compare", comparison=lines, advice=advised)
 
 
-def comparison(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def comparison(cases: Sequence[AnyResult]) -> list[dict[str, Any]]:
     """Return lines {"scene", "rule", "retraction", "digits", NAME: value, ..., "ratios": {NAME:
     times}}.
 
@@ -62,13 +62,14 @@ def comparison(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """
     lines: dict[tuple[Any, ...], dict[str, Any]] = {}
     for case in cases:
-        key = (case["scene"], case["rule"], case["retraction"], case["digits"])
+        key = (case.scene, case.rule, case.retraction, case.digits)
         line = lines.setdefault(
             key, dict(zip(("scene", "rule", "retraction", "digits"), key, strict=True))
         )
-        if not case["control"]:
-            failed = case.get("verdict") == "fail" and not case["measured"]
-            for name, value in view_of(case["study"]).side_by_side(case).items():
+        compared = view_of(case.study).compared
+        if not case.control and compared is not None:
+            failed = case.verdict == "fail" and not case.figures
+            for name, value in compared(case).items():
                 if _is_finite(value) or (value is None and not failed):
                     line[name] = value
                 else:

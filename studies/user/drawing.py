@@ -46,6 +46,7 @@ def plot(
 
     Raises `BadInput` for anything else, and if there is nothing to draw.
     """
+    from ..core.result import study_result_of
     from ..report.canvas import figure_of
     from ..report.figures import sketches
 
@@ -53,10 +54,11 @@ def plot(
     if isinstance(thing, Mapping) and "cases" in thing:
         if kind is not None:
             raise BadInput("kind is of trajectories: leave it out for the result of a study.")
-        known_rules(labels or {}, [str(case["rule"]) for case in thing["cases"]])
-        found = [s for s in sketches(dict(thing), {}, look) if digits in (None, s.digits)]
+        result = study_result_of(thing)
+        known_rules(labels or {}, [str(case.rule) for case in result.cases])
+        found = [s for s in sketches(result, {}, look) if digits in (None, s.digits)]
         if not found:
-            raise BadInput(f"the study {thing.get('study')} has no figure of these cases.")
+            raise BadInput(f"the study {result.study} has no figure of these cases.")
         return figure_of(found[0].panels, found[0].sheet, look.style)
     runs = list(thing) if isinstance(thing, list | tuple) else [thing]
     if not runs or any(subject_of(run) is None for run in runs):

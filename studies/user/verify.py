@@ -7,7 +7,7 @@ they come.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene, Scheme, scenes
@@ -16,12 +16,12 @@ from discmech.integrators.errors import nearest, shown
 from .. import NAMES, get
 from ..core import lookup
 from ..core.apart import apart
-from ..core.baseline import SCHEMA
 from ..core.case import Choice, Progress, silent, worst
 from ..core.claims import EVERY
 from ..core.cluster import Cluster
 from ..core.parts import parts_of
 from ..core.record import record
+from ..core.result import AnyResult, StudyResult
 from ..core.running import Told, about_remembered, run_studies, unheard
 from ..core.store import Store
 from ..core.study import Study, every_study
@@ -150,11 +150,10 @@ def verify(
     told: Told = unheard,
     jobs: int | Cluster | None = None,
     store: Store | None = None,
-) -> dict[str, Any]:
-    """Run the studies; return one result {"study": "verify", "verdict", "cases"}; cases name
-    theirs.
+) -> StudyResult:
+    """Run the studies; return one result "verify" of all their cases.
 
-    "schemes" gives for each scene and rule whether the method is self-adjoint, which is derived and
+    `schemes` gives for each scene and rule whether the method is self-adjoint, which is derived and
     not judged, since no rule declares it. Raises `BadInput` for wrong files and names, and for
     rules that no chosen scene can use.
     """
@@ -178,9 +177,8 @@ def verify(
         held, choice, progress, store=store, jobs=jobs, told=told, also=about_scheme
     )
     result = joined("verify", results)
-    notes = [*result["notes"], *not_judged, *_left_out(request, choice, asked, result["cases"])]
-    result["notes"] = list(dict.fromkeys(notes))
-    return {**result, "schemes": schemes}
+    notes = [*result.notes, *not_judged, *_left_out(request, choice, asked, result.cases)]
+    return replace(result, notes=list(dict.fromkeys(notes)), schemes=schemes)
 
 
 def _claims_of_nothing(choice: Choice) -> list[str]:
@@ -207,7 +205,7 @@ def _claims_of_nothing(choice: Choice) -> list[str]:
 
 
 def _left_out(
-    request: Request, choice: Choice, asked: Sequence[Study], cases: Sequence[dict[str, Any]]
+    request: Request, choice: Choice, asked: Sequence[Study], cases: Sequence[AnyResult]
 ) -> list[str]:
     """Return notes on scenes that a study leaves out, and on studies that were not requested.
 
@@ -215,7 +213,7 @@ def _left_out(
     """
     found, scenes = [], {scene.name: scene for scene, _ in choice.pairs()}
     for study in asked:
-        seen = {case["scene"] for case in cases if case["study"] == study.name}
+        seen = {case.scene for case in cases if case.study == study.name}
         own = {study.asks_for, "equations"}
         left = [name for name, scene in scenes.items()
                 if name not in seen and own & parts_of(scene)]  # fmt: skip
@@ -254,18 +252,17 @@ def about_scheme(scheme: Scheme) -> dict[str, Any] | None:
     }
 
 
-def joined(name: str, results: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return the results of several studies as one, each case with its study."""
-    counts = [(r["remembered"], len(r["cases"])) for r in results]
+def joined(name: str, results: Sequence[StudyResult]) -> StudyResult:
+    """Return the results of several studies as one."""
+    counts = [(r.remembered, len(r.cases)) for r in results]
     single = {note for count in counts for note in about_remembered(*count)}
-    notes = dict.fromkeys(note for r in results for note in r["notes"] if note not in single)
+    notes = dict.fromkeys(note for r in results for note in r.notes if note not in single)
     remembered, cases = map(sum, zip(*counts, strict=True))
-    return {
-        "schema": SCHEMA,
-        "study": name,
-        "remembered": remembered,
-        "notes": [*notes, *about_remembered(remembered, cases)],
-        "verdict": worst(r["verdict"] for r in results),
-        "record": record(sum(r["record"]["seconds"] for r in results), {}),
-        "cases": [{"study": r["study"], **case} for r in results for case in r["cases"]],
-    }
+    return StudyResult(
+        study=name,
+        verdict=worst(r.verdict for r in results),
+        record=record(sum(r.record["seconds"] for r in results), {}),
+        remembered=remembered,
+        notes=[*notes, *about_remembered(remembered, cases)],
+        cases=[case for r in results for case in r.cases],
+    )

@@ -86,7 +86,7 @@ def hold_race(
     for (row, _), timing in zip(timed, timings, strict=True):
         row |= {"seconds": timing.median, "seconds_low": timing.low, "seconds_high": timing.high,
                 "samples": timing.samples, "outliers": timing.outliers}  # fmt: skip
-    run = {"run": secrets.token_hex(4), "date": provenance()["date"],
+    run = {"run": secrets.token_hex(4), "date": provenance().date,
            "with": [*(one.name for one in ours), *(name for name in peers if name in wanted)],
            "peers": {each.contestant.name: points(each.rows, axes)
                      for each in climbs if each.contestant.kind == "peer"}}  # fmt: skip

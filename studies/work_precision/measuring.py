@@ -16,6 +16,7 @@ from discmech.integrators.scene import Scene
 from ..core.case import Case, Choice, Measurement, Progress, silent
 from ..core.fingerprint import is_ours
 from ..core.lookup import word_for
+from ..core.result import StudyResult
 from ..core.study import BY_TOLERANCE
 from ..evidence.measuring import single_steps
 from . import STUDY
@@ -205,11 +206,11 @@ def before_race(kept: Mapping[Case, Measurement]) -> None:
             case.race.kept[case.method] = measurement
 
 
-def complete(result: Mapping[str, Any]) -> dict[str, Any]:
+def complete(result: StudyResult) -> StudyResult:
     """Return the cases with what is read off the rows of all methods of their race."""
     from .standings import beside_each_other
 
-    return {"cases": beside_each_other(result["cases"])}
+    return replace(result, cases=beside_each_other(result.cases))
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

@@ -7,8 +7,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from ..core.records import AtMost
+from ..core.result import Result
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
-from ..report.case import Case as Shown
 from ..report.labels import end_labels
 from ..report.palette import INK, MUTED, Mark
 from ..report.wording import scientific
@@ -17,7 +17,7 @@ from .records import Measured, Row
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Case = Shown[Measured, AtMost, Row]
+Case = Result[Measured, AtMost, Row]
 FLOOR = "rounding of the start"  # name of the floor's line
 SHEET = Sheet(width=3.5, height=2.75, right=1.0)
 WORK = {
@@ -52,7 +52,7 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         if not everything:
             note(axes, f"No points. {cases[0].reason}")
             return
-        floor = (cases[0].floor or {}).get(y)
+        floor = (cases[0].details.floor or {}).get(y)
         log_axis(axes, "x", log_limits((work for work, _, _ in everything), 0.05), 5)
         log_axis(axes, "y", log_limits([e for _, e, _ in everything] + [floor or 1.0], 0.05), 6)
         labels = []
@@ -63,7 +63,7 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
                 xycoords=axes.get_yaxis_transform(), textcoords="offset points",
                 ha="left", va="bottom", color=MUTED,
             )  # fmt: skip
-        for crossing in cases[0].crossovers if x == "seconds" else ():
+        for crossing in cases[0].details.crossovers if x == "seconds" else ():
             ring: dict[str, Any] = {"ms": 8, "mfc": "none", "mec": INK, "mew": 0.8, "zorder": 4}
             axes.plot(crossing.work, crossing.error, ls="", marker="o", **ring)
         for case in cases:
@@ -85,10 +85,10 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
 
 def _standing(cases: Sequence[Case]) -> str:
     """Return in words whether the fastest rule and the fastest peer change places."""
-    stand = cases[0].standing
-    if stand is None or cases[0].crossovers:
-        said = "crossovers are ringed" if cases[0].crossovers else "no accuracy is reached by both"
-        return f"; {said}" if len({case.kind for case in cases}) > 1 else ""
+    stand, changes = cases[0].details.standing, cases[0].details.crossovers
+    if stand is None or changes:
+        said = "crossovers are ringed" if changes else "no accuracy is reached by both"
+        return f"; {said}" if len({case.details.kind for case in cases}) > 1 else ""
     span = f"from {scientific(stand.loosest)} to {scientific(stand.tightest)}"
     if stand.sure:
         return f"; no crossover: {stand.leader}s lead {span}"

@@ -5,10 +5,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..core.outcome import Row
+from ..core.result import AnyResult
 from .contestants import Contestant
 
 #: two runs of one race give ratios within 10 % of each other (docs/notes/races.md)
@@ -63,7 +64,7 @@ def fastest_peers(kept: Mapping[str, Mapping[str, Any]]) -> set[str]:
     return {min(found, key=lambda name: found[name]) for found in known.values() if found}
 
 
-def beside_each_other(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def beside_each_other(cases: Sequence[AnyResult]) -> list[AnyResult]:
     """Return the cases with what is read off all methods of a race, even of several runs.
 
     crossovers, and standing (`crossovers`); measured: ratio, the cost of each accuracy to the best
@@ -71,40 +72,40 @@ def beside_each_other(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     and same_as: the first method with the same step. A method that fails solves another problem,
     and is not ranked: it has neither cost nor ratio.
     """
-    races: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    races: dict[tuple[Any, ...], list[AnyResult]] = {}
     for case in cases:
-        if "race" in case:
-            key = (case["scene"], case["retraction"], case["periods"])
+        if "race" in case.extras:
+            key = (case.scene, case.retraction, case.details.periods)
             races.setdefault(key, []).append(case)
     found = {}
     for race in races.values():
-        axes = race[0]["measured"]["x"], race[0]["measured"]["y"]
-        out = {case["rule"] for case in race if case.get("verdict") == "fail"}
-        ranked, rows = [case for case in race if case["rule"] not in out], dict[str, list[Any]]()
+        axes = race[0].figures["x"], race[0].figures["y"]
+        out = {str(case.rule) for case in race if case.verdict == "fail"}
+        ranked, rows = [case for case in race if case.rule not in out], dict[str, list[Any]]()
         for case in ranked:
-            rows.setdefault(case["race"]["run"], []).append(case["rows"])
-        least = {case["race"]["run"]: cost_of_runs(_peers_of(case, out)) for case in race}
+            rows.setdefault(case.extras["race"]["run"], []).append(case.data)
+        least = {case.extras["race"]["run"]: cost_of_runs(_peers_of(case, out)) for case in race}
         changes, standing = crossovers(ranked, axes, out)
-        first: dict[str, str] = {}
+        first: dict[str, str | None] = {}
         for case in race:
-            step, run, own = case["race"]["step"], case["race"]["run"], case["measured"]
-            leader = first.setdefault(step, case["rule"]) if step else case["rule"]
-            costs = cost([] if case["rule"] in out else case["rows"], axes)
+            step, run = case.extras["race"]["step"], case.extras["race"]["run"]
+            leader = first.setdefault(step, case.rule) if step else case.rule
+            costs = cost([] if case.rule in out else case.data, axes)
             ratio = {a: value / best if value is not None and (best := least[run][a]) else None
                      for a, value in costs.items()}  # fmt: skip
             more = {"cost": costs, "ratio": ratio,
-                    "equal_time": None if case["rule"] in out
-                    else equal_time(case["rows"], rows[run], axes[1]),
-                    "same_as": None if leader == case["rule"] else leader}  # fmt: skip
-            found[id(case)] = {
-                "crossovers": changes, "standing": standing, "measured": {**own, **more}
-            }  # fmt: skip
-    return [{**case, **found.get(id(case), {})} for case in cases]
+                    "equal_time": None if case.rule in out
+                    else equal_time(case.data, rows[run], axes[1]),
+                    "same_as": None if leader == case.rule else leader}  # fmt: skip
+            beside = {"crossovers": changes, "standing": standing}
+            found[id(case)] = replace(case, figures={**case.figures, **more},
+                                      extras={**case.extras, **beside})  # fmt: skip
+    return [found.get(id(case), case) for case in cases]
 
 
-def _peers_of(case: Mapping[str, Any], out: Collection[str]) -> list[Sequence[Sequence[float]]]:
+def _peers_of(case: AnyResult, out: Collection[str]) -> list[Sequence[Sequence[float]]]:
     """Return (work, error) of the ranked peers in the run of a case."""
-    return [runs for name, runs in case["race"]["peers"].items() if name not in out]
+    return [runs for name, runs in case.extras["race"]["peers"].items() if name not in out]
 
 
 def _spread(rows: Sequence[Row], axes: tuple[str, str]) -> dict[str, list[float] | None]:
@@ -155,7 +156,7 @@ def points(rows: Sequence[Row], axes: tuple[str, str]) -> list[tuple[float, floa
 
 
 def crossovers(
-    race: Sequence[Mapping[str, Any]], axes: tuple[str, str], out: Collection[str] = ()
+    race: Sequence[AnyResult], axes: tuple[str, str], out: Collection[str] = ()
 ) -> tuple[list[dict[str, Any]], dict[str, Any] | None]:
     """Return where the fastest rule and the fastest peer change places, and how they stand.
 
@@ -169,9 +170,10 @@ def crossovers(
     """
     grid = [10.0 ** (-k / 8) for k in range(8 * 15)]
     alike = ALIKE if axes[0] == "seconds" else 1.0
-    rules = [case for case in race if case["kind"] == "rule"]
-    peers = {case["race"]["run"]: cost_of_runs(_peers_of(case, out), grid) for case in rules}
-    both = [(cost(case["rows"], axes, grid), peers[case["race"]["run"]]) for case in rules]
+    rules = [case for case in race if case.details.kind == "rule"]
+    peers = {case.extras["race"]["run"]: cost_of_runs(_peers_of(case, out), grid)
+             for case in rules}  # fmt: skip
+    both = [(cost(case.data, axes, grid), peers[case.extras["race"]["run"]]) for case in rules]
     found, compared, sure, turn = [], list[float](), True, dict[str, float]()
     before = leader = None
     for error, key in zip(grid, map(_key, grid), strict=True):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from ..core.records import AtMost
-from ..report.case import NONE
+from ..core.result import NONE
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import duration, scientific
@@ -34,8 +34,8 @@ LONG_WORK = (
 
 def _span(case: Case) -> str:
     """Return the duration of a race in words."""
-    end = case.duration
-    return f"{case.periods} periods" if case.periods else f"T = {end:g}" if end else NONE
+    periods, end = case.details.periods, case.details.duration
+    return f"{periods} periods" if periods else f"T = {end:g}" if end else NONE
 
 
 def _cost(accuracy: str, beside: bool = True) -> Callable[[Case], str]:
@@ -75,8 +75,8 @@ def _kept(settings: Sequence[Row]) -> list[str]:
 
 def _timed(case: Case) -> str:
     """Return the run of a method: its date, and the methods that it was timed beside."""
-    beside = [name for name in case.race.names if name != case.rule]
-    date = (case.race.date or NONE).replace("T", " ").removesuffix("+00:00")
+    beside = [name for name in case.details.race.names if name != case.rule]
+    date = (case.details.race.date or NONE).replace("T", " ").removesuffix("+00:00")
     few = len(beside) <= FEW
     return f"{date}, beside {', '.join(beside) if few else f'{len(beside)} others'}"
 
@@ -88,7 +88,7 @@ def _setup(case: Case) -> str:
 
 
 def _compared(case: Case) -> dict[str, Any]:
-    if case.periods is not None:
+    if case.details.periods is not None:
         return {}
     costs = case.figures.get("cost") or {}
     return {"costs": {float(a): seconds for a, seconds in costs.items() if seconds is not None}}
@@ -98,10 +98,11 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
     found = []
     titled = (("work", "Work and precision"), ("work-long", "Work and precision, long runs"))
     for long, (name, title) in enumerate(titled):
-        races: dict[tuple[str, object], list[Case]] = {}
+        races: dict[tuple[str, int | None], list[Case]] = {}
         for case in cases:
-            if (case.periods is not None) == long:
-                races.setdefault((str(case.scene), case.periods), []).append(case)
+            periods = case.details.periods
+            if (periods is not None) == long:
+                races.setdefault((str(case.scene), periods), []).append(case)
         panels = []
         for (scene, periods), own in races.items():
             over = f", {periods} periods" if long else ""
@@ -112,7 +113,8 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 def _line(case: Case) -> str:
     """Return the best of a race, with its duration if that is more than the scene's."""
-    return _got(case) + (f" over {case.periods} periods" if case.periods else "")
+    periods = case.details.periods
+    return _got(case) + (f" over {periods} periods" if periods else "")
 
 
 def _got(case: Case) -> str:

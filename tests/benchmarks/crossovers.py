@@ -16,11 +16,11 @@ from discmech.integrators.scene import Scene
 from discmech.studies.command.output import writable
 from discmech.studies.core.case import Choice
 from discmech.studies.core.record import machine, versions
-from discmech.studies.core.running import run_study
 from discmech.studies.core.study import every_study
 from discmech.studies.report.wording import NONE, duration, scientific
 from discmech.studies.work_precision.peers import chosen
 from discmech.studies.work_precision.standings import REACHED, cost
+from tests.studies.as_json import run_study
 
 COMMAND = "python -m tests.benchmarks.crossovers"
 RULES = ("trapezoidal", "gauss-8", "gauss-10")

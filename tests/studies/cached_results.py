@@ -16,8 +16,8 @@ from discmech.integrators.rules import Discretisation
 from discmech.studies import NAMES, every_study, get
 from discmech.studies.core import lookup
 from discmech.studies.core.case import Case, Progress
-from discmech.studies.core.one_case import run_case
 from tests.objects import EXPENSIVE, TURN
+from tests.studies.as_json import run_case
 
 BUILT_IN = [
     (s, r)

@@ -26,7 +26,7 @@ from discmech.integrators.contact import Gaps, LocatedSteps
 from discmech.studies import get
 from discmech.studies.contact import measuring
 from discmech.studies.core.case import Case
-from discmech.studies.core.one_case import run_case
+from tests.studies.as_json import run_case
 
 STUDY = get("contact")
 NOTHING = "no gap ever closes"

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 
 from discmech.integrators import discretisation, midpoint, scenes, trapezoidal
 from discmech.studies import get
 from discmech.studies.core.case import Choice
+from discmech.studies.core.result import Result, result_of
 from discmech.studies.core.running import run_study
 from discmech.studies.report import advising
-from discmech.studies.report.case import case_of
 from discmech.studies.stability.view import VIEW as STABILITY
 from discmech.studies.user.advice import Standing, advice, ranked
 
@@ -23,8 +24,9 @@ def raced(rule, cost=None, low=None, high=None, best=1e-6, cut="", dearest=0.1, 
     measured = {"x": "seconds", "cost": {"1e-04": cost}, "spread": {"1e-04": spread}, "best": best,
                 "cut": cut, "dearest": dearest, "same_as": more.pop("same_as", None),
                 "equal_time": more.pop("equal_time", None)}  # fmt: skip
-    return {"study": "work-precision", "scene": "kepler", "rule": rule, "retraction": None,
-            "periods": None, "measured": measured, **more}  # fmt: skip
+    extras = {"periods": more.pop("periods", None)}
+    of = {"study": "work-precision", "scene": "kepler", "rule": rule, **more}
+    return Result(**of, figures=measured, extras=extras)
 
 
 def long(rule, error, growth=0.0, **more):
@@ -66,12 +68,11 @@ def test_a_dominated_method_is_never_taken_whatever_the_order():
     (SLOW, "fast is best at all 2 aims."),
     (NEAR, "fast is best, or cannot be told from the best, at all 2 aims; nothing else comes near "
            "at 1."),
-    ({**SLOW, "rule": "faster", "measured": {**SLOW["measured"], "cost": {"1e-04": 1e-5},
-                                             "spread": {"1e-04": [1e-5, 1e-5]}}},
+    (raced("faster", 1e-5),
      "No method is best, or as good as the best, at all 2 aims."),
 ])  # fmt: skip
 def test_one_method_may_be_best_at_every_aim(second, said):
-    elsewhere = [{**case, "scene": "harmonic"} for case in (FAST, second)]
+    elsewhere = [replace(case, scene="harmonic") for case in (FAST, second)]
     assert advising.overall(advice([FAST, SLOW, *elsewhere], ())) == [said]
     assert advising.overall(advice([FAST, SLOW], ())) == []
 
@@ -87,8 +88,8 @@ def test_where_nobody_comes_nobody_is_taken():
 
 
 def test_one_method_of_two_names_ties_as_one():
-    line = only([SLOW, FAST, {**FAST, "rule": "again", "measured": {
-        **FAST["measured"], "same_as": "fast"}}])  # fmt: skip
+    again = raced("again", 1e-3, 0.98e-3, 1.02e-3, same_as="fast")
+    line = only([SLOW, FAST, again])
     assert line["take"] == ["again", "fast"] and line["told_apart"]
     assert advising.short(line) == "for 10⁻⁴ take again = fast"
 
@@ -115,7 +116,7 @@ def test_large_steps_are_no_matter_of_one_cell():
         cells = [{"stiffness": 1.0, "z": k, "class": c} for k, c in enumerate(classes)]
         case = {"kind": "map", "measured": {"limits": {"1": 1.0}}, "rows": cells}
         line = {"scene": "kepler", "rule": rule, "retraction": None}
-        return line | STABILITY.side_by_side({"study": "stability", **case})
+        return line | STABILITY.compared(result_of("stability", case))
 
     good, bad = ["bounded"] * 8 + ["escaped"] * 2, ["bounded"] * 3 + ["escaped"] * 7
     one_off = ["bounded", "resonant", *["bounded"] * 6, *["escaped"] * 2]
@@ -133,12 +134,12 @@ def test_stable_steps_of_the_oscillator_are_those_of_bisection():
     def shown(rule, end):
         case = {"kind": "linear", "measured": {"stable_to": end}}
         line = {"scene": "harmonic", "rule": rule, "retraction": None}
-        return line | STABILITY.side_by_side({"study": "stability", **case})
+        return line | STABILITY.compared(result_of("stability", case))
 
     line = only([], [shown("a", 2.0), shown("b", 2.0 + 1e-12), shown("c", None), shown("d", 1.9)])
     assert (
         line["take"] == ["c"]
-        and STABILITY.short(case_of("stability", {"measured": {"stable_to": None}}))
+        and STABILITY.short(result_of("stability", {"measured": {"stable_to": None}}))
         == "at every hω up to 1000"
     )
     assert only([], [shown("a", 2.0), shown("b", 2.0 + 1e-12), shown("d", 1.9)])["take"] == [
@@ -174,13 +175,11 @@ def test_a_race_with_one_method_twice():
         scenes=(scenes.get("pendulum"),), rules=(midpoint, left, mine, trapezoidal),
         own=(("peer", ("none",)), ("also_periods", 20), ("budget", 0.02)),
     )  # fmt: skip
-    cases = run_study(get("work-precision"), choice)["cases"]
+    cases = run_study(get("work-precision"), choice).cases
     for periods in (None, 20):
-        rows = {c["rule"]: c["rows"] for c in cases if c["periods"] == periods}
+        rows = {c.rule: c.data for c in cases if c.details.periods == periods}
         assert rows["mine"] == rows["midpoint"] != rows["trapezoidal"]
-    lines = {
-        line["for"]: line for line in advice([{"study": "work-precision", **c} for c in cases], ())
-    }
+    lines = {line["for"]: line for line in advice(cases, ())}
     assert set(lines) == {"1e-04", "1e-08", "1e-12", "1e6 periods"}
     assert all(("mine" in line["take"]) is ("midpoint" in line["take"]) for line in lines.values())
     assert "left" not in [*lines["1e-04"]["take"], *lines["1e6 periods"]["take"]]

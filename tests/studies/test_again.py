@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 import sys
+from dataclasses import replace
 
 import pytest
 
@@ -17,11 +18,13 @@ from discmech.studies.core import lookup
 from discmech.studies.core.case import Case, Choice, in_chart
 from discmech.studies.core.one_case import run_case
 from discmech.studies.core.outcome import without_figures
+from discmech.studies.core.result import StudyResult
 from discmech.studies.core.shrinking import smallest
 from discmech.studies.core.study import every_study
 from discmech.studies.report.verdicts import adjoints, troubles
 from discmech.studies.user.checking import _command
 from discmech.studies.user.verify import about_scheme
+from tests.studies.as_json import read
 
 MINE = """
 from discmech import black_box, discretisation
@@ -86,7 +89,7 @@ def test_a_claim_is_never_printed_as_an_answer(claim):
         return q + h * dq, p + h * dp
 
     about = about_scheme(euler.discretise(scenes.get("pendulum")))
-    assert about["self_adjoint"] is None and adjoints({"schemes": [about]}) == []
+    assert about["self_adjoint"] is None and adjoints(StudyResult(schemes=[about])) == []
 
 
 # -- objects that a word finds --------------------------------------------------------------------
@@ -116,7 +119,7 @@ def test_what_no_word_finds_has_no_command():
         "discmech order heavy-top --rule midpoint --retraction exponential"
     )
     assert _command(every_study()["order"], Choice((scenes.get("heavy-top"), top))) == ""
-    told = troubles({"study": "order", "verdict": "fail", "cases": [case]})
+    told = troubles(*read({"study": "order", "verdict": "fail", "cases": [case]}))
     assert "again: by no command: its rule or its scene is no variable of a file" in told[0]
     assert not lookup.is_found(rules.compose(inside, "triple-jump"))
 
@@ -193,5 +196,5 @@ def test_whether_a_program_asks_the_scene_for_its_equations(box, asks):
 def test_a_program_that_asks_no_scene_stays_on_its_scene():
     study, case = every_study()["order"], Case("order", scenes.get("pendulum"), of_its_own, 16, 8)
     told = run_case(study, case)
-    small = smallest(study, case, {**told, "seconds": 60.0}, run_case)
-    assert told["verdict"] == "fail" and small and small["scene"] == "pendulum"
+    small = smallest(study, case, replace(told, seconds=60.0))
+    assert told.verdict == "fail" and small and small.scene == "pendulum"

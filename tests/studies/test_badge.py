@@ -8,13 +8,14 @@ import pytest
 
 from discmech.studies.command import main
 from discmech.studies.core.outcome import worst
+from discmech.studies.core.result import Result, StudyResult
 from discmech.studies.report.badge import GREY, LOOKS, badge
 
 SVG = "{http://www.w3.org/2000/svg}"
 
 
-def result(*verdicts: str) -> dict:
-    return {"verdict": worst(verdicts), "cases": [{"verdict": v} for v in verdicts]}
+def result(*verdicts: str) -> StudyResult:
+    return StudyResult(verdict=worst(verdicts), cases=[Result(verdict=v) for v in verdicts])
 
 
 def contrast(colour: str) -> float:

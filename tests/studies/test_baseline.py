@@ -8,7 +8,7 @@ import os
 import shutil
 import sqlite3
 from contextlib import closing
-from copy import deepcopy
+from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -17,6 +17,7 @@ from discmech.integrators import BadInput
 from discmech.integrators.errors import CouldNotRun
 from discmech.studies.core import baseline, store
 from tests.foreign_files import check_untouched, files_in
+from tests.studies.as_json import read
 
 
 def case(rule="midpoint", verdict="pass", order=2.001, rows=(), **more):
@@ -28,8 +29,9 @@ def case(rule="midpoint", verdict="pass", order=2.001, rows=(), **more):
 
 def result(*cases, **record):
     record = {"cpu": "one", "sympy": "1", "date": "d", "commit": "c", "seconds": 1.0} | record
-    found = {"schema": baseline.SCHEMA, "study": "order", "cases": list(cases)}
-    return found | {"record": record}
+    found = {"schema": baseline.SCHEMA, "study": "order", "notes": [], "cases": list(cases)}
+    (whole,) = read(found | {"record": record})
+    return whole
 
 
 def timed(low, high):
@@ -64,7 +66,7 @@ def test_errors_at_equal_steps_and_bands_are_compared(then, now, answer):
 
 
 def answers(then, now):
-    return [line["answer"] for line in baseline.compared("b", now, then)["lines"]]
+    return [line.answer for line in baseline.compared("b", now, then).lines]
 
 
 @pytest.mark.parametrize(("then", "now", "answer"), [
@@ -90,8 +92,8 @@ def test_the_answer(then, now, answer):
 def test_times_of_another_machine_cannot_be_told_and_the_difference_is_named():
     then, now = result(timed(1.0, 1.2)), result(timed(9.0, 9.1), cpu="two")
     found = baseline.compared("b", now, then)
-    assert [line["answer"] for line in found["lines"]] == ["cannot tell"]
-    assert found["environment"] == [("cpu", "one", "two")]
+    assert [line.answer for line in found.lines] == ["cannot tell"]
+    assert found.environment == [("cpu", "one", "two")]
     worse = result(case(verdict="fail"), cpu="two")  # a verdict depends on no machine
     assert answers(then, worse) == ["worse"]
 
@@ -154,7 +156,7 @@ def test_a_file_of_an_older_version_is_named(tmp_path):
 
 
 def test_one_of_another_schema_is_refused():
-    baseline.save("b", result(case()) | {"schema": baseline.SCHEMA + 1})
+    baseline.save("b", replace(result(case()), schema=baseline.SCHEMA + 1))
     with pytest.raises(BadInput, match="another version of discmech"):
         baseline.load("b", "order")
 
@@ -185,18 +187,18 @@ def test_from_the_command_line(ask):
     code, out, _ = ask(*words)
     assert code == 0 and "beside main" in out and "1 equal" in out
     saved = baseline.load("main", "order")
-    better = deepcopy(saved)
-    better["cases"][0]["measured"]["order"] = saved["cases"][0]["expected"]["order"] + 0.2
-    baseline.save("main", better)
+    (one,) = saved.cases
+
+    def save(**changed):
+        baseline.save("main", replace(saved, cases=[replace(one, **changed)]))
+
+    save(figures={**one.figures, "order": one.wanted["order"] + 0.2})
     assert "better" in ask(*words)[1]
-    saved["cases"][0]["verdict"], saved["cases"][0]["measured"]["order"] = "inconclusive", None
-    baseline.save("main", saved)
+    save(verdict="inconclusive", figures={**one.figures, "order": None})
     assert ask(*words)[0] == 0
     code, out, _ = ask(*words, "--save-baseline", "main")
     assert "saved as the baseline main:" in out
-    worse = deepcopy(baseline.load("main", "order"))
-    worse["cases"][0]["command"] += " and more"
-    baseline.save("main", worse)
+    save(command=f"{one.command} and more")
     assert ask(*words)[0] == 2  # of other cases
     assert ask(*words[:-1], "../x")[0] == 2
 
@@ -209,7 +211,7 @@ def of_before(tmp_path):
     with closing(sqlite3.connect(folder / "store.sqlite")) as file, file:
         file.execute(store._TABLE)
         for name in ("one", "two"):
-            text = json.dumps(result(case(name)))
+            text = json.dumps(result(case(name)).to_json())
             seal = store._seal("baseline", f"{name}/order", text)
             file.execute(store._WRITE, ("baseline", f"{name}/order", 0.0, seal, text))
         file.execute("PRAGMA user_version = 1")

@@ -16,6 +16,7 @@ import pytest
 
 from discmech.studies.core.history import Found
 from discmech.studies.report.page import write_report
+from tests.studies.as_json import read
 from tests.studies.fake_results import equations, results, scenes, spoiled
 
 BROWSER = (
@@ -74,13 +75,13 @@ def width_of(page: Path, width: int, parts: str = "") -> int:
 def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("good")
     past = [Found("2026-11-20T12:00:00", "abc1234", str(k), "pass") for k in (1, 1, 3, 2)]
-    words = (results((16,)), equations(), scenes(), folder / "build")
+    words = (read(*results((16,))), equations(), scenes(), folder / "build")
     return write_report(*words, past=lambda case: past)
 
 
 @pytest.fixture(scope="module")
 def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_report(spoiled(), [], scenes(), tmp_path_factory.mktemp("bad") / "build")
+    return write_report(read(*spoiled()), [], scenes(), tmp_path_factory.mktemp("bad") / "build")
 
 
 def test_failures_stand_above_what_passes_and_passes_are_folded(bad: Path) -> None:

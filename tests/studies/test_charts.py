@@ -11,9 +11,9 @@ import pytest
 from discmech.integrators import scenes
 from discmech.studies import get
 from discmech.studies.core.case import Choice
-from discmech.studies.core.one_case import run_case
 from discmech.studies.report.figures import plates
 from discmech.tests.bench.charts import measuring as charts
+from tests.studies.as_json import read, run_case
 from tests.studies.cached_results import SMALL
 
 
@@ -103,7 +103,7 @@ def test_a_run_that_stops_far_from_the_singular_set_fails(found):
 
 def test_it_is_drawn(found):
     result = {"study": "charts", "command": "discmech charts", "cases": [found]}
-    (plate,) = plates([result], {}, {})
+    (plate,) = plates(read(result), {}, {})
     assert len(plate.drawing.panels) == 4 and plate.drawing.svg
 
 

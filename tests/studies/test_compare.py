@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 
 import pytest
 
 from discmech.studies.command.entry import main
+from discmech.studies.core.result import Result, StudyResult
 from discmech.studies.report import verdicts
 from discmech.studies.user.compare import comparison
 from tests.studies.test_userfile import RULE
 
 
 def case(study, rule, measured, rows=(), digits=16):
-    return {"study": study, "scene": "kepler", "rule": rule, "retraction": None, "digits": digits,
-            "control": False, "measured": measured, "rows": list(rows)}  # fmt: skip
+    return Result(study, "kepler", rule, None, digits, figures=measured, data=list(rows))
 
 
 def ladder(*pairs):
@@ -44,17 +45,16 @@ def test_times_are_compared_at_the_smallest_error_that_all_reach():
 
 
 def test_what_is_not_finite_has_no_number():
-    failed = {"verdict": "fail", "reason": "a step failed"}
     found = comparison([
         case("energy", "a", {"band": 1e-3}), case("energy", "b", {"band": float("inf")}),
         case("order", "a", {"order": 2.0}, ladder((0.1, 1e-4))),
         case("order", "b", {"order": None}, ladder((0.1, 1e22))),
-        case("energy", "c", {}) | failed,
+        replace(case("energy", "c", {}), verdict="fail", reason="a step failed"),
     ])  # fmt: skip
     a, b, c = found
     assert b["not_finite"] == c["not_finite"] == ["band"] and "band" not in b
     assert b["error"] == 1e22 and b["ratios"] == {} and a["ratios"] == {"band": 1, "error": 1}
-    lines = verdicts.comparison({"comparison": found})["lines"]
+    lines = verdicts.comparison(StudyResult(comparison=found))["lines"]
     assert [line[-1] for line in lines] == ["10⁻³ (1×)", "not finite", "not finite"]
 
 

@@ -17,11 +17,11 @@ from discmech.studies.contact.faults import CONTROLS
 from discmech.studies.contact.limits import LIMITS
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.fingerprint import of_case
-from discmech.studies.core.one_case import run_case
 from discmech.studies.symplecticity.limits import limit
 from discmech.studies.user.assertions import NotApplicable, assert_order
 from tests.integrators.contact import motions
 from tests.studies import contact_trials
+from tests.studies.as_json import run_case
 
 STUDY = get("contact")
 SPRING = motions.SPRING.with_values(impacts="stepped", step="0.1", duration=4)

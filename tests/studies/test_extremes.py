@@ -11,10 +11,10 @@ from sympy import Rational
 from discmech.integrators import discretisation, midpoint, scenes, trapezoidal
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
-from discmech.studies.core.running import run_study
 from discmech.studies.extremes.edges import EXTREMES, Extreme
 from discmech.studies.extremes.measuring import FINE, WRONG, _size, _told, one_extreme
 from discmech.studies.stability.stiff import FAMILIES
+from tests.studies.as_json import run_study
 
 
 def told(error, estimate, energy=1e-9):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sqlite3
 from contextlib import closing
+from dataclasses import replace
 
 import pytest
 
@@ -12,12 +13,13 @@ from discmech.studies.command.report import make_report
 from discmech.studies.core import history
 from discmech.studies.core.case import Choice
 from discmech.studies.core.history import Found, History
+from discmech.studies.core.result import result_of
 from discmech.studies.core.store import Store
-from discmech.studies.report.case import case_of
 from discmech.studies.report.page import write_report
 from discmech.studies.report.sparkline import ROOM, Sparklines, sparkline
 from discmech.studies.report.tables import short
 from discmech.studies.report.wording import scientific
+from tests.studies.as_json import read
 from tests.studies.fake_results import case, results
 
 RUNS = "SELECT name FROM entry WHERE kind = 'run' ORDER BY name"
@@ -25,7 +27,8 @@ RUNS = "SELECT name FROM entry WHERE kind = 'run' ORDER BY name"
 
 def order(value=2.0001, scene="kepler", verdict="pass", **more):
     one = case("order", scene, "midpoint", 16, measured={"order": value}, verdict=verdict, **more)
-    return {"study": "order", "verdict": verdict, "cases": [one]}
+    (whole,) = read({"study": "order", "verdict": verdict, "cases": [one]})
+    return whole
 
 
 def run(*found, store=None):
@@ -53,7 +56,7 @@ def rows(tmp_path):
 
 
 def figures(whole, result):
-    return [found.figure for found in whole.of(result["cases"][0])]
+    return [found.figure for found in whole.of(result.cases[0])]
 
 
 def test_what_each_run_found_comes_back_in_order():
@@ -61,7 +64,7 @@ def test_what_each_run_found_comes_back_in_order():
     run(order(1.0, scene="pendulum"))  # a run without the case
     whole = run(order(2.0001, verdict="fail"), store=Store(fresh=True))
     assert figures(whole, order()) == ["1.9998", "2.0001"]
-    assert [found.verdict for found in whole.of(order()["cases"][0])] == ["pass", "fail"]
+    assert [found.verdict for found in whole.of(order().cases[0])] == ["pass", "fail"]
     assert figures(whole, order(scene="pendulum")) == ["1.0000"]
     assert figures(History(Store()), order()) == ["1.9998", "2.0001"]
     assert whole.runs[-1]["machine"] and whole.runs[-1]["date"] and "commit" in whole.runs[-1]
@@ -86,8 +89,8 @@ def test_the_oldest_go_where_all_are_too_large(rows, monkeypatch):
 
 def test_a_run_of_the_whole_bench_has_room():
     """1,000 cases of figures as long as those of the studies, 50 times."""
-    one = order(2.0001)["cases"][0]
-    many = [one | {"command": f"discmech order scene-{k}"} for k in range(1000)]
+    one = order(2.0001).cases[0]
+    many = [replace(one, command=f"discmech order scene-{k}") for k in range(1000)]
     size = sum(len(history._name(case)) + len('"":["2.2×10⁻¹⁶, pass","inconclusive"],'.encode())
                for case in many)  # fmt: skip
     assert 50 * size < history.LARGEST
@@ -176,20 +179,21 @@ def test_it_is_small_and_all_have_a_limit():
     many = past(*(scientific(10.0**-k * (1 + k % 7)) for k in range(29)))
     assert len(sparkline(many[:2]).encode()) < 300 and len(sparkline(many).encode()) < 600
     lines = Sparklines(lambda case: many)
-    drawn = "".join(lines.of(case_of("order", {"verdict": "pass"})) for _ in range(1000))
+    drawn = "".join(lines.of(result_of("order", {"verdict": "pass"})) for _ in range(1000))
     assert len(drawn.encode()) <= ROOM[True] and lines.left_out == 1000 - lines.drawn > 0
-    assert lines.of(case_of("order", {"verdict": "fail"}))  # however many others changed
+    assert lines.of(result_of("order", {"verdict": "fail"}))  # however many others changed
 
 
 def test_the_page_has_one_in_the_row_that_changed_and_in_no_other(tmp_path):
-    before, now = ([one | {"cases": one["cases"][:4]}] for one in results((16,))[:1] * 2)
-    changed = now[0]["cases"][3]
-    before[0]["cases"][3] = changed | {"measured": changed["measured"] | {"order": 1.5}}
-    run(*before)
+    (order, *_) = read(*results((16,)))
+    *others, changed = order.cases[:4]
+    before = replace(changed, figures={**changed.figures, "order": 1.5})
+    run(replace(order, cases=[*others, before]))
+    now = [replace(order, cases=[*others, changed])]
     whole = run(*now)
     text = write_report(now, [], [], tmp_path, past=whole.of).read_text(encoding="utf-8")
     (row,) = [row for row in text.split("<tr") if "<svg class=past" in row]
-    assert changed["command"] in row and "before: 1.5000 in 1 run" in title(row)
+    assert changed.command in row and "before: 1.5000 in 1 run" in title(row)
     assert text.count("A small line beside a verdict") == 1
     plain = write_report(now, [], [], tmp_path).read_text(encoding="utf-8")
     assert "class=past" not in plain and "A small line" not in plain
@@ -198,8 +202,8 @@ def test_the_page_has_one_in_the_row_that_changed_and_in_no_other(tmp_path):
 def test_a_report_joins_the_history_once_its_page_is_written(tmp_path, monkeypatch):
     from discmech.studies.command import report
 
-    found = order(2.0001)
-    monkeypatch.setattr(report, "run_plan", lambda *a, **k: ([found], []))
+    found = [order(2.0001)]
+    monkeypatch.setattr(report, "run_plan", lambda *a, **k: (found, []))
     monkeypatch.setattr("discmech.studies.report.page.machine", lambda _: 1 / 0)
     ask = Choice(digits=(16,))
     with pytest.raises(ZeroDivisionError):
@@ -207,7 +211,7 @@ def test_a_report_joins_the_history_once_its_page_is_written(tmp_path, monkeypat
     monkeypatch.setattr("discmech.studies.report.page.machine", lambda _: [])
     assert not History(Store()).runs
     make_report(ask, tmp_path / "build", store=Store())
-    found["cases"][0]["measured"]["order"] = 1.9
+    found[0] = order(1.9)
     _, page = make_report(ask, tmp_path / "build", store=Store())
     assert "1.9000 in 1 run, since" in page.read_text(encoding="utf-8")
-    assert figures(History(Store()), found) == ["2.0001", "1.9000"]
+    assert figures(History(Store()), found[0]) == ["2.0001", "1.9000"]

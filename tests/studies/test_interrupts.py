@@ -14,7 +14,7 @@ from discmech import Scene, midpoint, pair
 from discmech.studies import get
 from discmech.studies.command.interrupts import PATIENCE
 from discmech.studies.core.case import Case
-from discmech.studies.core.one_case import run_case
+from tests.studies.as_json import run_case
 from tests.studies.kills import measurements_in
 from tests.studies.test_userfile import RULE
 from tests.studies.test_workers import lives, until

@@ -14,13 +14,13 @@ from discmech.integrators.rules import get
 from discmech.integrators.scenes import lattices as systems
 from discmech.studies import get as get_study
 from discmech.studies.core.case import Case, Choice
-from discmech.studies.core.one_case import run_case
+from discmech.studies.core.result import result_of
 from discmech.studies.lattices import STUDY, measuring
-from discmech.studies.report.case import case_of
 from discmech.studies.symplecticity.limits import LIMITS
 from discmech.studies.systems import reference, residual
 from discmech.studies.systems.joints import Joints
 from discmech.studies.systems.residual import step_defects
+from tests.studies.as_json import run_case
 
 EPS = 2.0**-53
 RODS = Scheme(systems.get("rods"), trapezoidal)
@@ -126,7 +126,7 @@ def test_what_errors_are_held_against_is_said(monkeypatch):
     found = run_case(order, Case("order", systems.get("rotors"), trapezoidal, 16))
     assert found["measured"]["held_against"] == "its own runs"
     assert "not followed" in found["measured"]["why_not"]
-    assert "(against its own runs)" in dict(order.view.columns)["Order"](case_of("order", found))
+    assert "(against its own runs)" in dict(order.view.columns)["Order"](result_of("order", found))
 
 
 def test_what_begins_at_rest_at_the_origin_is_held_against_its_equations():

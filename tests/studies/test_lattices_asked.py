@@ -17,10 +17,10 @@ from discmech.studies.command.entry import main
 from discmech.studies.core import lookup
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.fingerprint import of_case
-from discmech.studies.core.one_case import run_case
+from discmech.studies.core.result import result_of
 from discmech.studies.core.study import every_study
-from discmech.studies.report.case import case_of
 from discmech.studies.user.assertions import NotApplicable, _check_applies
+from tests.studies.as_json import run_case
 
 STUDY = get("lattices")
 
@@ -90,7 +90,7 @@ def test_what_is_wanted_of_a_lattice_with_a_force_is_what_was_measured():
     rubbed = replace(systems.fput(4), name="rubbed", force=lambda x, v, p: [-v[0] / 9])
     found = run_case(STUDY, Case("lattices", rubbed, rules.get("midpoint"), 16, 50))
     assert found["verdict"] == "pass", found["reason"]
-    assert STUDY.view.wanted(case_of("lattices", found)) == "residual ≤ 7.1×10⁻¹⁵"
+    assert STUDY.view.wanted(result_of("lattices", found)) == "residual ≤ 7.1×10⁻¹⁵"
 
 
 def test_arrays_of_a_lattice_are_in_its_fingerprint():

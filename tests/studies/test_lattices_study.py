@@ -18,7 +18,6 @@ from discmech.integrators.scenes import lattices as systems
 from discmech.studies import check, get
 from discmech.studies.core.case import Case, Choice, silent
 from discmech.studies.core.fingerprint import of_case
-from discmech.studies.core.one_case import run_case
 from discmech.studies.lattices.faults import CONTROLS, RungeKuttaStep
 from discmech.studies.symplecticity.limits import LIMITS
 from discmech.studies.systems import following, quantities, residual
@@ -26,6 +25,7 @@ from discmech.studies.systems.known import known_of
 from discmech.studies.systems.quantities import energies
 from discmech.studies.systems.reference import solution
 from discmech.studies.systems.residual import step_defects
+from tests.studies.as_json import run_case
 
 STUDY = get("lattices")
 

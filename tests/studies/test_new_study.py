@@ -16,6 +16,7 @@ from discmech.integrators import rules, scenes
 from discmech.studies.command import main
 from discmech.studies.core.case import Case
 from discmech.studies.core.limits import Limit
+from discmech.studies.core.result import StudyResult
 from discmech.studies.core.study import StudyFolder, every_study
 from discmech.studies.report.page import lone_page
 from discmech.studies.stability.limits import LIMITS
@@ -151,7 +152,7 @@ def test_a_limit_that_is_changed_changes_verdict_help_page_and_documentation(mon
         verdict = study.judge(of, found)
         with pytest.raises(SystemExit):
             main(["stability", "--help"])
-        page = lone_page([{"study": "stability", "verdict": "pass", "cases": []}], [], "discmech")
+        page = lone_page([StudyResult(study="stability", verdict="pass")], [], "discmech")
         return verdict.verdict, verdict.expected["bounded_up_to"], capsys.readouterr().out, page
 
     assert told_of()[:2] == ("pass", LIMITS[name])

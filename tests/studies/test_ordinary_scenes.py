@@ -17,11 +17,11 @@ from discmech.integrators.scene import Conserved
 from discmech.reference import solutions
 from discmech.studies import get
 from discmech.studies.core.case import Choice
-from discmech.studies.core.running import run_studies, run_study
 from discmech.studies.systems.runs import energy_errors, energy_with_terms
 from discmech.studies.user.verify import studies
 from discmech.studies.work_precision import peers
 from discmech.studies.work_precision.peers.equations import equations_of
+from tests.studies.as_json import run_studies, run_study
 from tests.studies.cached_results import measured
 
 

@@ -17,6 +17,7 @@ from discmech.studies.core.ours import MANIFEST
 from discmech.studies.report import readme_picture, tables
 from discmech.studies.report.page import write_report
 from discmech.studies.report.summary import headline, merged, trouble
+from tests.studies.as_json import read
 from tests.studies.fake_results import case, equations, results, scenes, spoiled
 
 
@@ -62,7 +63,9 @@ def drawn() -> list[dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_report(drawn(), equations(), scenes(), tmp_path_factory.mktemp("r") / "build")
+    return write_report(
+        read(*drawn()), equations(), scenes(), tmp_path_factory.mktemp("r") / "build"
+    )
 
 
 def test_page_is_whole_small_and_self_contained(full: Path) -> None:
@@ -89,13 +92,13 @@ def test_no_fixed_colours_in_inline_figures(full: Path) -> None:
 @pytest.mark.slow
 def test_same_results_give_the_same_files(full: Path, tmp_path: Path) -> None:
     few = [result | {"cases": result["cases"][:3]} for result in results()[:1]]
-    pages = [write_report(few, [], scenes(), tmp_path / name) for name in "ab"]
+    pages = [write_report(read(*few), [], scenes(), tmp_path / name) for name in "ab"]
     for name in ("index.html", "figures/order-16.svg", "figures/order-16.png", "tables/order.tex"):
         assert len({(page.parent / name).read_bytes() for page in pages}) == 1
 
 
 def test_whatever_went_wrong_is_said_first(tmp_path: Path) -> None:
-    text = write_report(spoiled(), [], scenes(), tmp_path).read_text(encoding="utf-8")
+    text = write_report(read(*spoiled()), [], scenes(), tmp_path).read_text(encoding="utf-8")
     assert "2 of 38 cases fail; 1 is inconclusive; 5 of 6 controls were caught." in text
     assert text.index("FL is singular") < text.index("cases pass</summary>")
     assert text.index('fail">missed') < text.index("cases pass</summary>")
@@ -112,8 +115,8 @@ def test_other_people_s_methods_stand_apart(kind: str, said: str, tmp_path: Path
     """Their verdicts are not in the headline, so they are not among what did not pass."""
     one = case("work-precision", "kepler", "Radau", 16, kind=kind, verdict=said, reason="too few")
     study = {"study": "work-precision", "verdict": "pass", "cases": [one]}
-    assert bool(trouble(merged([study]))) is (kind == "rule" and said != "pass")
-    text = write_report([study], [], [], tmp_path).read_text(encoding="utf-8")
+    assert bool(trouble(merged(read(study)))) is (kind == "rule" and said != "pass")
+    text = write_report(read(study), [], [], tmp_path).read_text(encoding="utf-8")
     assert ("Other people's methods: 1" in text) is (kind == "peer") and "Radau" in text
     assert ('cases" open' in text) is (kind == "peer" and said == "fail")
 
@@ -125,12 +128,12 @@ def test_nothing_at_all_is_a_page_too(tmp_path: Path) -> None:
 def test_a_failure_leaves_the_old_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     order, _, none, _ = results((16,))
     few = [none | {"cases": []}]
-    page = write_report(few, [], [], tmp_path)
+    page = write_report(read(*few), [], [], tmp_path)
     (tmp_path / "kept.json").write_text("{}")
     before = contents(tmp_path)
     monkeypatch.setattr("discmech.studies.report.page.machine", lambda _: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        write_report([order | {"cases": order["cases"][:2]}], [], [], tmp_path)
+        write_report(read(order | {"cases": order["cases"][:2]}), [], [], tmp_path)
     assert page.exists() and before == contents(tmp_path)
 
 
@@ -150,7 +153,7 @@ def test_tables_keep_all_digits_and_all_rows(full: Path) -> None:
 def test_several_results_of_one_study_are_one() -> None:
     both = [*results((16,))[:1], *results((50,))[:1]]
     both[1]["verdict"] = "fail"
-    (whole,) = merged(both)
+    (whole,) = merged(read(*both))
     assert len(whole.cases) == 36 and whole.verdict == "fail"
     assert headline([whole])["verdict"] == "fail"
 
@@ -159,7 +162,7 @@ def test_several_results_of_one_study_are_one() -> None:
 def test_picture_of_the_readme(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     from PIL import Image
 
-    tables.write_tables(results((16,))[0], tmp_path / "tables")
+    tables.write_tables(read(*results((16,)))[0], tmp_path / "tables")
     file = tmp_path / "docs" / "picture.png"
     assert readme_picture.main([str(tmp_path), str(file)]) == 0
     assert file.stat().st_size < 150_000

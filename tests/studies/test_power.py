@@ -14,7 +14,6 @@ from discmech.integrators.compiler.module_text import driver_text
 from discmech.integrators.numbers import first_violation, vanishes_as
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Choice, worst
-from discmech.studies.core.one_case import run_case
 from discmech.studies.report.page import lone_page
 from discmech.tests.bench.power import STUDY, measuring
 from discmech.tests.bench.power.catalogue import SOLVER, STAGED, everything
@@ -25,6 +24,7 @@ from discmech.tests.bench.power.measuring import RULES, candidate, sampled, vali
 from discmech.tests.bench.power.operators import OPERATORS
 from discmech.tests.bench.power.sites import faulty_scheme, sound_scheme
 from discmech.tests.bench.power.valid import KINDS, random_rule
+from tests.studies.as_json import read, run_case
 
 CATALOGUE = everything()
 
@@ -217,22 +217,23 @@ def made(name, caught=(), equivalent="", site="rule", command=""):
 
 
 def result(*cases):
-    return STUDY.completed({
+    (whole,) = read({
         "schema": 1, "study": "power", "command": "discmech power", "record": {}, "notes": [],
         "verdict": worst(case["verdict"] for case in cases), "cases": list(cases),
     })  # fmt: skip
+    return STUDY.completed(whole)
 
 
 def test_a_survivor_fails_and_so_does_a_false_alarm():
     caught, equal = made("pendulum midpoint", ["order 50"]), made("kepler midpoint", (), "it is")
     valid = made("kepler random-1", site="valid rule")
-    assert result(caught, equal, valid)["verdict"] == "pass"
+    assert result(caught, equal, valid).verdict == "pass"
     survivor = result(caught, made("kepler midpoint"), valid)
-    assert survivor["survivors"] == ["kepler midpoint: rule, sign #0"]
-    assert "order 50 pass, energy 16 pass" in survivor["cases"][1]["reason"]
+    assert survivor.more["survivors"] == ["kepler midpoint: rule, sign #0"]
+    assert "order 50 pass, energy 16 pass" in survivor.cases[1].reason
     alarm = result(caught, made("kepler random-1", ["energy 16"], site="valid rule"))
-    assert alarm["verdict"] == "fail" and alarm["cases"][1]["reason"] == "energy 16: energy 16!"
-    assert alarm["false_alarms"] == ["kepler random-1"]
+    assert alarm.verdict == "fail" and alarm.cases[1].reason == "energy 16: energy 16!"
+    assert alarm.more["false_alarms"] == ["kepler random-1"]
 
 
 def test_commands_have_the_unit_and_the_seed():
@@ -253,7 +254,7 @@ def test_kernels_of_a_fault_are_left_nowhere(tmp_path, monkeypatch):
 def test_the_tables_say_which_study_caught_what_and_which_did_not():
     faults = [made("a b", ["order 50"]), made("c d", ["order 50", "energy 16"]),
               made("e f", (), "it is"), made("g h", site="groupoid.L")]  # fmt: skip
-    by_site, by_study = result(*faults)["tables"]
+    by_site, by_study = result(*faults).tables
     assert by_site["lines"] == [["rule", "2", "1", "0"], ["groupoid", "0", "0", "1"],
                                 ["all", "2", "1", "1"]]  # fmt: skip
     assert by_study["lines"] == [

@@ -19,6 +19,7 @@ from discmech.studies import get
 from discmech.studies.command import report
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Verdict
+from tests.studies.as_json import read
 
 WORDS = [
     "report",
@@ -178,7 +179,8 @@ def test_the_mutation_study_is_in_the_report_of_the_bench_and_a_survivor_fails_i
         asked = [study.name for study in plan.studies]
         assert ("references" in asked) is ("power" in asked)
         assert ("charts" in asked) is ("savings" in asked) is ("--bench" in words)
-        return ([study.completed(made) for study in plan.studies if study.name == "power"], [])
+        power = (study for study in plan.studies if study.name == "power")
+        return ([study.completed(*read(made)) for study in power], [])
 
     monkeypatch.setattr(report, "run_plan", run_plan)
     code = main(["report", *words, "--folder", str(tmp_path / "build")])

@@ -8,9 +8,9 @@ from discmech.integrators import midpoint, scenes, trapezoidal
 from discmech.integrators.compiler import SAVINGS
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
-from discmech.studies.core.one_case import run_case
 from discmech.studies.report import tables
 from discmech.tests.bench.savings import measuring as savings
+from tests.studies.as_json import read, run_case
 from tests.studies.cached_results import case
 
 
@@ -62,7 +62,7 @@ def test_variants_stand_line_by_line():
     case = {"scene": "s", "rule": "r", "verdict": "pass", "rows": rows, "measured": {"times": {}}}
     result = {"study": "savings", "verdict": "pass", "cases": [case]}
     shown = Console(file=StringIO(), width=150)
-    shown.print(tables.terminal_table(result))
+    shown.print(tables.terminal_table(*read(result)))
     lines = shown.file.getvalue().splitlines()
     for name in ("none", "direct"):
         assert next(x for x in lines if name in x).count("1.00×") == 1

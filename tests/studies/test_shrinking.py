@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+from dataclasses import replace
 
 from discmech.integrators import discretisation, scenes
 from discmech.integrators.rules import midpoint
@@ -45,9 +46,9 @@ def judged(monkeypatch, fails):
 
 
 def made_small(study, case):
-    result = {**run_case(study, case), "seconds": 60.0}  # so that tries do not end by the clock
-    assert result["verdict"] == "fail"
-    return smallest(study, case, result, run_case)
+    result = replace(run_case(study, case), seconds=60.0)  # so that tries do not end by the clock
+    assert result.verdict == "fail"
+    return smallest(study, case, result)
 
 
 def test_the_command_of_the_smallest_case_fails_too(tmp_path, capsys):
@@ -70,9 +71,9 @@ def test_fewest_steps_simplest_scene_and_parameters_that_do_not_matter(monkeypat
         judged(monkeypatch, fails), Case("momentum", scenes.get("heavy-top"), other, 16)
     )
     simplest = min(map(scenes.get, ("heavy-top", "lagrange-top")), key=size)
-    assert (small["scene"], small["steps"]) == (simplest.name, 128)
+    assert (small.scene, small.steps) == (simplest.name, 128)
     numbers = {k for k, v in simplest.parameters.items() if not isinstance(v, tuple)}
-    assert set(small["whatever"]) <= numbers and small["reason"] == "it drifts."
+    assert set(small.whatever) <= numbers and small.reason == "it drifts."
 
 
 def test_what_fails_the_midpoint_rule_too_says_nothing_of_this_one(monkeypatch):
@@ -83,7 +84,7 @@ def test_what_fails_the_midpoint_rule_too_says_nothing_of_this_one(monkeypatch):
     study = judged(monkeypatch, fails)
     case = Case("momentum", scene, other, 16)
     assert made_small(study, case) is None
-    assert run_case(study, Case("momentum", scene, midpoint, 16))["verdict"] == "pass"
+    assert run_case(study, Case("momentum", scene, midpoint, 16)).verdict == "pass"
 
 
 def test_a_smaller_case_fails_for_the_same_cause(monkeypatch):
@@ -97,7 +98,7 @@ def test_a_smaller_case_fails_for_the_same_cause(monkeypatch):
 
     monkeypatch.setattr(study.judging, "diagnose", diagnose)
     found = made_small(study, Case("momentum", scenes.get("heavy-top"), other, 16))
-    assert found["scene"] in alike and "Cause: factor" in found["reason"]
+    assert found.scene in alike and "Cause: factor" in found.reason
 
 
 def test_what_passes_is_left_as_it_is(monkeypatch, capsys):

@@ -14,11 +14,12 @@ from discmech.studies import check, get
 from discmech.studies.command import main
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.lookup import rules
-from discmech.studies.core.one_case import run_case
 from discmech.studies.core.outcome import Verdict, worst
+from discmech.studies.core.result import result_of
 from discmech.studies.core.running import _dropped
 from discmech.studies.core.study import every_study
 from discmech.studies.report import tables
+from tests.studies.as_json import run_case
 
 ROUGH = """
 import sympy
@@ -92,7 +93,7 @@ def test_a_band_that_resolves_nothing_is_called_so():
         (1.38, "oscillates by 1.38 (too wide to be resolved)"),
         (1e-3, "oscillates by 10⁻³"),
     ):
-        assert tables.short("energy", {"measured": {"band": band}}) == words
+        assert tables.short(result_of("energy", {"measured": {"band": band}})) == words
 
 
 @pytest.mark.parametrize("digits", [16, 50])
@@ -107,16 +108,16 @@ def test_a_scene_at_rest_at_the_origin_is_exact(digits):
 def test_the_short_form_of_a_program_is_its_defect_and_not_the_resolution():
     measured = {"pullback": None, "poisson": 3e-16, "certain": 0.0, "resolution": 1e-12,
                 "residual": 0.0}  # fmt: skip
-    assert tables.short("symplecticity", {"measured": measured}) == "3.0×10⁻¹⁶"
+    assert tables.short(result_of("symplecticity", {"measured": measured})) == "3.0×10⁻¹⁶"
     measured["residual"] = 1e-3
-    assert tables.short("symplecticity", {"measured": measured}) == "residual 10⁻³"
-    assert tables.short("symplecticity", {"measured": dict.fromkeys(measured)}) == "—"
+    assert tables.short(result_of("symplecticity", {"measured": measured})) == "residual 10⁻³"
+    assert tables.short(result_of("symplecticity", {"measured": dict.fromkeys(measured)})) == "—"
 
 
 @pytest.mark.parametrize("study", ["symplecticity", "reversibility"])
 def test_the_expectation_of_a_program_is_said_in_words(study):
     asked = {"resolved": 1e-9, "left": 0.05}
-    words = tables.wanted(tables.case_of(study, {"expected": asked}))
+    words = tables.wanted(result_of(study, {"expected": asked}))
     assert words == "no defect, seen to 10⁻⁹ of what other methods of its order leave"
 
 
@@ -124,9 +125,9 @@ def test_the_expectation_of_a_program_is_said_in_words(study):
 def test_a_limit_that_nothing_is_held_to_is_not_shown(study):
     """A pass with a drift of 0.1 stood beside a limit of 10⁻¹⁴."""
     free = {"limit": 1e-14, "not_demanded": "it claims to keep none of them: measured only"}
-    assert tables.wanted(tables.case_of(study, {"expected": free})) == "only measured"
+    assert tables.wanted(result_of(study, {"expected": free})) == "only measured"
     some = {"expected": free | {"demanded": ["residual"]}}
-    assert tables.wanted(tables.case_of("symplecticity", some)) == "≤ 10⁻¹⁴ of residual alone"
+    assert tables.wanted(result_of("symplecticity", some)) == "≤ 10⁻¹⁴ of residual alone"
 
 
 def test_a_step_back_that_ends_at_no_number_is_not_passed(monkeypatch):
@@ -159,6 +160,6 @@ def test_what_nothing_is_demanded_of_is_measured_and_no_pass(capsys, tmp_path):
 @pytest.mark.parametrize("study", ["order", "optimality", "steps"])
 def test_a_rule_that_declares_no_order_is_only_measured(study):
     case = {"study": study, "expected": {"order": None, "tolerance": 0.05}, "measured": {}}
-    assert tables.wanted(tables.case_of(study, case)) == "only measured"
+    assert tables.wanted(result_of(study, case)) == "only measured"
     case["expected"]["order"] = 2
-    assert "2" in tables.wanted(tables.case_of(study, case))
+    assert "2" in tables.wanted(result_of(study, case))

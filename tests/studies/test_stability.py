@@ -24,14 +24,14 @@ from discmech.integrators import (
 from discmech.integrators import rules as discretisations
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
-from discmech.studies.core.running import run_study
+from discmech.studies.core.result import result_of
 from discmech.studies.report import tables
 from discmech.studies.report.canvas import figure_of
-from discmech.studies.report.case import case_of
 from discmech.studies.stability import nonlinear_stability, own_scene, plot_maps, view
 from discmech.studies.stability.nonlinear_stability import limits, one_run, resonant, stability_map
 from discmech.studies.stability.records import Cell
 from discmech.studies.stability.stiff import FAMILIES
+from tests.studies.as_json import run_study
 from tests.studies.cached_results import SMALL, measured, measured_once
 
 
@@ -231,7 +231,7 @@ def test_a_scene_of_ones_own_is_linearised_at_an_equilibrium():
     ratio = spin.frequency / np.linalg.norm(spin.z)
     assert min(abs(ratio - 1 / 3), abs(ratio - 3**-0.5)) < 1e-6
     measured = {"classes": {"bounded": 1}, "equilibrium": [1.5, 3e-17], "frequency": 2.0}
-    shown = view.VIEW.got(case_of("stability", {"measured": measured}))
+    shown = view.VIEW.got(result_of("stability", {"measured": measured}))
     assert "(x, μ) = (1.5, 0), ω = 2" in shown
 
 
@@ -240,7 +240,7 @@ def test_a_map_of_one_amplitude_is_a_bar_a_rule():
 
     def case(rule, *stiff):
         rows = [{"z": z, "stiffness": k, "class": "bounded"} for k in stiff for z in (0.1, 1.0)]
-        return case_of(
+        return result_of(
             "stability",
             {
                 "kind": "map",
@@ -263,5 +263,5 @@ def test_a_map_of_one_amplitude_is_a_bar_a_rule():
 
 def test_a_search_without_an_end_says_where_it_ended():
     measured = {"equilibrium": [0.0], "frequency": 1.0, "stable_to": None, "classes": {}}
-    told = tables.got(case_of("stability", {"kind": "map", "measured": measured}))
+    told = tables.got(result_of("stability", {"kind": "map", "measured": measured}))
     assert "up to 6, where the search ended" in told

@@ -24,11 +24,11 @@ from discmech.studies.command.entry import main
 from discmech.studies.core import fingerprint, one_case, side_by_side
 from discmech.studies.core.case import Case, Choice, Verdict
 from discmech.studies.core.outcome import Found, Measurement
-from discmech.studies.core.running import run_study
 from discmech.studies.core.store import Store
 from discmech.studies.core.study import Study
 from tests.foreign_files import check_untouched, files_in, foreign_files
 from tests.kill_points import json_of
+from tests.studies.as_json import read, run_study
 
 CHOICE = Choice(scenes=tuple(map(scenes.get, ("kepler", "rigid-body", "heavy-top"))),
                 rules=(midpoint,), digits=(16,), steps=10)  # fmt: skip
@@ -486,7 +486,7 @@ def test_a_cause_that_was_told_holds_while_all_text_is_the_same(monkeypatch):
     assert side_by_side.found_by(store, study, case, key, only=True) is None
     for _ in range(2):
         found = side_by_side.found_by(store, study, case, key)
-        assert found["diagnosis"] == told and found["reason"].endswith("factor: it is wrong.")
+        assert found.diagnosis == told and found.reason.endswith("factor: it is wrong.")
     assert side_by_side.found_by(store, study, case, key, only=True) == found and len(asked) == 1
     monkeypatch.setattr(fingerprint, "_text_of_all", lambda: "changed")
     assert side_by_side.found_by(store, study, case, key) == found and len(asked) == 2
@@ -502,7 +502,7 @@ def test_figures_are_drawn_once_of_the_same_numbers(monkeypatch):
 
     def page(result):
         definitions = {}
-        return figures.plates([result], {}, definitions, _drawn_once(Store())), definitions
+        return figures.plates(read(result), {}, definitions, _drawn_once(Store())), definitions
 
     (result,) = [r for r in results((16,)) if r["study"] == "energy"]
     del result["cases"][2:]
@@ -519,7 +519,7 @@ def test_figures_drawn_side_by_side_are_those_of_one_process(monkeypatch):
     from discmech.studies.report import figures
     from tests.studies.fake_results import results
 
-    few = [r | {"cases": r["cases"][:2]} for r in results((16,))[1:3]]
+    few = read(*(r | {"cases": r["cases"][:2]} for r in results((16,))[1:3]))
     monkeypatch.setattr(report, "WORTH_DRAWING_TOGETHER", 1)
     monkeypatch.setattr(report, "worker_pool", partial(_counted, pools := [], report.worker_pool))
     collected = [{}, {}]
@@ -542,7 +542,7 @@ def test_a_case_that_cannot_be_used_is_not_kept(rows, monkeypatch):
         raise BadInput("no.")
 
     monkeypatch.setattr(get("order").measuring, "measure", refused)
-    assert side_by_side.measured(get("order"), case, store=Store())["unusable"]
+    assert side_by_side.measured(get("order"), case, store=Store()).unusable
     Store().save("run", "1", {})
     assert not rows()
 

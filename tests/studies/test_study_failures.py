@@ -15,8 +15,7 @@ from discmech.reference import ReferenceFailure
 from discmech.studies import check, get
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Choice
-from discmech.studies.core.one_case import run_case
-from discmech.studies.core.running import run_study
+from tests.studies.as_json import run_case, run_study
 from tests.studies.cached_results import case
 
 RESULT = {"measured": {"drift": {"J": 0.0}}, "rows": [], "steps": 10}

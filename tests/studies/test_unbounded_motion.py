@@ -14,7 +14,7 @@ from discmech.integrators.scene import Conserved
 from discmech.reference import MotionEnds
 from discmech.studies import get
 from discmech.studies.core.ended import refuse_ended
-from discmech.studies.core.one_case import run_case
+from tests.studies.as_json import run_case
 from tests.studies.cached_results import case, measured
 
 #: a geodesic of the hyperbolic plane: it runs to the boundary x₂ = 0, where μ grows without end

@@ -12,8 +12,8 @@ from discmech.integrators import BadInput, scenes
 from discmech.studies import get
 from discmech.studies.core import lookup
 from discmech.studies.core.plan import Plan
+from discmech.studies.core.result import Result, result_of
 from discmech.studies.report import verdicts
-from discmech.studies.report.case import case_of
 from discmech.studies.stability.view import VIEW as STABILITY
 from discmech.studies.user import verify as verifying
 from discmech.studies.user.verify import (
@@ -117,7 +117,7 @@ def test_a_good_rule_passes_with_a_line_a_verdict_and_a_table(folder, ask):
 def test_what_is_left_out_is_named_with_the_reason(folder):
     request = Request(files=("both.py",), scenes=("both.py:my-pendulum", "kepler"))
     places = (("order", "kepler"), ("order", "my-pendulum"), ("momentum", "kepler"))
-    cases = [{"study": study, "scene": scene} for study, scene in places]
+    cases = [Result(study, scene) for study, scene in places]
     asked = [get("order"), get("momentum")]
     why, unasked = verifying._left_out(request, request.choice(), asked, cases)
     assert "momentum on my-pendulum: it needs a scene that declares" in why and "order" not in why
@@ -127,8 +127,7 @@ def test_what_is_left_out_is_named_with_the_reason(folder):
 def test_a_scene_that_one_study_alone_judges_is_left_out_by_no_other_s_needs(folder):
     request = Request(files=("both.py",), scenes=("kepler", "bouncing-ball"))
     asked = [get("symplecticity"), get("contact")]
-    cases = [{"study": "symplecticity", "scene": "kepler"},
-             {"study": "contact", "scene": "bouncing-ball"}]  # fmt: skip
+    cases = [Result("symplecticity", "kepler"), Result("contact", "bouncing-ball")]
     apart, why, _ = verifying._left_out(request, request.choice(), asked, cases)
     assert apart.startswith("bouncing-ball has contact") and "symplecticity" not in why
     assert "contact on kepler: it needs" in why
@@ -288,8 +287,8 @@ def test_bad_input_has_a_sentence_and_exit_code_2(folder, ask, words, message):
 def test_verdicts_are_told_while_others_are_measured(folder, monkeypatch):
     told = []
     request = Request(files=("good.py",), scenes=("kepler",), digits=(50,), studies=("order",))
-    result = verify(request, told=lambda study, case: told.append((study, case["scene"])), jobs=1)
-    assert told == [("order", "kepler")] and result["verdict"] == "pass"
+    result = verify(request, told=lambda case: told.append((case.study, case.scene)), jobs=1)
+    assert told == [("order", "kepler")] and result.verdict == "pass"
     monkeypatch.setattr(verifying, "run_studies", lambda *a, **k: pytest.fail("it ran"))
     with pytest.raises(BadInput, match="no study applies"):
         verify(Request(files=("both.py",), scenes=("both.py:my-pendulum",), studies=("momentum",)))
@@ -306,21 +305,22 @@ def test_the_whole_command_in_processes_of_its_own(folder):
 
 def test_a_method_that_leaves_the_unit_circle_has_no_stable_step():
     measured = {"stable_to": None, "off_circle": 0.02}
-    case = case_of("stability", {"kind": "linear", "measured": measured})
+    case = result_of("stability", {"kind": "linear", "measured": measured})
     assert STABILITY.compared(case) == {} and STABILITY.short(case) == "not on the unit circle"
     measured = {"stable_to": 2.0, "off_circle": None}
-    case = case_of("stability", {"kind": "linear", "measured": measured})
+    case = result_of("stability", {"kind": "linear", "measured": measured})
     assert STABILITY.compared(case) == {"stable": 2.0}
 
 
 def test_a_line_of_what_failed_says_why_once():
-    case = {"scene": "kepler", "rule": "mine", "digits": 16, "verdict": "fail", "control": False,
-            "reason": "the energy drifts. Cause: rule: it is wrong.", "rows": [],
-            "measured": {"band": 1e-3, "slope": 1e-5},
-            "expected": {"slope_limit": 1e-9}}  # fmt: skip
-    said = verdicts.line("energy", case)
+    case = Result(
+        "energy", "kepler", "mine", verdict="fail", wanted={"slope_limit": 1e-9},
+        reason="the energy drifts. Cause: rule: it is wrong.",
+        figures={"band": 1e-3, "slope": 1e-5},
+    )  # fmt: skip
+    said = verdicts.line(case)
     assert said.startswith("✗ energy: kepler, mine") and said.endswith(": the energy drifts.")
-    assert "drifts" not in verdicts.line("energy", case, [case["reason"]])
+    assert "drifts" not in verdicts.line(case, [case.reason])
 
 
 def test_a_rule_for_pairs_alone_is_tried_on_six_scenes_of_these():

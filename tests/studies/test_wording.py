@@ -10,10 +10,11 @@ from typing import Any
 
 import pytest
 
+from discmech.studies.core.result import AnyResult, result_of
 from discmech.studies.report import formulas, plot_drift, tables, wording
-from discmech.studies.report.case import AnyCase, case_of
 from discmech.studies.report.summary import headline, merged
 from discmech.studies.report.wording import whys
+from tests.studies.as_json import read
 from tests.studies.fake_results import spoiled
 
 
@@ -22,7 +23,7 @@ def test_terminal_table_ends_with_the_failures() -> None:
 
     console = Console(width=150, file=io.StringIO())
     with console.capture() as capture:
-        tables.print_result(console, spoiled()[0])
+        tables.print_result(console, read(*spoiled())[0])
     shown = capture.get()
     assert shown.index("inconclusive") < shown.index("Newton stopped") > shown.rindex("2.00")
 
@@ -34,9 +35,9 @@ def test_terminal_summary_has_a_line_a_study_and_the_cases_that_did_not_pass() -
 
     console = Console(width=150, file=io.StringIO())
     with console.capture() as capture:
-        print_summary(console, spoiled())
+        print_summary(console, read(*spoiled()))
     shown = capture.get()
-    cases = [case for study in merged(spoiled()) for case in study.cases]
+    cases = [case for study in merged(read(*spoiled())) for case in study.cases]
     bad = [case for case in cases if not case.passed]
     assert bad and shown.count("\n  discmech ") == len(bad)
     assert all(case.command in shown and case.reason in shown for case in bad)
@@ -104,15 +105,15 @@ def test_words_for_latex() -> None:
 def test_headline_is_english(verdicts: list[str], controls: list[str], text: str) -> None:
     cases = [{"verdict": word} for word in verdicts]
     cases += [{"verdict": word, "control": True} for word in controls]
-    assert headline([{"study": "order", "verdict": "pass", "cases": cases}])["text"] == text
+    assert headline(read({"study": "order", "verdict": "pass", "cases": cases}))["text"] == text
 
 
 def test_only_the_quantity_that_drifts_is_said_to_fail() -> None:
     given = {"rule": "midpoint", "verdict": "fail", "expected": {"limit": 1e-12}}
-    case = case_of("momentum", given | {"measured": {"drift": {"μ₃": 0.0, "|Γ|²": 2e-12}}})
+    case = result_of("momentum", given | {"measured": {"drift": {"μ₃": 0.0, "|Γ|²": 2e-12}}})
     assert plot_drift.drifted(case, "|Γ|²") == "midpoint  2×10⁻¹²\n(fail)"
     assert plot_drift.drifted(case, "μ₃") == "midpoint  0"
-    assert plot_drift.drifted(case_of("momentum", given), "μ₃") == "midpoint\n(fail)"
+    assert plot_drift.drifted(result_of("momentum", given), "μ₃") == "midpoint\n(fail)"
 
 
 def words(formula: str) -> str:
@@ -166,8 +167,8 @@ def test_equations_of_a_scheme_are_typeset() -> None:
 
 
 def test_a_cause_is_told_once_whatever_its_figures_are() -> None:
-    def case(scene: str, reason: str) -> AnyCase:
-        return case_of("order", {"scene": scene, "rule": "r", "digits": 16, "reason": reason})
+    def case(scene: str, reason: str) -> AnyResult:
+        return result_of("order", {"scene": scene, "rule": "r", "digits": 16, "reason": reason})
 
     said = whys([case("a", "order 1.1. Cause: gauge, of 2e-4."), case("b", "1/0"),
                  case("c", "order 1.2. Cause: gauge, of 3e-5."), case("d", "1/0"),

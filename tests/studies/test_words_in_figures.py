@@ -10,9 +10,9 @@ import pytest
 from matplotlib.text import Text
 
 from discmech import check
+from discmech.studies.core.result import result_of
 from discmech.studies.core.study import every_study
 from discmech.studies.report import canvas
-from discmech.studies.report.case import case_of
 from discmech.studies.report.palette import marks
 from tests.studies.cached_results import SMALL, charts_slowly
 from tests.studies.fake_results import results
@@ -65,7 +65,7 @@ def with_long_names(cases):
 
 
 def sketches(study, cases):
-    shown = [case_of(study, case) for case in cases]
+    shown = [result_of(study, case) for case in cases]
     known = marks(dict.fromkeys(case.method for case in shown))
     titles = {case.scene: TITLE for case in shown}
     return every_study()[study].view.sketches(shown, known, titles)

@@ -24,9 +24,9 @@ from discmech.studies.core import side_by_side, workers
 from discmech.studies.core.case import Choice, silent
 from discmech.studies.core.environment import SETTINGS
 from discmech.studies.core.plan import Plan
-from discmech.studies.core.running import run_studies
 from discmech.studies.core.userfile import load
 from discmech.studies.core.workers import SAFE, worker_pool
+from tests.studies.as_json import run_studies
 
 SCRIPT = """
 import os, signal, sys, time
@@ -227,9 +227,9 @@ def test_what_two_processes_measure_is_told_once(tmp_path, monkeypatch):
     some = tuple(map(scenes.get, ("harmonic", "kepler")))
     by = tuple(map(rules.get, ("midpoint", "rectangle")))
     studies, choice = [get("symplecticity"), get("order")], Choice(some, by, (16,))
-    results, _ = run_studies(studies, choice, told=lambda *news: told.append(news), jobs=2)
+    results, _ = run_studies(studies, choice, told=told.append, jobs=2)
     asked = [(r["study"], c["scene"], c["rule"]) for r in results for c in r["cases"]]
-    assert sorted((study, c["scene"], c["rule"]) for study, c in told) == sorted(asked)
+    assert sorted((c.study, c.scene, c.rule) for c in told) == sorted(asked)
 
 
 def test_what_a_process_tells_is_heard():

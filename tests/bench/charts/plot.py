@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from discmech.studies.core.result import Result
 from discmech.studies.report.canvas import Panel, Sheet, log_axis
-from discmech.studies.report.case import Case as Shown
 from discmech.studies.report.palette import BLUE, GREEN, GRID, INK, MUTED, ORANGE, SKY, VERMILLION
 
 from .records import Row
@@ -14,7 +14,7 @@ from .records import Row
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Case = Shown[dict[str, Any], dict[str, Any], Row]
+Case = Result[dict[str, Any], dict[str, Any], Row]
 SHEET = Sheet(width=3.3, height=2.75, left=0.62, right=0.28, columns=2)
 TINTS = (BLUE, ORANGE, GREEN, SKY)
 DEFECTS = {"residual": (VERMILLION, "o"), "pullback": (BLUE, "s"), "poisson": (GREEN, "^"),
@@ -65,7 +65,7 @@ def _rotations(title: str, case: Case) -> Panel:
 
 
 def _ball(case: Case) -> Panel:
-    found = case.given.get("slice")
+    found = case.details.slice
 
     def draw(axes: Axes) -> None:
         import numpy as np

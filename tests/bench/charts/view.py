@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from discmech.studies.report.case import NONE, AnyCase
+from discmech.studies.core.result import NONE, AnyResult
 from discmech.studies.report.palette import Mark
 from discmech.studies.report.view import Sketch, Titles, View, measured_column
 from discmech.studies.report.wording import scientific
@@ -21,7 +21,7 @@ CHARTS = (
 )
 
 
-def _got(case: AnyCase) -> str:
+def _got(case: AnyResult) -> str:
     measured = case.figures
     if not measured:
         return NONE
@@ -32,13 +32,13 @@ def _got(case: AnyCase) -> str:
     return ", ".join(said)
 
 
-def _translates(case: AnyCase) -> str:
+def _translates(case: AnyResult) -> str:
     """Return the numbers of steps in the chart of each translate, e first."""
     counts = case.figures.get("translates") or {}
     return ", ".join(str(count) for count in counts.values()) or NONE
 
 
-def _sketches(cases: Sequence[AnyCase], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+def _sketches(cases: Sequence[AnyResult], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     panels = [
         panel
         for case in cases

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from discmech.studies.report.case import NONE, AnyCase, Result
+from discmech.studies.core.result import NONE, AnyResult, StudyResult
 from discmech.studies.report.tables import rich_table
 from discmech.studies.report.view import View
 
@@ -12,17 +12,17 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-def _got(case: AnyCase) -> str:
+def _got(case: AnyResult) -> str:
     return ", ".join(case.figures.get("caught") or ()) or NONE
 
 
-def _of(case: AnyCase, key: str) -> str:
+def _of(case: AnyResult, key: str) -> str:
     return str(case.figures.get(key) or NONE)
 
 
-def _printed(screen: Console, result: Result) -> None:
+def _printed(screen: Console, result: StudyResult) -> None:
     """The tables of all, then a line for each fault that nothing caught, and each false alarm."""
-    for table in result.tables:
+    for table in result.tables or ():
         heads = table["heads"]
         screen.print(rich_table(table["title"], heads, table["lines"], numbers=heads[1:]))
     lines = []
@@ -33,7 +33,7 @@ def _printed(screen: Console, result: Result) -> None:
         elif not case.passed:
             kind = "SURVIVES" if case.control else "FALSE ALARM"
             lines.append(f"{kind}: {name}: {case.reason}")
-    found = result.given
+    found = result.more
     lines.append(
         f"{found['faults']} faults: {found['caught']} caught, {found['equivalent']} proved to "
         f"be none, {len(found['survivors'])} survive; {found['rules']} valid rules: "

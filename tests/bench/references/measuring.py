@@ -10,14 +10,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
 from discmech.integrators import rules as discretisations
 from discmech.integrators import scenes
 from discmech.studies.core.case import Case, Choice, Progress, silent
+from discmech.studies.core.result import StudyResult
 
 NAME, SCENE = "references", "heavy-top"
 NEEDS = "it is about references, and not about a scene."
@@ -91,15 +92,16 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {"measured": row, "rows": [row], "kind": case.kind}
 
 
-def complete(result: dict[str, Any]) -> dict[str, Any]:
+def complete(result: StudyResult) -> StudyResult:
     """The slopes of all cases, and the law of growth beside them."""
     slopes = {}
     for kind in ("digits", "time"):
-        rows = [case["measured"] for case in result["cases"] if case["kind"] == kind]
-        slopes[kind] = growth = _slope(rows, kind)
-        for row in rows:
-            row["growth"] = growth
-    return {"command": COMMAND, "slopes": slopes, "notes": [law(slopes), *result["notes"]]}
+        rows = [case.figures for case in result.cases if case.details.kind == kind]
+        slopes[kind] = _slope(rows, kind)
+    cases = [replace(case, figures={**case.figures, "growth": slopes[str(case.details.kind)]})
+             for case in result.cases]  # fmt: skip
+    return replace(result, command=COMMAND, notes=[law(slopes), *result.notes], cases=cases,
+                   more={"slopes": slopes})  # fmt: skip
 
 
 def law(slopes: dict[str, float | None]) -> str:
@@ -110,7 +112,7 @@ def law(slopes: dict[str, float | None]) -> str:
     )
 
 
-def _slope(rows: Sequence[dict[str, Any]], by: str) -> float | None:
+def _slope(rows: Sequence[Mapping[str, Any]], by: str) -> float | None:
     """Of seconds in a log-log plot, over the upper half of the points."""
     import numpy as np
 

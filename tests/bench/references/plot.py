@@ -12,17 +12,17 @@ from discmech.studies.report.palette import BLUE, MUTED
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from discmech.studies.report.case import AnyCase
+    from discmech.studies.core.result import AnyResult
 
 SHEET = Sheet(width=3.4, right=1.1, columns=2)
 
 
-def panels(cases: Sequence[AnyCase]) -> list[Panel]:
+def panels(cases: Sequence[AnyResult]) -> list[Panel]:
     """Seconds against digits at one time, and against time at one number of digits."""
     made = []
     for kind, title, xlabel in (("digits", "Against digits", "certain digits"),
                                 ("time", "Against time", "t")):  # fmt: skip
-        rows = [case.figures for case in cases if case.kind == kind]
+        rows = [case.figures for case in cases if case.details.kind == kind]
         if rows:
             same = f"t = {rows[0]['time']:g}" if kind == "digits" else f"{rows[0]['digits']} digits"
             subtitle = f"{cases[0].scene}, {same}"

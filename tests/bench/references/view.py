@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from discmech.studies.report.case import AnyCase
+from discmech.studies.core.result import AnyResult
 from discmech.studies.report.palette import Mark
 from discmech.studies.report.view import Sketch, Titles, View, measured_column
 
@@ -16,7 +16,7 @@ COSTS = (
 )
 
 
-def _sketches(cases: Sequence[AnyCase], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+def _sketches(cases: Sequence[AnyResult], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     title = "The cost of certain digits"
     return [Sketch("reference-costs", title, COSTS, plot.panels(cases), plot.SHEET)]
 

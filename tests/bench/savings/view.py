@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from discmech.studies.report.case import NONE, AnyCase
+from discmech.studies.core.result import NONE, AnyResult
 from discmech.studies.report.view import View
 from discmech.studies.report.wording import duration, scientific
 
 
-def _variants(case: AnyCase, key: str, written: Callable[[Any], str]) -> str:
+def _variants(case: AnyResult, key: str, written: Callable[[Any], str]) -> str:
     """A column's entries: the kernel as it is, then without each saving; a line each if it can."""
     return " | ".join(written(row[key]) for row in case.rows) or NONE
 
 
-def _got(case: AnyCase) -> str:
+def _got(case: AnyResult) -> str:
     times = case.figures["times"].items()
     return "; ".join(f"{name} {ratio:.3g}×" for name, ratio in times) or NONE
 

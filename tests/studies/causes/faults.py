@@ -11,8 +11,8 @@ from discmech.integrators.compiler import interpreted, kernel_text
 from discmech.integrators.flows import Flow, Start
 from discmech.studies import get
 from discmech.studies.core.case import Case
-from discmech.studies.core.one_case import run_case
 from discmech.tests.bench.power.catalogue import SOLVER
+from tests.studies.as_json import run_case
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from discmech.studies.causes.exact_path import slope, truncation
 from discmech.studies.causes.points import mean_of_points
 from discmech.studies.causes.round_off import residuals
 from discmech.studies.core.case import Case
-from discmech.studies.core.one_case import run_case
+from tests.studies.as_json import run_case
 from tests.studies.causes.faults import Broken, cause, loose, wrong_start
 
 

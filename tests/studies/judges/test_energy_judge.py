@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from discmech.studies.core.result import result_of
 from discmech.studies.energy import balance
 from discmech.studies.energy import errors as energy
 from discmech.studies.energy.limits import LIMITS
-from discmech.studies.report.case import case_of
 from discmech.studies.report.tables import wanted
 from tests.studies.judges.by_hand import ABOVE, case, judged
 
@@ -59,7 +59,7 @@ def test_no_number_is_no_energy_and_nonholonomic_motion_has_no_band():
         assert energy_of(band=band)[:2] == ("fail", "the energy is no longer finite.")
     verdict, reason, expected = energy_of(case(scene={"no_energy": "nonholonomic"}), slope=1.0)
     assert (verdict, reason, list(expected)) == ("pass", "", ["not_demanded"])
-    shown = case_of("energy", {"expected": expected})
+    shown = result_of("energy", {"expected": expected})
     assert "nonholonomic" in expected["not_demanded"] and wanted(shown) == "only measured"
 
 

@@ -14,9 +14,9 @@ import sympy
 
 from discmech.integrators import Scene, one_step, pair, scenes
 from discmech.studies.core.case import Case
-from discmech.studies.core.one_case import run_case
 from discmech.studies.core.study import every_study
 from discmech.tests.bench.power.valid import random_rule
+from tests.studies.as_json import run_case
 
 DRIVEN = Scene(
     "driven", pair(1),

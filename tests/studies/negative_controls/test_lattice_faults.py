@@ -10,9 +10,9 @@ from discmech.integrators.lattices import lattice_equations
 from discmech.integrators.lattices.lattice_equations import LatticeEquations
 from discmech.studies import get
 from discmech.studies.core.case import Case
-from discmech.studies.core.one_case import run_case
 from tests.integrators.lattices.test_lattices import fput
 from tests.laws.test_lattices_as_scenes import CHAINS
+from tests.studies.as_json import run_case
 
 KICKS, FORCE = LatticeEquations._kicks, lattice_equations._force_of
 

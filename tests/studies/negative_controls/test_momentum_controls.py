@@ -11,15 +11,15 @@ from discmech.integrators.rules.maps import rkmk_4
 from discmech.integrators.scene import Conserved
 from discmech.studies import check, get
 from discmech.studies.causes.round_off import lost_one_way
-from discmech.studies.core.one_case import run_case
+from discmech.studies.core.result import result_of
 from discmech.studies.momentum import measuring as momentum
 from discmech.studies.momentum import work
 from discmech.studies.momentum.view import VIEW
-from discmech.studies.report.case import case_of
 from discmech.tests.bench.power.catalogue import everything
 from discmech.tests.bench.power.faults import scene_of
 from discmech.tests.bench.power.sites import FaultyCase
 from tests.objects import PLAIN, with_wrong_force
+from tests.studies.as_json import run_case
 from tests.studies.cached_results import measured
 
 
@@ -96,7 +96,7 @@ def test_a_quantity_in_stretches_says_over_how_many_steps_it_was_followed(monkey
     followed = [r["step"] for r in found["rows"] if r["drift"]["spatial momentum"] is not None]
     assert max(followed) == 60 and max(row["step"] for row in found["rows"]) == 100
     found["expected"]["over"]["spatial momentum"] = 60
-    shown = dict(VIEW.columns)["Largest drift"](case_of("momentum", found))
+    shown = dict(VIEW.columns)["Largest drift"](result_of("momentum", found))
     assert "(60 steps)" in shown and "(100 steps)" not in shown
 
 

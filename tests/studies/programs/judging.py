@@ -5,8 +5,8 @@ from __future__ import annotations
 from discmech import scenes
 from discmech.studies.core.case import Case
 from discmech.studies.core.claims import claiming
-from discmech.studies.core.one_case import run_case
 from discmech.studies.core.study import every_study
+from tests.studies.as_json import run_case
 
 
 def judged(study, scene, box, steps=None, causes=True):

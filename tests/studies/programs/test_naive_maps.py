@@ -11,10 +11,11 @@ from discmech.studies import get
 from discmech.studies.command.entry import main
 from discmech.studies.command.output import strict_json
 from discmech.studies.core.case import Case, Measurement
-from discmech.studies.core.one_case import diagnosed, run_case
+from discmech.studies.core.one_case import diagnosed
 from discmech.studies.core.outcome import Found
 from discmech.studies.order.judging import judge
 from discmech.studies.order.records import BLEW_UP, Row
+from tests.studies.as_json import run_case
 
 from .naive_maps import BROKEN, FORMS, SOUND
 

@@ -10,13 +10,13 @@ from discmech.integrators import Scene, scenes
 from discmech.integrators.rules import BUILT_IN
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
-from discmech.studies.core.running import run_study
+from discmech.studies.core.result import result_of
 from discmech.studies.core.store import Store
 from discmech.studies.report import tables
-from discmech.studies.report.case import case_of
 from discmech.studies.work_precision import contest, measuring, racing
 from discmech.studies.work_precision.contestants import Problem
 from discmech.studies.work_precision.peers.equations import equations_of
+from tests.studies.as_json import run_study
 
 SCIPY = ("DOP853", "Radau", "LSODA")
 
@@ -46,7 +46,7 @@ def race(name: str, store: Store | None = None, **more: Any) -> dict[str, dict[s
 
 def shown(column: str, given: dict[str, Any]) -> str:
     """The words of a case in a column of the table."""
-    return dict(tables.columns("work-precision"))[column](case_of("work-precision", given))
+    return dict(tables.columns("work-precision"))[column](result_of("work-precision", given))
 
 
 def race_on(scene: Scene, times: int = 1, **more: Any) -> tuple[Problem, Any]:

@@ -15,6 +15,7 @@ from discmech.studies.work_precision import contest, peers
 from discmech.studies.work_precision.accuracy import UNIT, Yardstick
 from discmech.studies.work_precision.contestants import NoEnd
 from discmech.studies.work_precision.peers import rebounds
+from tests.studies.as_json import read
 from tests.studies.work_precision.races import SCIPY, race_on
 
 OTHERS = ("harmonic", "charged-particle", "lagrange-top", "fpu")
@@ -51,7 +52,7 @@ def test_no_headline_counts_peers():
     """They are shown with their verdicts, and nothing of ours depends on these."""
     ours, theirs = {"verdict": "pass", "kind": "rule"}, {"verdict": "inconclusive", "kind": "peer"}
     study = {"study": "work-precision", "verdict": "pass", "cases": [ours, theirs]}
-    said = summary.headline(summary.merged([study]))
+    said = summary.headline(summary.merged(read(study)))
     assert said["verdict"] == "pass" and said["text"] == "The only case passes."
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
+from discmech.studies.core.result import Result, StudyResult, result_of
 from discmech.studies.report import tables
 from discmech.studies.report.canvas import figure_of
-from discmech.studies.report.case import case_of, result_of
 from discmech.studies.report.palette import marks
 from discmech.studies.work_precision import axes, standings
 from discmech.studies.work_precision import plot as plot_work
@@ -67,7 +68,7 @@ def test_a_point_without_error_is_not_drawn():
             {"seconds": 2.0, "error": 1e-3}]  # fmt: skip
     assert [
         p[:2]
-        for p in plot_work._points(case_of("work-precision", {"rows": rows}), "seconds", "error")
+        for p in plot_work._points(result_of("work-precision", {"rows": rows}), "seconds", "error")
     ] == [(2.0, 1e-3)]
 
 
@@ -75,22 +76,23 @@ def raced(rule, run, *seconds, kind="rule", verdict="pass"):
     """A case of a race whose k-th run took so many seconds, with an error of 10⁻ᵏ."""
     rows = [{"seconds": s, "seconds_low": s, "seconds_high": s, "error": 10.0**-k}
             for k, s in enumerate(seconds)]  # fmt: skip
-    return {"scene": "pendulum", "retraction": None, "periods": None, "rule": rule,
-            "kind": kind, "rows": rows, "measured": {"x": "seconds", "y": "error"},
-            "verdict": verdict, "race": {"run": run, "peers": {}, "step": None}}  # fmt: skip
+    extras = {"kind": kind, "race": {"run": run, "peers": {}, "step": None}}
+    return Result("work-precision", "pendulum", rule, verdict=verdict, data=rows, extras=extras,
+                  figures={"x": "seconds", "y": "error"})  # fmt: skip
 
 
 def together(*cases):
     """The cases of one run."""
-    peers = {case["rule"]: [(row["seconds"], row["error"]) for row in case["rows"]]
-             for case in cases if case["kind"] == "peer"}  # fmt: skip
-    return [{**case, "race": {**case["race"], "peers": peers}} for case in cases]
+    peers = {case.rule: [(row["seconds"], row["error"]) for row in case.data]
+             for case in cases if case.extras["kind"] == "peer"}  # fmt: skip
+    return [replace(case, extras={**case.extras, "race": {**case.extras["race"], "peers": peers}})
+            for case in cases]  # fmt: skip
 
 
 def test_errors_at_equal_time_are_those_of_one_run():
     """A rule that was timed later, on a machine ten times as fast, is beside its own run alone."""
     cases = [raced("a", "1", 1, 10, 100), raced("b", "1", 1, 10), raced("c", "2", 0.1, 1)]
-    found = [case["measured"]["equal_time"] for case in standings.beside_each_other(cases)]
+    found = [case.figures["equal_time"] for case in standings.beside_each_other(cases)]
     assert [one["seconds"] for one in found] == [10, 10, 1]
 
 
@@ -101,12 +103,13 @@ def test_a_method_that_fails_is_not_ranked():
     wrong = raced("wrong", "1", *[1e-4] * 9, verdict="fail")
     right = raced("right", "1", *range(1, 10))
     found = standings.beside_each_other(together(wrong, right, quick, slow))
-    by_name = {case["rule"]: case["measured"] for case in found}
+    by_name = {case.rule: case.figures for case in found}
     assert by_name["right"]["ratio"]["1e-04"] == pytest.approx(5 / 14)
     for name in ("quick", "wrong"):
         assert set(by_name[name]["cost"].values()) == set(by_name[name]["ratio"].values()) == {None}
         assert by_name[name]["equal_time"] is None
-    assert found[0]["standing"]["leader"] == "rule" and not found[0]["crossovers"]
+    details = found[0].details
+    assert details.standing.leader == "rule" and not details.crossovers
 
 
 def test_a_change_of_places_is_marked_or_denied():
@@ -129,11 +132,10 @@ def test_a_change_of_places_is_marked_or_denied():
 def test_a_paper_s_table_has_the_times_of_a_race():
     """A column an accuracy; a race over many periods stands apart."""
     cost = {"1e-04": 1e-3, "1e-08": 2e-2, "1e-12": None}
-    case = {"scene": "kepler", "rule": "mine", "digits": 16, "verdict": "pass",
-            "measured": {"x": "seconds", "cost": cost, "ratio": {"1e-04": 0.5}}}  # fmt: skip
-    lines = tables.paper_tex(
-        result_of({"study": "work-precision", "cases": [case, {**case, "periods": 1000}]})
-    ).splitlines()
+    case = Result("work-precision", "kepler", "mine", verdict="pass",
+                  figures={"x": "seconds", "cost": cost, "ratio": {"1e-04": 0.5}})  # fmt: skip
+    cases = [case, replace(case, extras={"periods": 1000})]
+    lines = tables.paper_tex(StudyResult(study="work-precision", cases=cases)).splitlines()
     assert lines[3].count("kepler, to 10") == 3 and "kepler, 1000 periods, to 10" in lines[3]
     assert lines[5] == r"mine & " + " & ".join([r"1 ms & 20 ms & ---"] * 2) + r" \\"
 
@@ -144,8 +146,8 @@ def test_the_picture_says_who_leads_and_where_the_budget_cut():
     cases = together(*(
         raced(name, "1", 1, 2, 3, kind="peer" if name == "DOP853" else "rule") for name in names
     ))  # fmt: skip
-    cases[0]["measured"]["cut"] = "64 steps, about 1 s"
-    found = [case_of("work-precision", case) for case in standings.beside_each_other(cases)]
+    cases[0] = replace(cases[0], figures={**cases[0].figures, "cut": "64 steps, about 1 s"})
+    found = standings.beside_each_other(cases)
     known = marks(names)
     panel = plot_work.panel("Race", found, known)
     (axes,) = figure_of([panel], plot_work.SHEET).axes
