@@ -241,14 +241,31 @@ def of_scheme(
 ) -> LocalOrder:
     """Return `local_order` or `of_program`, or the reason why there is none.
 
+    A program that runs in numbers of any kind is run in doubles too, where it may be another one.
     Raises `Displaced` for a program whose answers begin elsewhere.
     """
     try:
         if not scheme.rule.runs_at(digits_for(scheme.order or 2)):
             return of_program(scheme, places, seed)
-        return local_order(scheme, places, seed, along)
+        found = local_order(scheme, places, seed, along)
+        return found if scheme.rule.is_formula else _lower_in_doubles(scheme, places, seed, found)
     except Displaced:
         raise
     except (BadInput, StepFailure, reference.ReferenceFailure) as failure:
         refused = not isinstance(failure, reference.ReferenceFailure)
         return unknown(" ".join(str(failure).split()), refused)
+
+
+def _lower_in_doubles(
+    scheme: Scheme, places: Sequence[Place], seed: int, found: LocalOrder
+) -> LocalOrder:
+    """Return the order in more digits, or that in doubles where a component's is below both."""
+    least = min(scheme.order or 1, scheme.order or 1 if found.order is None else found.order)
+    in_doubles = of_program(scheme, places, seed).components
+    low = [c for c in in_doubles if c.constant is not None and (c.order or 0.0) < least - NEAR]
+    lowest = min(low, key=lambda c: c.order or 0.0, default=None)
+    if lowest is None:
+        return found
+    return replace(found, order=lowest.order, component=f"{lowest.name} in double precision",
+                   step=float(lowest.place.length), place=lowest.place,
+                   components=(*found.components, lowest))  # fmt: skip
