@@ -36,6 +36,8 @@ def judge(case: Case, found: FoundOfNumbers) -> Verdict:
         said += "is no map of (q, p) and h, but keeps something between calls, or is random; a "
         said += "method with memory is a class with start, step and read."
         return Verdict("fail", said, expected)
+    if wrong := _jacobian(case, rows):
+        return Verdict("fail", wrong, expected)
     unkept = _volume(case, rows)
     if unkept and (reason or certain == 0):
         return Verdict("fail", unkept, expected)
@@ -91,6 +93,18 @@ def _closed_force(case: Case) -> bool:
     force = list(s.force)
     by_x, by_u = jacobian(force, s.position), jacobian(force, s.u)
     return all(sympy.simplify(e) == 0 for e in [*by_u, *(by_x - by_x.T)])
+
+
+def _jacobian(case: Case, rows: Sequence[OfNumbers]) -> str:
+    """Return why the program's own jacobian is no derivative of its steps, a sentence; or ""."""
+    row = max(rows, key=lambda each: each.jacobian or 0.0)
+    if not (row.jacobian or 0.0) > rounded(case):
+        return ""
+    return (
+        f"its jacobian is not the derivative of its step: an entry is off by {row.jacobian:.2g} of "
+        f"the motion, beyond every error of the differences, at step {row.step:.3g}, "
+        f"t = {row.time:.3g}."
+    )
 
 
 def _volume(case: Case, rows: Sequence[OfNumbers]) -> str:

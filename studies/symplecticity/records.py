@@ -50,6 +50,7 @@ class OfNumbers:
 
     certain: the part of a defect that no error explains. left: the defect that a method of the
     order, but not symplectic, would leave there. again: the difference of a repeated step.
+    jacobian: how far the program's own derivative is certainly off.
     """
 
     step: float = 0.0
@@ -63,6 +64,7 @@ class OfNumbers:
     loop: float | None = None
     volume: Volume | None = None
     again: float | None = None
+    jacobian: float | None = field(default=None, metadata=OPTIONAL)
     noise: float = 0.0
     residual: float | None = None
     why_not: str = ""

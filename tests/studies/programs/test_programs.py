@@ -237,6 +237,15 @@ def test_a_derivative_of_ones_own_is_taken_in_place_of_differences():
     assert found["verdict"] != "pass" and "its jacobian has the shape (2,)" in found["reason"]
 
 
+def test_a_derivative_of_ones_own_has_to_be_that_of_the_steps():
+    """A shear keeps the form: only the steps themselves tell that it is not their derivative."""
+    shear = np.array([[1, 1e-7], [0, 1]])
+    box = dataclasses.replace(methods.verlet, jacobian=lambda *a: jacobian(*a) @ shear)
+    found = judged("symplecticity", "pendulum", box, causes=False)
+    assert found["verdict"] == "fail"
+    assert "its jacobian is not the derivative of its step" in found["reason"]
+
+
 def test_coordinates_of_ones_own_lead_there_and_back():
     """Degrees and momenta in thousandths."""
 
