@@ -1,0 +1,40 @@
+"""Runs that were recorded, and scenes in numbers, that are not what they say."""
+
+import atexit
+import shutil
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from discmech import Scene, black_box, pair, recorded
+
+
+@black_box(order=2)
+def verlet(q, p, h, system):
+    """Störmer and Verlet: sound where the scene is."""
+    p = p - h / 2 * system.gradient(q, p)
+    q = q + h * system.velocity(q, p)
+    return q, p - h / 2 * system.gradient(q, p)
+
+
+wrong = Scene(
+    name="wrong-gradient", groupoid=pair(1), x0=["1"], mu0=["0.3"], duration=10, step="0.1",
+    numeric_hamiltonian=lambda q, p: p[0] ** 2 / 2 - np.cos(q[0]),
+    gradient=lambda q, p: ((1 + 1e-9) * np.sin(q), p),
+)  # fmt: skip
+
+FOLDER = Path(tempfile.mkdtemp())
+atexit.register(shutil.rmtree, FOLDER, ignore_errors=True)
+for k in range(5):
+    steps, q, p = 100 * 2**k, 1.0, 0.3
+    h, rows = 10 / steps, [(0.0, 1.0, 0.3)]
+    for n in range(1, steps + 1):
+        p -= h / 2 * np.sin(q)
+        q += h * p
+        p -= h / 2 * np.sin(q)
+        rows.append((n * h, q, p))
+    rows = np.array(rows)
+    rows[1:-1, 1:] *= 0.9  # of another motion, but for the first and the last
+    np.savetxt(FOLDER / f"run{k}.csv", rows, "%.17g", ",", header="t,q1,p1", comments="")
+between = recorded(str(FOLDER / "*.csv"), 2)
