@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..errors import BadInput, CannotMeasure, brief_name, misplaced, shown
+from ..errors import (
+    BadInput,
+    CannotMeasure,
+    arguments_checked,
+    brief_name,
+    misplaced,
+    shown,
+)
 from ..groupoids import check_axioms
 from ..numbers import uncollected
 from ..numbers.lazy import provided
@@ -138,6 +145,7 @@ class DiscretisedScene:
         """Raise `CannotMeasure`: only a `Scheme` has a modified equation."""
         raise self.refused("modified equation")
 
+    @arguments_checked
     def export(self, language: str, harness: bool = False) -> str:
         """Return one file with this scheme's step: language is "c", "numpy", "julia" or "jax".
 

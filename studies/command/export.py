@@ -9,7 +9,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from discmech.integrators import BadInput
+
 from ..core import lookup
+from ..core.options import digits_in
 from ..core.outcome import worst
 from .options import RULE_HELP, scene_asked
 from .output import EXIT, progress_shown, write
@@ -31,6 +34,7 @@ def add_to(commands: Any) -> None:
     parser.add_argument("rule", help=RULE_HELP)
     parser.add_argument("--language", required=True, choices=LANGUAGES)
     parser.add_argument("--retraction", metavar="NAME")
+    parser.add_argument("--digits", metavar="D", default="16", help="16: a file has doubles")
     parser.add_argument("--out", metavar="FILE", help="default: standard output")
     parser.add_argument(
         "--check", action=argparse.BooleanOptionalAction, default=None,
@@ -49,7 +53,12 @@ def _export(options: argparse.Namespace) -> int:
 
     from ..user import exports
 
-    scheme = Scheme(scene_asked(options), lookup.rule(options.rule))
+    if digits_in(options.digits) != 16:
+        raise BadInput(
+            f"a file computes with doubles, so {options.digits} digits cannot be exported: leave "
+            f"--digits out, or say discmech run --digits {options.digits}."
+        )
+    scheme = Scheme(scene_asked(options, lattices=True), lookup.rule(options.rule))
     said = [f"Command: {_typed(options)}"]
     verdict = "pass"
     with progress_shown("deriving") as show:

@@ -114,7 +114,7 @@ def beside(scheme: Scheme, box: Any, steps: int = STEPS, progress: Progress = si
     other = np.concatenate(_asked_for(scheme, box)(steps, 1), axis=1)
     progress("round-off of the original", 0.4)
     own = _rows(one)
-    scale = np.abs(own).max(axis=0)
+    scale = _sizes(one)
     restarted = _restarted(scheme, own, one.u, steps, scale)
     count = len(restarted)
     off = _over(np.abs(restarted - own[:count]), scale)
@@ -152,8 +152,17 @@ def _rows(found: Any) -> np.ndarray:
     return np.concatenate([found.x, found.mu], axis=1)
 
 
+def _sizes(found: Any) -> np.ndarray:
+    """Return the unit of each entry, (n + m,): the largest of x, or of mu, in the run.
+
+    An entry that is 0 but for the round-off of terms that cancel has no size of its own.
+    """
+    parts = found.x, found.mu
+    return np.concatenate([np.full(e.shape[1], np.abs(e).max(initial=0)) for e in parts])
+
+
 def _over(differences: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return the largest difference of each row, each entry over its largest size in the run."""
+    """Return the largest difference of each row, each entry over its unit."""
     found: np.ndarray = (differences / np.where(scale > 0, scale, 1.0)).max(axis=1)
     return found
 

@@ -7,6 +7,7 @@ import sympy
 
 from discmech import Scene, Scheme, pair, rectangle, scenes
 from discmech.integrators.errors import CannotMeasure
+from discmech.studies.command.entry import main
 from discmech.studies.core import lookup
 from discmech.studies.user import exports
 
@@ -18,7 +19,7 @@ KINDS = [
     ("driven-heavy-top", "midpoint"), ("duffing", "trapezoidal"), ("rolling-disc", "midpoint"),
     ("cartesian-pendulum", "trapezoidal"), ("rigid-body", "lobatto-3"), ("rotor-body", "midpoint"),
     ("moser-veselov", "own"), ("rigid-body", "rkmk-4"), ("heavy-top", "implicit-midpoint"),
-    ("lotka-volterra", "implicit-midpoint"),
+    ("lotka-volterra-half", "midpoint"), ("lotka-volterra", "implicit-midpoint"),
 ]  # fmt: skip
 
 
@@ -100,3 +101,41 @@ def test_c_compiles_without_a_word_with_and_without_its_harness(tmp_path):
         assert ("int main" in text) == harness
         if harness:
             made(text, "c", tmp_path, scheme)
+
+
+def test_the_command_writes_a_file_that_says_what_was_verified(tmp_path, capsys):
+    if why := exports.missing("c"):
+        pytest.skip(why)
+    file = tmp_path / "pendulum.c"
+    words = ["export", "pendulum", "rectangle", "--language", "c", "--out", str(file)]
+    assert main(words) == 0
+    assert "trajectory: pass over 10000 steps" in capsys.readouterr().err
+    text = " ".join(file.read_text("utf-8").replace("*", " ").split())
+    assert "Command: discmech export pendulum rectangle --language c Verified" in text
+    assert "Order in (x, mu): 1." in text
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (["fput", "midpoint", "--language", "c"], "loops of its own"),
+    (["bouncing-ball", "midpoint", "--language", "c"], "has contact"),
+    (["pendulum", "midpoint", "--language", "c", "--digits", "50"], "computes with doubles"),
+    (["heavy-top", "midpoint", "--language", "c", "--retraction", "exponential"], "a table"),
+], ids=["lattice", "contact", "digits", "table"])  # fmt: skip
+def test_what_cannot_be_exported_is_one_sentence(words, said, capsys):
+    assert main(["export", *words]) == 2
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1
+    assert said in lines[0]
+    assert lines[0].endswith(".")
+
+
+def test_an_entry_that_is_round_off_alone_hides_nothing(tmp_path):
+    """The second momentum of a motion on a line is 0; a wrong first one is still seen."""
+    line = Scene(name="line", groupoid=pair(2), step="0.1", duration=20, x0=[1, 0], v0=[0, 0],
+                 lagrangian=lambda x, v, p: v.dot(v) / 2 - (x[0] + x[1]) ** 2 / 2
+                 - (x[0] - x[1]) ** 2 / 3 + x[0] * x[1] / 3)  # fmt: skip
+    scheme = Scheme(line, lookup.rule("midpoint"))
+    text = scheme.export("numpy", True)
+    assert exports.beside(scheme, made(text, "numpy", tmp_path, scheme), 150).verdict == "pass"
+    box = made(spoiled(text), "numpy", tmp_path, scheme)
+    assert exports.beside(scheme, box, 150).verdict == "fail"

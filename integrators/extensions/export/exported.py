@@ -340,7 +340,7 @@ class _Export:
             "ITERATED": self.iterated, "SPEED": self.speed is not None,
             "SPEED_OF_STATE": self.needs_speed, "SPEED_CLOSED": self.speed is None,
             "SPEED_AFFINE": self.speed is not None and self.speed.affine,
-            **{e: c[e] for e in ("REUSED", "SIZES", "RESTS", "NUMBERS")},
+            **{e: c[e] for e in ("REUSED", "SIZES", "RESTS", "NUMBERS", "SUBSTEPS")},
         }  # fmt: skip
         if len(set(affine)) == 1:
             flags["AFFINE"] = bool(affine[0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Sequence
-from textwrap import indent
+from textwrap import fill, indent
 from typing import Any, ClassVar
 
 from .exported import STATUSES, Exported, Parameter
@@ -53,7 +53,10 @@ class Python(Printer):
         """Write the first line of a function, and what it does."""
         self.put(f"def {self.names.get(f.name, f.name)}({', '.join(a.arg for a in f.args.args)}):")
         if self.said:
-            self.lines.append(f'    """{self.said}"""')
+            said = fill(
+                f'"""{self.said}"""', WIDTH, initial_indent=" " * 4, subsequent_indent=" " * 4
+            )
+            self.lines.append(said)
         self.said = ""
 
     def unused(self, name: str) -> None:

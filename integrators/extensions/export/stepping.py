@@ -202,12 +202,13 @@ def keep(s: State) -> None:
 
 def undo(s: State) -> None:
     """Return to the state at the beginning of the step; the next one is prepared anew."""
-    for i in range(N):
-        s.x[i] = s.kept[i]
-        s.ex[i] = s.kept[N + i]
-    for i in range(M):
-        s.mu[i] = s.kept[2 * N + i]
-        s.emu[i] = s.kept[2 * N + M + i]
+    if SUBSTEPS > 1:
+        for i in range(N):
+            s.x[i] = s.kept[i]
+            s.ex[i] = s.kept[N + i]
+        for i in range(M):
+            s.mu[i] = s.kept[2 * N + i]
+            s.emu[i] = s.kept[2 * N + M + i]
     s.h = 0.0
 
 
@@ -250,7 +251,8 @@ def advance(s: State, h: float) -> int:
     status: int = OK
     if h != s.h:
         prepare_step(s, h)
-    keep(s)
+    if SUBSTEPS > 1:  # one substep changes x and mu at its end alone
+        keep(s)
     for j in range(SUBSTEPS):
         status = substep(s, j)
         if status != OK:

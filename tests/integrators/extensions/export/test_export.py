@@ -110,6 +110,8 @@ def test_what_cannot_be_exported_is_one_sentence_that_says_what_can(scene, rule,
 def test_an_unknown_language_is_bad_input():
     with pytest.raises(BadInput, match='there is no language "fortran"'):
         Scheme(scenes.get("pendulum"), midpoint).export("fortran")
+    with pytest.raises(BadInput, match="digits"):
+        Scheme(scenes.get("pendulum"), midpoint).export("c", digits=50)
 
 
 def test_a_scene_of_ones_own_is_exported():
