@@ -4,11 +4,14 @@ A fault in a narrow part of the motion is missed by any few places. But a run of
 goes through every part, and its rows are smooth but where the rule is not: differences of a high
 order, over ever more rows, make them small and leave what a narrow part does. So a scan judges
 nothing. It names the times at which differences stand out, and single steps from there are judged
-as those from all other places.
+as those from all other places. A second run, of longer steps, shows what is of a higher power of
+the step.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 from math import comb
 
@@ -22,65 +25,100 @@ from discmech.integrators.numbers import Matrix, Vector
 ORDER = 8  # of the differences: where a run has so many rows a motion is smooth to round-off
 #: rows of a run, divided by the number of its unknowns, and the least and largest distance of rows
 ROWS, LEAST, WIDEST = 2**15, 2**11, 2**8
+LONGER = 16  # times as long steps has the second run
 NEARBY = 64  # differences on either side, whose median is what the motion itself does there
+SHORT = 8  # such a part of the run is short against the motion
 #: times the differences nearby: the motion's own grow by less over `NEARBY` of them, or they are
 #: among the largest, whose places cost some steps and deny nothing
 STANDS_OUT = 100
 #: round-offs of a difference: Σ binomials² of them in the square, and a walk between its rows
 ROUND_OFFS = 8
-MOST = 3  # places that are looked at
+FEWEST, MOST = 3, 16  # places that are looked at, fewer of a scheme with costly steps
 OF_PROGRAM = 16  # a long run of a program takes seconds, this a part of one
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A difference of rows of a run that stands out, so many times, and where in the motion it is.
+
+    reach: the farthest that a state from which it is made lies from its own.
+    """
+
+    times: float
+    time: Fraction
+    state: Vector
+    reach: float
+
+    def is_beside(self, other: Peak) -> bool:
+        """True if it is made of other states. A motion that comes back shows a part again."""
+        return bool(np.abs(self.state - other.state).max() > self.reach)
 
 
 def times_that_stand_out(scheme: Scheme) -> list[Fraction]:
     """Return the times at which a run of short steps is least smooth; none where it is smooth.
 
-    A program makes a part (`OF_PROGRAM`) of the steps that it can make soon.
+    No two are of the same part of the motion: one that is narrow, but rightly followed, would else
+    hide a fault in another by coming back. A program makes a part (`OF_PROGRAM`) of the steps that
+    it can make soon.
     """
     unknowns = (len(scheme.s.x) + len(scheme.s.u)) * (1 + len(scheme.s.stages))
-    steps = max(LEAST, ROWS // max(1, unknowns // 2))
+    costs = max(1, unknowns // 2)
+    steps, most = max(LEAST, ROWS // costs), max(FEWEST, MOST // costs)
     if not scheme.rule.is_formula:
         steps = min(steps, getattr(scheme.rule, "long_run", steps) // OF_PROGRAM)
+        most = FEWEST
+    peaks = [peak for count in (steps, steps // LONGER) for peak in _of_run(scheme, count)]
+    chosen: list[Peak] = []
+    for peak in sorted(peaks, key=lambda peak: -peak.times):
+        if all(peak.is_beside(other) for other in chosen):
+            chosen.append(peak)
+        if len(chosen) == most:
+            break
+    return [peak.time for peak in chosen]
+
+
+def _of_run(scheme: Scheme, steps: int) -> Iterator[Peak]:
+    """Yield the differences that stand out in a run of so many steps, over ever more rows."""
     if steps < (ORDER + 2 * NEARBY):
-        return []
+        return
     step = Fraction(scheme.scene.duration) / steps
     try:
         run = scheme.flow(step, 16).trajectory(steps)
     except DiscmechError:
-        return []
-    rows = np.hstack([np.asarray(part, dtype=float) for part in (run.x, run.mu)])
+        return
+    rows = np.hstack([np.asarray(part, dtype=float) for part in (run.base, run.mu)])
     sizes = np.abs(rows).max(axis=0)
     if not np.isfinite(rows).all() or not sizes.any():
-        return []
+        return
     rows, unit = rows / np.where(sizes > 0, sizes, 1), scheme.rule.unit(16)
-    best: list[tuple[float, int]] = []
     apart = 1
     while apart <= WIDEST and (ORDER + 2 * NEARBY) * apart < len(rows):
-        best += _peaks(rows, apart, unit)
+        for times, row in _peaks(rows, apart, unit):
+            made_of = rows[max(0, row - ORDER * apart) : row + ORDER * apart + 1]
+            reach = float(np.abs(made_of - rows[row]).max())
+            yield Peak(times, row * step, rows[row], reach)
         apart *= 2
-    chosen: list[int] = []
-    for _, row in sorted(best, reverse=True):
-        if len(chosen) < MOST and all(abs(row - other) > 2 * ORDER for other in chosen):
-            chosen.append(row)
-    return [row * step for row in chosen]
 
 
-def _peaks(rows: Matrix, apart: int, unit: float) -> list[tuple[float, int]]:
-    """Return (how far it stands out, its row) of the largest differences over rows so far apart."""
+def _peaks(rows: Matrix, apart: int, unit: float) -> Iterator[tuple[float, int]]:
+    """Yield (how far it stands out, its row) of differences over rows so far apart.
+
+    Beyond both ends the median takes the mirrored differences: the last one again and again would
+    be the usual one where it is itself the fault. Where it is taken over so much of the motion that
+    this may grow as much itself, as to a pericentre at the start, the last one is repeated.
+    """
     signs = [(-1) ** j * comb(ORDER, j) for j in range(ORDER + 1)]
     count = len(rows) - ORDER * apart
     of: Vector = np.abs(
         sum(c * rows[j * apart : j * apart + count] for j, c in enumerate(signs))
     ).max(axis=1)
     noise = ROUND_OFFS * unit * np.sqrt(comb(2 * ORDER, ORDER) * (1 + apart))
-    among = maximum_filter1d(of, ORDER * apart)[:: ORDER * apart // 2 or 1]
-    usual = median_filter(among, NEARBY, mode="nearest")
+    among = maximum_filter1d(of, ORDER * apart)[:: ORDER * apart // 2]
+    short = NEARBY * (ORDER * apart // 2) * SHORT <= len(rows)
+    usual = median_filter(among, NEARBY, mode="mirror" if short else "nearest")
     score = among / (STANDS_OUT * usual + noise)
-    found = []
-    for k in np.argsort(score)[: -MOST - 1 : -1]:
-        if score[k] > 1:
-            near = int(k) * (ORDER * apart // 2 or 1)
-            lo = max(0, near - ORDER * apart // 2)
-            peak = lo + int(of[lo : near + ORDER * apart // 2 + 1].argmax())
-            found.append((float(score[k]), peak + ORDER * apart // 2))
-    return found
+    for k in np.flatnonzero((score > 1) & (score == maximum_filter1d(score, 3))):
+        near = int(k) * (ORDER * apart // 2)
+        lo = max(0, near - ORDER * apart // 2)
+        peak = lo + int(of[lo : near + ORDER * apart // 2 + 1].argmax())
+        yield float(score[k]), peak + ORDER * apart // 2
