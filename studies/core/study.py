@@ -18,7 +18,7 @@ from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType, ModuleType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from .limits import filled_in, told
 from .options import Option
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from discmech.integrators.rules import Discretisation
 
     from .case import Case, Choice, Progress
-    from .result import StudyResult
 
+Whole = TypeVar("Whole")  # the result of a study's cases, a `result.StudyResult`
 #: suffix of the name of a rule whose steps were chosen for tolerances
 BY_TOLERANCE = ", tolerance"
 FOLDER = Path(__file__).resolve().parents[1]
@@ -192,7 +192,7 @@ class Study:
         """Return sentences about the whole study for the chosen systems."""
         return []
 
-    def completed(self, result: StudyResult) -> StudyResult:
+    def completed(self, result: Whole) -> Whole:
         """Return the result of all cases, with entries about them together."""
         return result
 
@@ -338,9 +338,9 @@ class StudyFolder(Study):
         """Return sentences about the whole study for the chosen systems."""
         return list(self._said("notes", [], self._own(choice)))
 
-    def completed(self, result: StudyResult) -> StudyResult:
+    def completed(self, result: Whole) -> Whole:
         """Return the result of all cases, with entries about them together."""
-        completed: StudyResult = self._said("complete", result, result)
+        completed: Whole = self._said("complete", result, result)
         return completed
 
     def _said(self, name: str, otherwise: Any, *given: Any) -> Any:
