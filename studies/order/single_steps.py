@@ -44,8 +44,9 @@ def measured(case: Case, runs: float | None = None) -> SingleSteps | None:
     local = replace(local, rate=evidence.rate(case.order or 2), linear=evidence.linear)
     if case.rule.effective:
         local = replace(local, effective=evidence.effective)
-    place = evidence.order.place  # at a place on the motion it is low there, too
-    low = local.order is not None and local.order < least - NEAR and place and place.beside
+    # not if it is low in some part of the motion alone
+    low = any(c.place.beside and c.order is not None and c.order < least - NEAR
+              for c in evidence.order.components)  # fmt: skip
     if low and runs is not None and not below(case, runs):
         local = replace(local, on_motion=evidence.on_motion.order)
     return local

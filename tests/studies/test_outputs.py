@@ -35,6 +35,7 @@ FILES = [
 ]  # fmt: skip
 UNSEEN = [  # refused before they begin
     *FILES, (("gallery",), "page"), (("gallery",), "json"), (("control", "reorientation"), "json"),
+    (("export", "pendulum", "midpoint", "--language", "c"), "out"),
 ]  # fmt: skip
 
 

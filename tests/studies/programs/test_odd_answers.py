@@ -65,7 +65,7 @@ def test_no_program_passes_whose_single_steps_are_unknown_or_others(what, tmp_pa
     assert bool(told["reason"]) is (wanted != "pass")
 
 
-@black_box(order=2)
+@black_box(order=2, symplectic=True, keeps=("momentum",))
 def shy(q, p, h, system):
     if abs(h) < 1e-3:
         raise ValueError("too short a step")
