@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias
 
 from ..errors import BadInput, arguments_checked, brief_name, shown, signature_of, unknown
-from ..numbers.types import Column, Expression, Function, Letter
+from ..numbers.types import Column, Expression, Function, Given, Letter
 from ..scene import Again, Scene, again
 from .claims import Claims
+from .parameters import of_decorator, open_numbers, with_parameters
 from .quadrature import Nodes
 
 #: the Lagrangian and the groupoid as a rule gets them; equations/ has the classes of these names
@@ -124,7 +125,8 @@ class Discretisation:
         if free := self.left_open:
             return (
                 f"{self.name} leaves {', '.join(free)} open: `discmech prove` says for which "
-                f"values it has which order; give one as a default of its function, {free[0]}=1."
+                f"values it has which order; give a value, as in --vary {free[0]}=0:1:11 or "
+                f"parameters={{{free[0]!r}: 1}}."
             )
         if scene.in_numbers and self.is_formula:
             return (
@@ -152,6 +154,8 @@ class Discretisation:
 
     def __reduce__(self) -> Again:
         """Return the pickled form; a rule's functions are pickled by their place in a module."""
+        if (bound := getattr(self.formula, "bound", None)) is not None:
+            return with_parameters, (*bound, self.name)
         return again(self, (self.formula, getattr(self, "base", None)))
 
     def __deepcopy__(self, memo: object) -> Discretisation:
@@ -174,15 +178,16 @@ def discretisation(
     splits: bool = False,
     groupoids: str | Sequence[str] = (),
     effective: int | None = None,
-    parameters: str | Sequence[str] = (),
+    parameters: str | Sequence[str] | Mapping[str, Given] = (),
 ) -> Callable[[Function], Discretisation]:
     """Decorator: make a rule from a function (L, G, x, u, h), or (L, G, x, u, h, s) with stages.
 
     `splits`: True if the rule treats the scene's fast potential, L.fast(x), separately. groupoids:
     those on which it exists, names of `GROUPOIDS` such as "pair"; by default all. effective: the
     order of the processed rule (`studies.evidence.effective`), at least `order`. parameters: names
-    of numbers that stay open, further arguments of the function or symbols of sympy in its result:
-    `prove` says for which values the rule has which order. Raises `BadInput` if the order is no
+    of numbers that stay open, further arguments of the function or symbols of sympy in its result,
+    or a dict of names and values: `prove` says for which values the rule has which order,
+    `--vary w=0:1:11` runs it with several. Raises `BadInput` if the order is no
     positive whole number, stages no whole number from 0, a groupoid unknown, the effective order
     invalid, or the function has other arguments.
     """
@@ -192,8 +197,9 @@ def discretisation(
 
     def make(formula: Function) -> Discretisation:
         label, about = described("rule", formula, wanted, name, source, free)
-        return Discretisation(label, formula, order, about, stages, splits, where,
-                              effective=effective, parameters=free)  # fmt: skip
+        rule = Discretisation(label, formula, order, about, stages, splits, where,
+                              effective=effective, parameters=tuple(free))  # fmt: skip
+        return of_decorator(rule, free)
 
     return make
 
@@ -250,26 +256,9 @@ def check_effective(what: str, order: int | None, effective: object) -> None:
         )
 
 
-#: what a rule or a map is given, and the parts of these
-_LETTERS = ("L", "G", "x", "u", "h", "s", "z", "Z", "K", "c")
-
-
-def open_numbers(parameters: object) -> tuple[str, ...]:
-    """Return the names of open numbers as a tuple; raises `BadInput` for what are no names."""
-    given = (parameters,) if isinstance(parameters, str) else parameters
-    if not isinstance(given, list | tuple) or not all(
-        isinstance(e, str) and e.isidentifier() and e not in _LETTERS for e in given
-    ):
-        raise BadInput(
-            f"the parameters of a rule are {shown(parameters)}: give names of numbers that stay "
-            'open, such as parameters=("w",).'
-        )
-    return tuple(dict.fromkeys(given))
-
-
 def described(
     what: str, formula: object, wanted: str, name: str | None, source: str,
-    free: tuple[str, ...] = (),
+    free: Iterable[str] = (),
 ) -> tuple[str, str]:  # fmt: skip
     """Return (name, source) of a function with the `wanted` arguments, or raise `BadInput`.
 

@@ -8,12 +8,12 @@ and precision.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias
 
 from ..errors import BadInput, arguments_checked, shown
-from ..numbers.types import Column, Function
+from ..numbers.types import Column, Function, Given
 from ..scene import Scene
 from ..scene.affine import AffineLagrangian
 from .claims import Claims
@@ -22,8 +22,8 @@ from .discretisation import (
     check_effective,
     checked,
     described,
-    open_numbers,
 )
+from .parameters import of_decorator, open_numbers
 
 #: the scene as a map gets it, s; equations/ has the class of this name
 DualSystem: TypeAlias = Any
@@ -94,7 +94,7 @@ def one_step(
     keeps: str | Sequence[str] = (),
     effective: int | None = None,
     one_form: str = "",
-    parameters: str | Sequence[str] = (),
+    parameters: str | Sequence[str] | Mapping[str, Given] = (),
 ) -> Callable[[Function], OneStepMap]:
     """Decorator: make a one-step map from a function (s, z, h).
 
@@ -124,9 +124,10 @@ def one_step(
 
     def make(formula: Function) -> OneStepMap:
         label, about = described("one-step map", formula, wanted, name, source, free)
-        return OneStepMap(
+        rule = OneStepMap(
             label, formula, order, about, stages, groupoids=where, implicit=implicit, claims=said,
-            effective=effective, parameters=free, one_form=one_form,
+            effective=effective, parameters=tuple(free), one_form=one_form,
         )  # fmt: skip
+        return of_decorator(rule, free)
 
     return make

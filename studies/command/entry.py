@@ -20,6 +20,7 @@ from discmech.integrators.places import settle
 from discmech.integrators.scenes import lattices as systems
 
 from .. import NAMES
+from ..core import lookup
 from ..core.environment import absolute, names_from
 from ..core.options import THOROUGH
 from ..core.store import Store
@@ -89,7 +90,11 @@ def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
         farewell.again = GOES_ON_FRESH if options.fresh else GOES_ON
     try:
         check_outputs(options)
-        return int(options.action(options))
+        code = int(options.action(options))
+        for said in lookup.left_out():  # the rest of its file has its answer
+            print(f"discmech: {said}", file=sys.stderr)
+            code = code or BAD_INPUT
+        return code
     except BadInput as error:
         print(f"discmech: {error}", file=sys.stderr)
         return BAD_INPUT

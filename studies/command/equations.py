@@ -225,9 +225,11 @@ def _substeps(scheme: Scheme, base: str) -> str:
     shares = [f"{float(part.coefficient(20)):.6g}" + "*" * part.adjoint for part in scheme.substeps]
     listed = ", ".join(shares) if len(shares) <= MOST_SHARES else (
         ", ".join([*shares[: MOST_SHARES // 2], "…", *shares[-MOST_SHARES // 2 :]]))  # fmt: skip
-    words = f"A step is {len(shares)} substeps of {base}, of the shares {listed}"
-    words += " of it (*: of the adjoint)" if "*" in listed else " of it"
-    return f"{words}; the equations are those of a substep, of size h."
+    words = (
+        f"A step is made of {len(shares)} substeps by {base}; their sizes are these multiples of "
+    )
+    words += f"the step's: {listed}" + " (*: by the adjoint)" * ("*" in listed)
+    return f"{words}. The equations below are those of one substep, whose size is called h."
 
 
 def _of_one_step(scheme: Scheme) -> str:

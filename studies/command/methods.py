@@ -73,7 +73,7 @@ def _composed(rule: Any) -> str:
     if len(shares) > MOST_SHARES:
         shares = [*shares[: MOST_SHARES // 2], "…", *shares[-(MOST_SHARES // 2) :]]
     of = f"{rule.base.name} and its adjoint in turn" if rule.method.in_turn else rule.base.name
-    return f"A step is composed of steps of {of}, of the shares {', '.join(shares)} of h."
+    return f"A step of size h is made of substeps by {of}, of sizes {' h, '.join(shares)} h."
 
 
 def _terms(scene: Any, rule: Discretisation) -> tuple[Any, Any] | None:

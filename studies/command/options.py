@@ -11,7 +11,7 @@ from discmech.integrators import BadInput, retractions
 
 from ..core import lookup
 from ..core.environment import absolute
-from ..core.options import Option, digits_in, whole
+from ..core.options import Option, digits_in, values_of, whole
 
 if TYPE_CHECKING:
     from discmech.integrators import Scene
@@ -28,7 +28,7 @@ def add_choices(parser: argparse.ArgumentParser, of_scenes: bool = True) -> None
     add_jobs(parser)
     add_fresh(parser)
     if not of_scenes:
-        parser.set_defaults(scenes=[], rules=[], retraction=[], digits=[], steps=None)
+        parser.set_defaults(scenes=[], rules=[], retraction=[], digits=[], steps=None, vary=None)
         return
     parser.add_argument(
         "scenes", nargs="*", metavar="SCENE", help="a name or FILE.py:NAME; default: all that apply"
@@ -36,6 +36,10 @@ def add_choices(parser: argparse.ArgumentParser, of_scenes: bool = True) -> None
     parser.add_argument(
         "--rule", action="append", default=[], metavar="R", dest="rules", help=RULE_HELP
     )
+    parser.add_argument(
+        "--vary", metavar="W=A:B:N",
+        help="N values from A to B for a number that the rule leaves open, or a scene's parameter",
+    )  # fmt: skip
     parser.add_argument("--retraction", action="append", default=[], metavar="NAME")
     parser.add_argument(
         "--digits",
@@ -47,6 +51,13 @@ def add_choices(parser: argparse.ArgumentParser, of_scenes: bool = True) -> None
     parser.add_argument(
         "--steps", metavar="N", help="number of steps (of the coarsest run, if there are several)"
     )
+
+
+def _chosen(options: argparse.Namespace) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Return the scenes and the rules, or those that --vary makes of them."""
+    if options.vary is None:
+        return lookup.scenes_of(options.scenes), lookup.rules(options.rules)
+    return lookup.varied(options.scenes, options.rules, *values_of(options.vary))
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
@@ -113,10 +124,11 @@ def choice_of(options: argparse.Namespace) -> Choice:
 
     for name in options.retraction:
         retractions.get(name)
+    scenes, rules = _chosen(options)
     return Choice(
         own=own_of(options),
-        scenes=lookup.scenes_of(options.scenes),
-        rules=lookup.rules(options.rules) or lookup.maps_of(options.scenes),
+        scenes=scenes,
+        rules=rules or lookup.maps_of(options.scenes),
         retractions=tuple(options.retraction),
         digits=tuple(dict.fromkeys(map(digits_in, options.digits))),
         steps=None if options.steps is None else whole("--steps")(options.steps),
@@ -173,7 +185,8 @@ def page_of(options: argparse.Namespace, command: str) -> str:
 def as_typed(options: argparse.Namespace) -> str:
     """Return the command that asks for the same again."""
     words = (options.study, *options.scenes)
-    given = {"--rule": options.rules, "--retraction": options.retraction}
+    varied = [] if options.vary is None else [options.vary]
+    given = {"--rule": options.rules, "--vary": varied, "--retraction": options.retraction}
     return typed(words, given | {"--digits": options.digits}, own_words(options), options.steps)
 
 

@@ -13,7 +13,7 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Scene, remembered
 
-from . import lookup
+from . import words
 from .family import DIGITS as OF_FAMILY
 from .family import FAMILY
 from .outcome import Measurement, Verdict, worst
@@ -196,15 +196,15 @@ class Case:
     @property
     def repeatable(self) -> bool:
         """True if the words of `command` find this very scene and these very rules again."""
-        return all(map(lookup.is_found, (self.scene, *(() if self.control else self.rests_on))))
+        return all(map(words.is_found, (self.scene, *(() if self.control else self.rests_on))))
 
     @property
     def command(self) -> str:
         """The command that repeats this case."""
         study = shlex.quote(word_for_study(self.study))
-        parts = ["discmech", study, shlex.quote(lookup.address_of(self.scene))]
+        parts = ["discmech", study, shlex.quote(words.address_of(self.scene))]
         if self.control is None:
-            parts += ["--rule", shlex.quote(lookup.address_of(self.rule))]
+            parts += ["--rule", shlex.quote(words.address_of(self.rule))]
         else:
             parts += ["--control", f'"{self.control}"']
         if self.scene.groupoid.retraction in retractions.BUILT_IN:

@@ -1,25 +1,90 @@
-"""Rules and scenes by the words of a command: names, FILE.py:NAME, or FILE.py for all in a file."""
+"""Rules, scenes, studies and problems of control by the words of a command.
+
+A word is a name, FILE.py:NAME, or FILE.py for all in a file. NAME is that of an object, of its
+variable or of a list of objects. FILE.py:NAME:w=1/6 gives a value to a number that a rule leaves
+open, to an argument of a function that makes a rule or a scene, or to a parameter of a scene, its
+duration or its step, as pendulum:length=2 does.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, replace
+from inspect import signature
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar
 
 from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.errors import misplaced, nearest, shown, unknown
-from discmech.integrators.rules import METHODS, Composition, compose
+from discmech.integrators.errors import RAISED, misplaced, nearest, shown, unknown
+from discmech.integrators.numbers import sympy
+from discmech.integrators.rules import METHODS, compose, with_parameters
 from discmech.integrators.scenes import lattices as systems
-from discmech.integrators.steps import WAYS, Varied, vary
+from discmech.integrators.steps import WAYS, vary
 
-from .notebook import place_of
 from .parts import parts_of
 from .userfile import UserFile, load, loaded
 
-_Held = TypeVar("_Held")
 _Thing = TypeVar("_Thing", Discretisation, Scene)
+#: sentences about objects that a file could not make, beside those that a word named with it
+_LEFT_OUT: dict[str, None] = {}
+_VALUE = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?(/\d+)?")
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of objects that words name: its noun, those in a file, the bench's own by name."""
+
+    noun: str
+    in_file: Callable[[UserFile], Mapping[str, Any]]
+    called: Callable[[str], Any]
+
+
+def _scene_called(word: str) -> Any:
+    """Return the scene of that name, also of a problem of control, or the lattice."""
+    from discmech.integrators.scenes import control as problems
+
+    if word in problems.NAMES:
+        return problems.get(word).scene
+    if word in systems.NAMES:
+        return systems.get(word)
+    known = scenes.every_name()
+    if word in known:
+        return scenes.get(word)
+    raise unknown("scene", word, (*known, *problems.NAMES, *systems.NAMES))
+
+
+def _problem_called(word: str) -> Any:
+    from discmech.integrators.scenes import control as problems
+
+    return problems.get(word)
+
+
+def _problems_in(file: UserFile) -> dict[str, Any]:
+    from discmech.integrators import Control
+
+    return {name: each for name, each in file.variables.items() if isinstance(each, Control)}
+
+
+def _study_called(word: str) -> Any:
+    from .study import every_study
+
+    known = every_study()
+    if word not in known:
+        raise unknown("study", word, [name for name, study in known.items() if study.usual])
+    return known[word]
+
+
+RULE = Kind("rule", lambda file: file.rules, discretisations.get)
+SCENE = Kind("scene", lambda file: file.scenes, _scene_called)
+STUDY = Kind("study", lambda file: file.studies, _study_called)
+CONTROL = Kind("Control(...)", _problems_in, _problem_called)
+_OTHER = {RULE: SCENE, SCENE: RULE}  # the kind that is taken for this one
+
+
+# -- what words name ------------------------------------------------------------------------------
 
 
 def rules(words: Sequence[str]) -> tuple[Discretisation, ...]:
@@ -28,14 +93,12 @@ def rules(words: Sequence[str]) -> tuple[Discretisation, ...]:
     midpoint, gauss-3, kahan-li-8:midpoint, my.py:two_thirds, triple-jump:my.py:two_thirds, my.py.
     Raises `BadInput` for unknown names and for two rules of one name.
     """
-    found = dict.fromkeys(rule for word in words for rule in _rules(word))
-    return _told_apart(found, "rules")
+    return _told_apart(RULE, words)
 
 
 def scenes_of(words: Sequence[str]) -> tuple[Scene, ...]:
     """Return the scenes that words such as pendulum, my.py:my-scene, my.py name; like `rules`."""
-    found = dict.fromkeys(scene for word in words for scene in _scenes(word))
-    return _told_apart(found, "scenes")
+    return _told_apart(SCENE, words)
 
 
 def maps_of(words: Sequence[str]) -> tuple[Discretisation, ...]:
@@ -53,244 +116,223 @@ def named(word: str) -> tuple[tuple[Discretisation, ...], tuple[Scene, ...]]:
 
     Any other word is a rule's. Raises the errors of `rules`.
     """
-    if word.partition(":")[0] in (*METHODS, *WAYS):
-        return _rules(word), ()
-    file, name = in_file(word)
+    file, name = (None, word) if _is_made(word) else in_file(word)
     if file is None:
-        return _rules(word), ()
-    both: dict[str, Any] = {**file.scenes, **file.rules}
-    called = of_file(file, both, name, "rule or scene")[0].name
-    if not name:
-        return tuple(file.rules.values()), tuple(file.scenes.values())
-    rule, scene = file.rules.get(called), file.scenes.get(called)
-    return (rule,) if rule else (), (scene,) if scene else ()
+        return find(RULE, word), ()
+    both = [kind for kind in (RULE, SCENE) if not name or _asked(file, kind, name)]
+    both = both[:1] if isinstance(file.variables.get(name), Discretisation) else both
+    if not both or (file.empty and not name):
+        every = Kind("rule or scene", lambda file: {**file.scenes, **file.rules}, str)
+        in_this(file, every, name)
+    own = {kind: in_this(file, kind, name) for kind in both if name or kind.in_file(file)}
+    return own.get(RULE, ()), own.get(SCENE, ())
+
+
+def find(kind: Kind, word: str) -> tuple[Any, ...]:
+    """Return the objects of a kind that a word names; raises `BadInput` if there are none."""
+    method, _, base = word.partition(":")
+    if kind is RULE and _is_made(word):
+        make: Callable[[Any], Any] = lambda rule: (  # noqa: E731
+            compose(rule, method) if method in METHODS else vary(rule, way=method)
+        )
+        return tuple(map(make, find(RULE, base)))
+    file, name = in_file(word)
+    if file is not None:
+        return in_this(file, kind, name)
+    return (_of_bench(kind, word),)
 
 
 def rule(word: str) -> Discretisation:
     """Return the one rule of that name; raises `BadInput` if a file has several."""
-    return _only(rules([word]), word, "rules")
+    return only(RULE, word)
 
 
 def scene(thing: Scene | str) -> Scene:
     """Return `scene_given`, but raise `BadInput` for a lattice."""
-    found = scene_given(thing)
-    if "sites" in parts_of(found):
-        word = thing if isinstance(thing, str) else found.name
+    asked = scene_given(thing)
+    if "sites" in parts_of(asked):
+        word = thing if isinstance(thing, str) else asked.name
         others = {
             "order": "end",
             "symplecticity": "form",
             "momentum": "momenta",
             "energy": "energy",
         }
-        asked = ["lattices", *(study for study, part in others.items() if part in parts_of(found))]
+        judged = ["lattices", *(study for study, part in others.items() if part in parts_of(asked))]
         raise BadInput(
-            f"{found.name} is a lattice: `discmech run {word}` runs it, and it is judged by "
-            f"{', '.join(f'`discmech {study}`' for study in asked)}."
+            f"{asked.name} is a lattice: `discmech run {word}` runs it, and it is judged by "
+            f"{', '.join(f'`discmech {study}`' for study in judged)}."
         )
-    return found
+    return asked
+
+
+def study_called(word: str) -> Any:
+    """Return the study of that name, or of FILE.py:NAME; raises `BadInput` for an unknown one."""
+    return only(STUDY, word)
 
 
 def control(word: str) -> Any:
     """Return the optimal control problem of a built-in one's name, or of FILE.py:VARIABLE."""
-    from discmech.integrators import Control
-    from discmech.integrators.scenes import control as problems
-
-    file, name = in_file(word)
-    if file is None:
-        return problems.get(word)
-    held = {v: thing for v, thing in file.variables.items() if isinstance(thing, Control)}
-    return of_file(file, held, name, "Control(...)")[0]
+    return find(CONTROL, word)[0]
 
 
 def problem_named(word: str) -> Any:
     """The problem of control that a word names, by a built-in name or its variable; else None."""
-    from discmech.integrators import Control
     from discmech.integrators.scenes import control as problems
 
     file, name = in_file(word)
     if file is None:
         return problems.get(word) if word in problems.NAMES else None
-    thing = file.variables.get(name)
-    return thing if isinstance(thing, Control) else None
+    return _problems_in(file).get(name)
 
 
 def problem_of(scene: Scene) -> Any:
     """Return the optimal control problem with that scene, in any chart; None if there is none."""
-    from discmech.integrators import Control
     from discmech.integrators.scenes import control as problems
 
     if scene.name in problems.NAMES and problems.get(scene.name).scene.laws == scene.laws:
         return problems.get(scene.name)
     for file in reversed(loaded()):
-        held = {v: thing for v, thing in file.variables.items() if isinstance(thing, Control)
-                and thing.scene.laws == scene.laws}  # fmt: skip
-        if len(set(held.values())) > 1:
+        own = {name: each for name, each in _problems_in(file).items()
+               if each.scene.laws == scene.laws}  # fmt: skip
+        if len(set(own.values())) > 1:
             raise BadInput(
-                f"{file.path}: {', '.join(held)} are problems of one scene, {scene.name}; give "
+                f"{file.path}: {', '.join(own)} are problems of one scene, {scene.name}; give "
                 "each a scene of its own (scene.with_values(name=...))."
             )
-        if held:
-            return next(iter(held.values()))
+        if own:
+            return next(iter(own.values()))
     return None
 
 
 def rule_given(thing: Any) -> Discretisation:
     """Return a rule, or the one that a word names; raises `BadInput` for anything else."""
-    return _given(thing, Discretisation, rule, "rule")
+    return _given(thing, Discretisation, RULE)
 
 
 def scene_given(thing: Any) -> Scene:
     """Return a scene or lattice, or the one that a word names; raises `BadInput` otherwise."""
     kinds: Any = (Scene, Lattice)
-    return _given(thing, kinds, lambda word: _only(scenes_of([word]), word, "scenes"), "scene")
+    return _given(thing, kinds, SCENE)
 
 
-def word_for(thing: Discretisation | Scene) -> str:
-    """Return the word by which `rule` or `scene` finds it: with its file, if it comes from one."""
-    file = file_of(thing)
-    if file is not None:
-        return f"{file.path}:{thing.name}"
-    if isinstance(thing, Composition):
-        return f"{thing.method.name}:{word_for(thing.base)}"
-    if isinstance(thing, Varied) and thing.sigma is None:
-        return f"{thing.way}:{word_for(thing.base)}"
-    return thing.name
+def varied(
+    of_scenes: Sequence[str], of_rules: Sequence[str], name: str, values: Sequence[str]
+) -> tuple[tuple[Scene, ...], tuple[Discretisation, ...]]:
+    """Return the scenes and the rules, of each that has a number of that name one for each value.
 
-
-def address_of(thing: Discretisation | Scene) -> str:
-    """Return the word by which a command finds it: `word_for`, or the file of a script or notebook.
-
-    An object that neither a name nor a file gives again is called by its name (`is_found`).
+    It is an open number of a rule or an argument of what makes one, or else a parameter of a scene.
+    Raises `BadInput` if nothing has it.
     """
-    word = word_for(thing)
-    if file_of(thing) is not None or isinstance(thing, Composition):
-        return word
-    place = _place_of(thing)
-    return word if place is None else f"{place}:{thing.name}"
+    for kind, words in ((RULE, of_rules), (SCENE, of_scenes)):
+        taking = {word: full for word in words if (full := _with_number(kind, word, name))}
+        if not taking:
+            continue
+        things: dict[Any, None] = {}
+        for word in words:
+            if word not in taking:
+                things |= dict.fromkeys(find(kind, word))
+                continue
+            full = taking[word]
+            of = in_file(full)[1] or full
+            for value in values:
+                thing = only(kind, f"{full}{',' if '=' in of else ':'}{name}={value}")
+                things[replace(thing, name=f"{of.partition(':')[0]}:{name}={value}")] = None
+        if kind is RULE:
+            return scenes_of(of_scenes), tuple(things)
+        return tuple(things), rules(of_rules)
+    raise BadInput(
+        f"--vary {name}: no rule that is named leaves {name} open, and no scene that is named has "
+        f'a parameter {name}: declare it, @discretisation(parameters=("{name}",)), or take a '
+        "parameter of the scene."
+    )
 
 
-def is_found(thing: Any) -> bool:
-    """Return True if the word of `address_of` finds this very object, with its values.
-
-    A scene may be in another chart, which an option of the command gives.
-    """
-    file = file_of(thing)
-    if file is not None:
-        return _alike({**file.scenes, **file.rules}[thing.name], thing)
-    if isinstance(thing, Composition | Varied):
-        return word_for(thing) in _words_over(thing.base) and is_found(thing.base)
-    if _place_of(thing) is not None:
-        return True
-    try:
-        kind = "rule" if isinstance(thing, Discretisation) else "scene"
-        return _alike(_called(thing.name, kind), thing)
-    except BadInput:
-        return False
+def _with_number(kind: Kind, word: str, name: str) -> str:
+    """Return the word of a single object that has a number of that name to be given; or ""."""
+    file, inside = in_file(word)
+    made = None if file is None else file.variables.get(inside)
+    if isinstance(made, FunctionType):
+        return word if name in signature(made).parameters else ""
+    thing = only(kind, word)
+    first = getattr(getattr(thing, "formula", None), "bound", (thing,))[0]
+    full = word if inside or file is None else f"{word}:{thing.name}"
+    return full if name in first.parameters else ""
 
 
-def _words_over(base: Discretisation) -> list[str]:
-    return [f"{name}:{word_for(base)}" for name in (*METHODS, *WAYS)]
+def left_out() -> list[str]:
+    """Return once what is wrong with objects that were left out beside others of their file."""
+    said = [*_LEFT_OUT]
+    _LEFT_OUT.clear()
+    return said
 
 
-def _place_of(thing: Discretisation | Scene) -> str | None:
-    function = getattr(thing, "formula", None) or getattr(thing, "lagrangian", None)
-    return place_of(thing, function, _alike)
+def only(kind: Kind, word: str) -> Any:
+    """Return the one object that a word names; raises `BadInput` for several, or one refused."""
+    known = {*_LEFT_OUT}
+    several = find(kind, word)
+    if len(several) > 1:
+        names = ", ".join(thing.name for thing in several)
+        one, noun = f"{word}:{several[0].name}", kind.noun.replace("study", "studie")
+        raise BadInput(f"{word} has several {noun}s ({names}): say {one}.")
+    for said in {*_LEFT_OUT} - known:  # perhaps it was the one that is meant
+        _LEFT_OUT.pop(said)
+        raise BadInput(said)
+    return several[0]
 
 
-def _alike(held: Any, thing: Any) -> bool:
-    """True if both are one object, but for a scene's chart."""
-    if isinstance(held, Discretisation) and isinstance(thing, Discretisation):
-        return held == thing
-    if held is thing or not (isinstance(held, Scene) and isinstance(thing, Scene)):
-        return held is thing
-    names = [f.name for f in fields(thing) if f.name != "groupoid"]
-    return all(getattr(held, name) == getattr(thing, name) for name in names)
-
-
-def file_of(thing: Discretisation | Scene) -> UserFile | None:
-    """Return the loaded file that defines it, or None; a scene may be in any chart."""
-    for file in reversed(loaded()):
-        if isinstance(thing, Discretisation):
-            if file.rules.get(thing.name) == thing:
-                return file
-        elif (held := file.scenes.get(thing.name)) is not None and _same(held, thing):
-            return file
-    return None
-
-
-def _same(held: Any, thing: Any) -> bool:
-    """True if both are one system, except for values; a lattice is only itself."""
-    laws = getattr(held, "laws", None)
-    return held is thing or (laws is not None and laws == getattr(thing, "laws", None))
-
-
-def _given(thing: Any, kind: type[_Thing], named: Callable[[str], _Thing], noun: str) -> _Thing:
-    if isinstance(thing, kind):
+def _given(thing: Any, of: type[_Thing], kind: Kind) -> _Thing:
+    if isinstance(thing, of):
         return thing
     if isinstance(thing, str):
-        return named(thing)
+        return only(kind, thing)
     if isinstance(thing, Scene | Discretisation):
-        raise misplaced(thing.name, "rule" if noun == "scene" else "scene", noun)
-    if kind is Discretisation and callable(thing):
+        raise misplaced(thing.name, _OTHER[kind].noun, kind.noun)
+    if kind is RULE and callable(thing):
         discretisations.check_rule(thing)  # the error says how a function becomes a rule
-    raise BadInput(f"{shown(thing)} is no {noun}: give one, or its name.")
+    raise BadInput(f"{shown(thing)} is no {kind.noun}: give one, or its name.")
 
 
-def _rules(word: str) -> tuple[Discretisation, ...]:
-    method, colon, base = word.partition(":")
-    if colon and method in METHODS:
-        return tuple(compose(rule, method) for rule in _rules(base))
-    if colon and method in WAYS:
-        return tuple(vary(rule, way=method) for rule in _rules(base))
-    file, name = in_file(word)
-    if file is None:
-        return (_called(word, "rule"),)
-    return of_file(file, file.rules, name, "rule")
+def _told_apart(kind: Kind, words: Sequence[str]) -> tuple[Any, ...]:
+    each = dict.fromkeys(thing for word in words for thing in find(kind, word))
+    names = [thing.name for thing in each]
+    for name in names:
+        if names.count(name) > 1:
+            raise BadInput(f"two {kind.noun}s are called {name}: give one of them another name.")
+    return tuple(each)
 
 
-def _scenes(word: str) -> tuple[Scene, ...]:
-    file, name = in_file(word)
-    if file is not None:
-        thing = file.variables.get(name)
-        # of a Control(...), or of a map's own states
-        own = getattr(thing, "own_scene", None) or getattr(thing, "scene", None)
-        return (own,) if isinstance(own, Scene) else of_file(file, file.scenes, name, "scene")
-    return (_called(word, "scene"),)
+# -- of the bench, and of files -------------------------------------------------------------------
 
 
-def _called(word: str, kind: str) -> Any:
-    """Return the rule or scene of that name; raises `BadInput` for others, with their kind."""
-    get: dict[str, Callable[[str], Any]] = {"rule": discretisations.get, "scene": _scene_called}
-    (other,) = {*get} - {kind}
+def _is_made(word: str) -> bool:
+    """True for the word of a rule that is made of another one, such as triple-jump:midpoint."""
+    method, colon, _ = word.partition(":")
+    return bool(colon) and method in (*METHODS, *WAYS)
+
+
+def _of_bench(kind: Kind, word: str) -> Any:
+    """Return the bench's object of that name; raises `BadInput` for others, with their kind."""
+    name, colon, values = word.partition(":")
     try:
-        return get[kind](word)
+        return (
+            with_words(kind.called(name), values) if colon and kind is SCENE else kind.called(word)
+        )
     except BadInput as error:
         said = error
-    try:
-        said = misplaced(get[other](word).name, other, kind)
-    except BadInput:
-        if word and Path(word).exists():  # an empty word is this folder's
-            said = BadInput(f"{word} is no Python file: name a .py file with rules or scenes.")
+    if kind in _OTHER:
+        try:
+            said = misplaced(_OTHER[kind].called(word).name, _OTHER[kind].noun, kind.noun)
+        except BadInput:
+            if word and Path(word).exists():  # an empty word is this folder's
+                said = BadInput(f"{word} is no Python file: name a .py file with rules or scenes.")
     raise said
-
-
-def _scene_called(word: str) -> Any:
-    """Return the scene of that name, also of a problem of control, or the lattice."""
-    if word in scenes.every_name():
-        return scenes.get(word)
-    from discmech.integrators.scenes import control as problems
-
-    if word in problems.NAMES:
-        return problems.get(word).scene
-    if word in systems.NAMES:
-        return systems.get(word)
-    raise unknown("scene", word, (*scenes.every_name(), *problems.NAMES, *systems.NAMES))
 
 
 def in_file(word: str) -> tuple[UserFile | None, str]:
     """Return (the file, the name in it) of FILE.py:NAME or FILE.py; no file for any other word."""
-    path, found, name = word.partition(".py:")
-    path += ".py" if found else ""
+    path, colon, name = word.partition(".py:")
+    path += ".py" if colon else ""
     if not path.endswith(".py"):
         return None, word
     method, colon, base = path.partition(":")
@@ -299,48 +341,96 @@ def in_file(word: str) -> tuple[UserFile | None, str]:
     return load(path), name
 
 
-def of_file(file: UserFile, held: Mapping[str, _Held], name: str, kind: str) -> tuple[_Held, ...]:
+def in_this(file: UserFile, kind: Kind, name: str) -> tuple[Any, ...]:
     """Return the objects of that name, of its variable's, or in the list of that name; all without
     a name.
 
     Raises `BadInput` for a name that no object of this kind has.
     """
-    listed = file.variables.get(name)
-    if isinstance(listed, list | tuple) and (
-        several := tuple(e for e in held.values() if any(e is each for each in listed))
-    ):
-        return several
-    variable = getattr(listed, "name", "")
-    names = (name, variable, name.replace("_", "-"))
-    others: dict[str, tuple[str, Mapping[str, Any]]]
-    others = {"rule": ("scene", file.scenes), "scene": ("rule", file.rules)}
-    other, theirs = others.get(kind, ("", {}))
-    swapped = [n for n in names if n in theirs]
-    if swapped and not {*names} & {*held}:
-        raise misplaced(swapped[0], other, kind)
-    if not held:
-        raise BadInput(f"{file.path} defines no {kind}.")
-    if not name:
-        return tuple(held.values())
-    asked = next((n for n in names if n in held), name)
-    if asked not in held:
-        near = nearest(asked, held)
-        there = f"there {'is' if len(held) == 1 else 'are'} {', '.join(held)}."
-        hint = f"did you mean {near}?" if near else there
-        raise BadInput(f'{file.path} has no {kind} "{name}": {hint}')
-    return (held[asked],)
+    own = kind.in_file(file)
+    if name and (asked := _asked(file, kind, name)):
+        return asked
+    if name.replace("-", "_") in file.refused:
+        raise BadInput(file.refused[name.replace("-", "_")])
+    if kind in _OTHER and name:
+        for other in _asked(file, _OTHER[kind], name):
+            raise misplaced(other.name, _OTHER[kind].noun, kind.noun)
+    if not name and own:
+        _LEFT_OUT.update(dict.fromkeys(file.refused.values()))
+        return tuple(own.values())
+    if isinstance(file.variables.get(name), FunctionType):
+        example = next(iter(file.variables[name].__code__.co_varnames), "w")
+        raise BadInput(
+            f"{file.path}: {name} is a plain function: decorate it, or, if it makes a {kind.noun}, "
+            f"say its arguments, {file.path}:{name}:{example}=1."
+        )
+    if not own:
+        raise BadInput(file.empty or f"{file.path} defines no {kind.noun}.")
+    near = nearest(name, own)
+    there = f"there {'is' if len(own) == 1 else 'are'} {', '.join(own)}."
+    hint = f"did you mean {near}?" if near else there
+    raise BadInput(f'{file.path} has no {kind.noun} "{name}": {hint}')
 
 
-def _told_apart(found: Mapping[Any, None], kind: str) -> tuple[Any, ...]:
-    names = [thing.name for thing in found]
-    for name in names:
-        if names.count(name) > 1:
-            raise BadInput(f"two {kind} are called {name}: give one of them another name.")
-    return tuple(found)
+def _asked(file: UserFile, kind: Kind, name: str) -> tuple[Any, ...]:
+    """Return the objects of a kind in a file that a name means there; none if it means none."""
+    own, variable = kind.in_file(file), file.variables.get(name)
+    # of a Control(...), or of a map's own states
+    thing = getattr(variable, "own_scene", None) or getattr(variable, "scene", None)
+    if kind is SCENE and isinstance(thing, Scene):
+        return (thing,)
+    if several := [e for e in file.lists.get(name, ()) if e in own.values() or kind is _kind_of(e)]:
+        return tuple(several)
+    for each in (name, getattr(variable, "name", ""), name.replace("_", "-")):
+        if each in own:
+            return (own[each],)
+    maker, colon, values = name.partition(":")
+    if not colon or kind not in _OTHER:
+        return ()
+    if name not in file.made:
+        made = file.variables.get(maker)
+        if isinstance(made, FunctionType):
+            file.made[name] = _made(file.path, made, values)
+        elif bases := _asked(file, kind, maker):
+            file.made[name] = with_words(bases[0], values)
+    thing = file.made.get(name)
+    return (thing,) if kind is _kind_of(thing) else ()
 
 
-def _only(found: Sequence[_Thing], word: str, kind: str) -> _Thing:
-    if len(found) > 1:
-        names = ", ".join(thing.name for thing in found)
-        raise BadInput(f"{word} has several {kind} ({names}): say {word}:{found[0].name}.")
-    return found[0]
+def _kind_of(thing: Any) -> Kind | None:
+    if isinstance(thing, Discretisation):
+        return RULE
+    return SCENE if isinstance(thing, Scene | Lattice) else None
+
+
+def _made(path: str, maker: FunctionType, values: str) -> Any:
+    """Return what a user's function makes of the values; raises `BadInput` if it raises."""
+    try:
+        given = _arguments(values)
+        return maker(*(v for name, v in given if not name), **{n: v for n, v in given if n})
+    except RAISED as error:
+        said = error if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
+        raise BadInput(f"{path}: {maker.__name__}({values}) fails: {said}") from None
+
+
+def with_words(thing: Any, values: str) -> Any:
+    """Return a rule with values for its open numbers, or a scene with others for its own."""
+    given = dict(_arguments(values))
+    if isinstance(thing, Discretisation):
+        return with_parameters(thing, given)
+    given = {name: str(value) for name, value in given.items()}  # "1/3" is exact
+    own = {name: given.pop(name) for name in [*given] if name in thing.parameters}
+    return thing.with_values(**given, **({"parameters": own} if own else {}))
+
+
+def _arguments(text: str) -> list[tuple[str, Any]]:
+    """Return the pairs (name, or "", value) of w=1/6,n=3; a value is an exact number or a text."""
+    pairs: list[tuple[str, Any]] = []
+    for part in text.split(","):
+        value: Any
+        name, equals, value = part.rpartition("=")
+        if _VALUE.fullmatch(value):
+            exact = sympy.Rational(value)
+            value = int(exact) if exact.q == 1 else exact
+        pairs.append((name.strip() if equals else "", value))
+    return pairs

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, NoReturn
 
 
@@ -86,6 +87,27 @@ def digits_in(text: str, single: bool = False) -> int:
         also = ", or 7 (single precision)" * single
         refuse(f"--digits is {value}: give 16 (double precision) up to {MOST_DIGITS}{also}.")
     return value
+
+
+def values_of(text: str) -> tuple[str, list[str]]:
+    """Return (name, values) of w=0:1/2:21, from 0 to 1/2 in 21 values, or of w=0,1/6,1/4."""
+    name, equals, given = text.partition("=")
+    try:
+        if ":" in given:
+            first, last, count = given.split(":")
+            begin, number = Fraction(first), int(count)
+            size = (Fraction(last) - begin) / (number - 1)
+            values = [begin + size * k for k in range(number)]
+        else:
+            values = [Fraction(each) for each in given.split(",")]
+    except (ValueError, ZeroDivisionError):
+        values = []
+    if not (name.isidentifier() and equals and values):
+        refuse(
+            f"--vary {text} names no number with its values: write --vary w=0:1/2:21 for 21 values "
+            "from 0 to 1/2, or --vary w=0,1/6,1/4."
+        )
+    return name, [str(value) for value in values]
 
 
 def seconds(what: str) -> Callable[[str], float]:

@@ -20,6 +20,7 @@ from discmech.integrators.scene import Opaque
 from . import fingerprint
 from .case import Case, Progress, scheme_of, silent
 from .cluster import Cluster
+from .lookup import study_called
 from .one_case import (
     asks_cause,
     asks_more,
@@ -36,8 +37,8 @@ from .plan import Place, Plan, Task
 from .result import AnyResult
 from .store import Carried, Store
 from .study import Study
-from .study_lookup import study_called, word_of
 from .userfile import expect_unchanged, stamps
+from .words import word_of_study
 from .workers import tell, worker_pool
 
 WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
@@ -253,7 +254,7 @@ def _packed(plan: Plan) -> tuple[bytes, tuple[tuple[str, str], ...]] | None:
     None if some part cannot go there: functions of a notebook, or of the script that runs.
     """
     try:
-        packed = pickle.dumps((list(map(word_of, plan.studies)), plan.choice))
+        packed = pickle.dumps((list(map(word_of_study, plan.studies)), plan.choice))
         return None if b"__main__" in packed else (packed, stamps(packed))
     except (pickle.PicklingError, AttributeError, TypeError, BadInput):
         return None

@@ -1,15 +1,17 @@
 """A user's file: the rules, scenes and studies that it defines, errors with their line."""
 
 from __future__ import annotations
+import __future__
 
 import ast
 import contextlib
 import hashlib
+import itertools
 import pickle
 import sys
 import traceback
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
@@ -17,6 +19,7 @@ from typing import Any
 from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import RAISED
+from discmech.integrators.files import encoded
 from discmech.integrators.scenes import lattices as systems
 
 from .environment import absolute
@@ -24,8 +27,8 @@ from .environment import absolute
 
 @dataclass(frozen=True)
 class UserFile:
-    """The definitions at a file's top level and in lists there, by the names of rules, scenes and
-    studies.
+    """The definitions at a file's top level and in lists and dicts there, by the names of rules,
+    scenes and studies.
 
     Lattices are among the scenes. `path` is as it was first given, `digest` identifies its text
     and that of the files beside it which it imports.
@@ -36,10 +39,34 @@ class UserFile:
     rules: dict[str, Discretisation]
     scenes: dict[str, Scene]
     studies: dict[str, Any]  # instances of `Study`
+    lists: dict[str, list[Any]]  # the rules and scenes in the lists and dicts of these names
     variables: dict[str, Any]  # the values of all variables of the file
+    refused: dict[str, str]  # names of objects that could not be made, and why
+    made: dict[str, Any] = field(default_factory=dict)  # by words that give values to a name
+
+    @property
+    def empty(self) -> str:
+        """Why the file defines no rule, scene or study; empty if it defines one."""
+        if self.rules or self.scenes or self.studies:
+            return ""
+        if self.refused:
+            return next(iter(self.refused.values()))
+        plain = [name for name, thing in self.variables.items()
+                 if isinstance(thing, FunctionType)
+                 and thing.__module__ == self.variables["__name__"]]  # fmt: skip
+        verb = "is a plain function" if len(plain) == 1 else "are functions"
+        said = f" {', '.join(plain)} {verb}:" if plain else ""
+        return (
+            f"{self.path} defines no rule and no scene:{said} decorate a function with "
+            "@discretisation() or @one_step(), one of numbers with @black_box(), or make a "
+            "Scene(...), a Lattice(...) or external([...]) at the top level."
+        )
 
 
 _loaded: dict[tuple[Path, bytes], UserFile] = {}
+OF_USER = "discmech_user_"  # begins the names of the modules of these files
+_running: list[Path] = []  # files whose text runs now
+_FUTURE = sum(getattr(__future__, name).compiler_flag for name in __future__.all_feature_names)
 
 
 def loaded() -> tuple[UserFile, ...]:
@@ -82,7 +109,7 @@ def load(path: str) -> UserFile:
     """Run the file and collect its rules and scenes; a text is run only once.
 
     A file that imports those of discmech does not define them. Raises `BadInput`, with the line, if
-    the file cannot be read or run, defines neither, or gives one name to two objects.
+    the file cannot be read or run.
     """
     file = absolute(path)
     try:
@@ -93,102 +120,164 @@ def load(path: str) -> UserFile:
         ) from None
     found = _loaded.pop((file, source), None)
     if found is None:
-        digest, module = _run(path, file, source)
-        found = UserFile(path, digest, *_collect(path, module), vars(module))
+        digest, module, refused = _run(path, file, source)
+        found = UserFile(path, digest, *_collect(path, module), vars(module), refused)
     _loaded[file, source] = found
     return found
 
 
 def things_in(variables: Mapping[str, Any]) -> Iterator[Any]:
-    """Yield the values of a file's variables, and after them the entries of its lists."""
-    values = [*variables.values()]
+    """Yield the values of a file's variables, and after them the entries of its lists and dicts."""
+    values = [value for name, value in variables.items() if name[:2] != "__"]
     yield from values
     for value in values:
-        if type(value) in (list, tuple):
-            yield from value
+        yield from _entries(value)
+
+
+def _entries(value: Any, depth: int = 3) -> Iterator[Any]:
+    """Yield the entries of a list, a tuple or the values of a dict, and of those in them."""
+    if type(value) not in (list, tuple, dict) or not depth:
+        return
+    for each in [*(value.values() if type(value) is dict else value)]:
+        yield each
+        yield from _entries(each, depth - 1)
+
+
+def _is_of_bench(thing: Any) -> bool:
+    if isinstance(thing, Discretisation):
+        return thing is discretisations.BUILT_IN.get(thing.name)
+    room: Any = systems if isinstance(thing, Lattice) else scenes
+    names = systems.NAMES if isinstance(thing, Lattice) else scenes.every_name()
+    return thing.name in names and thing is room.get(thing.name)
 
 
 def _collect(
     path: str, module: ModuleType
-) -> tuple[dict[str, Discretisation], dict[str, Scene], dict[str, Any]]:
+) -> tuple[dict[str, Discretisation], dict[str, Scene], dict[str, Any], dict[str, list[Any]]]:
+    """Return the rules, scenes and studies of a module by name, and the lists of the former two.
+
+    A second object of a name gets the name of its variable, or of its list with a number.
+    """
     rules: dict[str, Discretisation] = {}
     own: dict[str, Scene] = {}
     studies: dict[str, Any] = {}
-    top = [*vars(module).values()]
-    for thing in things_in(vars(module)):
-        known: Any = None
-        names: dict[str, Any]
-        if isinstance(thing, Discretisation):
-            known, names = discretisations.BUILT_IN.get(thing.name), rules
-        elif isinstance(thing, Lattice):
-            known = systems.get(thing.name) if thing.name in systems.NAMES else None
-            names = own
-        elif isinstance(thing, Scene):
-            known, names = (
-                scenes.get(thing.name) if thing.name in scenes.every_name() else None,
-                own,
-            )
-        elif getattr(type(thing), "is_study", False) and type(thing).__module__ == module.__name__:
-            if trouble := thing.trouble() or thing.clash():
+    known: dict[int, Any] = {}  # by the address of what was seen, which the module keeps alive
+
+    def take(thing: Any, where: str, own_name: Sequence[str] = ()) -> Any:
+        """Return a rule or scene as it is named here; None for anything else."""
+        if not isinstance(thing, Discretisation | Scene | Lattice) or _is_of_bench(thing):
+            return thing if isinstance(thing, Discretisation | Scene | Lattice) else None
+        if id(thing) in known:
+            return known[id(thing)]
+        names: dict[str, Any] = rules if isinstance(thing, Discretisation) else own
+        named = next((e for e in names.values() if e is thing or e == thing), thing)
+        if names.get(named.name, named) is not named:
+            free = itertools.chain(own_name, (f"{where}-{k}" for k in itertools.count(1)))
+            named = replace(thing, name=next(word for word in free if word not in names))
+        names[named.name] = known[id(thing)] = named
+        return named
+
+    top = {name: value for name, value in vars(module).items() if name[:2] != "__"}
+    for name, value in top.items():
+        take(value, name, [name])
+        if getattr(type(value), "is_study", False) and type(value).__module__ == module.__name__:
+            if trouble := value.trouble() or value.clash():
                 raise BadInput(f"{path}: {trouble}.")
-            names = studies
-        else:
-            continue
-        if thing is known:
-            continue
-        if known is not None or names.get(thing.name, thing) is not thing:
-            if all(thing is not each for each in top):  # a list may hold variants of one name
-                continue
-            whose = "discmech's own" if known is not None else "given twice in this file"
-            raise BadInput(f"{path}: the name {thing.name} is {whose}; choose another name.")
-        names[thing.name] = thing
-    classes = [e for e in vars(module).values() if isinstance(e, type)
+            if studies.setdefault(value.name, value) is not value:
+                raise BadInput(
+                    f"{path}: the name {value.name} is given twice in this file; choose another "
+                    "name."
+                )
+    lists = {name: [e for each in _entries(value) if (e := take(each, name)) is not None]
+             for name, value in top.items()}  # fmt: skip
+    classes = [e for e in top.values() if isinstance(e, type)
                and getattr(e, "is_study", False) and e.__module__ == module.__name__]  # fmt: skip
     if classes and not studies:
         raise BadInput(
             f"{path}: {classes[-1].__name__} is a class: write STUDY = {classes[-1].__name__}() at "
             "the top level."
         )
-    if not (rules or own or studies):
-        plain = [
-            name
-            for name, thing in vars(module).items()
-            if isinstance(thing, FunctionType) and thing.__module__ == module.__name__
-        ]
-        held = (
-            f" {', '.join(plain)} {'is a plain function' if len(plain) == 1 else 'are functions'}:"
-        )
-        raise BadInput(
-            f"{path} defines no rule and no scene:{held if plain else ''} decorate a function with "
-            "@discretisation() or @one_step(), one of numbers with @black_box(), or make a "
-            "Scene(...), a Lattice(...) or external([...]) at the top level."
-        )
-    return rules, own, studies
+    return rules, own, studies, {name: each for name, each in lists.items() if each}
 
 
-def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType]:
-    """Run the source, with its output on standard error; return (digest, module)."""
-    module = ModuleType(f"discmech_user_{file.stem}_{hashlib.sha256(source).hexdigest()[:8]}")
+def program(path: str, text: str) -> UserFile:
+    """Return what a text defines that stands in place of a file; `load` does not find it."""
+    file = absolute(path)
+    digest, module, refused = _run(path, file, encoded(text))
+    return UserFile(path, digest, *_collect(path, module), vars(module), refused)
+
+
+def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType, dict[str, str]]:
+    """Run the source, with its output on standard error; return (digest, module, refused).
+
+    A statement whose object is refused leaves the others as they are: refused has the names that
+    it and those that need it would bind, with the sentence that refuses it.
+    """
+    module = ModuleType(f"{OF_USER}{file.stem}_{hashlib.sha256(source).hexdigest()[:8]}")
     module.__file__ = str(file)
+    refused: dict[str, str] = {}
+    if file in _running:
+        raise BadInput(f"{path} is running: its objects have no words before it ends.")
+    _running.append(file)
     sys.modules[module.__name__] = module
     sys.path.insert(0, str(file.parent))  # its neighbours may be imported
     try:
         with contextlib.redirect_stdout(sys.stderr):
-            exec(compile(source, str(file), "exec"), vars(module))
+            code, rest = compile(source, str(file), "exec"), ast.parse(source).body
+            while True:
+                try:
+                    exec(code, vars(module))
+                    break
+                except (BadInput, NameError) as error:
+                    if isinstance(error, NameError) and error.name not in refused:
+                        raise
+                    rest = _from(rest, _lines_in(file, error)[0])
+                    if not (names := binds(rest.pop(0))):  # it makes nothing: it is the mistake
+                        raise
+                    lost = refused.get(getattr(error, "name", ""), "") or _said(path, file, error)
+                    refused |= dict.fromkeys(names, lost)
+                    tree, flags = ast.Module(rest, []), code.co_flags & _FUTURE
+                    code = compile(tree, str(file), "exec", flags, dont_inherit=True)
     except SyntaxError as error:
         where = path if error.filename in (None, str(file)) else error.filename
         raise BadInput(f"{where}, line {error.lineno}: {error.msg}; mend the line.") from None
     except MemoryError:
         raise
     except RAISED as error:
-        what = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
-        if isinstance(error, BadInput) and what.startswith(f"{file.name}, line "):
-            raise  # the line is in the message
-        line = _line_in(file, error)
-        raise BadInput(f"{path}{f', line {line}' if line else ''}: {what}") from None
+        raise BadInput(_said(path, file, error)) from None
     finally:
+        _running.remove(file)
         sys.path.remove(str(file.parent))
-    return _digest_of(file, source), module
+    return _digest_of(file, source), module, refused
+
+
+def _from(statements: list[ast.stmt], line: int) -> list[ast.stmt]:
+    """Return the statements from the one on with this line, which may be a decorator's."""
+    first = [min(node.lineno, *(e.lineno for e in getattr(node, "decorator_list", ())), node.lineno)
+             for node in statements]  # fmt: skip
+    return statements[sum(begin <= line for begin in first) - 1 :]
+
+
+def _said(path: str, file: Path, error: BaseException) -> str:
+    """Return what is said of an error of a file, with its line."""
+    what = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
+    if isinstance(error, BadInput) and what.startswith(f"{file.name}, line "):
+        return what  # the line is in the message
+    lines = _lines_in(file, error)
+    return f"{path}{f', line {lines[-1]}' if lines else ''}: {what}"
+
+
+def binds(node: ast.stmt) -> list[str]:
+    """Return the names that a statement binds where it stands."""
+    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        return [node.name]
+    if isinstance(node, ast.Import | ast.ImportFrom):
+        return [e.asname or e.name.partition(".")[0] for e in node.names]
+    if isinstance(node, ast.Expr | ast.For | ast.While | ast.With):  # it may do anything else
+        return []
+    return [
+        e.id for e in ast.walk(node) if isinstance(e, ast.Name) and isinstance(e.ctx, ast.Store)
+    ]
 
 
 def _digest_of(file: Path, source: bytes) -> str:
@@ -228,7 +317,7 @@ def _imported(file: Path, source: bytes, folder: Path) -> Iterator[Path]:
                 yield place / "__init__.py"
 
 
-def _line_in(file: Path, error: BaseException) -> int | None:
-    """Return the last line of the file that was run when the error arose."""
-    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
-    return lines[-1] if lines else None
+def _lines_in(file: Path, error: BaseException) -> list[int]:
+    """Return the lines of the file that were running when the error arose, the outermost first."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return [f.lineno for f in frames if f.filename == str(file) and f.lineno is not None]

@@ -78,11 +78,17 @@ def lower(local: SingleSteps, wanted: int | None, what: str = "") -> str:
     order, least = local.order or 0.0, wanted or 1
     places = [local.place, "" if local.seed is None else f"seed {local.seed}"]
     where = f" ({', '.join(filter(None, places))})" if local.place else ""
-    said = f"one step{f' of {what}' if what else ''} is of order {order:.2f} in {local.component}, "
+    one = f"one step{f' of {what}' if what else ''} is"
+    if order < 1 - NEAR:
+        return (
+            f"{one} wrong in {local.component}: from an exact state{where} a step of "
+            f"{local.step:.1g} errs by a share of itself that smaller steps do not lessen, "
+            f"O(h^{order + 1:.2f}), so the rule is not consistent: as h goes to 0 it follows "
+            "another motion."
+        )
+    said = f"{one} of order {order:.2f} in {local.component}, "
     said += f"below {'the expected ' if wanted else ''}{least}: from an exact state"
     said += f"{where} a step of {local.step:.1g} is off by O(h^{order + 1:.2f})"
-    if order < 1 - NEAR:
-        return f"{said}, so the rule is not consistent: as h goes to 0 it follows another motion."
     if (along := local.on_motion or 0.0) >= least - NEAR:
         return (
             f"{said}. The rule is of order {along:.2f} along the motion of the scene and of order "

@@ -49,7 +49,7 @@ def _of_laws(case: Case, found: Measured, allowed: float) -> Verdict:
         ("constraint", "a step does not end on the constraints", residual),
         ("hidden", "a row's velocity does not meet the constraints", residual),
         ("bond", "one end of a bond gains what the other does not lose", allowed),
-        ("patch", "what enters a patch neither stays nor leaves", allowed),
+        ("patch", "of the energy that enters a patch of the lattice some is lost there", allowed),
     ):
         value = getattr(found, name)
         if value is not None and not value <= most:

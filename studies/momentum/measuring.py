@@ -46,9 +46,10 @@ from .work import less_work
 
 NAME = "momentum"
 NEEDS = (
-    "it needs a scene that declares symmetries or Casimirs (a first integral is the motion's own, "
-    "and no rule is asked to keep it); and of a one-step map or composition, "
-    "quantities on which no force does work, for they have no discrete work to hold them against."
+    "it needs a scene that declares symmetries or Casimirs (a first integral belongs to the "
+    "motion, and no method is asked to keep it). Under a force, a one-step map or a composition "
+    "is judged only by the quantities that the force does not change, since it defines no discrete "
+    "work with which the change of the others could be compared."
 )
 DIGITS = (16, 50)
 ROWS = 400

@@ -85,8 +85,8 @@ def _of_floats(local: SingleSteps, verdict: Verdict) -> Verdict:
     values = ", ".join(f"{v!r}" for v in floats.values[:3])
     more = ", …" if len(floats.values) > 3 else ""
     said = (
-        f"the coefficients {values}{more} are floats, and as floats they end at "
-        f"{floats.size:.1g} of a step: below that there is no order"
+        f"the coefficients {values}{more} are floats, which are rounded, so that each step errs "
+        f"by {floats.size:.1g} of its length; below that no order can be seen"
     )
     if verdict.verdict == "pass":
         return Verdict("pass", f"{said}; above it the order is as expected.", verdict.expected)

@@ -75,6 +75,15 @@ def notes(choice: Choice) -> list[str]:
     ]
 
 
+def complete(result: dict[str, Any]) -> dict[str, Any]:
+    """Return the notes with those on a number that takes several values (`--vary`)."""
+    from ..report.case import case_of
+    from .varied import curves
+
+    told = [curve.sentence for curve in curves(case_of(NAME, case) for case in result["cases"])]
+    return {"notes": [*result["notes"], *told]} if told else {}
+
+
 def ladder(case: Case, system: System | None = None) -> Ladder:
     """Return the runs of a case to a time T, each with twice the steps of the one before.
 

@@ -14,7 +14,8 @@ from ..report.grouping import by_scene, figures_by_precision
 from ..report.palette import Mark
 from ..report.plot_convergence import Line, Point
 from ..report.view import Sketch, Titles, View
-from ..report.wording import plus_minus
+from ..report.wording import plus_minus, raised, scientific
+from . import varied
 from .records import Expected, Measured, Row
 
 Case = Result[Measured, Expected, Row]
@@ -60,6 +61,14 @@ def _multipliers(case: Case) -> str:
     return NONE if case.measured.multipliers is None else f"{case.measured.multipliers:.3f}"
 
 
+def _constant(case: Case) -> str:
+    """Return C of error ≈ C hᵖ, p the whole number next to the order."""
+    size = varied.constant(case.rows, case.measured.order)
+    return (
+        NONE if size is None else f"{scientific(size, 2)} {raised(round(case.measured.order or 0))}"
+    )
+
+
 def _points(case: Case) -> str:
     """Return the points of the fit, and why others were left out."""
     why = Counter(row.why_not or "left out" for row in case.rows if not row.used)
@@ -91,6 +100,8 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
     def panels(scene: str, own: Sequence[Case], digits: int) -> list[Panel]:
         return [plot_convergence.panel(titles.get(scene, scene), list(map(_line, own)), known)]
 
+    if own := list(varied.sketches(cases)):  # a line for each value would hide all others
+        return own
     sheet = _room(plot_convergence.SHEET, cases)
     joined = [case for case in cases if _of_family(case)]
     if len(by_scene(joined)) < 2 or len(joined) == len(cases):
@@ -114,6 +125,7 @@ VIEW = View(
     columns=[
         ("Order", _got),
         ("Order of multipliers", _multipliers),
+        ("Error constant", _constant),
         ("Points", _points),
     ],
     got=_got, wanted=_wanted, short=_short, sketches=_sketches, compared=_compared,

@@ -44,15 +44,16 @@ def overall(lines: Sequence[Line]) -> list[str]:
     if alone == len(asked):
         return [f"{best} {where}."]
     near = f"; nothing else comes near at {alone}" if alone else ""
-    return [f"{best}, or cannot be told from the best, {where}{near}."]
+    return [f"{best}, or as good as the best within the measurement's error, {where}{near}."]
 
 
 def recommendation(advice: Sequence[Line]) -> dict[str, Any]:
     """Return the recommendations as plain cells for the page."""
     about = (
-        "By the time to an error, the energy error at equal time, the share of the stability map; "
-        "in brackets what the spread of the times, or of the map's edges, leaves open. Methods "
-        "within it cannot be told apart."
+        "Methods are compared by the time that they need for an error, by the error of the energy "
+        "after equal computing times, and by the share of the stability map that is bounded. The "
+        "brackets have the range in which the spread of the times, or the coarseness of the map, "
+        "lets a ratio lie; two methods cannot be told apart if this range contains 1."
     )
     return {
         "title": "Which to take",
@@ -79,10 +80,13 @@ def sentence(line: Line) -> str:
     said = f"{short(line)}{tied}{figure}" + (f": {', '.join(others)}." if others else ".")
     if line.get("seconds") is None:
         return said
-    beyond = "" if line["periods"] >= FAR else ", and beyond by how they grow there"
+    beyond = (
+        "" if line["periods"] >= FAR
+        else "; for more periods the errors are extended by the rate at which they grow in that run"
+    )  # fmt: skip
     return (
-        f"{said} These are energy errors at equal time, {duration(line['seconds'])} over "
-        f"{line['periods']} periods{beyond}."
+        f"{said} The figures are errors of the energy when every method may compute for "
+        f"{duration(line['seconds'])} to cover {line['periods']} periods{beyond}."
     )
 
 

@@ -40,6 +40,11 @@ def subscript(index: int) -> str:
     return str(index).translate(_SUBSCRIPTS)
 
 
+def raised(power: int) -> str:
+    """Return a power of the step, h³."""
+    return f"h{str(power).translate(_SUPERSCRIPTS)}"
+
+
 def scientific(value: Any, places: int = 1) -> str:
     """Return 3.1×10⁻¹⁶, or plain digits if they are as short, or a dash if it is no number."""
     found = number(value)

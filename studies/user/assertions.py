@@ -220,7 +220,7 @@ def _next_step(result: AnyResult, asks_order: bool) -> str:
     if result.verdict == "inconclusive":
         return "next: ask with other digits= or steps=, or pytest.skip() it with this reason"
     found = round(result.figures.get("order") or 0) if asks_order else 0
-    other = f"; if {found} is the order meant, ask for order={found}" if found > 0 else ""
+    other = f"; if you mean order {found}, ask for order={found}" if found > 0 else ""
     known = '@pytest.mark.xfail(strict=True, reason="...")'
     whose = "scene" if (result.diagnosis or {}).get("cause") == "scene" else "rule"
     return f"next: mend the {whose}, or mark a defect that stays with {known}{other}"
@@ -273,7 +273,7 @@ def _with_order(result: AnyResult, order: int | None, at_least: int | None) -> A
     if right or by_study or (result.verdict == "inconclusive" and not at_least):
         return result
     wanted = f"{order}" if order else f"at least {at_least}"
-    said = with_cause(f"the order is {found:.3f}, asked was {wanted}.", result.diagnosis)
+    said = with_cause(f"the order is {found:.3f}; the test asks for {wanted}.", result.diagnosis)
     return replace(result, verdict="fail", reason=said)
 
 

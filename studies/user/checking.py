@@ -12,13 +12,12 @@ from discmech import studies
 from discmech.integrators import BadInput, retractions
 from discmech.integrators.errors import arguments_checked, shown
 
-from ..core import lookup
+from ..core import lookup, words
 from ..core.case import Choice
 from ..core.options import digits_in, listed, whole
 from ..core.result import study_result_of
 from ..core.running import run_study
 from ..core.study import Study, refusal
-from ..core.study_lookup import study_called
 from ..core.userfile import word_for_study
 
 if TYPE_CHECKING:
@@ -64,22 +63,22 @@ def _command(study: Study, chosen: Choice) -> str:
     things = [*chosen.scenes, *chosen.rules]
     used = {s.groupoid.retraction for s in chosen.scenes}
     charts = [name for name in retractions.BUILT_IN if name in used]
-    if len(charts) > 1 or not all(map(lookup.is_found, things)):
+    if len(charts) > 1 or not all(map(words.is_found, things)):
         return ""
     options = [
-        *(("--rule", lookup.address_of(rule)) for rule in chosen.rules),
+        *(("--rule", words.address_of(rule)) for rule in chosen.rules),
         *(("--retraction", chart) for chart in charts),
         *(("--digits", str(digits)) for digits in chosen.digits),
         *([("--steps", str(chosen.steps))] if chosen.steps else []),
     ]
-    scenes = map(lookup.address_of, chosen.scenes)
+    scenes = map(words.address_of, chosen.scenes)
     return shlex.join(["discmech", word_for_study(study.name), *scenes, *itertools.chain(*options)])
 
 
 def _study(thing: Study | str) -> Study:
     """Return the study itself; raises `BadInput` for anything that neither is nor names one."""
     if isinstance(thing, str):
-        return study_called(thing) if ".py" in thing else studies.get(thing)
+        return lookup.study_called(thing) if ".py" in thing else studies.get(thing)
     if trouble := refusal(thing):
         raise BadInput(f"{shown(thing)}: {trouble}.")
     return thing

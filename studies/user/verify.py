@@ -86,9 +86,10 @@ class Request:
         )  # fmt: skip
         if not chosen:
             raise BadInput(
-                f"{rules[0].name}: the runs begin like no scene that is known; name theirs by "
-                '--scene, or recorded(..., scene="pendulum"); without any, '
-                "discmech.studies.own_order tells their order by themselves."
+                f"{rules[0].name}: no scene of discmech or of the file begins at the state at "
+                "which these runs begin; name their scene by --scene, or by recorded(..., "
+                'scene="pendulum"). If there is none, discmech.studies.own_order compares the runs '
+                "with one another."
             )
         return Choice(
             scenes=chosen,

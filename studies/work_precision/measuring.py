@@ -15,9 +15,9 @@ from discmech.integrators.scene import Scene
 
 from ..core.case import Case, Choice, Measurement, Progress, silent
 from ..core.fingerprint import is_ours
-from ..core.lookup import word_for
 from ..core.result import StudyResult
 from ..core.study import BY_TOLERANCE
+from ..core.words import address_of
 from ..evidence.measuring import single_steps
 from . import STUDY
 
@@ -79,7 +79,7 @@ class Race:
     @property
     def command(self) -> str:
         """The command of this race alone."""
-        own = [w for r in self.choice.rules for w in ("--rule", shlex.quote(word_for(r)))]
+        own = [w for r in self.choice.rules for w in ("--rule", shlex.quote(address_of(r)))]
         return self._words(own)
 
     @property
@@ -89,7 +89,7 @@ class Race:
 
     def _words(self, rules: list[str]) -> str:
         choice, chart = self.choice, self.scene.groupoid.retraction
-        words = ["discmech", NAME, shlex.quote(word_for(self.scene)), *rules]
+        words = ["discmech", NAME, shlex.quote(address_of(self.scene)), *rules]
         words += ["--retraction", chart] if chart in retractions.BUILT_IN else []
         words += [] if choice.steps is None else ["--steps", str(choice.steps)]
         asked = dict(choice.own) | {"periods": self.periods}

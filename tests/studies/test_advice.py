@@ -66,8 +66,8 @@ def test_a_dominated_method_is_never_taken_whatever_the_order():
 
 @pytest.mark.parametrize("second, said", [
     (SLOW, "fast is best at all 2 aims."),
-    (NEAR, "fast is best, or cannot be told from the best, at all 2 aims; nothing else comes near "
-           "at 1."),
+    (NEAR, "fast is best, or as good as the best within the measurement's error, at all 2 aims; "
+           "nothing else comes near at 1."),
     (raced("faster", 1e-5),
      "No method is best, or as good as the best, at all 2 aims."),
 ])  # fmt: skip
@@ -107,7 +107,8 @@ def test_long_runs_are_carried_on_by_their_growth(other, taken):
     line = only([long("band", 1e-4), other])
     assert sorted(line["take"]) == taken
     assert advising.sentence(line).endswith(
-        "20 ms over 1000 periods, and beyond by how they grow there."
+        "for 20 ms to cover 1000 periods; for more periods the errors are extended by the rate at "
+        "which they grow in that run."
     )
 
 

@@ -14,7 +14,7 @@ from discmech.integrators import rules
 from discmech.integrators.rules import midpoint
 from discmech.integrators.scenes import control, lattices
 from discmech.studies.command.entry import main
-from discmech.studies.core import lookup
+from discmech.studies.core import lookup, words
 from discmech.studies.core.case import Case, Choice, in_chart
 from discmech.studies.core.one_case import run_case
 from discmech.studies.core.outcome import without_figures
@@ -102,7 +102,7 @@ def test_every_built_in_object_is_found_by_its_word():
     things = [*map(lookup.rule, RULES[:-1]), *map(scenes.get, scenes.every_name())]
     things += [*map(lattices.get, lattices.NAMES), in_chart(scenes.get("heavy-top"), "exponential")]
     things += [control.get(name).scene for name in control.NAMES]
-    assert [thing.name for thing in things if not lookup.is_found(thing)] == []
+    assert [thing.name for thing in things if not words.is_found(thing)] == []
 
 
 def test_what_no_word_finds_has_no_command():
@@ -110,7 +110,7 @@ def test_what_no_word_finds_has_no_command():
     def inside(L, G, x, u, h):
         return h * L(x, u)
 
-    short = scenes.get("harmonic").with_values(duration=1)
+    short = scenes.get("harmonic").with_values(x0=["1/3"])
     for scene, rule in ((short, "midpoint"), ("harmonic", inside)):
         (case,) = check("order", [scene], [rule], [16], steps=4)["cases"]
         assert case["command"] == ""
@@ -121,24 +121,29 @@ def test_what_no_word_finds_has_no_command():
     assert _command(every_study()["order"], Choice((scenes.get("heavy-top"), top))) == ""
     told = troubles(*read({"study": "order", "verdict": "fail", "cases": [case]}))
     assert "again: by no command: its rule or its scene is no variable of a file" in told[0]
-    assert not lookup.is_found(rules.compose(inside, "triple-jump"))
+    assert not words.is_found(rules.compose(inside, "triple-jump"))
 
 
 def test_the_rules_of_a_list_have_words(mine):
     found = lookup.rules([f"{mine}:RULES"])
     assert [rule.name for rule in found] == ["at-3", "at-4"]
     assert [lookup.rule(f"{mine}:at-4")] == [*found[1:]]
-    assert len(lookup.rules([mine])) == 3 and all(map(lookup.is_found, found))
-    assert lookup.address_of(found[0]) == f"{mine}:at-3"
+    assert len(lookup.rules([mine])) == 3 and all(map(words.is_found, found))
+    assert words.address_of(found[0]) == f"{mine}:at-3"
 
 
-def test_a_list_may_hold_variants_of_a_name_that_is_taken(tmp_path):
+def test_objects_of_one_name_are_told_apart_by_their_variables(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(MINE + """
-from discmech import scenes
+from discmech import midpoint, scenes
 few = [scenes.get("pendulum").with_values(duration=k) for k in (1, 2)]
+later = few[0].with_values(duration=3)
+BOTH = {"ours": midpoint, "mine": RULES[0]}
 """)  # fmt: skip
-    assert lookup.named(str(file))[1] == ()
+    assert [scene.name for scene in lookup.named(str(file))[1]] == ["pendulum", "few-1", "few-2"]
+    assert [scene.duration for scene in lookup.scenes_of([f"{file}:few"])] == [1, 2]
+    assert lookup.rules([f"{file}:BOTH"]) == (midpoint, lookup.rule(f"{file}:at-3"))
+    assert lookup.scene(f"{file}:later").duration == 3
 
 
 def test_a_rule_of_a_list_in_a_module_is_named_by_its_file(tmp_path, monkeypatch):
@@ -147,7 +152,7 @@ def test_a_rule_of_a_list_in_a_module_is_named_by_its_file(tmp_path, monkeypatch
     import family_of_mine  # type: ignore[import-not-found]
 
     monkeypatch.delitem(sys.modules, "family_of_mine")  # only a module that is loaded is searched
-    assert not lookup.is_found(family_of_mine.RULES[0])
+    assert not words.is_found(family_of_mine.RULES[0])
     monkeypatch.setitem(sys.modules, "family_of_mine", family_of_mine)
     found = check("order", ["harmonic"], family_of_mine.RULES[:1], [16], steps=4)
     word = f"{tmp_path}/family_of_mine.py:at-3"

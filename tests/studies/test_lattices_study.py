@@ -198,7 +198,7 @@ def test_a_rule_of_another_order_is_caught():
     ("name", "value", "words"),
     [
         ("space_order", 1.0, "in space is 1.000, below"), ("bond", 1e-9, "does not lose"),
-        ("patch", np.nan, "neither stays nor leaves"),
+        ("patch", np.nan, "some is lost there"),
         ("residual", 1e-9, "not that of the equations"),
     ],
 )  # fmt: skip

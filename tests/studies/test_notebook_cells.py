@@ -10,7 +10,7 @@ from types import ModuleType, SimpleNamespace
 
 import pytest
 
-from discmech.studies.core.notebook import place_of, text_of
+from discmech.studies.core.words import address_of, is_found, text_of
 
 CELLS = [
     "%matplotlib inline\nimport sympy\nfrom discmech import *",
@@ -24,16 +24,17 @@ CELLS = [
 
 
 def test_the_program_holds_what_is_needed_and_nothing_else():
-    text = text_of("thirds", CELLS)
+    text, anywhere = text_of("thirds", CELLS)
+    assert anywhere
     assert "third = " in text and "def thirds" in text and "import sympy" in text
     assert "unused" not in text and "never again" not in text and "result" not in text
-    assert text_of("no-such", CELLS) == ""
+    assert text_of("no-such", CELLS) == ("", False)
 
 
 def test_the_last_statement_before_its_use_binds_a_name():
     cells = ["a = 0", "a = 1", "b = a", "def f():\n    return a", "a = 2"]
-    assert text_of("b", cells).splitlines() == ["a = 1", "b = a"]
-    assert text_of("f", cells).splitlines()[-1] == "a = 2"
+    assert text_of("b", cells)[0].splitlines() == ["a = 1", "b = a"]
+    assert text_of("f", cells)[0].splitlines()[-1] == "a = 2"
 
 
 @pytest.fixture
@@ -61,7 +62,7 @@ def test_the_command_of_a_rule_in_a_notebook_runs_elsewhere(notebook, tmp_path):
 
 
 def test_the_command_of_a_rule_in_a_notebook_names_a_file_with_it(notebook):
-    from discmech.studies.core.lookup import address_of, rules
+    from discmech.studies.core.lookup import rules
 
     word = address_of(notebook["thirds"])
     assert word.endswith(".py:thirds")
@@ -70,14 +71,13 @@ def test_the_command_of_a_rule_in_a_notebook_names_a_file_with_it(notebook):
 
 
 def test_a_damaged_file_of_a_notebook_is_written_again(notebook, monkeypatch):
-    file = Path(place_of(notebook["thirds"], notebook["thirds"].formula))
+    file = Path(address_of(notebook["thirds"]).partition(":")[0])
     wanted = file.read_text()
     file.write_text(wanted.replace("/ 2", "/ 3"))
-    assert place_of(notebook["thirds"], notebook["thirds"].formula) == str(file)
-    assert file.read_text() == wanted
+    assert address_of(notebook["thirds"]) == f"{file}:thirds" and file.read_text() == wanted
     file.unlink()
-    monkeypatch.setattr("discmech.studies.core.notebook.write_atomically", _full)
-    assert place_of(notebook["thirds"], notebook["thirds"].formula) is None
+    monkeypatch.setattr("discmech.studies.core.words.write_atomically", _full)
+    assert not is_found(notebook["thirds"])
 
 
 def _full(path, content):
@@ -88,7 +88,7 @@ def test_a_script_is_named_itself(tmp_path):
     script = tmp_path / "mine.py"
     script.write_text("\n".join(CELLS[:3]).replace("%matplotlib inline", "") + """
 if __name__ == "__main__":
-    from discmech.studies.core.lookup import address_of
+    from discmech.studies.core.words import address_of
     print(address_of(thirds))
 """, "utf-8")  # fmt: skip
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True)

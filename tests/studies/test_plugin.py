@@ -78,11 +78,13 @@ def test_a_failure_prints_the_table_and_attaches_the_picture(pytester):
     done.assert_outcomes(failed=1)
     shown = done.stdout.str()
     assert (
-        "two-thirds" in shown and "4 ± 0.01" in shown and "the order is 2.000, asked was 4" in shown
+        "two-thirds" in shown
+        and "4 ± 0.01" in shown
+        and "the order is 2.000; the test asks for 4" in shown
     )
     assert "Cause: discrete Lagrangian" in shown
     assert "user/assertions.py" not in shown  # the traceback is the user's own
-    assert "next: mend the rule" in shown and "if 2 is the order meant, ask for order=2" in shown
+    assert "next: mend the rule" in shown and "if you mean order 2, ask for order=2" in shown
     line = next(line for line in shown.splitlines() if "picture: " in line)
     picture = Path(line.split("picture: ")[1].strip())
     assert picture.read_bytes().startswith(b"\x89PNG")
@@ -133,7 +135,7 @@ def test_the_entry_point_is_the_plugin():
 
 def test_the_order_asked_for_is_judged_from_both_sides():
     assert assert_order(lopsided, "pendulum", 1)["measured"]["order"] == pytest.approx(1, abs=0.01)
-    with pytest.raises(Missed, match="asked was 1"):
+    with pytest.raises(Missed, match="the test asks for 1"):
         assert_order("rectangle", "rigid-body", 1)  # there it has order 2
     assert_order("rectangle", "rigid-body")  # which is derived
 
@@ -160,7 +162,7 @@ def test_what_does_not_converge_is_missed():
     def wrong(L, G, x, u, h):
         return h * L(x, 2 * u)
 
-    with pytest.raises(Missed, match=r"asked was at least 1\. Cause: .* not consistent") as caught:
+    with pytest.raises(Missed, match=r"asks for at least 1\. Cause: .* not consistent") as caught:
         assert_converges(wrong, "pendulum", digits=30)
     assert caught.value.picture.read_bytes().startswith(b"\x89PNG")
 

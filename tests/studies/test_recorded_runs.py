@@ -150,7 +150,7 @@ def test_verify_finds_the_scene_that_the_runs_begin_like(tmp_path, capsys, monke
     save(tmp_path, x0=[1.0])
     tmp_path.joinpath("mine.py").write_text(FILE + "# again\n")
     assert main(words) == 2
-    assert "begin like no scene" in capsys.readouterr().err
+    assert "no scene of discmech or of the file begins at" in capsys.readouterr().err
     assert main([*words, "--scene", "pendulum"]) == 0
 
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import pickle
 import re
+import subprocess
+import sys
 
 import pytest
 
 from discmech.integrators import BadInput, Scheme, scenes
 from discmech.integrators import rules as discretisations
 from discmech.studies import get
-from discmech.studies.core import fingerprint, lookup
+from discmech.studies.command.entry import main
+from discmech.studies.core import fingerprint, lookup, words
 from discmech.studies.core.case import Case, Choice, in_chart
 from discmech.studies.core.userfile import load, stamps
 
@@ -82,7 +85,7 @@ def test_words_name_things_and_things_have_words(file):
         (lookup.scene("mine.py:my-pendulum"), "mine.py:my-pendulum"),
         (scenes.get("kepler"), "kepler"),
     ):
-        assert lookup.word_for(thing) == word
+        assert words.address_of(thing) == word
         found = lookup.rule(word) if hasattr(thing, "formula") else lookup.scene(word)
         assert found == thing
     assert lookup.rules([name, "midpoint", name])[1].name == "midpoint"
@@ -113,7 +116,7 @@ def test_a_choice_of_a_file_can_be_sent_and_a_case_said(file):
         "discmech order mine.py:my-pendulum --rule mine.py:two-thirds --digits 16"
     )
     top = in_chart(scenes.get("heavy-top"), "exponential")
-    assert lookup.word_for(top) == "heavy-top"
+    assert words.address_of(top) == "heavy-top"
 
 
 def test_nothing_is_remembered_of_a_rule_that_was_changed(file):
@@ -145,18 +148,112 @@ def test_what_a_file_prints_does_not_go_to_standard_output(file, capsys):
         (RULE.replace("order=2", "order=0"), "^mine.py, line 6: the order of a rule"),
         (RULE.replace("u, h):", "u):"), "^mine.py, line 6: rule two-thirds: .* 4 arguments"),
         ("x = 1\n", "^mine.py defines no rule and no scene"),
-        (RULE.replace("two_thirds", "midpoint"), "the name midpoint is discmech's own"),
-        (
-            RULE + RULE.replace("order=2", 'name="two-thirds"').replace("def two_", "def other_"),
-            "two-thirds is given twice",
-        ),
         (SCENE.replace("x0=[2]", "x0=[2, 3]"), "^mine.py, line 4: my-pendulum: x0"),
         ("\0", "^mine.py"),
     ],
 )
 def test_a_wrong_file_is_said_with_its_line(file, text, message):
     with pytest.raises(BadInput, match=message):
-        load(file(text))
+        lookup.named(file(text))
+
+
+def test_a_name_that_is_taken_blocks_nothing(file):
+    other = RULE.replace("order=2", 'name="two-thirds"').replace("def two_", "def other_")
+    name = file(RULE + other + RULE.replace("two_thirds", "midpoint"))
+    names = sorted(rule.name for rule in lookup.rules([name]))
+    assert names == ["midpoint", "other_thirds", "two-thirds"]
+    assert lookup.rule(f"{name}:midpoint") != discretisations.midpoint
+    assert words.address_of(lookup.rule(f"{name}:midpoint")) == "mine.py:midpoint"
+    assert words.address_of(discretisations.midpoint) == "midpoint"
+    assert lookup.rule(f"{name}:other_thirds").order is None
+
+
+def test_an_object_that_is_refused_blocks_no_other_and_is_told(file, capsys):
+    bad = SCENE.replace("x0=[2]", "x0=[2, 3]") + "later = mine.with_values(duration=1)\n"
+    name = file(bad + RULE)
+    assert lookup.rule(f"{name}:two_thirds").order == 2 and lookup.left_out() == []
+    for ask in (f"{name}:mine", f"{name}:later"):
+        with pytest.raises(BadInput, match=r"^mine.py, line 4: my-pendulum: x0 has 2"):
+            lookup.scene(ask)
+    with pytest.raises(BadInput, match=r"^mine.py, line 4"):
+        lookup.rule(name)
+    assert lookup.named(name)[0] and len(lookup.left_out()) == 1
+    asked = ["order", "harmonic", "--rule", name, "--digits", "16", "--steps", "8"]
+    assert main(asked) == 2
+    told = capsys.readouterr()
+    assert "two-thirds" in told.out and "mine.py, line 4: my-pendulum: x0 has 2" in told.err
+
+
+FAMILY = """from discmech import Scene, discretisation, midpoint, pair
+
+def family(w, n=2):
+    @discretisation(order=n, name=f"at-{w}")
+    def rule(L, G, x, u, h):
+        return h * L(G.target(x, u, h / w), u)
+    return rule
+
+def spring(k):
+    return Scene("spring", pair(1), lambda x, v, p: v[0] ** 2 / 2 - k * x[0] ** 2 / 2,
+                 x0=[1], v0=[0], duration=1)
+
+@discretisation(order=2, parameters=("w",))
+def mixed(L, G, x, u, h, w):
+    return h * (1 - w) * L(x, u) + h * w * L(G.target(x, u, h), u)
+"""
+
+
+@pytest.mark.parametrize(
+    ("word", "name"),
+    [("family:w=3", "at-3"), ("family:w=4,n=1", "at-4"), ("mixed:w=1/3", "mixed:w=1/3")],
+)
+def test_a_word_gives_values_to_what_makes_a_rule(file, word, name):
+    place = file(FAMILY)
+    rule = lookup.rule(f"{place}:{word}")
+    assert rule.name == name and words.address_of(rule) == f"{place}:{word}"
+    assert lookup.rule(f"{place}:{word}") is rule
+
+
+def test_a_word_gives_values_to_a_scene_and_a_scene_has_that_word(file):
+    place = file(FAMILY)
+    spring = lookup.scene(f"{place}:spring:k=4")
+    assert words.address_of(spring) == f"{place}:spring:k=4"
+    short = scenes.get("pendulum").with_values(duration=1, parameters={"length": "1/3"})
+    assert words.address_of(short) == "pendulum:duration=1,length=1/3"
+    again = lookup.scene("pendulum:duration=1,length=1/3")
+    assert again.parameters == short.parameters and again.duration == 1
+    with pytest.raises(BadInput, match="has no field 'weight'"):
+        lookup.scene("pendulum:weight=1")
+    with pytest.raises(BadInput, match=r"family is a plain function: .* mine.py:family:w=1\.$"):
+        lookup.rule(f"{place}:family")
+    with pytest.raises(BadInput, match=r'no open number of mixed "v"'):
+        lookup.rule(f"{place}:mixed:v=1")
+
+
+SCRIPT = (
+    FAMILY
+    + """
+if __name__ == "__main__":
+    from discmech import scenes
+    from discmech.studies.core.words import address_of
+    inside = family(5)
+    few = [scenes.get("pendulum").with_values(x0=["1/7"], name="seventh")]
+    for thing in (inside, family(7), few[0], scenes.get("kepler").with_values(duration=1)):
+        print(address_of(thing))
+"""
+)
+
+
+def test_what_a_script_makes_has_words_that_another_process_understands(file, monkeypatch):
+    name = file(SCRIPT, "made.py")
+    done = subprocess.run([sys.executable, name], capture_output=True, text=True)
+    told = done.stdout.splitlines()
+    assert len(told) == 4, done.stderr
+    family, place = [word.rpartition("/")[2] for word in told[:2]], told[2]
+    assert family == ["made.py:family:w=5", "made.py:family:w=7"]
+    assert place.endswith(".py:seventh") and "made.py" not in place
+    assert lookup.scene(place).x0 == scenes.get("pendulum").with_values(x0=["1/7"]).x0
+    assert told[3] == "kepler:duration=1"
+    assert [lookup.rule(word).name for word in told[:2]] == ["at-5", "at-7"]
 
 
 @pytest.mark.parametrize(
@@ -265,7 +362,7 @@ def test_plain_functions_are_named_and_a_line_is_said_once(tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     (tmp_path / "plain.py").write_text("def midrule(L, G, x, u, h):\n    return h * L(x, u)\n")
     with pytest.raises(BadInput, match="no rule and no scene: midrule is a plain function: dec"):
-        load("plain.py")
+        lookup.rule("plain.py")
     (tmp_path / "short.py").write_text(
         "from discmech import Scene, pair\n"
         "Scene('short', pair(1), lambda x, v, p: v[0] ** 2, force=lambda x, v: [1], x0=[0], v0=[0])"

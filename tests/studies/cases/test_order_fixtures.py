@@ -34,6 +34,6 @@ def test_what_is_not_consistent_does_not_converge():
 def test_the_order_that_a_sound_rule_has_is_no_failure():
     found = assert_order(f"{ATTACKS}/order.py:nested", "pendulum", 2)
     assert found["local"]["order"] == pytest.approx(2, abs=1e-3)
-    with pytest.raises(Missed, match="asked was 4"):
+    with pytest.raises(Missed, match="the test asks for 4"):
         assert_order("midpoint", "pendulum", 4)
     assert assert_converges("midpoint", scenes.get("pendulum"))["verdict"] == "pass"
