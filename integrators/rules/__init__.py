@@ -15,7 +15,7 @@ from .imex import imex
 from .maps import MAPS, dual_gauss, map_of, newmark, whole
 from .midpoint import midpoint
 from .one_step import OneStepMap, one_step
-from .parameters import with_parameters
+from .parameters import of_scene, with_parameters
 from .quadrature import Nodes, NodeValue
 from .rectangle import rectangle
 from .splitting import Share, splitting
@@ -26,7 +26,7 @@ __all__ = [
     "NodeValue", "Nodes", "OneStepMap", "Share", "Substep", "adjoint", "check_rule", "compose",
     "discrete_hamiltonian", "discretisation",
     "dual_gauss", "gauss", "get", "imex", "lobatto", "midpoint", "names", "newmark", "one_step",
-    "own", "rectangle", "splitting", "trapezoidal", "with_parameters",
+    "of_scene", "own", "rectangle", "splitting", "trapezoidal", "with_parameters",
 ]  # fmt: skip
 
 

@@ -357,14 +357,16 @@ class Scene:
             changes["parameters"] = {**self.parameters, **changes["parameters"]}
         return replace(self, **changes)
 
-    def with_retraction(self, retraction: Retraction) -> Scene:
+    def with_retraction(self, retraction: Retraction, name: str | None = None) -> Scene:
         """Return this system in another retraction's chart; unchanged on a groupoid without
-        retraction.
+        retraction. name: that of the new scene, by default the same.
 
         Raises `BadInput` if the retraction does not fit the scene's algebra.
         """
         groupoid = self.groupoid.with_retraction(retraction)
-        return self if groupoid is self.groupoid else replace(self, groupoid=groupoid)
+        if groupoid is self.groupoid and name in (None, self.name):
+            return self
+        return replace(self, groupoid=groupoid, name=name or self.name)
 
     def with_attitude(self) -> Scene:
         """Return the motion on a group with the attitude A as base, A(0) = e, flattened row by row.

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from dataclasses import replace
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from discmech.integrators.errors import BadInput
@@ -15,12 +17,13 @@ from .options import RULE_HELP, scene_asked
 from .output import EXIT, progress_shown, write_json
 
 if TYPE_CHECKING:
-    from discmech.integrators import Scheme
+    from discmech.integrators import Discretisation, Scene, Scheme
 
     from ..modified.measuring import Kept
 
 WIDTH = 100
 USUAL = 4  # power of the step, of rules of a lower order
+TRIED = 7  # 1/7, 1/8, … are the open numbers of a rule in the runs that check its formulas
 LONGEST = 4000  # letters of a formula that is printed
 
 
@@ -56,7 +59,8 @@ def _modified(options: argparse.Namespace) -> int:
     digits = digits_in(options.digits)
     with progress_shown("deriving") as show:
         show("deriving", 0.0)
-        scheme = Scheme(scene_asked(options), lookup.rule(rule))
+        scene, method, letters = _in_letters(scene_asked(options), lookup.rule(rule))
+        scheme = Scheme(scene, method)
         show("running", 0.3)
         order = max(USUAL, scheme.order or 0) if asked is None else asked
         found = kept(scheme, order, digits)
@@ -80,10 +84,23 @@ def _modified(options: argparse.Namespace) -> int:
         }  # fmt: skip
         write_json(options.json, {"study": "modified", "verdict": verdict.verdict, "cases": [case]})
     if options.json != "-":
-        lines = _page(scheme, found, terms, missing, options.latex)
+        lines = [*_page(scheme, found, terms, missing, options.latex), *letters]
         lines += ["", verdict.verdict + (f": {verdict.reason}" if verdict.reason else "")]
         sys.stdout.write("".join(f"{line.rstrip()}\n" for line in lines))
     return EXIT[verdict.verdict]
+
+
+def _in_letters(scene: Scene, rule: Discretisation) -> tuple[Scene, Discretisation, list[str]]:
+    """Return the scene with the rule's open numbers as parameters, the rule, and what is said."""
+    from discmech.integrators.rules import of_scene
+
+    values = {name: Fraction(1, TRIED + k) for k, name in enumerate(rule.left_open)}
+    if not values:
+        return scene, rule, []
+    tried = ", ".join(f"{name} = {value}" for name, value in values.items())
+    told = f"The formulas hold for every value; the runs that check them have {tried}."
+    scene = replace(scene, parameters={**scene.parameters, **values})
+    return scene, of_scene(rule), ["", told]
 
 
 def _formulas(scheme: Scheme, found: Kept) -> tuple[dict[str, Any], str]:
@@ -133,7 +150,7 @@ def _page(
     lines = [title, "=" * len(title), ""]
     whole = "f̃ = f₁ + h f₂ + h² f₃ + …" if "f_1" in " ".join(terms) else "H̃ = H₁ + h H₂ + h² H₃ + …"
     lines += [f"{whole}; terms that are not listed are 0:"] if terms else []
-    letters = letters_of(scheme)
+    letters = {each: name.removeprefix("p.") for each, name in letters_of(scheme).items()}
     names = {symbol: sympy.Symbol(name) for symbol, name in letters.items()}
     for name, e in terms.items():
         value = sympy.sympify(e)

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from discmech.integrators import BadInput
+from discmech.integrators import BadInput, retractions
 
 from ..core.options import digits_in, whole
 from ..core.store import Store
@@ -36,7 +36,7 @@ def add_to(commands: Any) -> None:
         epilog=f"The first time a rule takes twenty seconds on two cores, on six scenes. {EPILOG}",
     )
     verify.add_argument(
-        "rules", metavar="FILE.py", nargs=1, help="rules and scenes; or FILE.py:NAME, one of them"
+        "rules", metavar="FILE.py", nargs="+", help="rules and scenes; or FILE.py:NAME, one of them"
     )
     badge = "write the verdict as a badge for a README"
     verify.add_argument("--badge", metavar="FILE.svg", help=badge)
@@ -53,6 +53,10 @@ def _add_selection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--scene", action="append", default=[], metavar="S", dest="scenes",
         help="only this one (a name, or FILE.py:NAME); may be repeated",
+    )  # fmt: skip
+    parser.add_argument(
+        "--retraction", action="append", default=[], metavar="NAME", dest="retractions",
+        help="the chart of scenes on groups; may be repeated, to set charts side by side",
     )  # fmt: skip
     parser.add_argument("--all", action="store_true", help="every scene, not only six")
     known = [name for name, study in every_study().items() if study.of_systems]
@@ -83,6 +87,7 @@ def _answer(options: argparse.Namespace) -> int:
         files=tuple(options.rules),
         scenes=tuple(options.scenes),
         studies=tuple(options.studies),
+        retractions=tuple(retractions.get(name).name for name in options.retractions),
         digits=tuple(dict.fromkeys(map(digits_in, options.digits))),
         steps=None if options.steps is None else whole("--steps")(options.steps),
         every_scene=options.all,
@@ -137,7 +142,12 @@ def _show(result: StudyResult, seconds: float) -> None:
 
 def _typed(options: argparse.Namespace, studies: Sequence[str]) -> str:
     """Return the command again, with these studies."""
-    given = {"--scene": options.scenes, "--study": studies, "--digits": options.digits}
+    given = {
+        "--scene": options.scenes,
+        "--retraction": options.retractions,
+        "--study": studies,
+        "--digits": options.digits,
+    }
     own = ["--all"] if options.all else []
     return typed((options.name, *options.rules), given, own, options.steps)
 

@@ -91,7 +91,8 @@ def rules(words: Sequence[str]) -> tuple[Discretisation, ...]:
     """Return the rules that words such as these name, each once:
 
     midpoint, gauss-3, kahan-li-8:midpoint, my.py:two_thirds, triple-jump:my.py:two_thirds, my.py.
-    Raises `BadInput` for unknown names and for two rules of one name.
+    Rules of one name in several files get the names of their files before theirs. Raises `BadInput`
+    for unknown names and for two rules of one name.
     """
     return _told_apart(RULE, words)
 
@@ -237,7 +238,10 @@ def varied(
             of = in_file(full)[1] or full
             for value in values:
                 thing = only(kind, f"{full}{',' if '=' in of else ':'}{name}={value}")
-                things[replace(thing, name=f"{of.partition(':')[0]}:{name}={value}")] = None
+                label = f"{of.partition(':')[0]}:{name}={value}"
+                if kind is SCENE:  # whose name may be that of a file
+                    label = label.replace(":", ".").replace("=", "-").replace("/", "_")
+                things[replace(thing, name=label)] = None
         if kind is RULE:
             return scenes_of(of_scenes), tuple(things)
         return tuple(things), rules(of_rules)
@@ -294,7 +298,16 @@ def _given(thing: Any, of: type[_Thing], kind: Kind) -> _Thing:
 
 
 def _told_apart(kind: Kind, words: Sequence[str]) -> tuple[Any, ...]:
-    each = dict.fromkeys(thing for word in words for thing in find(kind, word))
+    files: dict[Any, str] = {}  # the stem of its file, or "" for one of the bench
+    for word in words:
+        path = word.partition(".py")[0] if ".py" in word else ""
+        for thing in find(kind, word):
+            files.setdefault(thing, re.split(r"[/\\:]", path)[-1])
+    taken = [thing.name for thing in files]
+    each = [
+        replace(thing, name=f"{stem}-{thing.name}") if stem and taken.count(thing.name) > 1
+        else thing for thing, stem in files.items()
+    ]  # fmt: skip
     names = [thing.name for thing in each]
     for name in names:
         if names.count(name) > 1:

@@ -144,7 +144,10 @@ def _same(one: Any, other: Any, by_text: bool = True) -> bool:
     if type(one) is not type(other):
         return False
     if isinstance(one, Scene):
-        one = replace(one, groupoid=other.groupoid)
+        try:
+            one = replace(one, groupoid=other.groupoid)
+        except BadInput:  # of other dimensions
+            return False
     values = [[getattr(each, f.name) for f in fields(each) if f.name != "name"]
               for each in (one, other)]  # fmt: skip
     try:

@@ -17,7 +17,8 @@ from ..report.wording import raised, scientific
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_NAME = re.compile(r"(.+):(\w+)=([^,:=]+)")
+#: mine:w=1/6 of a rule, mine.w-1_6 of a scene
+_NAME = re.compile(r"(.+)[:.]([a-zA-Z]\w*)[=-](-?\d+(?:[/_]\d+)?)")
 FEWEST = 3  # values that make a curve
 SHEET = Sheet(width=3.2, right=0.3, columns=2)
 CAPTION = (
@@ -89,7 +90,7 @@ def curves(cases: Iterable[Any]) -> list[Curve]:
             varied = _NAME.fullmatch(str(name))
             if varied and case.measured.order is not None:
                 key = (varied[1], varied[2], str(place), case.digits)
-                found.setdefault(key, []).append((Fraction(varied[3]), case))
+                found.setdefault(key, []).append((Fraction(varied[3].replace("_", "/")), case))
     return [Curve(*key, sorted(pairs, key=lambda pair: pair[0]))
             for key, pairs in found.items() if len(pairs) >= FEWEST]  # fmt: skip
 

@@ -34,12 +34,13 @@ def compare(
     """Run the studies of `verify` and the work-precision study.
 
     `comparison` has a line per scene and method, `advice` the recommended method (see `advice`).
-    Raises `BadInput` for fewer than two methods.
+    Raises `BadInput` for fewer than two methods, in one retraction.
     """
     rules = request.rules()
-    if len(rules) < 2:
+    if len(rules) < 2 and len(request.retractions) < 2:
         raise BadInput(
-            "name at least two different methods to compare, such as my_rule.py midpoint."
+            "name at least two different methods to compare, such as my_rule.py midpoint, or two "
+            "retractions of one, --retraction cayley --retraction exponential."
         )
     asked = request.studies or (*studies(), "work-precision")
     asking = replace(request, studies=asked, also_periods=PERIODS, together=True)

@@ -51,6 +51,7 @@ class Request:
     files: tuple[str, ...]
     scenes: tuple[str, ...] = ()
     studies: tuple[str, ...] = ()
+    retractions: tuple[str, ...] = ()
     digits: tuple[int, ...] = ()
     steps: int | None = None
     every_scene: bool = False
@@ -94,6 +95,7 @@ class Request:
         return Choice(
             scenes=chosen,
             rules=rules,
+            retractions=self.retractions,
             digits=self.digits,
             steps=self.steps,
             own=(

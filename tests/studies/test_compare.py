@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import pytest
 
+from discmech import exponential, scenes
 from discmech.studies.command.entry import main
 from discmech.studies.core.result import Result, StudyResult
 from discmech.studies.report import verdicts
@@ -96,3 +97,16 @@ def umask():
 def test_one_method_is_none_to_compare(capsys):
     assert main(["compare", "midpoint"]) == 2
     assert "at least two" in capsys.readouterr().err
+
+
+def test_two_retractions_stand_side_by_side(capsys):
+    words = ["compare", "midpoint", "--scene", "rigid-body", "--study", "order", "--digits", "16"]
+    charts = ["--retraction", "cayley", "--retraction", "exponential"]
+    assert main([*words, *charts, "--json", "-"]) == 0
+    lines = json.loads(capsys.readouterr().out)["comparison"]
+    assert [line["retraction"] for line in lines] == ["cayley", "exponential"]
+    assert min(line["ratios"]["error"] for line in lines) == 1
+    assert main(words) == 2 and "or two retractions of one" in capsys.readouterr().err
+    body = scenes.get("rigid-body")
+    assert body.with_retraction(exponential, name="by-exp").name == "by-exp"
+    assert body.with_retraction(exponential).name == body.name

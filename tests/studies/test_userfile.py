@@ -184,6 +184,15 @@ def test_an_object_that_is_refused_blocks_no_other_and_is_told(file, capsys):
     assert "two-thirds" in told.out and "mine.py, line 4: my-pendulum: x0 has 2" in told.err
 
 
+def test_rules_of_one_name_are_called_by_their_files(file):
+    plain = RULE.replace("two_thirds", "step")
+    anna, bert = file(plain, "anna.py"), file(plain.replace("/ 3", "/ 5"), "bert.py")
+    found = lookup.rules([anna, f"{bert}:step", "midpoint"])
+    assert [rule.name for rule in found] == ["anna-step", "bert-step", "midpoint"]
+    assert [words.address_of(rule) for rule in found[:2]] == ["anna.py:step", "bert.py:step"]
+    assert lookup.rules([anna, anna]) == (lookup.rule(anna),)
+
+
 FAMILY = """from discmech import Scene, discretisation, midpoint, pair
 
 def family(w, n=2):
@@ -264,7 +273,6 @@ def test_what_a_script_makes_has_words_that_another_process_understands(file, mo
         (lambda: lookup.scene("mine.py:a"), "mine.py defines no scene"),
         (lambda: lookup.scene("mine.py:two_thirds"), "two-thirds is a rule, where a scene is"),
         (lambda: lookup.rule("two.py"), "several rules .*say two.py:a"),
-        (lambda: lookup.rules(["two.py:a", "three.py:a"]), "two rules are called a"),
         (lambda: lookup.rule("midpont"), "did you mean midpoint"),
     ],
 )

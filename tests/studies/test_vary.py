@@ -1,0 +1,130 @@
+"""A number of a rule or a scene with several values: words, curves, and formulas in its letter."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from types import SimpleNamespace
+
+import pytest
+
+from discmech import Scheme, discretisation, one_step, scenes
+from discmech.integrators import BadInput
+from discmech.integrators.rules import midpoint, of_scene, with_parameters
+from discmech.studies.command.entry import main
+from discmech.studies.core import lookup
+from discmech.studies.core.options import values_of
+from discmech.studies.order.varied import constant, curves, sketches
+
+MINE = """from discmech import Scene, discretisation, pair
+
+@discretisation(parameters=("w",))
+def mixed(L, G, x, u, h, w):
+    return h * ((1 - w) * L(x, u) + w * L(G.target(x, u, h), u))
+
+@discretisation(parameters={"w": "1/2"})
+def halved(L, G, x, u, h, w):
+    return h * ((1 - w) * L(x, u) + w * L(G.target(x, u, h), u))
+
+def family(w):
+    @discretisation(name=f"at-{float(w)}")
+    def rule(L, G, x, u, h):
+        return h * L(G.target(x, u, w * h), u)
+    return rule
+
+spring = Scene("spring", pair(1), lambda x, v, p: v[0] ** 2 / 2 - p.k * x[0] ** 2 / 2,
+               parameters={"k": 1}, x0=[1], v0=[0], duration=1)
+"""
+
+
+@pytest.fixture
+def mine(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(MINE)
+    return str(file)
+
+
+def test_values_are_exact():
+    assert values_of("w=0:1/2:4") == ("w", ["0", "1/6", "1/3", "1/2"])
+    assert values_of("k=0.1,2,1e1") == ("k", ["1/10", "2", "10"])
+    for text in ("w", "w=", "w=0:1", "w=0:1:1", "w=a:b:3", "=1,2"):
+        with pytest.raises(BadInput, match=r"--vary .* names no number with its values: write"):
+            values_of(text)
+
+
+def test_a_number_of_a_rule_a_factory_or_a_scene_takes_the_values(mine):
+    some = ["1/3", "1/2"]
+    at, rules = lookup.varied(["harmonic"], [f"{mine}:mixed", "midpoint"], "w", some)
+    assert [rule.name for rule in rules] == ["mixed:w=1/3", "mixed:w=1/2", "midpoint"]
+    assert at == (scenes.get("harmonic"),) and rules[2] is midpoint
+    _, made = lookup.varied(["harmonic"], [f"{mine}:family"], "w", some)
+    assert [rule.name for rule in made] == ["family:w=1/3", "family:w=1/2"]
+    springs, _ = lookup.varied([f"{mine}:spring"], ["midpoint"], "k", ["1", "4"])
+    assert [scene.parameters["k"] for scene in springs] == [1, 4]
+    assert [scene.name for scene in springs] == ["spring.k-1", "spring.k-4"]
+    with pytest.raises(BadInput, match="no rule that is named leaves z open, and no scene"):
+        lookup.varied(["harmonic"], [f"{mine}:mixed"], "z", some)
+
+
+def test_a_rule_with_a_value_is_the_rule_written_with_it(mine):
+    def written(L, G, x, u, h):
+        return h * (L(x, u) / 2 + L(G.target(x, u, h), u) / 2)
+
+    plain = Scheme(scenes.get("pendulum"), discretisation(name="plain")(written))
+    wanted = plain.flow("0.1").trajectory(5).x
+    for word in ("mixed:w=1/2", "halved"):
+        scheme = Scheme(scenes.get("pendulum"), lookup.rule(f"{mine}:{word}"))
+        assert (scheme.flow("0.1").trajectory(5).x == wanted).all(), word
+
+    @one_step(order=1, parameters=("w",))
+    def euler(s, z, h, w):
+        return z + w * h * s.f(z)
+
+    half = Scheme(scenes.get("pendulum"), with_parameters(euler, {"w": "1/2"})).flow("0.2")
+    whole = Scheme(scenes.get("pendulum"), with_parameters(euler, {"w": 1})).flow("0.1")
+    assert abs(half.trajectory(5).x - whole.trajectory(5).x).max() < 1e-15
+    with pytest.raises(BadInput, match='no open number of euler "v"'):
+        with_parameters(euler, {"v": 1})
+    scene = scenes.get("pendulum")
+    assert "leaves w open" in euler.refusal(scene) and not of_scene(euler).refusal(scene)
+
+
+def case(w, order, size):
+    rows = [SimpleNamespace(used=True, step=h, error=size * h**order) for h in (0.2, 0.1)]
+    measured = SimpleNamespace(order=order + 1e-4)
+    return SimpleNamespace(rule=f"mine:w={w}", scene="pendulum", digits=50, measured=measured,
+                           rows=rows, passed=True)  # fmt: skip
+
+
+def test_the_best_value_has_the_highest_order_and_then_the_least_constant():
+    few = [case("1/4", 2, 0.1), case("1/6", 4, 0.3), case("0", 2, 0.01), case("1/5", 4, 0.2)]
+    (curve,) = curves(few)
+    assert [value for value, _ in curve.cases] == [0, *(Fraction(1, k) for k in (6, 5, 4))]
+    assert curve.best[0] == Fraction(1, 5) and curve.usual == 2
+    assert constant(curve.best[1].rows, curve.best[1].measured.order) == pytest.approx(0.2)
+    assert "the best, w = 1/5, has the order 4, which 2 of them have" in curve.sentence
+    assert curves(few[:2]) == [] and list(sketches(few[:2])) == []
+    (sketch,) = sketches(few)
+    assert [panel.subtitle for panel in sketch.panels] == ["order", "C of error ≈ C h²"]
+    assert constant(few[0].rows, None) is None
+
+
+def test_an_order_is_shown_as_a_curve_with_the_best_value(mine, tmp_path, capsys):
+    words = ["order", "harmonic", "--rule", f"{mine}:mixed", "--vary", "w=1/3,1/2,2/3"]
+    folder = tmp_path / "figure"
+    assert main([*words, "--digits", "16", "--steps", "64", "--folder", str(folder)]) == 0
+    told = capsys.readouterr().out
+    assert "of 3 values of w the best, w = 1/2, has the order 2, which 1 of them has" in told
+    assert "Error constant" in told
+    assert (folder / "figures" / "order-varied.svg").is_file()
+    assert "--vary w=1/3,1/2,2/3" in (folder / "index.html").read_text("utf-8")
+
+
+def test_a_modified_hamiltonian_has_the_letter_of_an_open_number(mine, capsys):
+    file = mine.replace("mine.py", "second.py")
+    text = MINE.replace('parameters=("w",)', 'order=1, parameters=("w",)')
+    with open(file, "w", encoding="utf-8") as second:
+        second.write(text)
+    assert main(["modified", "harmonic", f"{file}:mixed", "--order", "1"]) == 0
+    told = capsys.readouterr().out
+    assert "(w − 1/2)" in told.partition("H₂ = ")[2].partition("\n")[0]
+    assert "hold for every value; the runs that check them have w = 1/7" in told
