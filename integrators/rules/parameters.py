@@ -6,16 +6,13 @@ import inspect
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import wraps
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from ..errors import BadInput, shown, unknown
 from ..numbers import exact, sympy, to_sympy
 from ..numbers.types import Function
 
-if TYPE_CHECKING:
-    from .discretisation import Discretisation
-
-_Rule = TypeVar("_Rule", bound="Discretisation")
+_Rule = TypeVar("_Rule", bound=Any)  # a `Discretisation`, which imports this file
 
 #: what a rule or a map is given, and the parts of these
 _LETTERS = ("L", "G", "x", "u", "h", "s", "z", "Z", "K", "c")
@@ -64,7 +61,7 @@ def of_scene(rule: _Rule) -> _Rule:
     return replace(rule, formula=_bound(rule, {}), parameters=())
 
 
-def _bound(rule: Discretisation, known: Mapping[str, Any]) -> Function:
+def _bound(rule: Any, known: Mapping[str, Any]) -> Function:
     """Return the formula of a rule with these values, and those of the scene for the others."""
     formula = rule.formula
     wanted = inspect.signature(formula).parameters

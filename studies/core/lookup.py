@@ -1,4 +1,4 @@
-"""Rules, scenes, studies and problems of control by the words of a command.
+"""Rules, scenes and problems of control by the words of a command.
 
 A word is a name, FILE.py:NAME, or FILE.py for all in a file. NAME is that of an object, of its
 variable or of a list of objects. FILE.py:NAME:w=1/6 gives a value to a number that a rule leaves
@@ -68,18 +68,8 @@ def _problems_in(file: UserFile) -> dict[str, Any]:
     return {name: each for name, each in file.variables.items() if isinstance(each, Control)}
 
 
-def _study_called(word: str) -> Any:
-    from .study import every_study
-
-    known = every_study()
-    if word not in known:
-        raise unknown("study", word, [name for name, study in known.items() if study.usual])
-    return known[word]
-
-
 RULE = Kind("rule", lambda file: file.rules, discretisations.get)
 SCENE = Kind("scene", lambda file: file.scenes, _scene_called)
-STUDY = Kind("study", lambda file: file.studies, _study_called)
 CONTROL = Kind("Control(...)", _problems_in, _problem_called)
 _OTHER = {RULE: SCENE, SCENE: RULE}  # the kind that is taken for this one
 
@@ -165,11 +155,6 @@ def scene(thing: Scene | str) -> Scene:
             f"{', '.join(f'`discmech {study}`' for study in judged)}."
         )
     return asked
-
-
-def study_called(word: str) -> Any:
-    """Return the study of that name, or of FILE.py:NAME; raises `BadInput` for an unknown one."""
-    return only(STUDY, word)
 
 
 def control(word: str) -> Any:

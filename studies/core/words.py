@@ -1,4 +1,4 @@
-"""The words by which a command finds rules, scenes and studies, each tried before it is printed.
+"""The words by which a command finds rules and scenes, each tried before it is printed.
 
 A command runs in a process of its own. What a script defines is found there by the script's name;
 what it makes where no other program sees it, or what a notebook's cells make, is written to a file
@@ -8,7 +8,6 @@ in the user's cache: the imports, and of the rest only the statements on which i
 from __future__ import annotations
 
 import ast
-import pickle
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -29,7 +28,7 @@ from discmech.integrators.steps import WAYS, Varied
 
 from . import lookup
 from .environment import absolute
-from .userfile import OF_USER, UserFile, binds, loaded, program, things_in, word_for_study
+from .userfile import OF_USER, UserFile, binds, loaded, program, things_in
 
 
 def address_of(thing: Any) -> str:
@@ -43,20 +42,6 @@ def address_of(thing: Any) -> str:
 def is_found(thing: Any) -> bool:
     """Return True if the word of `address_of` finds this very object, with its values."""
     return next(_words(thing), None) is not None
-
-
-def word_of_study(study: Any) -> str:
-    """Return the word that finds the study in another process.
-
-    Raises `pickle.PicklingError` for one that is in no file and in no package.
-    """
-    word = word_for_study(study.name)
-    with suppress(BadInput):
-        if lookup.study_called(word) is study:
-            return word
-    raise pickle.PicklingError(
-        f"the study {study.name} cannot go to another process: write it in a file."
-    )
 
 
 def _words(thing: Any) -> Iterator[str]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 from discmech import reference
@@ -16,9 +17,10 @@ from discmech.integrators.numbers import mpmath
 
 from ..causes.round_off import measure_round_off
 from ..core.case import Case, Choice, Progress, family_cases, lattice_cases, plain_cases, silent
+from ..core.records import decoded
 from ..systems import End, Ladder, System, system_of
 from . import multipliers, recorded, single_steps
-from .records import Found, Row
+from .records import Found, Measured, Row, curves
 from .window import REACHED, above_floor, decided, fit, floor, slope_of_multipliers
 
 NAME = "order"
@@ -77,10 +79,15 @@ def notes(choice: Choice) -> list[str]:
 
 def complete(result: dict[str, Any]) -> dict[str, Any]:
     """Return the notes with those on a number that takes several values (`--vary`)."""
-    from ..report.case import case_of
-    from .varied import curves
-
-    told = [curve.sentence for curve in curves(case_of(NAME, case) for case in result["cases"])]
+    cases = [
+        SimpleNamespace(
+            rule=case["rule"], scene=case["scene"], digits=case["digits"],
+            measured=decoded(Measured, case["measured"], True),
+            rows=[decoded(Row, row, True) for row in case["rows"]],
+        )
+        for case in result["cases"] if not case["control"]
+    ]  # fmt: skip
+    told = [curve.sentence for curve in curves(cases)]
     return {"notes": [*result["notes"], *told]} if told else {}
 
 

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any
 
 from ..core.records import OPTIONAL
 from ..core.single_steps import SingleSteps
@@ -88,3 +92,77 @@ class Expected:
     tolerance: float | None = None
     declared: float | None = None
     effective: float | None = None
+
+
+# -- a number that takes several values ------------------------------------------------------------
+
+#: mine:w=1/6 of a rule, mine.w-1_6 of a scene
+_NAME = re.compile(r"(.+)[:.]([a-zA-Z]\w*)[=-](-?\d+(?:[/_]\d+)?)")
+FEWEST = 3  # values that make a curve
+
+
+def constant(rows: Sequence[Any], order: float | None) -> float | None:
+    """Return C of error ≈ C hᵖ by the smallest step of the fit, p the order as a whole number."""
+    used = [row for row in rows if row.used and row.error and row.step]
+    if order is None or not used:
+        return None
+    last = min(used, key=lambda row: abs(row.step))
+    return float(last.error / abs(last.step) ** round(order))
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The cases with the values of one number, in their order; of: the rule or scene that has it.
+
+    place: the other one of the two.
+    """
+
+    of: str
+    name: str
+    place: str
+    digits: int
+    cases: Sequence[tuple[Fraction, Any]]
+
+    @property
+    def usual(self) -> int:
+        """The order that most values have."""
+        return Counter(round(case.measured.order) for _, case in self.cases).most_common(1)[0][0]
+
+    @property
+    def best(self) -> tuple[Fraction, Any]:
+        """The value with the highest order and, of these, the least error constant."""
+        return max(self.cases, key=lambda pair: (
+            round(pair[1].measured.order),
+            -(constant(pair[1].rows, pair[1].measured.order) or 0.0)))  # fmt: skip
+
+    @property
+    def sentence(self) -> str:
+        """What the curve says, in a sentence."""
+        value, case = self.best
+        order = round(case.measured.order)
+        same = sum(round(each.measured.order) == order for _, each in self.cases)
+        rest = len(self.cases) - same
+        said = f"has the order {order}"
+        if rest:
+            said += (
+                f", which {same} of them {'has' if same == 1 else 'have'}, and most of the others"
+            )
+            said += f" {self.usual}" if self.usual != order else " less"
+        least = f"{constant(case.rows, case.measured.order):.3g}"
+        return (
+            f"{self.of} on {self.place}, {self.digits} digits: of {len(self.cases)} values of "
+            f"{self.name} the best, {self.name} = {value}, {said}; its error constant is {least}."
+        )
+
+
+def curves(cases: Iterable[Any]) -> list[Curve]:
+    """Return the curves of an order study's cases, each of at least `FEWEST` values."""
+    found: dict[tuple[str, str, str, int], list[tuple[Fraction, Any]]] = {}
+    for case in cases:
+        for name, place in ((case.rule, case.scene), (case.scene, case.rule)):
+            varied = _NAME.fullmatch(str(name))
+            if varied and case.measured.order is not None:
+                key = (varied[1], varied[2], str(place), case.digits)
+                found.setdefault(key, []).append((Fraction(varied[3].replace("_", "/")), case))
+    return [Curve(*key, sorted(pairs, key=lambda pair: pair[0]))
+            for key, pairs in found.items() if len(pairs) >= FEWEST]  # fmt: skip

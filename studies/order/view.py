@@ -15,8 +15,8 @@ from ..report.palette import Mark
 from ..report.plot_convergence import Line, Point
 from ..report.view import Sketch, Titles, View
 from ..report.wording import plus_minus, raised, scientific
-from . import varied
-from .records import Expected, Measured, Row
+from . import plot_varied
+from .records import Expected, Measured, Row, constant
 
 Case = Result[Measured, Expected, Row]
 
@@ -63,7 +63,7 @@ def _multipliers(case: Case) -> str:
 
 def _constant(case: Case) -> str:
     """Return C of error ≈ C hᵖ, p the whole number next to the order."""
-    size = varied.constant(case.rows, case.measured.order)
+    size = constant(case.rows, case.measured.order)
     return (
         NONE if size is None else f"{scientific(size, 2)} {raised(round(case.measured.order or 0))}"
     )
@@ -100,7 +100,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
     def panels(scene: str, own: Sequence[Case], digits: int) -> list[Panel]:
         return [plot_convergence.panel(titles.get(scene, scene), list(map(_line, own)), known)]
 
-    if own := list(varied.sketches(cases)):  # a line for each value would hide all others
+    if own := list(plot_varied.sketches(cases)):  # a line for each value would hide all others
         return own
     sheet = _room(plot_convergence.SHEET, cases)
     joined = [case for case in cases if _of_family(case)]

@@ -13,7 +13,8 @@ from discmech.integrators.rules import midpoint, of_scene, with_parameters
 from discmech.studies.command.entry import main
 from discmech.studies.core import lookup
 from discmech.studies.core.options import values_of
-from discmech.studies.order.varied import constant, curves, sketches
+from discmech.studies.order.plot_varied import sketches
+from discmech.studies.order.records import constant, curves
 
 MINE = """from discmech import Scene, discretisation, pair
 

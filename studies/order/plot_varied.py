@@ -1,0 +1,50 @@
+"""The picture of a number that takes several values: order and error constant as curves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..report.canvas import Panel, Sheet
+from ..report.palette import MUTED
+from ..report.view import Sketch
+from ..report.wording import raised
+from .records import Curve, constant, curves
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SHEET = Sheet(width=3.2, right=0.3, columns=2)
+CAPTION = (
+    "Order and error constant against a number of the method or of the scene. The constant C is "
+    "that of error ≈ C hᵖ, with p the order that most values have, so it vanishes where the order "
+    "is higher; the larger mark is the best value: the highest order, then the least constant."
+)
+
+
+def sketches(cases: Sequence[Any]) -> Iterator[Sketch]:
+    """Yield the figure of the curves, if there are any."""
+    panels = [panel for curve in curves(cases) for panel in _panels(curve)]
+    if panels:
+        yield Sketch("order-varied", "A number that varies", CAPTION, panels, SHEET)
+
+
+def _panels(curve: Curve) -> Iterator[Panel]:
+    orders = [(float(value), case.measured.order) for value, case in curve.cases]
+    sizes = [(float(value), constant(case.rows, curve.usual)) for value, case in curve.cases]
+    best = float(curve.best[0])
+    title = f"{curve.of} on {curve.place}, {curve.digits} digits"
+    for what, points in (("order", orders), (f"C of error ≈ C {raised(curve.usual)}", sizes)):
+
+        def draw(axes: Axes, points: Any = points, zero: bool = points is sizes) -> None:
+            axes.plot(*zip(*points, strict=True), "o-", ms=3, lw=0.9, color="C0")
+            chosen = [point for point in points if point[0] == best]
+            axes.plot(*zip(*chosen, strict=True), "o", ms=7, mfc="none", color="C3")
+            if zero:
+                axes.axhline(0, lw=0.5, color=MUTED)
+            else:  # the digits behind the whole number are those of the fit
+                low, high = (edge([size for _, size in points]) for edge in (min, max))
+                axes.set_ylim(round(low) - 0.5, round(high) + 0.5)
+            axes.set_xlabel(curve.name)
+
+        yield Panel(title, what, curve.name, f"{title}: {what} against {curve.name}.", draw)
