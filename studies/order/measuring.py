@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from types import SimpleNamespace
 from typing import Any
 
 from discmech import reference
@@ -17,10 +16,10 @@ from discmech.integrators.numbers import mpmath
 
 from ..causes.round_off import measure_round_off
 from ..core.case import Case, Choice, Progress, family_cases, lattice_cases, plain_cases, silent
-from ..core.records import decoded
+from ..core.result import StudyResult
 from ..systems import End, Ladder, System, system_of
 from . import multipliers, recorded, single_steps
-from .records import Found, Measured, Row, curves
+from .records import Found, Row, curves
 from .window import REACHED, above_floor, decided, fit, floor, slope_of_multipliers
 
 NAME = "order"
@@ -77,18 +76,10 @@ def notes(choice: Choice) -> list[str]:
     ]
 
 
-def complete(result: dict[str, Any]) -> dict[str, Any]:
-    """Return the notes with those on a number that takes several values (`--vary`)."""
-    cases = [
-        SimpleNamespace(
-            rule=case["rule"], scene=case["scene"], digits=case["digits"],
-            measured=decoded(Measured, case["measured"], True),
-            rows=[decoded(Row, row, True) for row in case["rows"]],
-        )
-        for case in result["cases"] if not case["control"]
-    ]  # fmt: skip
-    told = [curve.sentence for curve in curves(cases)]
-    return {"notes": [*result["notes"], *told]} if told else {}
+def complete(result: StudyResult) -> StudyResult:
+    """Return the result with notes on a number that takes several values (`--vary`)."""
+    told = [curve.sentence for curve in curves(case for case in result.cases if not case.control)]
+    return replace(result, notes=[*result.notes, *told])
 
 
 def ladder(case: Case, system: System | None = None) -> Ladder:
