@@ -112,7 +112,7 @@ def named(word: str) -> tuple[tuple[Discretisation, ...], tuple[Scene, ...]]:
         return find(RULE, word), ()
     both = [kind for kind in (RULE, SCENE) if not name or _asked(file, kind, name)]
     both = both[:1] if isinstance(file.variables.get(name), Discretisation) else both
-    if not both or (file.empty and not name):
+    if not both or not (name or file.rules or file.scenes):
         every = Kind("rule or scene", lambda file: {**file.scenes, **file.rules}, str)
         in_this(file, every, name)
     own = {kind: in_this(file, kind, name) for kind in both if name or kind.in_file(file)}
