@@ -71,6 +71,8 @@ def _digits_of_energy(scene: Any, way: np.ndarray) -> int:
              for z in way]  # fmt: skip
     drift = max(abs(value - found[0]) for value in found)
     size = max(float(np.abs(z) @ np.abs(_slopes(scene, z))) for z in way) + abs(found[0])
+    if not np.isfinite([*found, size]).all():  # it has no value there, or too large a one
+        return 0
     return math.floor(-math.log10(drift / size)) if drift else 15
 
 

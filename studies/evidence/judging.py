@@ -51,7 +51,7 @@ def judge(
     for law in laws if verdict.verdict != "fail" else ():
         one = local.laws.get(law)
         if one is not None and one.broken:
-            return Verdict("fail", broken(law, one, local.seed), verdict.expected)
+            return Verdict("fail", broken(law, one, local.seed, what), verdict.expected)
     return _of_order(local, verdict, wanted, asks_order, what)
 
 
@@ -97,12 +97,16 @@ def lower(local: SingleSteps, wanted: int | None, what: str = "") -> str:
     return f"{said}, however little that is in the runs."
 
 
-def broken(law: str, one: Departure, seed: int | None) -> str:
-    """Return the sentence on a step that does not keep a law."""
+def broken(law: str, one: Departure, seed: int | None, what: str = "") -> str:
+    """Return the sentence on a step that does not keep a law.
+
+    what: the motion that the step is of, where that is no run of the study.
+    """
     drawn = "" if seed is None else f" (seed {seed})"
     run, step, then = (words.format(name=one.name) for words in WORDS.get(law, OF_A_QUANTITY))
+    said = f"in {what}" if what else f"the run {run}, but"
     return (
-        f"the run {run}, but a step of {one.step:.3g} from {one.place}, a place that was drawn "
-        f"around the motion{drawn}, {step} {one.size:.2g}, where round-off would leave at most "
+        f"{said} a step of {one.step:.3g} from {one.place}, a place that was drawn around the "
+        f"motion{drawn}, {step} {one.size:.2g}, where round-off would leave at most "
         f"{one.limit:.0e}{then}."
     )

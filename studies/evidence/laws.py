@@ -14,8 +14,8 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from discmech.integrators import Scheme, StepFailure
-from discmech.integrators.errors import CannotMeasure
+from discmech.integrators import BadInput, Scheme, StepFailure
+from discmech.integrators.errors import Displaced
 from discmech.integrators.flows import (
     Flow,
     form_change_defects,
@@ -102,7 +102,10 @@ FORM, WAY_BACK = Form(), WayBack()
 def worst_departure(
     law: Law, scheme: Scheme, places: Sequence[Place], drawn: random.Random
 ) -> Departure:
-    """Return the departure at the places that exceeds its limit most, or why there is none."""
+    """Return the departure at the places that exceeds its limit most, or why there is none.
+
+    Raises `Displaced` for a program whose answers begin elsewhere than at their start.
+    """
     if reason := law.refusal(scheme):
         return Departure(unknown=reason)
     worst, why = Departure(), "no step was made"
@@ -110,11 +113,14 @@ def worst_departure(
         for step in law.steps(place, drawn):
             try:
                 one = law.departure(scheme, place, step)
+            except Displaced:
+                raise
             except StepFailure as failure:  # this step is too long: a shorter one may be found
                 why = " ".join(str(failure).split())
                 continue
-            except CannotMeasure as refusal:
-                return Departure(unknown=" ".join(str(refusal).split()))
+            except BadInput as refusal:  # no step from here; those from other places count
+                why = " ".join(str(refusal).split())
+                break
             if one.size is not None and _is_worse(one, worst):
                 worst = replace(one, step=one.step or float(step), place=str(place))
             break

@@ -81,8 +81,9 @@ class Defects:
 def of_rows(scheme: RecordedScheme) -> SingleSteps | None:
     """Return the order of the steps from row to row, or why the rows are no steps of one method.
 
-    The order is known to half a power of the step, so it is a whole number. None if all defects are
-    round-off, so that each row follows the one before exactly.
+    The order is known to half a power of the step, so it is a whole number. None if no two runs
+    show it: all defects are round-off, or no step is `APART` times another. Then a row is no step
+    if its defect stands out beside its neighbours', or is large.
     """
     try:
         runs = [_defects(scheme, k) for k in range(len(scheme.runs))]

@@ -186,7 +186,7 @@ def _of_recorded(case: Case, found: Found, verdict: Verdict) -> Verdict:
             "few of their errors are above these: record them with 17 digits."
         )
     if verdict.verdict == "pass" and local.unknown:
-        said = f"the errors at all rows have their order, but {local.unknown}."
+        said = f"the errors at all rows have their order, but {local.unknown.rstrip('.')}."
         return Verdict("inconclusive", said, verdict.expected)
     steps = local.order is not None and case.order and local.order > case.order - STEPS
     if verdict.verdict == "fail" and steps and "converge" in verdict.reason:

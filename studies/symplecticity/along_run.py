@@ -37,12 +37,23 @@ STEP = 0.7, 1.0  # shares of the scene's step from which the run's is drawn
 
 
 def measure(case: Case, progress: Progress) -> FoundOfNumbers:
-    """Return the steps from drawn places (`in_numbers`), and the form along a run."""
+    """Return the steps from drawn places (`in_numbers`), and the form along a run.
+
+    Where one step loses the form already, only a short run is made, to see if it is its steps.
+    """
     found = in_numbers.measure(case, progress)
-    if found.measured.certain is None or found.measured.certain > rounded(case):
+    if found.measured.certain is None:
         return found
-    progress(f"{case.scene.name} {case.label}: a long run", 1.0)
-    run = _of_run(case, scale_of(case.scheme), seed_in_numbers(case.scheme))
+    rule: Any = case.rule
+    scale, seed = scale_of(case.scheme), seed_in_numbers(case.scheme)
+    if found.measured.certain <= rounded(case):
+        progress(f"{case.scene.name} {case.label}: a long run", 1.0)
+        run = _of_run(case, scale, seed)
+    elif not (rule.remembers or rule.runs):
+        flow, z = _start(case, seed)
+        run = OfRun(float(flow.step), again=repeated(flow, z, scale, LEAST))
+    else:
+        return found
     residual = max(found.measured.residual or 0.0, run.again)
     return replace(found, measured=replace(found.measured, residual=residual), run=run)
 
@@ -50,13 +61,7 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
 def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
     """Return the first certain defect of the form along a run, and how far the form is seen."""
     scheme: Any = case.scheme
-    share = (
-        1 if scheme.rule.only_step is not None else random_fraction(random.Random(seed + 4), *STEP)
-    )
-    step = Fraction(scheme.scene.step) * share
-    flow = scheme.flow(step)
-    start = flow.trajectory(0)
-    z = np.concatenate([start.x[0], start.mu[0]]).astype(float)
+    flow, z = _start(case, seed)
     embed, reach = free_states(case, flow.system, z, scale)
     curves = 1 if len(reach) == 2 else 2  # of two numbers the form has one entry
     calls = curves * (1 if scheme.rule.vectorised else POINTS)
@@ -73,7 +78,17 @@ def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
     broken = next((k for k, row in enumerate(rows, 1) if row.certain > rounded(case) * part * k), 0)
     certain = rows[broken - 1].certain if broken else 0.0
     again = repeated(flow, z, scale, steps, seed=seed)
-    return OfRun(float(step), steps, part * seen, certain, part * broken, again)
+    return OfRun(float(flow.step), steps, part * seen, certain, part * broken, again)
+
+
+def _start(case: Case, seed: int) -> tuple[Any, Vector]:
+    """Return the flow of a drawn step, of a map its own one, and the scene's start."""
+    scheme: Any = case.scheme
+    own = scheme.rule.only_step is not None
+    share = 1 if own else random_fraction(random.Random(seed + 4), *STEP)
+    flow = scheme.flow(Fraction(scheme.scene.step) * share)
+    start = flow.trajectory(0)
+    return flow, np.concatenate([start.x[0], start.mu[0]]).astype(float)
 
 
 def _worse(a: Defect, b: Defect) -> Defect:

@@ -35,6 +35,11 @@ def judge(case: Case, found: FoundOfNumbers) -> Verdict:
         said = f"the same step made again differs by {again:.2g} of the motion: it "
         said += "is no map of (q, p) and h, but keeps something between calls, or is random; a "
         said += "method with memory is a class with start, step and read."
+        rule: Any = case.rule
+        if rule.remembers or rule.runs:
+            said = f"the same run made again, up to one of its rows, ends {again:.2g} of the "
+            said += "motion beside that row: it keeps something from an earlier run, is random, "
+            said += "or its rows are interpolated. A row is the end of a run of so many steps."
         return Verdict("fail", said, expected)
     if wrong := _jacobian(case, rows):
         return Verdict("fail", wrong, expected)

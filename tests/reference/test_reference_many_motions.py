@@ -37,3 +37,13 @@ def test_the_energy_limits_the_digits_of_a_reference_in_numbers():
             for factor in (1, 1 + 1e-6)}  # fmt: skip
     assert reference.solution(made[1], 2).certain_digits >= 12
     assert reference.solution(made[1 + 1e-6], 2).certain_digits <= 7
+
+
+def test_an_energy_without_a_value_on_the_way_is_a_sentence():
+    scene = Scene(
+        name="s", groupoid=pair(1), x0=["1"], mu0=["0.3"], step="0.1", duration=4,
+        numeric_hamiltonian=lambda q, p: p[0] ** 2 / 2 - np.cos(q[0]) if q[0] > 0 else np.nan,
+        gradient=lambda q, p: (np.sin(q), p),
+    )  # fmt: skip
+    with pytest.raises(reference.ReferenceFailure, match="does not stay along them"):
+        reference.solution(scene, 4)

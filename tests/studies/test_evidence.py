@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from fractions import Fraction
 
 import mpmath
@@ -9,12 +10,14 @@ import pytest
 import sympy
 
 from discmech import check
-from discmech.integrators import Scene, Scheme, discretisation, one_step, pair, scenes
+from discmech.integrators import BadInput, Scene, Scheme, discretisation, one_step, pair, scenes
+from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get as rule
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies.core.case import in_chart
+from discmech.studies.core.single_steps import Departure
 from discmech.studies.evidence import evidence_of
-from discmech.studies.evidence.laws import FORM, WAY_BACK
+from discmech.studies.evidence.laws import FORM, WAY_BACK, Law, worst_departure
 from discmech.studies.evidence.measuring import of_scheme
 from discmech.studies.evidence.places import is_linear
 from discmech.studies.evidence.scan import times_that_stand_out
@@ -117,6 +120,23 @@ def beside_the_middle(at):
         return h * L(G.target(x, u, h * (5 + sympy.exp(-part)) / 10), u)
 
     return discretisation(order=2, name="beside-the-middle")(formula)
+
+
+@pytest.mark.parametrize("refusal", [BadInput, CannotMeasure])
+def test_a_place_without_a_step_hides_no_departure_at_another(refusal):
+    class Sometimes(Law):
+        name = "sometimes"
+
+        def departure(self, scheme, place, step):
+            if place.beside:
+                raise refusal("there is no value here.")
+            return Departure(1.0, 1e-20)
+
+    scheme = Scheme(scenes.get("pendulum"), midpoint)
+    places, drawn = evidence_of(scheme).places, random.Random(0)
+    assert worst_departure(Sometimes(), scheme, places, drawn).broken
+    nowhere = worst_departure(Sometimes(), scheme, [p for p in places if p.beside], drawn)
+    assert nowhere.size is None and nowhere.unknown == "there is no value here."
 
 
 def test_a_fault_in_a_narrow_part_of_the_motion_is_found_and_judged():

@@ -55,6 +55,39 @@ def test_a_step_that_is_another_one_in_a_run_is_no_map():
     assert found["verdict"] == "fail" and "between calls" in found["reason"]
 
 
+def test_a_method_that_keeps_no_form_is_a_map_in_its_runs_too():
+    last = {"length": 0, "end": ()}
+
+    @black_box(order=4, symplectic=False)
+    def other_in_runs(q, p, h, s):
+        last["length"] = last["length"] + 1 if last["end"] == (*q, *p) else 0
+        q, p = methods.rk4.formula(q, p, h, s)
+        p = p * (1 - abs(h) ** 5 / 10 * (last["length"] > 6))
+        last["end"] = (*q, *p)
+        return q, p
+
+    found = judged("symplecticity", "pendulum", other_in_runs, causes=False)
+    assert found["verdict"] == "fail" and "between calls" in found["reason"]
+    found = judged("symplecticity", "pendulum", methods.rk4, causes=False)
+    assert found["verdict"] == "measured"
+
+
+def test_a_run_that_ends_beside_its_row_is_told_in_words_for_runs():
+    @black_box(order=2, symplectic=True, runs=True)
+    def between(q, p, h, steps, every, s):
+        rows = [(q.copy(), p.copy())]
+        for _ in range(steps):
+            q, p = kick_drift_kick(q, p, h, s)
+            rows.append((q.copy(), p.copy()))
+        qs, ps = (np.array([row[k] for row in rows]) for k in (0, 1))
+        for part in (qs, ps):  # all rows but the two ends are smoothed
+            part[1:-1] += 1e-6 * (part[2:] + part[:-2] - 2 * part[1:-1])
+        return qs[::every], ps[::every]
+
+    found = judged("symplecticity", "pendulum", between, causes=False)
+    assert found["verdict"] == "fail" and "rows are interpolated" in found["reason"]
+
+
 @pytest.mark.slow
 def test_volume_is_judged_where_no_form_is_claimed():
     claimed = dataclasses.replace(methods.rk4, claims=rules.Claims(keeps=("volume",)))
