@@ -119,7 +119,8 @@ def of_rows(scheme: RecordedScheme) -> SingleSteps | None:
     if order < wanted:
         said = (
             f"the steps from row to row are of order {known[-1]:.2f} where {wanted} is expected: "
-            "rows were mixed or moved, or the method remembers more than a row"
+            "the motion is another, rows were mixed or moved, or the method remembers more than "
+            "a row"
         )
         return SingleSteps(unknown=said, refused=True)
     k = int(finest.least.argmax())
@@ -215,17 +216,23 @@ def _largest(values: np.ndarray, reach: int) -> np.ndarray:
 
 
 def _power(coarse: Defects, fine: Defects) -> float | None:
-    """Return the usual power of the step in the defects per unit of time, or None in round-off."""
+    """Return the usual power of the step in the defects per unit of time, or None in round-off.
+
+    Steps too long for a power still tell the motion of another clock: its defects do not sink.
+    """
     j = _row_of(coarse, fine.at)
     usual = np.zeros(len(coarse.at))
     np.maximum.at(usual, j, fine.off / fine.span)
     clear = np.zeros(len(coarse.at))
     np.maximum.at(clear, j, (fine.off > CLEAR * fine.floor).astype(float))
-    seen = (coarse.off > CLEAR * coarse.floor) & (clear > 0) & coarse.resolved & (usual > 0)
+    every = (coarse.off > CLEAR * coarse.floor) & (clear > 0) & (usual > 0)
+    short = every & coarse.resolved
+    seen = short if short.any() else every
     if not seen.any():
         return None
     slopes = np.log(coarse.off[seen] / coarse.span / usual[seen])
-    return float(np.median(slopes) / math.log(coarse.step / fine.step))
+    power = float(np.median(slopes) / math.log(coarse.step / fine.step))
+    return power if short.any() or power < HALF else None
 
 
 def _row_of(coarse: Defects, times: np.ndarray) -> np.ndarray:
