@@ -20,9 +20,22 @@ from ..equations import (
     poisson_tensor,
     rates,
 )
+from ..errors import unknown
 from ..numbers import Arithmetic, Double, Graph, jacobian, numeric, sympy
 from ..numbers.types import Expression, Function, Matrix, Number, Numbers, SymbolicMatrix, Vector
 from ..scene import Scene
+
+
+class ByName(SimpleNamespace):
+    """Parameters as attributes, and by their names in brackets: p.k and p["k"].
+
+    Raises `BadInput` for a name that is none of them.
+    """
+
+    def __getitem__(self, name: str) -> Any:
+        if name in vars(self):
+            return vars(self)[name]
+        raise unknown("parameter", name, vars(self))
 
 
 class SceneInNumbers:
@@ -51,10 +64,10 @@ class SceneInNumbers:
         self._closed = closed_velocity(s) is not None
 
     @cached_property
-    def parameters(self) -> SimpleNamespace:
+    def parameters(self) -> ByName:
         """The scene's parameters by name."""
         values = iter(self._numbers.public(np.array(self._p, dtype=self._numbers.dtype)).tolist())
-        found = SimpleNamespace()
+        found = ByName()
         for name, letters in vars(self._s.parameters).items():
             if not hasattr(letters, "shape"):
                 setattr(found, name, next(values))
