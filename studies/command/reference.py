@@ -193,5 +193,5 @@ def _costs(options: argparse.Namespace) -> int:
     asked = every_study()["references"].options
     given = {"study": "references", "own": asked, "thorough": True, "labels": [], "style": None,
              "scenes": [], "rules": [], "retraction": [], "steps": None, "jobs": None,
-             "scheduler": None, "baseline": None, "save_baseline": None}  # fmt: skip
+             "scheduler": None, "baseline": None, "save_baseline": None, "vary": None}  # fmt: skip
     return run(argparse.Namespace(**{**vars(options), **given, "digits": []}))

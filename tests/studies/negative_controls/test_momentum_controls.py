@@ -57,7 +57,7 @@ def test_a_quantity_that_is_not_conserved_fails_by_name(rule, digits):
 
 def test_first_integrals_are_not_asked_to_be_exact():
     only = Conserved("Hamiltonian", lambda x, mu, p: mu[0] ** 2, kind="first integral")
-    with pytest.raises(BadInput, match="a first integral is the motion's own, and no"):
+    with pytest.raises(BadInput, match="a first integral belongs to the motion, and no"):
         check("momentum", [scenes.get("pendulum").with_values(symmetries=[only])], ["midpoint"])
 
 
