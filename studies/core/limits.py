@@ -24,6 +24,22 @@ class Limit(float):
         return type(self), (float(self), self.what, self.reason)
 
 
+#: of a step's equations and of the way back: of symplecticity, reversibility, and single steps
+STEP = Limit(
+    64,
+    "round-offs of a step's residual and constraints, each over its own bound",
+    "derived: two, for a kernel adds in another order than the maps; and where Newton ends at "
+    "ε of the sum of all unknowns, as many as there are unknowns, some tens",
+)
+
+
+def of_a_step(digits: int) -> float:
+    """Return the largest defect of a step, over its own bound, that is round-off."""
+    from discmech.integrators.numbers import arithmetic
+
+    return STEP * float(arithmetic(digits).eps)
+
+
 def told(limits: Mapping[str, float]) -> list[tuple[str, str, str, str]]:
     """Return (name, what, value, reason) of each limit; a plain number is its name's own value."""
     return [

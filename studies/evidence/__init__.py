@@ -23,7 +23,7 @@ from .effective import effective_order_of
 from .floats import floats_of
 from .grid import Floor, Grid
 from .laws import Law, worst_departure
-from .of_programs import of_scheme
+from .of_programs import order_of
 from .order import NEAR, LocalOrder, unknown
 from .places import Place, is_linear, places_along, places_at, places_of, places_on, seed_of
 from .scan import times_that_stand_out
@@ -75,7 +75,7 @@ class Evidence:
         try:
             places = self.places if self.whole is self.scheme else self._places_of(self.whole)
             along = places_along(self.whole, self.seed)
-            found = of_scheme(self.whole, places, self.seed, along)
+            found = order_of(self.whole, places, self.seed, along)
             return found if self.whole is self.scheme else _named(found)
         except reference.ReferenceFailure as failure:
             return unknown(" ".join(str(failure).split()))
@@ -84,7 +84,7 @@ class Evidence:
     def on_motion(self) -> LocalOrder:
         """Return the lowest order of a small step from states of the motion alone (`order`)."""
         try:
-            return of_scheme(self.whole, places_on(self.whole, self.seed), self.seed, ())
+            return order_of(self.whole, places_on(self.whole, self.seed), self.seed, ())
         except reference.ReferenceFailure as failure:
             return unknown(" ".join(str(failure).split()))
 

@@ -23,8 +23,8 @@ from discmech.integrators.flows import (
     return_defect,
 )
 
+from ..core.limits import of_a_step
 from ..core.single_steps import Departure
-from ..symplecticity.limits import of_a_step
 from .places import Place, random_fraction
 
 DIGITS = 30  # digits of the states; defects are evaluated to twice as many

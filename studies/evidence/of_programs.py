@@ -236,7 +236,7 @@ def _slopes(flow: Any, place: Place) -> Matrix:
     return np.nan_to_num(np.array(columns).T, posinf=0.0)
 
 
-def of_scheme(
+def order_of(
     scheme: Scheme, places: Sequence[Place], seed: int, along: Sequence[Place]
 ) -> LocalOrder:
     """Return `local_order` or `of_program`, or the reason why there is none.
@@ -259,10 +259,19 @@ def of_scheme(
 def _lower_in_doubles(
     scheme: Scheme, places: Sequence[Place], seed: int, found: LocalOrder
 ) -> LocalOrder:
-    """Return the order in more digits, or that in doubles where a component's is below both."""
+    """Return the order in more digits, or that in doubles where a component's is below both.
+
+    Doubles that no order explains leave it unknown, as those of a program in doubles alone.
+    """
     least = min(scheme.order or 1, scheme.order or 1 if found.order is None else found.order)
-    in_doubles = of_program(scheme, places, seed).components
-    low = [c for c in in_doubles if c.constant is not None and (c.order or 0.0) < least - NEAR]
+    in_doubles = of_program(scheme, places, seed)
+    if in_doubles.unknown:
+        return in_doubles
+    low = [
+        c
+        for c in in_doubles.components
+        if c.constant is not None and (c.order or 0.0) < least - NEAR
+    ]
     lowest = min(low, key=lambda c: c.order or 0.0, default=None)
     if lowest is None:
         return found

@@ -6,11 +6,11 @@ from typing import Any
 
 from ..core.case import Case, Measurement, Verdict
 from ..core.claims import not_claimed
+from ..core.limits import of_a_step
 from ..core.records import decoded
 from ..evidence.judging import demand_consistency
 from ..evidence.laws import WAY_BACK
 from ..symplecticity.in_numbers import resolved
-from ..symplecticity.limits import of_a_step
 from .records import Found, FoundOfNumbers
 
 

@@ -1,6 +1,6 @@
 """The limits of defects of forms, of steps and of constraints."""
 
-from ..core.limits import Limit
+from ..core.limits import STEP, Limit, of_a_step
 
 FORMS = ("pullback", "poisson")
 #: under a force: the change of Ω and that of a volume, less those by the force's one-form
@@ -16,11 +16,7 @@ LIMITS = {
         5, "digits that the round-off of a form may take, with more digits",
         "set: 10⁵ times the last digit, as in double precision; it errs towards a pass",
     ),
-    "step": Limit(
-        64, "round-offs of a step's residual and constraints, each over its own bound",
-        "derived: two, for a kernel adds in another order than the maps; and where Newton ends at "
-        "ε of the sum of all unknowns, as many as there are unknowns, some tens",
-    ),
+    "step": STEP,
     "control": Limit(
         1e3, "limits by which a control is off in double precision",
         "set: a defect that lies so far above round-off is none; it errs towards a fail",
@@ -48,10 +44,3 @@ def limits(digits: int) -> dict[str, float]:
     own = of_a_step(digits)
     of_steps = dict.fromkeys(("residual", "constraint", "hidden"), own)
     return {**dict.fromkeys((*FORMS, *CHANGES), limit(digits)), **of_steps}
-
-
-def of_a_step(digits: int) -> float:
-    """Return the largest defect of a step, over its own bound, that is round-off."""
-    from discmech.integrators.numbers import arithmetic
-
-    return LIMITS["step"] * float(arithmetic(digits).eps)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
 from typing import Any
@@ -37,8 +38,6 @@ def head(given: Exported, language: str, said: Sequence[str]) -> list[str]:
 
 def constants(given: Exported) -> Iterator[tuple[str, Any]]:
     """Yield the constants that the functions use, by name."""
-    import ast
-
     used = {e.id for f in given.functions for e in ast.walk(f) if isinstance(e, ast.Name)}
     always = {"N", "M", "OK", "NOT_CONVERGED", "SINGULAR", "EDGE", "STRAYED"}
     for name, value in given.constants.items():

@@ -18,7 +18,9 @@ from .printer import Printer
 class Julia(Printer):
     """Prints Julia, which counts from 1."""
 
+    stop: ClassVar[str] = ""
     end: ClassVar[str] = "end"
+    heads: ClassVar[dict[str, str]] = {"if": "if {}", "else": "else", "while": "while {}"}
     names: ClassVar[dict[str, str]] = {
         "advance": "step!", "rows_of_run": "rows!", "start": "start!", "momenta": "momenta!",
         "atan2": "atan",
@@ -59,44 +61,19 @@ class Julia(Printer):
     def unused(self, name: str) -> None:
         """Write nothing: Julia does not mind."""
 
-    def _assign(self, s: ast.Assign) -> None:
-        self.put(f"{self.of(s.targets[0])} = {self.of(s.value)}")
+    def array(self, name: str, size: str) -> str:
+        """Return the statement that clears an array, which is allocated once."""
+        own = f"{self.owner}_{name}"
+        self.scratch.append(f"const {own} = zeros({size})")
+        return f"{name} = fill!({own}, 0.0)"
 
-    def _annassign(self, s: ast.AnnAssign) -> None:
-        assert s.value is not None
-        if isinstance(s.value, ast.BinOp) and isinstance(s.value.left, ast.List):
-            name = f"{self.owner}_{self.of(s.target)}"
-            self.scratch.append(f"const {name} = zeros({self.of(s.value.right)})")
-            self.put(f"{self.of(s.target)} = fill!({name}, 0.0)")
-            return
-        kind = {"float": "Float64", "int": "Int", "bool": "Bool"}[ast.unparse(s.annotation)]
+    def declared(self, kind: str) -> str:
+        """Return the declaration of a letter, {}, of a kind of number."""
         local = "local " if self.depth > 1 else ""
-        self.put(f"{local}{self.of(s.target)}::{kind} = {self.of(s.value)}")
-
-    def _expr(self, s: ast.Expr) -> None:
-        self.put(self.of(s.value))
+        return local + "{}::" + {"float": "Float64", "int": "Int", "bool": "Bool"}[kind]
 
     def _return(self, s: ast.Return) -> None:
         self.put(f"return {self.of(s.value)}" if s.value else "return nothing")
-
-    def _break(self, s: ast.Break) -> None:
-        self.put("break")
-
-    def _if(self, s: ast.If) -> None:
-        self.put(f"if {self.of(s.test)}")
-        self.depth += 1
-        for e in s.body:
-            getattr(self, f"_{type(e).__name__.lower()}")(e)
-        self.depth -= 1
-        if s.orelse:
-            self.put("else")
-            self.body(s.orelse)
-        else:
-            self.put("end")
-
-    def _while(self, s: ast.While) -> None:
-        self.put(f"while {self.of(s.test)}")
-        self.body(s.body)
 
     def _for(self, s: ast.For) -> None:
         first, last = self.bounds(s)

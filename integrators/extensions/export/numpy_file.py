@@ -19,7 +19,9 @@ OWN = {"advance": "_advance", "rows_of_run": "_rows", "momenta": "_momenta", "en
 class Python(Printer):
     """Prints Python."""
 
+    stop: ClassVar[str] = ""
     end: ClassVar[str] = ""
+    heads: ClassVar[dict[str, str]] = {"if": "if {}:", "else": "else:", "while": "while {}:"}
     names: ClassVar[dict[str, str]] = OWN
     words: ClassVar[dict[type, str]] = {
         **Printer.words, ast.And: "and", ast.Or: "or", ast.Not: "not ", ast.FloorDiv: "//",
@@ -62,38 +64,16 @@ class Python(Printer):
     def unused(self, name: str) -> None:
         """Write nothing: Python does not mind."""
 
-    def _assign(self, s: ast.Assign) -> None:
-        self.put(f"{self.of(s.targets[0])} = {self.of(s.value)}")
+    def array(self, name: str, size: str) -> str:
+        """Return the statement that makes an array of zeros."""
+        return f"{name} = [0.0] * {size}"
 
-    def _annassign(self, s: ast.AnnAssign) -> None:
-        assert s.value is not None
-        if isinstance(s.value, ast.BinOp) and isinstance(s.value.left, ast.List):
-            self.put(f"{self.of(s.target)} = [0.0] * {self.of(s.value.right)}")
-            return
-        self.put(f"{self.of(s.target)} = {self.of(s.value)}")
-
-    def _expr(self, s: ast.Expr) -> None:
-        self.put(self.of(s.value))
-
-    def _return(self, s: ast.Return) -> None:
-        self.put(f"return {self.of(s.value)}" if s.value else "return")
-
-    def _break(self, s: ast.Break) -> None:
-        self.put("break")
+    def declared(self, kind: str) -> str:
+        """Return a letter, {}: Python declares none."""
+        return "{}"
 
     def _pass(self, s: ast.Pass) -> None:
         self.put("pass")
-
-    def _if(self, s: ast.If) -> None:
-        self.put(f"if {self.of(s.test)}:")
-        self.body(s.body)
-        if s.orelse:
-            self.put("else:")
-            self.body(s.orelse)
-
-    def _while(self, s: ast.While) -> None:
-        self.put(f"while {self.of(s.test)}:")
-        self.body(s.body)
 
     def _for(self, s: ast.For) -> None:
         self.put(f"for {self.of(s.target)} in {self.of(s.iter)}:")

@@ -28,9 +28,14 @@ class Printer:
     """Prints C, from which the others differ.
 
     names: functions by their names in this language; words: those of operators and constants.
+    stop, end: those of a statement, and of a block; heads: the first lines of blocks, with
+    {} for a condition.
     """
 
+    stop: ClassVar[str] = ";"
     end: ClassVar[str] = "}"
+    heads: ClassVar[dict[str, str]] = {"if": "if ({}) {{", "else": "}} else {{",
+                                       "while": "while ({}) {{"}  # fmt: skip
     names: ClassVar[dict[str, str]] = {"abs": "fabs"}
     words: ClassVar[dict[type, str]] = {
         ast.And: "&&", ast.Or: "||", ast.Not: "!", ast.Add: "+", ast.Sub: "-", ast.Mult: "*",
@@ -125,12 +130,16 @@ class Printer:
         """Return where a line is cut at an operator or a comma: behind it."""
         return place + (1 if text[place] == "," else 2)
 
-    def body(self, statements: Sequence[ast.stmt]) -> None:
-        """Write the statements of a block, and its end."""
+    def block(self, statements: Sequence[ast.stmt]) -> None:
+        """Write the statements of a block."""
         self.depth += 1
         for s in statements:
             getattr(self, f"_{type(s).__name__.lower()}")(s)
         self.depth -= 1
+
+    def body(self, statements: Sequence[ast.stmt]) -> None:
+        """Write the statements of a block, and its end."""
+        self.block(statements)
         if self.end:
             self.put(self.end)
 
@@ -172,42 +181,47 @@ class Printer:
         self.put(f"(void){name};")
 
     def _assign(self, s: ast.Assign) -> None:
-        self.put(f"{self.of(s.targets[0])} = {self.of(s.value)};")
+        self.put(f"{self.of(s.targets[0])} = {self.of(s.value)}{self.stop}")
 
     def _annassign(self, s: ast.AnnAssign) -> None:
         assert s.value is not None
         if isinstance(s.value, ast.BinOp) and isinstance(s.value.left, ast.List):
-            self.put(f"double {self.of(s.target)}[{self.of(s.value.right)}] = {{0}};")
+            self.put(self.array(self.of(s.target), self.of(s.value.right)))
             return
-        kind = {"float": "double", "int": "int", "bool": "int"}[ast.unparse(s.annotation)]
-        self.put(f"{kind} {self.of(s.target)} = {self.of(s.value)};")
+        kind = self.declared(ast.unparse(s.annotation))
+        self.put(kind.format(self.of(s.target)) + f" = {self.of(s.value)}{self.stop}")
+
+    def array(self, name: str, size: str) -> str:
+        """Return the statement that declares an array of zeros."""
+        return f"double {name}[{size}] = {{0}};"
+
+    def declared(self, kind: str) -> str:
+        """Return the declaration of a letter, {}, of a kind of number."""
+        return {"float": "double {}", "int": "int {}", "bool": "int {}"}[kind]
 
     def _expr(self, s: ast.Expr) -> None:
-        self.put(f"{self.of(s.value)};")
+        self.put(f"{self.of(s.value)}{self.stop}")
 
     def _return(self, s: ast.Return) -> None:
-        self.put(f"return {self.of(s.value)};" if s.value else "return;")
+        self.put(f"return {self.of(s.value)}{self.stop}" if s.value else f"return{self.stop}")
 
     def _break(self, s: ast.Break) -> None:
-        self.put("break;")
+        self.put(f"break{self.stop}")
 
     def _pass(self, s: ast.Pass) -> None:
         pass
 
     def _if(self, s: ast.If) -> None:
-        self.put(f"if ({self.of(s.test)}) {{")
-        self.depth += 1
-        for e in s.body:
-            getattr(self, f"_{type(e).__name__.lower()}")(e)
-        self.depth -= 1
+        self.put(self.heads["if"].format(self.of(s.test)))
+        self.block(s.body)
         if s.orelse:
-            self.put("} else {")
-            self.body(s.orelse)
-        else:
-            self.put("}")
+            self.put(self.heads["else"].format())
+            self.block(s.orelse)
+        if self.end:
+            self.put(self.end)
 
     def _while(self, s: ast.While) -> None:
-        self.put(f"while ({self.of(s.test)}) {{")
+        self.put(self.heads["while"].format(self.of(s.test)))
         self.body(s.body)
 
     def _for(self, s: ast.For) -> None:
