@@ -91,8 +91,8 @@ test-peers:  ## other people's libraries in .venv-peers, and the tests that skip
 	@.venv-peers/bin/python -m pytest -q -rs --benchmark-disable $(PEERS)
 
 PEERS := tests/studies/work_precision/test_peers.py \
-	tests/integrators/contact/test_siconos.py tests/studies/test_gallery.py \
-	tests/integrators/foreign/test_recordings.py
+	tests/integrators/extensions/contact/test_siconos.py tests/studies/test_gallery.py \
+	tests/integrators/extensions/foreign/test_recordings.py
 
 $(VENV)/.peers: $(READY)
 	@$(BIN)/python $(PIP) install -q --no-build-isolation -e '.[gallery]' pyarrow

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from discmech import Scheme, trapezoidal
-from discmech.integrators.scenes import lattices as systems
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.studies.momentum.limits import LIMITS
 from discmech.studies.systems.following import Momentum
 from discmech.studies.systems.quantities import energies, of_symmetries

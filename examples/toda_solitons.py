@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from discmech import Lattice, Scheme, pair, trapezoidal
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.rules import gauss
-from discmech.integrators.scenes import lattices as systems
 from discmech.reference.closed_forms.lattice_waves import (
     toda_places,
     toda_shift,

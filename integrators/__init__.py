@@ -6,20 +6,20 @@ mechanics*. Importing this package loads neither sympy nor llvmlite; what needs 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
-from . import scenes
-from .numbers.lazy import on_demand, provide
+from . import hooks, scenes
+from .numbers.lazy import on_demand
 
 if TYPE_CHECKING:
     from .algebras import MatrixAlgebra, se, sl, so, sp, su
     from .bisections import Bisection, EvolutionOperator
-    from .control import Control
     from .errors import BadInput, DiscmechError, StepFailure
+    from .extensions import Control, Lattice, black_box, external, in_own_time, recorded, vary
     from .flows import Scheme, mean_multipliers
-    from .foreign import black_box, external, recorded
     from .groupoids import Groupoid, LocalGroupoid, action, lie_group, pair, product
-    from .lattices import Lattice
     from .retractions import cayley, exponential
     from .rules import (
         Discretisation,
@@ -34,33 +34,30 @@ if TYPE_CHECKING:
         trapezoidal,
     )
     from .scene import Conserved, Scene, on_group
-    from .steps import in_own_time, vary
 else:
     __getattr__ = on_demand(
         __name__,
         algebras="MatrixAlgebra se sl so sp su",
         bisections="Bisection EvolutionOperator",
-        control="Control",
         errors="BadInput DiscmechError StepFailure",
+        extensions="Control Lattice black_box external in_own_time recorded vary",
         flows="Scheme mean_multipliers",
-        foreign="black_box external recorded",
         groupoids="Groupoid LocalGroupoid action lie_group pair product",
-        lattices="Lattice",
         retractions="cayley exponential",
         rules="Discretisation compose discrete_hamiltonian discretisation imex midpoint one_step "
               "rectangle splitting trapezoidal",
         scene="Conserved Scene on_group",
-        steps="in_own_time vary",
     )  # fmt: skip
 
-#: what is in rooms that a scene or a lattice does not import: it loads one that it needs
-provide(
-    ContactFlow=f"{__name__}.contact",
-    LatticeScheme=f"{__name__}.lattices",
-    Scheme=f"{__name__}.flows",
-    check_gaps=f"{__name__}.contact",
-    export=f"{__name__}.extensions.export",
-)
+
+def _loaded(room: str, name: str) -> Any:
+    return getattr(import_module(f".{room}", __name__), name)
+
+
+hooks.scheme.fill(lambda: _loaded("flows", "Scheme"))
+hooks.compose.fill(lambda: _loaded("rules", "compose"))
+if find_spec(f"{__name__}.extensions"):  # the core runs without that folder
+    import_module(f"{__name__}.extensions")
 
 __all__ = [
     "BadInput",

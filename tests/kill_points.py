@@ -164,8 +164,8 @@ def command(*words: str) -> Callable[[], int]:
 def lattice() -> int:
     """A run with a state at every stop."""
     from discmech import Scheme, midpoint
+    from discmech.integrators.extensions.lattices import scenes as systems
     from discmech.integrators.runs import checkpoint
-    from discmech.integrators.scenes import lattices as systems
 
     checkpoint.SECONDS = 0
     scheme = Scheme(systems.rotors(6), midpoint)
@@ -176,7 +176,7 @@ def lattice() -> int:
 def motion() -> int:
     """The same of a scene with contact, to more digits than a double has."""
     from discmech import Scheme, midpoint, scenes
-    from discmech.integrators.contact import contact_flow
+    from discmech.integrators.extensions.contact import contact_flow
     from discmech.integrators.runs import checkpoint
 
     checkpoint.SECONDS, contact_flow.MOST_AT_ONCE = 0, 8

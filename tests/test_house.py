@@ -33,12 +33,22 @@ def test_no_study_imports_a_test():
     assert not offences(under("studies"), ["tests"])
 
 
-@pytest.mark.parametrize("path", under("integrators/scenes"), ids=label)
+@pytest.mark.parametrize(
+    "path",
+    under(
+        "integrators/scenes",
+        "integrators/extensions/lattices/scenes",
+        "integrators/extensions/control/scenes",
+    ),
+    ids=label,
+)
 def test_scenes_are_data(path):
     """They know groupoids, algebras, retractions and conserved quantities, and no solver."""
-    allowed = ("algebras", "errors", "groupoids", "numbers.exact_rational", "numbers.sympy",
-               "numbers.types", "retractions", "scene", "scenes",
-               "lattices.Lattice", "control.Control")  # fmt: skip
+    room = ".".join(path.relative_to(ROOT / "integrators").parts[:-1])
+    allowed = ("algebras", "errors", "groupoids", "hooks.getter", "hooks.rooms_of_systems",
+               "numbers.exact_rational", "numbers.sympy", "numbers.types", "retractions", "scene",
+               "scenes", room, "extensions.lattices.Lattice",
+               "extensions.control.Control")  # fmt: skip
     ours = [n for n in imports_of(path) if within(n, *PACKAGES)]
     assert not [n for n in ours if not within(n, *(f"discmech.integrators.{a}" for a in allowed))]
 
@@ -94,16 +104,18 @@ def test_the_rules_would_catch_an_offender():
 
 # -- the shape of the house -----------------------------------------------------------------------
 
-#: the rooms of integrators/, each below those that import it
-ROOMS = (
-    "errors", "files", "places", "numbers", "compiler", "runs", "algebras", "retractions",
-    "groupoids", "scene", "rules", "equations", "geometry", "bisections", "expansions", "flows",
-    "contact", "lattices", "foreign", "control", "steps", "extensions", "scenes",
+#: the rooms of the core, each below those that import it
+CORE = (
+    "errors", "hooks", "files", "places", "numbers", "compiler", "runs", "algebras", "retractions",
+    "groupoids", "scene", "rules", "equations", "geometry", "bisections", "flows", "scenes",
 )  # fmt: skip
+#: what a scene may need and most do not, likewise
+EXTENSIONS = ("expansions", "contact", "lattices", "foreign", "control", "steps", "export")
+ROOMS = (*CORE, *(f"extensions.{room}" for room in EXTENSIONS))
 #: the compiler stands low: these hand it a step as data, run what it makes, or use its cache
 COMPILING = {
-    "compiler", "runs", "equations", "geometry", "bisections", "flows", "contact", "lattices",
-    "steps", "extensions",
+    "compiler", "runs", "equations", "geometry", "bisections", "flows",
+    *(f"extensions.{room}" for room in ("contact", "lattices", "steps", "export")),
 }  # fmt: skip
 MODULES = {module_of(p): p for p in SOURCES}
 
@@ -148,13 +160,22 @@ def test_rooms_of_the_references_import_downwards_only(room):
 def test_rooms_import_downwards_only(room):
     below = {*ROOMS[: ROOMS.index(room) + 1]}
     above = {*ROOMS} - (below if room in COMPILING else below - {"compiler"})
-    here = under(f"integrators/{room}", f"integrators/{room}.py")
+    folder = f"integrators/{room.replace('.', '/')}"
+    here = under(folder, f"{folder}.py")
     assert here and not offences(here, [f"discmech.integrators.{other}" for other in above])
 
 
+def test_the_core_names_no_extension():
+    core = [p for room in CORE for p in under(f"integrators/{room}", f"integrators/{room}.py")]
+    assert not offences(core, ["discmech.integrators.extensions"])
+    assert not [label(p) for p in core if "integrators.extensions" in p.read_text("utf-8")]
+
+
 def test_the_top_level_of_the_mathematics_is_its_rooms():
-    found = {p.stem for p in (ROOT / "integrators").iterdir() if p.name[0] not in "_."}
-    assert found == {*ROOMS, "py"}  # py.typed
+    for folder, rooms in (("integrators", (*CORE, "extensions", "py")),  # py.typed
+                          ("integrators/extensions", EXTENSIONS)):  # fmt: skip
+        found = {p.stem for p in (ROOT / folder).iterdir() if p.name[0] not in "_."}
+        assert found == {*rooms}
 
 
 def test_a_file_is_one_idea_of_at_most_500_lines():

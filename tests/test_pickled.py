@@ -24,8 +24,8 @@ from discmech import (
     scenes,
     trapezoidal,
 )
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.rules import MAPS, compose, gauss, imex, lobatto, own, splitting
-from discmech.integrators.scenes import lattices as systems
 
 J = Conserved("E", lambda x, mu, p: mu[0] ** 2 + x[0] ** 2, "first integral")
 SCENE = Scene("mine", pair(1), lambda x, v, p: v[0] ** 2 / 2 - p.k * x[0] ** 2 / 2, {"k": 1},

@@ -69,12 +69,14 @@ def driver_text() -> str:
     return texts_of("driver", "edge_watch", "newton_iteration", "tuple_operations")
 
 
-def texts_of(*names: str) -> str:
-    """Return the text of the named files of this room, and of the rule by which loops end.
+def texts_of(*names: str | Path) -> str:
+    """Return the text of files, and of the rule by which loops end.
+
+    names: of files of this room, or their paths, without the ending.
 
     What the files import, their decorators, is known wherever the text is run.
     """
-    files = (Path(__file__).with_name(f"{name}.py") for name in names)
+    files = (Path(__file__).parent / f"{name}.py" for name in names)
     texts = [getsource(over), getsource(steepness), *(f.read_text(encoding="utf-8") for f in files)]
     return re.sub(r"^from \..*\n", "", "\n\n".join(texts), flags=re.MULTILINE)
 

@@ -28,17 +28,18 @@ from ..numbers import (
 from ..numbers.statements import Arguments
 from ..numbers.types import Letters
 from .elimination import solve
-from .lattice_text import UNSEEN
 from .layout import StageLayout
 from .module_text import texts_of, with_names
 from .stage_system import LatticeStages, StageSystem
+
+UNSEEN = 16  # corrections of w below so many round-offs of x/h do not move x
 
 
 class NoShortForm(Exception):
     """A linear system needs a loop over rows, which lanes do not have."""
 
 
-def stage_text(system: StageSystem, lattice: LatticeStages | None = None) -> str:
+def text_of_stages(system: StageSystem, lattice: LatticeStages | None = None) -> str:
     """Return the text of all kernels of a collocation step, and of its driver.
 
     system: the collocation of a scene, or of one site of the lattice.

@@ -13,8 +13,8 @@ from ..errors import (
     shown,
 )
 from ..groupoids import check_axioms
+from ..hooks import source_text
 from ..numbers import uncollected
-from ..numbers.lazy import provided
 from ..numbers.types import Column
 from ..rules import Discretisation, check_rule, own
 from ..scene import Scene
@@ -152,7 +152,7 @@ class DiscretisedScene:
         harness: with an adapter that answers JSON lines, as `external` asks them. Raises `BadInput`
         for another language, and for what cannot be exported.
         """
-        return str(provided("export")(self, language, harness))
+        return str(source_text(self, language, harness))
 
     def refused(self, name: str) -> CannotMeasure:
         """Return the refusal of what only steps of one size, given by formulas, have."""

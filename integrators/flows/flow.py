@@ -13,11 +13,11 @@ from ..bisections import POLICIES, Bisect, EdgePolicy, Solution
 from ..compiler import Kernels, KernelsAtStep, StagesAtStep, Step, compile
 from ..equations import DiscretisedScene, blamed, composed_step
 from ..errors import BadInput, arguments_checked, check_progress, shown
-from ..expansions import RunDerivatives, RunDifferentiated, RunGradient
 from ..geometry import Arrow, LocalGeometry, Maps, StepContext
+from ..hooks import run_differentiated
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational, whole_number
 from ..numbers.types import Given, Rows
-from ..runs import File, Progress, Stepper, Trajectory, run
+from ..runs import File, Progress, RunDerivatives, RunGradient, Stepper, Trajectory, run
 from ..scene import Again, flow_of
 from .collocation import collocation
 from .ensemble import Ensemble, ensemble
@@ -190,7 +190,8 @@ class Flow:
         of another flow, `CannotMeasure` under constraints and with contact.
         """
         self._check_own(run)
-        return RunDifferentiated(self, run, held).tangent()
+        made: RunDerivatives = run_differentiated(self, run, held).tangent()
+        return made
 
     @arguments_checked
     def gradient(self, run: Trajectory, slope: Numbers | Rows, *, held: str = "mu0") -> RunGradient:
@@ -201,7 +202,8 @@ class Flow:
         raises as that does.
         """
         self._check_own(run)
-        return RunDifferentiated(self, run, held).adjoint(slope)
+        made: RunGradient = run_differentiated(self, run, held).adjoint(slope)
+        return made
 
     def evolve(self, x: Numbers, u: Numbers) -> tuple[Vector, Vector]:
         """Apply Ψ: return (y, v) with y = b(x, u) and F⁻(y, v) = F⁺(x, u) (paper, section 2.4)."""

@@ -7,9 +7,8 @@ from typing import Any, cast
 
 from ..equations import DiscretisedScene, StepEquations, blamed
 from ..errors import BadInput, arguments_checked, check_names
-from ..expansions import ModifiedEquation
 from ..geometry import is_self_adjoint, order_of_step
-from ..numbers.lazy import provided
+from ..hooks import check_gaps, contact_flow, modified_equation
 from ..numbers.types import Given
 from ..rules import Discretisation, Substep
 from ..scene import Again, Scene
@@ -30,7 +29,7 @@ class Scheme(DiscretisedScene):
     def __init__(self, scene: Any, rule: Any, equations: StepEquations | None = None) -> None:
         super().__init__(scene, rule, equations)
         if self.scene.contact is not None:
-            provided("check_gaps")(self.equations.s, self.scene)
+            check_gaps(self.equations.s, self.scene)
 
     def __new__(cls, scene: Any = None, *given: Any, **named: Any) -> Any:
         """Return what the scene's own `discretise` makes of the rule, or the rule's of the scene.
@@ -124,13 +123,13 @@ class Scheme(DiscretisedScene):
         return order_of_step(self.rule, self.equations, lambda: self.self_adjoint)
 
     @arguments_checked
-    def modified_equation(self, order: int = 4, digits: int = 16) -> ModifiedEquation:
+    def modified_equation(self, order: int = 4, digits: int = 16) -> Any:
         """Return the modified equation up to a power of the step: fields and Hamiltonians by order.
 
         digits: those of its numbers. Raises `BadInput` for another order, `CannotMeasure` where the
-        steps have no series in h (`ModifiedEquation`).
+        steps have no series in h (`expansions.ModifiedEquation`).
         """
-        return ModifiedEquation(self, order, digits)
+        return modified_equation(self, order, digits)
 
     @arguments_checked
     def flow(
@@ -175,6 +174,6 @@ class Scheme(DiscretisedScene):
 
     def flow_at(self, step: Given, digits: int, on_edge: str) -> Flow:
         """Return the flow at a step that was given or chosen."""
-        kind = Flow if self.scene.contact is None else provided("ContactFlow")
+        kind: Any = Flow if self.scene.contact is None else contact_flow
         made: Flow = kind(self, step, digits, on_edge, self.flow_substeps)
         return made

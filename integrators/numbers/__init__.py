@@ -45,7 +45,6 @@ from .identities import (
     vanishes,
     vanishes_as,
 )
-from .laurent import Atoms, TooLong
 from .lazy import LazyModule, mpmath, sympy, uncollected, working_digits
 from .multi_output import InArithmetic, as_one_number, entry, opaque
 from .newton import newton
@@ -63,17 +62,16 @@ from .running_error import (
     tracked_later,
     with_running_errors,
 )
-from .series import NotKnown, Series, series_namespace
 from .statements import called_text, code, coefficients_text, function_text, text_of, with_arguments
 from .stop import over, steepness
 from .trees import parts_of, replaced, symbols_of
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
-    "Arithmetic", "Atoms", "BITS", "Coefficients", "Double", "Frame", "Graph", "InArithmetic",
+    "Arithmetic", "BITS", "Coefficients", "Double", "Frame", "Graph", "InArithmetic",
     "LazyModule", "Letters", "MOST_DIGITS", "Matrix", "Multiple", "Node", "NodeMatrix", "Nodes",
-    "NotComputed", "NotKnown", "NotRational", "NotSmooth", "Number", "Numbers", "Operations",
-    "PrimeField", "Rational", "Residue", "Scope", "Series", "TooLong", "Tracked", "Value", "Vector",
+    "NotComputed", "NotRational", "NotSmooth", "Number", "Numbers", "Operations",
+    "PrimeField", "Rational", "Residue", "Scope", "Tracked", "Value", "Vector",
     "arithmetic", "as_one_number", "called_text", "code", "coefficients_text", "collect", "entry",
     "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices", "exact_nested",
     "exact_rational", "exact_vector", "finite", "first_violation", "flatten", "floats_exact",
@@ -81,7 +79,7 @@ __all__ = [
     "newton", "node_values", "null_direction", "number", "numeric", "numeric_function",
     "numeric_text", "opaque", "over", "parts_of", "random_columns", "random_point", "ratio",
     "refuse_large", "refuse_unwritten", "register", "registered_function", "replaced", "rounded",
-    "run_text", "series_namespace", "short_numbers", "shown", "small_fraction", "solve",
+    "run_text", "short_numbers", "shown", "small_fraction", "solve",
     "steepness", "symbols_of", "sympy", "text_of", "to_sympy", "tracked", "tracked_later",
     "uncollected", "vanishes", "vanishes_as", "whole_number", "with_arguments",
     "with_running_errors", "with_tables", "within_doubles", "working_digits",

@@ -56,19 +56,6 @@ def working_digits(digits: int) -> Iterator[None]:
         yield
 
 
-_provided: dict[str, str] = {}
-
-
-def provide(**modules: str) -> None:
-    """Say in which module a name is that the core uses without knowing who has it."""
-    _provided.update(modules)
-
-
-def provided(name: str) -> Any:
-    """Return what the package's face says to have that name (`provide`), loaded on first use."""
-    return getattr(import_module(_provided[name]), name)
-
-
 def on_demand(package: str, **names: str) -> Callable[[str], Any]:
     """Return the `__getattr__` of a package whose names are loaded when they are first used.
 

@@ -6,6 +6,7 @@ They are data, one kind per file.
 from __future__ import annotations
 
 from ..errors import shown, unknown
+from ..hooks import getter
 from .claims import Claims
 from .composition import METHODS, Composition, Method, Substep, adjoint, compose
 from .discrete_hamiltonian import discrete_hamiltonian
@@ -44,6 +45,7 @@ def names() -> tuple[str, ...]:
     return (*BUILT_IN, *galerkin, *(f"{method}:trapezoidal" for method in METHODS))
 
 
+@getter
 def get(name: str) -> Discretisation:
     """Return the rule of that name: built in, gauss-N, lobatto-N, own, a one-step map, or
     method:rule.

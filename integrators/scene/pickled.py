@@ -15,9 +15,8 @@ from functools import partial
 from importlib import import_module
 from typing import Any, TypeAlias
 
-#: modules whose `get(name)` finds rules, scenes and lattices
-_ROOMS = ("discmech.integrators.rules", "discmech.integrators.scenes",
-          "discmech.integrators.scenes.lattices")  # fmt: skip
+from ..hooks import compose, getters
+
 Again = tuple[Callable[..., Any], tuple[Any, ...]]
 #: a rule, a scene, a lattice, a scheme or a flow, of rooms that come after this one
 Picklable: TypeAlias = Any
@@ -31,10 +30,10 @@ def held(module: str, name: str) -> Any:
     return found
 
 
-def called(room: str, name: str) -> Picklable:
-    """Return the object that a discmech module's `get` finds under a name, or None."""
+def called(get: Callable[[str], Any], name: str) -> Picklable:
+    """Return the object that one of `hooks.getters` finds under a name, or None."""
     try:
-        return import_module(room).get(name)
+        return get(name)
     except ValueError:  # BadInput
         return None
 
@@ -46,7 +45,7 @@ def with_values(thing: Picklable, changes: dict[str, Any]) -> Picklable:
 
 def composed(base: Picklable, method: str) -> Picklable:
     """Return a composition of a rule."""
-    return import_module(_ROOMS[0]).compose(base, method)
+    return compose(base, method)
 
 
 def flow_of(
@@ -63,9 +62,9 @@ def again(thing: Picklable, functions: Iterable[object]) -> Again:
 
     Raises `pickle.PicklingError`, with the fix, if there is none.
     """
-    for room in _ROOMS:
-        if _same(called(room, thing.name), thing):
-            return called, (room, thing.name)
+    for get in getters:
+        if _same(called(get, thing.name), thing):
+            return called, (get, thing.name)
     modules = dict.fromkeys(m for f in functions for m in _modules(f))
     for module in modules:
         for name, other in list(vars(sys.modules[module]).items()):
@@ -75,7 +74,7 @@ def again(thing: Picklable, functions: Iterable[object]) -> Again:
     if base is not None and _same(composed(base, thing.method.name), thing):
         return composed, (base, thing.method.name)
     if hasattr(thing, "laws"):
-        known = [called(_ROOMS[1], thing.name)]
+        known = [called(get, thing.name) for get in getters]
         known += [other for m in modules for other in list(vars(sys.modules[m]).values())]
         for other in known:
             if type(other) is type(thing) and other.laws == thing.laws:

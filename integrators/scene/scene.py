@@ -12,8 +12,8 @@ from typing import Any
 
 from ..errors import BadInput, check_function, check_parameters, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
+from ..hooks import scheme
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten, measure
-from ..numbers.lazy import provided
 from ..numbers.types import Exact, Function, Given
 from ..retractions import Retraction
 from .affine import AffineLagrangian
@@ -332,7 +332,7 @@ class Scene:
 
     def discretise(self, rule: Any) -> Any:
         """Return the `Scheme` by a rule, which `Scheme(scene, rule)` is."""
-        return provided("Scheme")(self, rule)
+        return scheme(self, rule)
 
     def with_values(self, **changes: Any) -> Scene:
         """Return a copy with some fields changed; `parameters` are merged, not replaced.

@@ -1,7 +1,7 @@
 """The scenes that come with discmech: one file a mechanical system, found by name.
 
-Well-known lattices are in `lattices`, problems of optimal control in `control`, which are loaded
-when they are first used.
+Other systems are in rooms of the extensions, which are loaded when they are first used: well-known
+lattices in `scenes.lattices`, problems of optimal control in `scenes.control`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, cast
 
 from ..errors import BadInput, unknown
+from ..hooks import getter, rooms_of_systems
 from ..scene import Scene
 
 NAMES = (
@@ -49,8 +50,8 @@ DEGENERATE = (
 if not TYPE_CHECKING:  # which would take any name for one of them
 
     def __getattr__(name: str) -> ModuleType:
-        if name in ("lattices", "control"):
-            return import_module(f".{name}", __name__)
+        if name in rooms_of_systems:
+            return rooms_of_systems[name][1]()
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
@@ -64,11 +65,12 @@ def every_name() -> tuple[str, ...]:
     return (*NAMES, *CONTACT, *COMMON, *DEGENERATE)
 
 
+@getter
 def get(name: str) -> Scene:
     """The scene of that name; raises `BadInput` with the nearest name."""
     if name not in every_name():
-        for room, kind in (("lattices", "lattice"), ("control", "problem of control")):
-            if name in import_module(f".{room}", __name__).NAMES:
+        for room, (kind, load) in rooms_of_systems.items():
+            if name in load().NAMES:
                 raise BadInput(f'{name} is a {kind}: say scenes.{room}.get("{name}").')
         raise unknown("scene", name, every_name())
     return cast(Scene, import_module(f".{name.replace('-', '_')}", __name__).scene)

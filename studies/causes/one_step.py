@@ -18,7 +18,7 @@ import numpy as np
 
 from discmech import reference
 from discmech.integrators import BadInput, StepFailure
-from discmech.integrators.foreign import SceneInNumbers, guarded, jump_on, noise_of
+from discmech.integrators.extensions.foreign import SceneInNumbers, guarded, jump_on, noise_of
 from discmech.integrators.numbers import Vector, arithmetic, mpmath
 from discmech.reference import surroundings
 

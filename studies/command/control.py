@@ -33,7 +33,7 @@ def add_to(commands: Any) -> None:
 
 
 def _control(options: argparse.Namespace) -> int:
-    problems = import_module("discmech.integrators.scenes.control")
+    problems = import_module("discmech.integrators.extensions.control.scenes")
     if options.problem is None:
         for name in problems.NAMES:
             print(f"{name:<24} {problems.get(name).scene.title}")

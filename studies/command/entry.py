@@ -16,8 +16,8 @@ from typing import Any
 from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import CouldNotRun, nearest, unknown
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.places import settle
-from discmech.integrators.scenes import lattices as systems
 
 from .. import NAMES
 from ..core import lookup

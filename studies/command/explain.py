@@ -130,7 +130,7 @@ def _lines(scheme: Scheme) -> list[str]:
 
 def _contact(scheme: Scheme) -> list[str]:
     """Return lines on the gaps of a scene with contact, and on impacts; [] without contact."""
-    from discmech.integrators.contact import gap_expressions
+    from discmech.integrators.extensions.contact import gap_expressions
 
     from .equations import letters_of, plain_text
 

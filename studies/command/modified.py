@@ -108,7 +108,7 @@ def _formulas(scheme: Scheme, found: Kept) -> tuple[dict[str, Any], str]:
     import sympy
 
     from discmech.integrators.errors import CannotMeasure
-    from discmech.integrators.numbers import TooLong
+    from discmech.integrators.extensions.expansions import TooLong
 
     terms, missing = dict[str, Any](), ""
     for order in dict.fromkeys((found.first, found.order)):

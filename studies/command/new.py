@@ -11,8 +11,8 @@ from typing import Any
 
 from discmech.integrators import BadInput, rules, scenes
 from discmech.integrators.errors import shown
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.files import encoded
-from discmech.integrators.scenes import lattices as systems
 
 from ..core.study import NAME, every_study
 from .output import write

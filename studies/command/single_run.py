@@ -166,7 +166,7 @@ def _energy_error(system: System, run: Any) -> float | None:
 
 def _print_doubts(flow: Any) -> None:
     """Print warnings about gaps that are no distances, or that round-off hides."""
-    from discmech.integrators.contact import scaled_gaps, unsure_gaps
+    from discmech.integrators.extensions.contact import scaled_gaps, unsure_gaps
 
     unsure = sorted(flow.unsure_gaps)
     said = scaled_gaps(flow.scheme.s, flow.scheme.scene)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.contact import ContactFlow, Gaps
+from discmech.integrators.extensions.contact import ContactFlow, Gaps
 
 from . import MISSED, STICKS, WRONG_SIGN
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from discmech.integrators.contact import unsure_gaps
+from discmech.integrators.extensions.contact import unsure_gaps
 
 from ..core.case import Case, Measurement, Verdict
 from ..core.records import decoded

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.contact import ZENO, Gaps, length
+from discmech.integrators.extensions.contact import ZENO, Gaps, length
 from discmech.integrators.flows import Trajectory
 from discmech.integrators.numbers import arithmetic
 

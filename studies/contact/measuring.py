@@ -12,7 +12,7 @@ import numpy as np
 
 from discmech.integrators import BadInput, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.contact import TOUCHING, scaled_gaps
+from discmech.integrators.extensions.contact import TOUCHING, scaled_gaps
 from discmech.integrators.runs import run as run_of
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent

@@ -22,12 +22,12 @@ import numpy as np
 
 from discmech.integrators import Lattice, Scheme, scenes
 from discmech.integrators.compiler import text_key
+from discmech.integrators.extensions.control import scenes as problems
+from discmech.integrators.extensions.lattices import LatticeScheme
 from discmech.integrators.files import encoded
-from discmech.integrators.lattices import LatticeScheme
 from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import BUILT_IN, Discretisation
 from discmech.integrators.scene import Opaque, Scene, reads
-from discmech.integrators.scenes import control as problems
 
 from .case import Case, scheme_of
 from .parts import is_built_in, parts_of

@@ -19,10 +19,10 @@ from typing import Any, TypeVar
 from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import RAISED, misplaced, nearest, shown, unknown
+from discmech.integrators.extensions.lattices import scenes as systems
+from discmech.integrators.extensions.steps import WAYS, vary
 from discmech.integrators.numbers import sympy
 from discmech.integrators.rules import METHODS, compose, with_parameters
-from discmech.integrators.scenes import lattices as systems
-from discmech.integrators.steps import WAYS, vary
 
 from .parts import parts_of
 from .userfile import UserFile, load, loaded
@@ -44,7 +44,7 @@ class Kind:
 
 def _scene_called(word: str) -> Any:
     """Return the scene of that name, also of a problem of control, or the lattice."""
-    from discmech.integrators.scenes import control as problems
+    from discmech.integrators.extensions.control import scenes as problems
 
     if word in problems.NAMES:
         return problems.get(word).scene
@@ -57,7 +57,7 @@ def _scene_called(word: str) -> Any:
 
 
 def _problem_called(word: str) -> Any:
-    from discmech.integrators.scenes import control as problems
+    from discmech.integrators.extensions.control import scenes as problems
 
     return problems.get(word)
 
@@ -164,7 +164,7 @@ def control(word: str) -> Any:
 
 def problem_named(word: str) -> Any:
     """The problem of control that a word names, by a built-in name or its variable; else None."""
-    from discmech.integrators.scenes import control as problems
+    from discmech.integrators.extensions.control import scenes as problems
 
     file, name = in_file(word)
     if file is None:
@@ -174,7 +174,7 @@ def problem_named(word: str) -> Any:
 
 def problem_of(scene: Scene) -> Any:
     """Return the optimal control problem with that scene, in any chart; None if there is none."""
-    from discmech.integrators.scenes import control as problems
+    from discmech.integrators.extensions.control import scenes as problems
 
     if scene.name in problems.NAMES and problems.get(scene.name).scene.laws == scene.laws:
         return problems.get(scene.name)

@@ -6,7 +6,7 @@ from functools import singledispatch
 from typing import Any
 
 from discmech.integrators import Lattice
-from discmech.integrators.scenes import lattices as systems
+from discmech.integrators.extensions.lattices import scenes as systems
 
 #: a state at a time that is known without any rule; long runs; the symplectic form; the equations
 #: of one step; laws of contact; sites that are joined by bonds

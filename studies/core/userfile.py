@@ -19,8 +19,8 @@ from typing import Any
 from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import RAISED
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.files import encoded
-from discmech.integrators.scenes import lattices as systems
 
 from .environment import absolute
 

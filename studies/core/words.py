@@ -19,12 +19,12 @@ from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene
 from discmech.integrators.compiler import digest
+from discmech.integrators.extensions.steps import WAYS, Varied
 from discmech.integrators.files import encoded, prune, write_atomically
 from discmech.integrators.numbers import sympy
 from discmech.integrators.places import cache_folder, make_private
 from discmech.integrators.rules import METHODS, Composition
 from discmech.integrators.scene import Opaque, reads
-from discmech.integrators.steps import WAYS, Varied
 
 from . import lookup
 from .environment import absolute

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import StepFailure
-from discmech.integrators.foreign import guarded
+from discmech.integrators.extensions.foreign import guarded
 from discmech.integrators.numbers import Vector
 
 BESIDE = 0.01  # share of the motion's size by which the step in between begins elsewhere

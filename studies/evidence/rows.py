@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.foreign.recorded import RecordedScheme
+from discmech.integrators.extensions.foreign.recorded import RecordedScheme
 from discmech.integrators.numbers import mpmath
 from discmech.reference import ReferenceFailure, many_motions, surroundings
 

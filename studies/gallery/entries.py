@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from discmech.integrators.errors import unknown
-from discmech.integrators.foreign import BlackBox, black_box
+from discmech.integrators.extensions.foreign import BlackBox, black_box
 
 
 @dataclass(frozen=True)

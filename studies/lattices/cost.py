@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme
-from discmech.integrators.lattices import Lattice, LatticeRun
+from discmech.integrators.extensions.lattices import Lattice, LatticeRun
 
 from ..core.clocks import fine_clock
 from ..core.fitting import fit_line

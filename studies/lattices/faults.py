@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.lattices import at_ends, of_all
-from discmech.integrators.lattices.dual_step import Covector, DualStep
+from discmech.integrators.extensions.lattices import at_ends, of_all
+from discmech.integrators.extensions.lattices.dual_step import Covector, DualStep
 from discmech.integrators.numbers import Double, jacobian, numeric
 
 from . import DAMPED, FLIPPED, RUNGE_KUTTA

@@ -10,8 +10,8 @@ from typing import Any
 from discmech.integrators import BadInput
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.lattices import DualStep, poisson_defect, step_derivative
-from discmech.integrators.scenes import lattices as systems
+from discmech.integrators.extensions.lattices import DualStep, poisson_defect, step_derivative
+from discmech.integrators.extensions.lattices import scenes as systems
 
 from ..core.case import Case, Choice, Progress, lattice_cases, silent
 from ..core.parts import RULES, is_built_in, usual_lattices, usual_rules

@@ -18,7 +18,7 @@ import numpy as np
 
 from discmech.integrators import Scheme, StepFailure
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.expansions import ModifiedEquation
+from discmech.integrators.extensions.expansions import ModifiedEquation
 
 from ..core.case import Verdict
 from ..systems.modified_energy import dual_of

@@ -16,10 +16,10 @@ import numpy as np
 from discmech.integrators import Scene, Scheme
 from discmech.integrators import rules as discretisations
 from discmech.integrators.compiler import text_key
-from discmech.integrators.control import Control, Optimum
+from discmech.integrators.extensions.control import Control, Optimum
+from discmech.integrators.extensions.control import scenes as built_in
 from discmech.integrators.numbers import sympy, to_sympy
 from discmech.integrators.scene import arguments_of, reads
-from discmech.integrators.scenes import control as built_in
 
 from ..core import lookup
 from ..core.case import Case, Choice, Progress, silent

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators.errors import BadInput, CannotMeasure, arguments_checked, shown
-from discmech.integrators.foreign import BlackBox, Recorded
-from discmech.integrators.foreign.calls import BoxRaised, Calls
+from discmech.integrators.extensions.foreign import BlackBox, Recorded
+from discmech.integrators.extensions.foreign.calls import BoxRaised, Calls
 from discmech.integrators.numbers import Vector, exact_rational
 
 from ..core.fitting import orders_between

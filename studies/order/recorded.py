@@ -9,7 +9,7 @@ import numpy as np
 
 from discmech import reference
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.foreign import Recorded
+from discmech.integrators.extensions.foreign import Recorded
 
 from ..core.case import Case
 from ..evidence.rows import of_rows, velocities

@@ -15,12 +15,12 @@ from typing import Any
 
 from discmech.integrators import Discretisation, pair
 from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.extensions.expansions import series_namespace
 from discmech.integrators.numbers import (
     NotRational,
     jacobian,
     numeric_text,
     run_text,
-    series_namespace,
     small_fraction,
     sympy,
 )

@@ -14,7 +14,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, pair
 from discmech.integrators.errors import CannotMeasure, arguments_checked, shown, unknown
-from discmech.integrators.expansions import NotConsistent, NotExpanded
+from discmech.integrators.extensions.expansions import NotConsistent, NotExpanded
 from discmech.integrators.numbers import BITS, NotRational
 
 from ..core import lookup

@@ -21,15 +21,19 @@ from discmech.integrators.equations import (
     momentum,
     rates,
 )
-from discmech.integrators.expansions import NotConsistent, NotExpanded, StepSeries
-from discmech.integrators.numbers import (
+from discmech.integrators.extensions.expansions import (
+    NotConsistent,
+    NotExpanded,
     NotKnown,
+    Series,
+    StepSeries,
+    series_namespace,
+)
+from discmech.integrators.numbers import (
     PrimeField,
     Residue,
-    Series,
     numeric_text,
     run_text,
-    series_namespace,
 )
 
 from .constants import Numbers

@@ -10,8 +10,8 @@ import numpy as np
 
 from discmech.integrators import StepFailure
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.foreign import derivative, guarded, noise_of
-from discmech.integrators.foreign.differences import FARTHEST
+from discmech.integrators.extensions.foreign import derivative, guarded, noise_of
+from discmech.integrators.extensions.foreign.differences import FARTHEST
 
 from ..core.case import Case
 from ..symplecticity.in_numbers import decisive, embedded, free_states, left_by, undecided

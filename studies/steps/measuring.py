@@ -13,9 +13,9 @@ import numpy as np
 from discmech import reference
 from discmech.integrators import BadInput, Scheme, StepFailure, scenes, vary
 from discmech.integrators.errors import CannotMeasure, DiscmechError
+from discmech.integrators.extensions.steps import ENERGY, Varied
 from discmech.integrators.numbers import exact_rational, mpmath
 from discmech.integrators.rules import get
-from discmech.integrators.steps import ENERGY, Varied
 from discmech.reference import ReferenceFailure
 
 from ..core.case import Case, Choice, Progress, plain_cases, silent

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.foreign import Defect, MapOfRows, guarded, images, random_curve
+from discmech.integrators.extensions.foreign import Defect, MapOfRows, guarded, images, random_curve
 from discmech.integrators.numbers import Matrix, Vector
 
 from ..core.case import Case, Progress

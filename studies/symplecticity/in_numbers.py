@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from discmech.integrators import BadInput, StepFailure
-from discmech.integrators.foreign import (
+from discmech.integrators.extensions.foreign import (
     Defect,
     Derivative,
     constrained_parameters,

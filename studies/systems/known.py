@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.lattices import Lattice
-from discmech.integrators.scenes import lattices as systems
-from discmech.integrators.scenes.lattices.linkages import linkage, rods
+from discmech.integrators.extensions.lattices import Lattice
+from discmech.integrators.extensions.lattices import scenes as systems
+from discmech.integrators.extensions.lattices.scenes.linkages import linkage, rods
 from discmech.reference.closed_forms.lattice_waves import (
     Field,
     sine_gordon_breather,

@@ -12,8 +12,8 @@ import numpy as np
 from discmech import reference
 from discmech.integrators import rules
 from discmech.integrators.errors import CannotMeasure, StepFailure
-from discmech.integrators.lattices import poisson_defect, step_derivative
-from discmech.integrators.lattices import scene_of as scene_of_all
+from discmech.integrators.extensions.lattices import poisson_defect, step_derivative
+from discmech.integrators.extensions.lattices import scene_of as scene_of_all
 
 from ..core.case import Progress, scheme_of
 from ..core.parts import is_built_in

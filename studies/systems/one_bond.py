@@ -7,8 +7,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from discmech.integrators import Lattice, Scene, lattices
+from discmech.integrators import Lattice, Scene
 from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.extensions import lattices
 
 LARGE = 9  # numbers of a site's x: those of a body on SO(3)
 

@@ -18,7 +18,7 @@ from discmech.integrators.equations import (
     vector,
 )
 from discmech.integrators.equations import momentum as momentum_of
-from discmech.integrators.lattices import of_all, rows_of, velocities
+from discmech.integrators.extensions.lattices import of_all, rows_of, velocities
 from discmech.integrators.numbers import (
     Double,
     jacobian,

@@ -16,7 +16,7 @@ import numpy as np
 
 from discmech.integrators.equations import natural_structure, rates
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.lattices import Linearised, at_ends, of_all, velocities
+from discmech.integrators.extensions.lattices import Linearised, at_ends, of_all, velocities
 from discmech.integrators.numbers import Double, LazyModule, jacobian, numeric
 
 integrate: Any = LazyModule("scipy.integrate")

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.lattices import LatticeRun
-from discmech.integrators.lattices.lattice_run import segments_of
+from discmech.integrators.extensions.lattices import LatticeRun
+from discmech.integrators.extensions.lattices.lattice_run import segments_of
 from discmech.integrators.numbers import Double, numeric_text, rounded, with_running_errors
 
 from .joints import Joints, Sums

@@ -13,8 +13,8 @@ from dataclasses import replace
 import pytest
 
 from discmech.integrators import Scheme, midpoint, trapezoidal
-from discmech.integrators.lattices import LatticeRun
-from discmech.integrators.scenes import lattices as systems
+from discmech.integrators.extensions.lattices import LatticeRun
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.studies.lattices.cost import C_STEP, c_library, c_states
 
 RULES = {"trapezoidal": trapezoidal, "midpoint": midpoint}
@@ -95,8 +95,8 @@ def bench_bonds(benchmark, name):
 SCALING = """
 import sys, time, tracemalloc
 from discmech import Scheme, midpoint, trapezoidal
-from discmech.integrators.scenes import lattices as systems
-from discmech.integrators.lattices.lattice_run import LatticeRun
+from discmech.integrators.extensions.lattices import scenes as systems
+from discmech.integrators.extensions.lattices.lattice_run import LatticeRun
 sites, rule = int(sys.argv[1]), {"trapezoidal": trapezoidal, "midpoint": midpoint}[sys.argv[2]]
 lattice = systems.fput(sites)
 Scheme(systems.fput(4), trapezoidal if rule is midpoint else midpoint)  # sympy is loaded

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from discmech.integrators import Scheme, midpoint, trapezoidal
-from discmech.integrators.lattices.lattice_run import LatticeRun
-from discmech.integrators.scenes.lattices import linkages
+from discmech.integrators.extensions.lattices.lattice_run import LatticeRun
+from discmech.integrators.extensions.lattices.scenes import linkages
 
 CHAINS = {
     "rods": linkages.rods,

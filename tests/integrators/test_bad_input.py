@@ -26,11 +26,11 @@ from discmech.integrators import (
     sl,
     so,
 )
-from discmech.integrators.control import Control
 from discmech.integrators.equations import SceneSymbols
 from discmech.integrators.errors import check_function
+from discmech.integrators.extensions.control import Control
+from discmech.integrators.extensions.lattices import Lattice
 from discmech.integrators.groupoids import check_axioms
-from discmech.integrators.lattices import Lattice
 from discmech.integrators.numbers import code
 from discmech.integrators.rules import get as rule_called
 from tests.objects import SCENES, flow, scheme

@@ -7,12 +7,15 @@ from pathlib import Path
 import pytest
 
 import discmech.integrators as integrators
-from discmech.integrators import compiler, lattices
+from discmech.integrators import compiler
+from discmech.integrators.extensions import lattices
 
 HEAVY = ("sympy", "llvmlite", "matplotlib", "scipy", "mpmath", "gmpy2")
 OURS = ("discmech.reference", "discmech.studies")
 #: what derives and runs a scheme, of which a list of names needs nothing
-DERIVING = tuple(f"discmech.integrators.{room}" for room in ("equations", "flows", "foreign"))
+DERIVING = tuple(
+    f"discmech.integrators.{room}" for room in ("equations", "flows", "extensions.foreign")
+)
 
 
 def loaded_by(statement):

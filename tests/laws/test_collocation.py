@@ -10,7 +10,7 @@ import sympy
 from discmech.integrators import Scene, Scheme, cayley, exponential, pair, rules
 from discmech.integrators.compiler.kernels import names_of
 from discmech.integrators.compiler.lanes import lane_namespace, tables
-from discmech.integrators.compiler.stage_text import stage_text
+from discmech.integrators.compiler.stage_text import text_of_stages
 from discmech.integrators.equations import stage_source
 from tests.objects import SCENES
 
@@ -168,7 +168,7 @@ def area(scene, rule, step, sweeps):
     """
     flow = Scheme(scene, rules.get(rule)).flow(step, digits=60)
     nodes = flow.scheme.rule.nodes
-    text = stage_text(stage_source(flow.scheme.equations.s, nodes).derived())
+    text = text_of_stages(stage_source(flow.scheme.equations.s, nodes).derived())
     given = lane_namespace(nodes.count, flow.numbers, 1)
     given |= tables(nodes, nodes.count, nodes.count, flow.numbers)
     if sweeps:

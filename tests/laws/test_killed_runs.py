@@ -9,9 +9,9 @@ from scipy.linalg import expm
 
 from discmech import BadInput, Scheme, scenes
 from discmech.integrators import rules
+from discmech.integrators.extensions.lattices import scenes as systems
+from discmech.integrators.extensions.steps import vary
 from discmech.integrators.runs import checkpoint
-from discmech.integrators.scenes import lattices as systems
-from discmech.integrators.steps import vary
 
 
 class Killed(BaseException):
@@ -82,7 +82,7 @@ QUICK = ("Newton", "50 digits", "shrink", "located")
 @pytest.fixture(autouse=True)
 def often(monkeypatch):
     """A state after every stretch, and stretches of a few steps."""
-    from discmech.integrators.contact import contact_flow
+    from discmech.integrators.extensions.contact import contact_flow
     from discmech.integrators.flows import free_motion
 
     monkeypatch.setattr(checkpoint, "SECONDS", 0)

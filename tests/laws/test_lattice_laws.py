@@ -7,10 +7,10 @@ import pytest
 
 from discmech import Scheme, midpoint, rectangle, trapezoidal
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.lattices import velocities
-from discmech.integrators.lattices.dual_step import DualStep
+from discmech.integrators.extensions.lattices import scenes as systems
+from discmech.integrators.extensions.lattices import velocities
+from discmech.integrators.extensions.lattices.dual_step import DualStep
 from discmech.integrators.rules import compose, gauss
-from discmech.integrators.scenes import lattices as systems
 from discmech.reference.closed_forms.lattice_waves import (
     sine_gordon_breather,
     sine_gordon_kink,
@@ -20,7 +20,7 @@ from discmech.reference.closed_forms.lattice_waves import (
     toda_traces,
 )
 from discmech.studies.lattices.patches import patch_defects
-from tests.integrators.lattices.test_bodies_as_sites import SITES
+from tests.integrators.extensions.lattices.test_bodies_as_sites import SITES
 
 EPS = 2.0**-53
 #: the defect is a sum of terms over their absolute sum: a bond's and a site's terms are sums of a

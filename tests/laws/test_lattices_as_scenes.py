@@ -6,14 +6,19 @@ import sympy
 
 from discmech import midpoint, rectangle, trapezoidal
 from discmech.integrators import rules
+from discmech.integrators.extensions.lattices import scenes as systems
+from discmech.integrators.extensions.lattices.scenes.linkages import linkage, rods
 from discmech.integrators.rules import compose, gauss, lobatto
-from discmech.integrators.scenes import lattices as systems
-from discmech.integrators.scenes.lattices.linkages import linkage, rods
-from tests.integrators.lattices.as_scenes import assert_same, assert_same_in_digits, slow
-from tests.integrators.lattices.test_bodies_as_sites import SITES
-from tests.integrators.lattices.test_bond_constraints import LATTICES
-from tests.integrators.lattices.test_contact_on_sites import balls, beads, discs, in_a_corner
-from tests.integrators.lattices.test_lattices import SCATTERED, STIFF, fput
+from tests.integrators.extensions.lattices.as_scenes import assert_same, assert_same_in_digits, slow
+from tests.integrators.extensions.lattices.test_bodies_as_sites import SITES
+from tests.integrators.extensions.lattices.test_bond_constraints import LATTICES
+from tests.integrators.extensions.lattices.test_contact_on_sites import (
+    balls,
+    beads,
+    discs,
+    in_a_corner,
+)
+from tests.integrators.extensions.lattices.test_lattices import SCATTERED, STIFF, fput
 from tests.objects.rules import two_thirds
 
 SHARED = {"alpha": "1/4", "mass": 2, "stiff": 1}

@@ -7,8 +7,8 @@ import pytest
 import sympy
 
 from discmech import Scheme, midpoint, trapezoidal
-from discmech.integrators.lattices.bond_constraints import BondConstraints
-from discmech.integrators.scenes.lattices import linkages
+from discmech.integrators.extensions.lattices.bond_constraints import BondConstraints
+from discmech.integrators.extensions.lattices.scenes import linkages
 
 EPS, STEPS = 2.0**-53, 20_000
 

@@ -22,7 +22,7 @@ from sympy import Rational
 
 from discmech import BadInput, Scene, Scheme, StepFailure, discretisation, pair
 from discmech.integrators import rules
-from discmech.integrators.contact import Gaps, LocatedSteps
+from discmech.integrators.extensions.contact import Gaps, LocatedSteps
 from discmech.studies import get
 from discmech.studies.contact import measuring
 from discmech.studies.core.case import Case

@@ -11,8 +11,9 @@ import pytest
 
 from discmech import black_box, check, discretisation, external, scenes
 from discmech.integrators import rules
+from discmech.integrators.extensions.control import scenes as control
+from discmech.integrators.extensions.lattices import scenes as lattices
 from discmech.integrators.rules import midpoint
-from discmech.integrators.scenes import control, lattices
 from discmech.studies.command.entry import main
 from discmech.studies.core import lookup, words
 from discmech.studies.core.case import Case, Choice, in_chart

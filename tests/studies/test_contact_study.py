@@ -19,7 +19,7 @@ from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.fingerprint import of_case
 from discmech.studies.symplecticity.limits import limit
 from discmech.studies.user.assertions import NotApplicable, assert_order
-from tests.integrators.contact import motions
+from tests.integrators.extensions.contact import motions
 from tests.studies import contact_trials
 from tests.studies.as_json import run_case
 

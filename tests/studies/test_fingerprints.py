@@ -10,6 +10,7 @@ from functools import partial
 import pytest
 
 from discmech.integrators import scenes
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.rules import (
     METHODS,
     compose,
@@ -20,7 +21,6 @@ from discmech.integrators.rules import (
     rectangle,
     trapezoidal,
 )
-from discmech.integrators.scenes import lattices as systems
 from discmech.studies import get
 from discmech.studies.core import fingerprint, lookup
 from discmech.studies.core.case import Case, Choice
@@ -117,7 +117,7 @@ def test_a_study_rests_on_those_that_it_imports_and_on_its_c_files(checkout):
     ask = partial(key, "lattices", systems.get("toda"), trapezoidal)
     assert changes(checkout, "studies/symplecticity/measuring.py", ask)
     assert changes(checkout, "studies/lattices/lattice.c", ask)
-    assert changes(checkout, "integrators/scenes/lattices/linkages.py", ask)
+    assert changes(checkout, "integrators/extensions/lattices/scenes/linkages.py", ask)
     assert not changes(checkout, "studies/stability/measuring.py", ask)
     assert not changes(checkout, "studies/lattices/lattice.c", key)
 

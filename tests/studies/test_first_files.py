@@ -9,9 +9,9 @@ import pytest
 from sympy import Matrix
 
 from discmech.integrators import BadInput, Scene, Scheme, pair, rules, scenes
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.numbers import first_violation
 from discmech.integrators.rules import midpoint
-from discmech.integrators.scenes import lattices as systems
 from discmech.studies import explain
 from discmech.studies.command.entry import main
 from discmech.studies.command.equations import letters_of, plain_text, written

@@ -14,7 +14,7 @@ import pytest
 
 from discmech import BadInput, Scheme, midpoint
 from discmech.integrators.compiler import Damaged, seal, unsealed
-from discmech.integrators.scenes import lattices as systems
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.reference import ReferenceFailure
 from discmech.reference.answer import store
 from discmech.reference.answer.frozen import file_of

@@ -9,9 +9,9 @@ import pytest
 import sympy
 
 from discmech import Lattice, Scheme, pair, trapezoidal
-from discmech.integrators.lattices import LatticeRun, RestrictedStep, poisson_defect
+from discmech.integrators.extensions.lattices import LatticeRun, RestrictedStep, poisson_defect
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.rules import get
-from discmech.integrators.scenes import lattices as systems
 from discmech.studies import get as get_study
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.result import result_of
@@ -88,7 +88,9 @@ def test_a_solver_that_ends_early_is_seen(monkeypatch):
     listed = replace(systems.get("rods"), bonds=systems.get("rods").pairs)
     at = a_row(Scheme(listed, trapezoidal))
     assert max(step_defects(*at).values()) < EPS
-    monkeypatch.setattr("discmech.integrators.lattices.sparse_steps.SparseSteps.eps", 1e-2)
+    monkeypatch.setattr(
+        "discmech.integrators.extensions.lattices.sparse_steps.SparseSteps.eps", 1e-2
+    )
     # momenta are linear in (u, λ), so one correction solves for them
     assert step_defects(*at)["constraint"] > 1e3 * LIMITS["step"] * EPS
 

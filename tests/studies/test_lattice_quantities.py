@@ -10,7 +10,7 @@ import sympy
 
 from discmech import BadInput, Lattice, Scheme, midpoint, pair
 from discmech.integrators import rules
-from discmech.integrators.scenes import lattices as systems
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.studies.systems import quantities
 from discmech.studies.systems.following import followed
 from discmech.studies.systems.quantities import energies, momentum

@@ -11,7 +11,7 @@ import pytest
 
 from discmech import BadInput, Lattice, Scheme, pair
 from discmech.integrators import rules
-from discmech.integrators.scenes import lattices as systems
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.studies import Study, check, get, system_of
 from discmech.studies.command.entry import main
 from discmech.studies.core import lookup

@@ -11,10 +11,10 @@ import sympy
 
 from discmech import BadInput, Lattice, Scheme, discretisation, pair
 from discmech.integrators import rules, scenes
-from discmech.integrators.lattices import DualStep, LatticeRun
-from discmech.integrators.lattices.lattice_equations import LatticeEquations
-from discmech.integrators.lattices.sparse_steps import RELAXED
-from discmech.integrators.scenes import lattices as systems
+from discmech.integrators.extensions.lattices import DualStep, LatticeRun
+from discmech.integrators.extensions.lattices import scenes as systems
+from discmech.integrators.extensions.lattices.lattice_equations import LatticeEquations
+from discmech.integrators.extensions.lattices.sparse_steps import RELAXED
 from discmech.studies import check, get
 from discmech.studies.core.case import Case, Choice, silent
 from discmech.studies.core.fingerprint import of_case

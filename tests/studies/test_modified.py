@@ -7,7 +7,7 @@ import json
 import pytest
 
 from discmech.integrators import Scheme, rules, scenes
-from discmech.integrators.expansions import ModifiedEquation
+from discmech.integrators.extensions.expansions import ModifiedEquation
 from discmech.studies.command.entry import main
 from discmech.studies.modified.measuring import judge, kept
 

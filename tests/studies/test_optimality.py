@@ -7,8 +7,8 @@ import json
 import pytest
 
 from discmech.integrators import discretisation, midpoint
+from discmech.integrators.extensions.control.scenes import get as problem
 from discmech.integrators.rules import gauss
-from discmech.integrators.scenes.control import get as problem
 from discmech.studies import check, get
 from discmech.studies.command.entry import main
 from discmech.studies.core import lookup
@@ -73,7 +73,7 @@ def test_a_problem_of_one_s_own_is_found_by_its_scene(tmp_path, monkeypatch, cap
 
 
 def test_a_problem_of_the_bench_is_known_by_its_text(monkeypatch):
-    monkeypatch.setattr("discmech.integrators.control.Control.stages", None)
+    monkeypatch.setattr("discmech.integrators.extensions.control.Control.stages", None)
     scene = problem("double-integrator").scene
     assert get("optimality").depends_on(Case("optimality", scene, midpoint, 16)) == ""
 

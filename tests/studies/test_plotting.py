@@ -17,7 +17,7 @@ from discmech import (
     trapezoidal,
 )
 from discmech.integrators import rules
-from discmech.integrators.scenes import control as problems
+from discmech.integrators.extensions.control import scenes as problems
 from discmech.studies.command.entry import main
 from discmech.studies.user.drawing import MOST_PANELS
 

@@ -9,8 +9,8 @@ import pytest
 import sympy
 
 from discmech import StepFailure, one_step, scenes, vary
+from discmech.integrators.extensions.steps import varied_scheme
 from discmech.integrators.rules import get
-from discmech.integrators.steps import varied_scheme
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.study import every_study
 from discmech.studies.steps import extended, measuring

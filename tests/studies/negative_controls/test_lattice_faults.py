@@ -5,12 +5,12 @@ from dataclasses import replace
 import pytest
 
 from discmech import trapezoidal
+from discmech.integrators.extensions.lattices import lattice_equations
+from discmech.integrators.extensions.lattices.lattice_equations import LatticeEquations
 from discmech.integrators.groupoids import clock
-from discmech.integrators.lattices import lattice_equations
-from discmech.integrators.lattices.lattice_equations import LatticeEquations
 from discmech.studies import get
 from discmech.studies.core.case import Case
-from tests.integrators.lattices.test_lattices import fput
+from tests.integrators.extensions.lattices.test_lattices import fput
 from tests.laws.test_lattices_as_scenes import CHAINS
 from tests.studies.as_json import run_case
 

@@ -13,7 +13,7 @@ import pytest
 from discmech import BadInput, Scene, Scheme, black_box, external, pair, recorded, scenes
 from discmech.integrators import rules
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.foreign import (
+from discmech.integrators.extensions.foreign import (
     derivative,
     images,
     leaf_defect,

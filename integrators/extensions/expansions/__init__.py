@@ -1,0 +1,13 @@
+"""Steps as power series: the modified equation of a scheme, derivatives of runs."""
+
+from .laurent import TooLong
+from .modified_equation import ModifiedEquation
+from .run_derivatives import RunDifferentiated
+from .series import NotKnown, Series, series_namespace
+from .step_series import NotConsistent, NotExpanded, StepSeries
+
+__all__ = [
+    "ModifiedEquation", "NotConsistent", "NotExpanded", "NotKnown", "RunDifferentiated",
+    "Series", "StepSeries",
+    "TooLong", "series_namespace",
+]  # fmt: skip

@@ -1,0 +1,300 @@
+"""A black box on a scene at one step size: its runs, its steps, and its derivative."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from ...equations import initial_momentum
+from ...errors import BadInput, StepFailure, arguments_checked, shown
+from ...flows import StepChoice, Trajectory
+from ...numbers import Matrix, Numbers, Vector, arithmetic, exact_rational, whole_number
+from ...numbers.types import Exact, Given
+from .calls import Box, BoxRaised, Calls
+from .differences import Map, MapOfRows
+
+#: a `BoxScheme`, whose file comes after this one
+BoxOnScene: TypeAlias = Any
+
+CHUNK = 2**12  # number of steps between two reports of progress
+ALSO_ALONE = 2  # number of states of a vectorised call that are also computed one by one
+#: largest relative difference between the two: arrays round differently from single numbers, and a
+#: motion near a pole enlarges that thousands of times
+ALIKE = 2.0**-36
+
+
+#: what a scene in numbers tells a box of itself, beside its equations
+DATA = {"n", "m", "t", "name", "parameters", "_clocked"}
+
+
+class _Heard:
+    """A scene in numbers that counts what is asked of it beside its data."""
+
+    def __init__(self, system: Any) -> None:
+        self._system, self._asked = system, 0
+
+    def __getattr__(self, name: str) -> Any:
+        self._asked += name not in DATA
+        return getattr(self._system, name)
+
+
+class BoxFlow:
+    """The steps of a black box, on (x, μ) like those of every flow: `trajectory`, `dual_step`.
+
+    step: exact; a negative one runs back. digits = 16 is double precision (single, for a box of
+    float32); more needs a box with numbers="any". Raises `BadInput` for a step of 0.
+    """
+
+    #: how the step was chosen: a program's step is always given
+    choice: StepChoice | None = None
+
+    #: the last answer, in the box's own coordinates, the number of its step, and the first time
+    _last: tuple[Vector, Vector, int, Exact]
+
+    #: no fixed point of stages: a program solves its own equations
+    stages = None
+
+    def __init__(self, scheme: BoxOnScene, step: Given, digits: int = 16) -> None:
+        self.scheme, self.digits = scheme, digits
+        self.step = exact_rational(step, "step")
+        if self.step == 0:
+            raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
+        self.numbers = arithmetic(digits)
+        box = scheme.rule
+        single = np.float32 if box.numbers == "float32" else None
+        self.kind: type = single or (float if digits == 16 else object)
+        self.system = scheme.in_numbers(self.numbers, single)
+        with self.numbers.working():
+            size = self.numbers.number(self.step)
+            h = self._public([size])[0]
+        self.h = np.float32(h) if single else h
+        self._calls = Calls(box, self.system, self.h, self.kind, scheme.scene.name)
+
+    # -- runs ------------------------------------------------------------------------------------
+
+    @arguments_checked
+    def trajectory(
+        self, steps: int, every: int = 1, *, x0: Numbers | None = None,
+        mu0: Numbers | None = None, u0: Numbers | None = None, t0: Given = 0,
+        progress: Callable[[int], None] | None = None,
+    ) -> Trajectory:  # fmt: skip
+        """Run `steps` steps from the scene's start (or from x0, mu0), with a row every `every`
+        steps.
+
+        See `Flow.trajectory`; u is ξ(x, μ) of each row. u0 is ignored. Raises `StepFailure`, with
+        the rows so far, if the box raises or returns numbers that are not finite, and `BadInput`
+        for answers of another kind.
+        """
+        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
+        x, mu, t0 = self._start(x0, mu0, t0)
+        size, n, m = steps // every + 1, len(x), len(mu)
+        xs, mus = np.empty((size, n), self._type), np.empty((size, m), self._type)
+        count = 0
+
+        def row(k: int, q: Vector, p: Vector) -> None:
+            nonlocal count
+            xs[count], mus[count] = self._read(q, p, k, t0)
+            count += 1
+            if progress is not None and k % (CHUNK * every) < every:
+                progress(k)
+
+        with self.numbers.user_working():
+            q, p = self._written(x, mu, t0)
+            try:
+                self._calls.run(q, p, steps, every, lambda k: self._at(k, t0), row)
+            except BoxRaised as error:
+                raise self._failure(error, xs[:count], mus[:count], every, t0) from error
+            return self._rows(xs, mus, steps, every, t0)
+
+    def dual_step(self, x: Numbers, mu: Numbers, t0: Given = 0) -> tuple[Vector, Vector]:
+        """Return (x′, μ′), one step after (x, μ)."""
+        return self.advance(x, mu, 1, t0)
+
+    def advance(self, x: Numbers, mu: Numbers, steps: int, t0: Given = 0) -> tuple[Vector, Vector]:
+        """Return (x, μ) after so many steps."""
+        run = self.trajectory(steps, every=steps, x0=x, mu0=mu, t0=t0)
+        return run.x[-1], run.mu[-1]
+
+    def questions(self) -> int:
+        """Return how often a step of the box asks the scene for more than its data."""
+        heard = _Heard(self.system)
+        calls = Calls(self.scheme.rule, heard, self.h, self.kind, self.scheme.scene.name)
+        x, mu, t0 = self._start(None, None, 0)
+        with self.numbers.user_working(), suppress(BadInput, BoxRaised):
+            q, p = self._written(x, mu, t0)
+            calls.run(q, p, 1, 1, lambda k: self._at(k, t0), lambda k, q, p: None)
+        return heard._asked
+
+    @property
+    def answer(self) -> Vector:
+        """The box's last numbers, in its own coordinates (q, p)."""
+        return np.concatenate(self._last[:2])
+
+    def moved_by(self, sizes: Vector) -> Vector:
+        """Return by how much (x, μ) change if each number of `answer` changes by its size."""
+        last, answer, n = self._last, self.answer, len(self._last[0])
+        own, found = np.concatenate(self._read(*last)), np.zeros(self.system.n + self.system.m)
+        for i in np.flatnonzero(sizes):
+            moved = answer + sizes[i] * (np.arange(len(answer)) == i)
+            found += np.abs(np.concatenate(self._read(moved[:n], moved[n:], *last[2:])) - own)
+        self._last = last
+        return found
+
+    def map_of(self, steps: int = 1, t0: Given = 0, rows: int = 1) -> Map:
+        """Return the map z ↦ Z of `steps` steps on states z = (x, μ), (n+m,), for differences.
+
+        With several `rows` it gives the states after equal parts of the run, one after another,
+        not numbers where a step fails. For a vectorised box it can map many states in one call
+        (`MapOfRows`). It works in double precision and checks only the answers of the box. Raises
+        `StepFailure`.
+        """
+        n = self.system.n
+
+        def image(z: Vector) -> Vector:
+            found: list[Vector] = []
+
+            def row(k: int, q: Vector, p: Vector) -> None:
+                if k:
+                    found.extend(self._read(q, p, k, t0))
+
+            q, p = self._written(z[:n], z[n:], t0)
+            try:
+                self._calls.run(q, p, steps, steps // rows, lambda k: self._at(k, t0), row)
+            except BoxRaised as error:
+                if rows > 1:
+                    missing = rows * len(z) - sum(map(len, found))
+                    return np.concatenate([*found, np.full((missing, *z.shape[1:]), np.nan)])
+                first = z.reshape(len(z), -1)[:, :1].T
+                raise self._failure(error, first[:, :n], first[:, n:], 1, t0) from error
+            return np.concatenate(found)
+
+        return self._of_rows(image) if self.scheme.rule.vectorised else image
+
+    def _of_rows(self, image: Map) -> MapOfRows:
+        """Return a map of rows that calls a map of columns, and checks some states one by one."""
+        drawn = np.random.default_rng(0)
+
+        def rows(points: Matrix) -> Matrix:
+            found = image(np.ascontiguousarray(points.T)).T
+            for k in drawn.integers(len(points), size=ALSO_ALONE):
+                alone = image(points[k])
+                with np.errstate(all="ignore"):
+                    off = np.abs(alone - found[k]) > ALIKE * np.abs(found).max(axis=0)
+                if off.any():
+                    raise BadInput(
+                        f"the black box {self.scheme.rule.name} says vectorised, but of "
+                        f"{len(points)} states at once, q of the shape "
+                        f"{(self.system.n, len(points))}, it gives something else than of one "
+                        "alone: let each column be a state of its own, or leave vectorised out."
+                    )
+            return found
+
+        return MapOfRows(image, rows)
+
+    # -- states ----------------------------------------------------------------------------------
+
+    @property
+    def _type(self) -> DTypeLike:
+        return float if self.digits == 16 else object
+
+    def _public(self, given: Numbers) -> Vector:
+        """Return numbers of the flow's own arithmetic in the form that the box and the user get."""
+        return self.numbers.public(np.array(given, dtype=self.numbers.dtype))
+
+    def _start(
+        self, x0: Numbers | None, mu0: Numbers | None, t0: Given
+    ) -> tuple[Vector, Vector, Exact]:
+        scheme, numbers = self.scheme, self.numbers
+        scene, s = scheme.scene, scheme.s
+        t0 = t0 if type(t0) is int else exact_rational(t0, "t0")
+        if x0 is not None and s.clocked and _length(x0) == s.n + 1:
+            *x0, last = x0
+            t0 = exact_rational(last, "the time in x0")
+        if mu0 is None:
+            at = scene if x0 is None else scene.with_values(x0=list(x0))
+            mu0 = initial_momentum(s, at, numbers, t0)
+        x0 = scene.x0 if x0 is None else x0
+        found = []
+        with numbers.working():
+            for given, length, name in ((x0, s.n, "x"), (mu0, len(s.mu), "μ")):
+                if _length(given) != length:
+                    raise BadInput(
+                        f"{scene.name}: {name} has {length} entries; got {shown(given)}."
+                    )
+                values = [numbers.number(e, name) for e in given]
+                found.append(self._public(values).reshape(length))
+        return found[0], found[1], t0
+
+    def _at(self, k: int, t0: Exact) -> None:
+        """Set the time of the scene in numbers to the beginning of step k."""
+        time = t0 + k * self.step
+        if self.digits == 16:
+            self.system.t = float(time)
+            return
+        with self.numbers.working():
+            self.system.t = self._public([self.numbers.number(time)])[0]
+
+    def _written(self, x: Vector, mu: Vector, t0: Exact) -> tuple[Vector, Vector]:
+        """Return (x, μ) in the box's own coordinates and numbers."""
+        box = self.scheme.rule
+        self._at(0, t0)
+        second = self.system.velocity(x, mu) if box.state == "qv" else mu
+        q, p = (x, second) if box.write is None else _checked(box, "write", box.write(x, second))
+        return np.array(q, dtype=self.kind), np.array(p, dtype=self.kind)
+
+    def _read(self, q: Vector, p: Vector, k: int, t0: Exact) -> tuple[Vector, Vector]:
+        """Return (x, μ) from the box's own coordinates."""
+        box = self.scheme.rule
+        self._last = q, p, k, t0
+        if box.read is not None:
+            q, p = _checked(box, "read", box.read(q.copy(), p.copy()))
+        if q.shape[:1] != (self.system.n,) or p.shape[:1] != (self.system.m,):
+            raise BadInput(
+                f"the black box {box.name}: read gives shapes {q.shape} and {p.shape}, but x and μ "
+                f"of {self.scheme.scene.name} have {self.system.n} and {self.system.m} entries."
+            )
+        if self.kind is np.float32:
+            q, p = q.astype(float), p.astype(float)
+        if box.state == "qv":
+            if self.scheme.s.clocked:
+                self._at(k, t0)
+            p = self.system.momentum(q, p)
+        return q, p
+
+    # -- rows ------------------------------------------------------------------------------------
+
+    def _rows(self, xs: Matrix, mus: Matrix, steps: int, every: int, t0: Exact) -> Trajectory:
+        numbers, s, count = self.numbers, self.scheme.s, len(xs)
+        with numbers.working():
+            times = numbers.multiples(self.step, np.arange(count, dtype=np.int64) * every)
+            t = numbers.public(times + numbers.number(t0) if t0 else times)
+        base = np.hstack([xs, t[:, None]]) if s.clocked else xs
+        return Trajectory.of_rows(
+            t, xs, self.system.velocities(base, mus), mus, base=base, steps=steps, step=self.step,
+            solver="black box", scheme=self.scheme,
+        )  # fmt: skip
+
+    def _failure(
+        self, error: BoxRaised, xs: Matrix, mus: Matrix, every: int, t0: Exact
+    ) -> StepFailure:
+        scheme, k = self.scheme, error.index
+        rows = self._rows(xs, mus, (len(xs) - 1) * every, every, t0)
+        last = {"x": xs[-1], "mu": mus[-1]}
+        time = float(t0 + k * self.step)
+        return error.failure(
+            scheme.scene.name, scheme.rule.name, k, time, last, error.said, rows, error.fix
+        )
+
+
+def _length(given: Numbers) -> int:
+    return len(given) if np.iterable(given) else -1
+
+
+def _checked(box: Box, word: str, given: object) -> tuple[Vector, Vector]:
+    if not isinstance(given, tuple | list) or len(given) != 2:
+        raise BadInput(f"the black box {box.name}: {word}= must give a pair of arrays.")
+    return np.asarray(given[0]), np.asarray(given[1])

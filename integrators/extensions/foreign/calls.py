@@ -1,0 +1,238 @@
+"""Calls of a black box, step by step, with memory, or for a whole run; its answers are checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ...errors import RAISED, BadInput, Displaced, StepFailure, at_line, line_of
+from ...numbers.types import Number, Vector
+from .signatures import functions_of, takes_system
+
+#: a `BlackBox`, and a `SceneInNumbers`, whose files come after this one
+Box: TypeAlias = Any
+System: TypeAlias = Any
+#: sets the time before step k
+Begin: TypeAlias = Callable[[int], None]
+#: takes the number of a step, and the q and p after it
+Keep: TypeAlias = Callable[[int, Vector, Vector], None]
+
+DOUBLE = np.dtype(np.float64)
+
+
+class BoxRaised(Exception):
+    """The box raised an exception, or gives no rows of a run: the step's number, why, the fix.
+
+    failure: the class of the error that a user sees.
+    """
+
+    failure: type[StepFailure] = StepFailure
+    fix = "mend the black box, or take a smaller step"
+
+    def __init__(self, index: int, said: str) -> None:
+        self.index, self.said = index, said
+        super().__init__(said)
+
+
+class BeginsElsewhere(BoxRaised):
+    """The first row of an answer is not the start."""
+
+    failure = Displaced
+    fix = "let the first row be the start as it came, with 17 digits (%.17g)"
+
+
+class Calls:
+    """A box on one scene at one step size: `run` makes steps in the box's own coordinates.
+
+    kind: the type of its numbers.
+    """
+
+    def __init__(self, box: Box, system: System, h: Number, kind: type, scene: str) -> None:
+        self.box, self.system, self.h, self.kind = box, system, h, np.dtype(kind)
+        #: the function whose line messages name
+        self._asked = box.formula.step if box.remembers else box.formula
+        self.what = f"{at_line(self._asked)}{scene}: the black box {box.name}"
+        #: the last argument of each function, where it takes one
+        self._last = {name: (system,) if takes_system(*part) else ()
+                      for name, part in functions_of(
+                          box.formula, box.runs, box.step is not None).items()}  # fmt: skip
+        #: the arguments of a step after the state
+        self._given = (*(() if box.step is not None else (h,)), *self._last.get("the function", ()))
+
+    def run(
+        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep
+    ) -> None:  # fmt: skip
+        """Make `steps` steps; call `row(k, q, p)` for the start and every `every`-th step.
+
+        at(k) sets the time before step k. Raises `BadInput` for answers of a wrong kind,
+        `BoxRaised` for exceptions of the box, numbers that are not finite, and a first row that is
+        not the start.
+        """
+        row(0, q, p)
+        if not steps:
+            return
+        way = self._with_memory if self.box.remembers else self._stepwise
+        made = [0]  # the number of the step that is being made; runs may be made side by side
+        try:
+            (self._whole if self.box.runs else way)(q, p, steps, every, at, row, made)
+        except (BadInput, BoxRaised):
+            raise
+        except RAISED as error:
+            raise self._raised(made[0], error) from error
+
+    def _stepwise(
+        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep, made: list[int]
+    ) -> None:
+        function, last = self.box.formula, self._given
+        shapes, kind = (q.shape, p.shape), self.kind
+        plain, several = kind == DOUBLE and q.ndim == 1, q.ndim == 2
+        q, p = q.copy(), p.copy()
+        timed = self.system._clocked
+        for k in range(steps):
+            made[0] = k
+            if timed:
+                at(k)
+            q.setflags(write=False)
+            p.setflags(write=False)
+            given = function(q, p, *last)
+            if type(given) is not tuple or len(given) != 2:
+                given = self._pair(given)
+            q, p = given
+            if not (type(q) is type(p) is np.ndarray and q.dtype == p.dtype == kind
+                    and (q.shape, p.shape) == shapes):  # fmt: skip
+                q, p = self._arrays(q, p, shapes)
+            q, p = q.copy(), p.copy()  # the answer may be a view, or a buffer of the box
+            if several or (plain and not math.isfinite(q.dot(q) + p.dot(p))):
+                self._check_finite(k, q, p)
+            if (k + 1) % every == 0:
+                row(k + 1, q, p)
+
+    def _with_memory(
+        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep, made: list[int]
+    ) -> None:
+        shapes, last, timed = (q.shape, p.shape), self._last, self.system._clocked
+        method = self.box.formula()
+        at(0)
+        state = method.start(q.copy(), p.copy(), self.h, *last["start"])
+        for k in range(steps):
+            made[0] = k
+            if timed:
+                at(k)
+            state = method.step(state, self.h, *last["step"])
+            if (k + 1) % every == 0 or k + 1 == steps:
+                if timed:
+                    at(k + 1)
+                q, p = self._arrays(*self._pair(method.read(state, *last["read"])), shapes)
+                self._check_finite(k, q, p)
+                if (k + 1) % every == 0:
+                    row(k + 1, q.copy(), p.copy())
+
+    def _whole(
+        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep, made: list[int]
+    ) -> None:
+        at(0)
+        last = self._last["the function"]
+        given = self.box.formula(q.copy(), p.copy(), self.h, steps, every, *last)
+        rows = steps // every + 1
+        qs, ps = self._arrays(*self._pair(given), ((rows, *q.shape), (rows, *p.shape)))
+        if _displaced(qs[0], q) or _displaced(ps[0], p):
+            off = max(abs(a - b).max(initial=0) for a, b in ((qs[0], q), (ps[0], p)))
+            said = f"the answer begins elsewhere than at the start it was given, off by {off:.1e}"
+            raise BeginsElsewhere(0, said)
+        fine = self.kind.kind != "O" and bool(np.isfinite(qs).all() and np.isfinite(ps).all())
+        for k in range(1, rows):
+            if not fine:
+                self._check_finite(k * every - 1, qs[k], ps[k])
+            row(k * every, qs[k], ps[k])
+
+    # -- its answers -----------------------------------------------------------------------------
+
+    def _pair(self, given: object) -> tuple[Vector, Vector]:
+        if isinstance(given, tuple | list) and len(given) == 2:
+            return given[0], given[1]
+        shown = f"{len(given)} things" if isinstance(given, tuple | list) else _kind(given)
+        raise BadInput(f"{self.what} gives {shown}, but must give the pair (q, p).")
+
+    def _arrays(
+        self, q: object, p: object, shapes: tuple[tuple[int, ...], tuple[int, ...]]
+    ) -> tuple[Vector, Vector]:
+        """Return answers as arrays of the given shapes; raises `BadInput` for anything else."""
+        found = []
+        for name, given, shape in zip("qv" if self.box.state == "qv" else "qp",
+                                      (q, p), shapes, strict=True):  # fmt: skip
+            if not isinstance(given, np.ndarray):
+                raise BadInput(
+                    f"{self.what} gives {name} as {_kind(given)}, but must give an array of numpy "
+                    f"of the shape {shape}: write np.array(...)."
+                )
+            if given.shape != shape:
+                raise BadInput(
+                    f"{self.what} gives {name} of the shape {given.shape}, but it must have the "
+                    f"shape {shape}."
+                )
+            if given.dtype.kind == "c":
+                raise BadInput(f"{self.what} gives {name} in complex numbers; give real ones.")
+            if given.dtype.kind not in "fiu" + ("O" if self.kind.kind == "O" else ""):
+                raise BadInput(f"{self.what} gives {name} of the type {given.dtype}; give numbers.")
+            if self.kind.kind == "O" and given.dtype.kind != "O":
+                raise BadInput(
+                    f'{self.what} says numbers="any", but gives {name} as {given.dtype} where it '
+                    "was given mpmath numbers: keep what is given, or leave numbers= out."
+                )
+            found.append(given.astype(self.kind))
+        return found[0], found[1]
+
+    def _check_finite(self, k: int, q: Vector, p: Vector) -> None:
+        if self.kind.kind == "O":
+            import mpmath
+
+            fine = all(mpmath.isfinite(e) for part in (q, p) for e in np.ravel(part))
+        else:
+            fine = bool(np.isfinite(q).all() and np.isfinite(p).all())
+        if not fine:
+            raise BoxRaised(k, "the black box gives numbers that are not finite")
+
+    def _raised(self, k: int, error: BaseException) -> Exception:
+        """Return the error for an exception that the box raised."""
+        place, begun = line_of(self._asked, error), at_line(self._asked, error)
+        if isinstance(error, ValueError) and str(error).endswith(" is read-only"):
+            return BadInput(
+                f"{begun}the black box {self.box.name} changes its argument in place; work on a "
+                "copy: q = q + ..., not q += ...."
+            )
+        where = f" ({place})" if place else ""
+        if isinstance(error, ValueError) and self.system.n != self.system.m:
+            where += (
+                f"; here q has {self.system.n} and p {self.system.m} entries: say groupoids="
+                '"pair" of a box that takes them to be as many'
+            )
+        said = " ".join(str(error).split())[:200]
+        if k == 0 and isinstance(error, SLIPS):
+            said += "; functions of the system take (q, p)" * said.startswith("SceneInNumbers.")
+            return BadInput(
+                f"{begun}the black box {self.box.name} could not be run: {type(error).__name__}: "
+                f"{said}."
+            )
+        return BoxRaised(k, f"the black box raises {type(error).__name__}: {said}{where}")
+
+
+#: errors of a function's text, which it raises at its first step for any numbers
+SLIPS = (TypeError, AttributeError, NameError, ImportError)
+#: roundings of a start on its way into a program's own coordinates and back (such as p/m·m)
+ROUNDINGS = 8
+
+
+def _displaced(row: Vector, start: Vector) -> bool:
+    """Return True if a run's first row differs from its start by more than roundings."""
+    unit = 2.0**-23 if start.dtype == np.float32 else 2.0**-52
+    return bool(abs(row - start).max(initial=0) > ROUNDINGS * unit * abs(start).max(initial=0))
+
+
+def _kind(given: object) -> str:
+    if given is None:
+        return "nothing (does it return what it computes?)"
+    word = type(given).__name__
+    return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"

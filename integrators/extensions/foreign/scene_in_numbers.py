@@ -1,0 +1,240 @@
+"""A scene in numbers for a black box: compiled functions of arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property, lru_cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from ...equations import (
+    SceneSymbols,
+    closed_velocity,
+    constraint,
+    energy,
+    energy_gradient,
+    legendre_inverse,
+    momentum,
+    poisson_tensor,
+    rates,
+)
+from ...errors import unknown
+from ...numbers import Arithmetic, Double, Graph, jacobian, numeric, sympy
+from ...numbers.types import Expression, Function, Matrix, Number, Numbers, SymbolicMatrix, Vector
+from ...scene import Scene
+
+
+class ByName(SimpleNamespace):
+    """Parameters as attributes, and by their names in brackets: p.k and p["k"].
+
+    Raises `BadInput` for a name that is none of them.
+    """
+
+    def __getitem__(self, name: str) -> Any:
+        if name in vars(self):
+            return vars(self)[name]
+        raise unknown("parameter", name, vars(self))
+
+
+class SceneInNumbers:
+    """The scene as the last argument of a black box: functions of arrays q (n,) and p (m,).
+
+    In double precision q (n, k) and p (m, k) are k states at once, and results have one more
+    dimension at the end.
+
+    Attributes: parameters, by name (numbers, or arrays for lists); t, the time at the start of the
+    step; n, m, the lengths of q and p; name, the scene's. If the scene depends on time, each
+    function also takes it as a last argument (default: `t`). p is the momentum in the natural
+    basis, velocities are natural ones; on a pair groupoid these are ∂L/∂v and v.
+    """
+
+    def __init__(
+        self, s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: type | None = None
+    ) -> None:
+        self._s, self._numbers, self._kind = s, numbers, kind
+        self.name, self.n, self.m = scene.name, s.n, len(s.mu)
+        with numbers.working():
+            self._p = [numbers.number(v) for v in scene.parameter_values]
+            self._near = np.array([numbers.number(v) for v in scene.v0], dtype=numbers.dtype)
+        self._double = isinstance(numbers, Double)
+        self.t: Number = 0.0 if self._double else numbers.public(np.array([numbers.number(0)]))[0]
+        self._clocked = s.clocked
+        self._closed = closed_velocity(s) is not None
+
+    @cached_property
+    def parameters(self) -> ByName:
+        """The scene's parameters by name."""
+        values = iter(self._numbers.public(np.array(self._p, dtype=self._numbers.dtype)).tolist())
+        found = ByName()
+        for name, letters in vars(self._s.parameters).items():
+            if not hasattr(letters, "shape"):
+                setattr(found, name, next(values))
+                continue
+            rows, columns = letters.shape
+            held = [next(values) for _ in range(rows * columns)]
+            array = np.array(held, dtype=float if self._double else object)
+            setattr(found, name, array if columns == 1 else array.reshape(rows, columns))
+        return found
+
+    # -- public functions ------------------------------------------------------------------------
+
+    def f(self, q: Vector, p: Vector, t: Number | None = None) -> tuple[Vector, Vector]:
+        """Return the vector field (q̇, ṗ), arrays (n,) and (m,)."""
+        found = self._value("f", q, p, t)
+        return found[: self.n], found[self.n :]
+
+    def H(self, q: Vector, p: Vector, t: Number | None = None) -> Number:
+        """Return the energy H(q, p), a number."""
+        return self._value("H", q, p, t)
+
+    def gradient(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
+        """Return ∂H/∂q at (q, p), (n,), without the scene's force (see `force`)."""
+        return self._value("gradient", q, p, t)
+
+    def velocity(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
+        """Return ∂H/∂p at (q, p), (m,): the natural velocity."""
+        return self._value("velocity", q, p, t)
+
+    def force(self, q: Vector, p: Vector, t: Number | None = None) -> Vector:
+        """Return the force beside the Hamiltonian, (m,); zeros if the scene has none."""
+        return self._value("force", q, p, t)
+
+    def tensor(self, q: Vector, p: Vector) -> Matrix:
+        """Return the Poisson tensor B at (q, p), (n+m, n+m): f = B dH + force."""
+        return self._value("tensor", q, p)
+
+    def momentum(self, q: Vector, v: Vector, t: Number | None = None) -> Vector:
+        """Return the momentum ∂L/∂v of a velocity v, (m,)."""
+        return self._value("momentum", q, v, t)
+
+    def constraint(self, q: Vector) -> Vector:
+        """Return φ(q) of the scene's holonomic constraints, (k,)."""
+        return self._value("constraint", q)
+
+    def constraint_jacobian(self, q: Vector) -> Matrix:
+        """Return φ′(q) of the scene's holonomic constraints, (k, n)."""
+        return self._value("constraint_jacobian", q)
+
+    def velocities(self, x: Matrix, mu: Matrix) -> Matrix:
+        """Return ξ(x, μ) of rows, (r, m), for the user: any time stands behind x."""
+        numbers = self._numbers
+        with numbers.working():
+            return numbers.public(self._solved(numbers.own(x), numbers.own(mu)))
+
+    # -- their computation -----------------------------------------------------------------------
+
+    def _value(
+        self, what: str, q: Vector, second: Vector | None = None, t: Number | None = None
+    ) -> Any:
+        """Return a quantity of `QUANTITIES` at (q, second), in the box's kind of number."""
+        if several(q, second):
+            return self._at_once(what, q, second, t)
+        function = _function(self._s, what, self._numbers)
+        solved = not self._closed and what in OF_VELOCITY
+        if not solved and second is not None and self._plain(q, second):
+            return self._given(function(self._base(q, t), second.tolist(), self._p))
+        with self._numbers.working():
+            given = [self._base(q, t), *([] if second is None else [self._list(second)])]
+            if solved:
+                rows = (np.array([part], dtype=self._numbers.dtype) for part in given)
+                given.insert(1, list(self._solved(*rows)[0]))
+            return self._given(function(*given, self._p))
+
+    def _at_once(self, what: str, q: Vector, second: Vector | None, t: Number | None) -> Vector:
+        """Return the quantity for k states at once, along its last dimension."""
+        count = np.shape(q if second is None else second)[-1]
+        given = [list(np.asarray(e, dtype=float)) for e in (q, second) if e is not None]
+        if self._clocked:
+            time = np.asarray(self.t if t is None else t, dtype=float)
+            given[0].append(np.broadcast_to(time, (count,)))
+        if what in OF_VELOCITY and not self._closed:
+            rows = (np.array(part).T.reshape(count, -1) for part in given)
+            given.insert(1, list(self._solved(*rows).T))
+        function = _function(self._s, what, self._numbers, True)
+        found = np.asarray(function(*given, self._p))
+        shape = (*found.shape[: RANKS.get(what, 1)], count)
+        return self._given(np.broadcast_to(found.T, shape[::-1]).T)
+
+    def _solved(self, x: Matrix, mu: Matrix) -> Matrix:
+        """Return ξ(x, μ) of rows of this arithmetic's numbers."""
+        inverse: Function = legendre_inverse(self._s, self._numbers)
+        near = np.broadcast_to(self._near, (len(mu), len(self._near)))
+        return inverse(x, mu, self._p, near)
+
+    def _plain(self, q: Vector, p: Vector) -> bool:
+        return self._double and type(q) is type(p) is np.ndarray and q.dtype == p.dtype == float
+
+    def _base(self, q: Vector, t: Number | None) -> list[Number]:
+        """Return q in this arithmetic, followed by the time if the scene depends on it."""
+        x = self._list(q)
+        if not self._clocked:
+            return x
+        return [*x, *self._list([self.t if t is None else t])]
+
+    def _list(self, given: Numbers) -> list[Number]:
+        if self._double:
+            return np.asarray(given, dtype=float).tolist()
+        return [self._numbers.number(e) for e in np.ravel(given)]
+
+    def _given(self, found: Any) -> Any:
+        """Return a result in the box's kind of number."""
+        if self._kind is not None:
+            return np.asarray(found, dtype=self._kind)[()]
+        if self._double:
+            return found
+        shown = self._numbers.public(np.asarray(found, dtype=object))
+        return shown if shown.shape else shown[()]
+
+
+def several(q: Vector, p: Vector | None = None) -> bool:
+    """Return True if these are many states at once, each a column."""
+    return getattr(q, "ndim", 1) == 2 or getattr(p, "ndim", 1) == 2
+
+
+def _field(s: SceneSymbols) -> list[Expression]:
+    rate = list(rates(s))
+    return rate[: s.n] + rate[len(s.x) :]  # without the rate of the time
+
+
+def _tensor(s: SceneSymbols) -> SymbolicMatrix:
+    """Return the Poisson tensor of (x, μ): that of the groupoid, or Dirac's."""
+    whole = poisson_tensor(s, s.x, s.mu)
+    if s.clocked:  # without the time
+        whole.row_del(s.n)
+        whole.col_del(s.n)
+    return whole
+
+
+#: quantities by name: those of (x, ξ, μ), and others of (x, μ), (x, ξ) or x
+OF_VELOCITY: dict[str, Callable[[SceneSymbols], Any]] = {
+    "f": _field,
+    "H": energy,
+    "gradient": lambda s: list(energy_gradient(s)[0])[: s.n],
+    "velocity": lambda s: list(s.u),
+    "force": lambda s: list(s.force) if s.forced else [sympy.Integer(0)] * len(s.mu),
+}
+QUANTITIES: dict[str, Callable[[SceneSymbols], Any]] = {
+    **OF_VELOCITY,
+    "tensor": _tensor,
+    "momentum": lambda s: list(momentum(s)),
+    "constraint": lambda s: list(constraint(s, s.x)),
+    "constraint_jacobian": lambda s: jacobian(constraint(s, s.x), s.position),
+}
+#: dimensions of a quantity that is no vector
+RANKS = {"H": 0, "tensor": 2, "constraint_jacobian": 2}
+
+
+@lru_cache(maxsize=512)
+def _function(s: SceneSymbols, what: str, numbers: Arithmetic, columns: bool = False) -> Function:
+    """Return a quantity as a function of the letters that it asks for, and of the parameters."""
+    letters, graph = {"x": s.x}, Graph()
+    if what in OF_VELOCITY and (closed := closed_velocity(s)) is not None:
+        graph.define(s.u, [graph.hold(e) for e in graph.column(closed)])
+    elif what in OF_VELOCITY or what == "momentum":
+        letters["u"] = s.u
+    if what in OF_VELOCITY or what == "tensor":
+        letters["mu"] = s.mu
+    letters["p"] = s.parameter_list
+    return numeric(letters, [QUANTITIES[what](s)], numbers, columns, graph)

@@ -1,0 +1,201 @@
+"""The flow of a lattice at one step size: its state as arrays, advanced by machine code."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from ...compiler import NoShortForm
+from ...equations import SceneSymbols, momentum, on_constraints
+from ...errors import BadInput, arguments_checked, check_progress
+from ...numbers import Arithmetic, Matrix, Number, arithmetic, exact_rational, numeric, whole_number
+from ...numbers.types import Function, Given, Rows
+from ...runs import File, Progress, Stepper, Trajectory, run
+from ...scene import Again
+from .as_scene import scene_of
+from .blocks import at_ends, of_all
+from .dual_step import poisson_defect
+from .lattice import Lattice, floats
+from .lattice_kernels import LatticeKernels, compile_lattice, compile_lattice_stages
+from .lattice_run import LatticeRun, LatticeScheme
+from .lattice_stepper import LatticeStepper
+from .restricted_step import step_derivative
+
+
+class LatticeFlow:
+    """The one-step map (x, μ) ↦ (b, μ′) of a lattice by a rule.
+
+    digits: 16 for compiled double precision; otherwise Python runs the same driver, on numbers of
+    more digits or, for 7, of single precision. Raises `BadInput` for a step of 0.
+    """
+
+    def __init__(self, scheme: LatticeScheme, step: Given, digits: int = 16) -> None:
+        self.scheme, self.lattice = scheme, scheme.lattice
+        self.numbers = arithmetic(digits, single=True)
+        self.step = exact_rational(step, "step")
+        if self.step == 0:
+            raise BadInput("step is 0: give a non-zero number.")
+
+    def __reduce__(self) -> Again:
+        """Return the pickled form: the flow is made again from its scheme and step."""
+        return type(self), (self.scheme, self.step, self.numbers.digits)
+
+    @property
+    def kernels(self) -> LatticeKernels:
+        """The compiled kernels with which a run begins."""
+        return self.of_stages or self.newton
+
+    @property
+    def newton(self) -> LatticeKernels:
+        """The compiled kernels of Newton's method, or of sites that are solved separately."""
+        return compile_lattice(
+            self.scheme.system, self.lattice.shape, bool(self.scheme.substeps), self.numbers
+        )
+
+    @cached_property
+    def of_stages(self) -> LatticeKernels | None:
+        """The compiled kernels of a fixed point of the stages, with which a run begins, or None."""
+        stages = self.scheme.stages
+        with suppress(NoShortForm):
+            return None if stages is None else compile_lattice_stages(stages, self.numbers)
+        return None
+
+    @arguments_checked
+    def trajectory(
+        self,
+        steps: int,
+        every: int = 1,
+        *,
+        x0: Rows | None = None,
+        mu0: Rows | None = None,
+        t0: Given = 0,
+        checkpoint: File = None,
+        progress: Progress = None,
+    ) -> Trajectory:
+        """Run `steps` steps from the lattice's start, or from x0 (shaped like the lattice's) and
+        mu0 (N, m), at the time t0.
+
+        checkpoint: a file. The rows are then numpy arrays on disk beside it, and the state is saved
+        in it about once a second: the same call continues a killed run with the same numbers (to
+        round-off, if a sparse factorisation solves). progress: called with the number of steps done
+        so far. Raises `BadInput` for wrong shapes or counts and for the checkpoint of another run,
+        `StepFailure` (with the rows so far) if a step cannot be solved.
+        """
+        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
+        check_progress(progress)
+        t = exact_rational(t0, "t0")
+        x, mu = self._start(x0, mu0, t)
+        with self.numbers.working():
+            return run(self.stepper(x, mu, t), steps, every, progress, checkpoint)
+
+    def stepper(self, x: Matrix, mu: Matrix, t0: Number) -> Stepper:
+        """Return a run from a start, for the loop `runs.run`."""
+        return LatticeStepper(LatticeRun(self, x, mu, t0), checked=True)
+
+    def blocks(self, steps: int, every: int = 1, *, size: int = 1) -> Iterator[Trajectory]:
+        """Yield the rows of `trajectory(steps, every)` in blocks of `size` rows; the last may be
+        shorter.
+
+        Blocks that are not kept do not fill the memory, however long the run is. Raises like
+        `trajectory`, with the rows of the block.
+        """
+        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
+        left, size = steps // every + 1, whole_number("size", size, 1)
+        with self.numbers.working():
+            made = LatticeRun(self, *self._start(None, None))
+        while left > 0:
+            left -= size
+            # the steps to the next block's first row belong to this one, as do the last steps
+            count = size * every if left > 0 else steps - made.index
+            with self.numbers.working():  # not while the caller has the block
+                stepper = LatticeStepper(made)
+                block = run(stepper, count, every)
+                block = block if left <= 0 else stepper.rows_of(size)
+            yield block
+
+    def _start(
+        self, x0: Rows | None, mu0: Rows | None, t0: Number = 0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        lattice: Lattice = self.lattice
+        x, v = self.start
+        if mu0 is None:
+            mu = self.momenta(x, v, t0)
+        elif (checked := floats(mu0, f"{lattice.name}: mu0")).shape != v.shape:
+            raise BadInput(f"{lattice.name}: mu0 must be of the shape {v.shape}.")
+        else:
+            mu = self.exact(mu0 if self.numbers.dtype is object else checked)
+        if x0 is not None:
+            x = lattice.positions(x0)
+            x = np.array(x0, dtype=object).reshape(x.shape) if self.numbers.dtype is object else x
+        return self.exact(x), mu
+
+    @cached_property
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """The lattice's start, x (N, n) and v (N, m), as numbers of the flow.
+
+        With constraints and more than 16 digits it is that of the lattice's scene, which meets the
+        constraints in all of them.
+        """
+        x, v = map(self.exact, self.lattice.start)
+        if self.scheme.constraints and self.numbers.digits > 16:
+            scene = scene_of(self.lattice)
+            scene = on_constraints(SceneSymbols(scene), scene)
+            free = self.lattice.free
+            x[free], v[free] = (self.exact(e).reshape(a[free].shape) for e, a in
+                                ((scene.x0, x), (scene.v0, v)))  # fmt: skip
+        return x, v
+
+    def exact(self, given: Rows) -> np.ndarray:
+        """Return a copy of an array as numbers of the flow."""
+        if self.numbers.dtype is not object:
+            return np.array(given, dtype=self.numbers.dtype)
+        array = np.array(given, dtype=object)
+        with self.numbers.working():
+            return self.numbers.array(list(map(self.numbers.number, array.ravel())), *array.shape)
+
+    @arguments_checked
+    def poisson_defect(
+        self, x: Rows, mu: Rows, *, t: Given = 0, pairs: int = 3, seed: int = 0,
+        bracket_sign: int = 1,
+    ) -> float:  # fmt: skip
+        """Return how far the step from (x, μ) at t, x (N, n) and μ (N, m), is from a Poisson map.
+
+        This is (Mᵀα)·Π(Mᵀβ) − α·Π′β for random pairs of covectors, over the sum of its absolute
+        terms: a few units of round-off for a correct step (`dual_step`). With constraints it is
+        ω′(Pa, Pb) − ω(a, b) for random vectors that they admit (`restricted_step`), and (x, μ) must
+        be a row of a run. bracket_sign = −1 flips the bracket, as a negative control. Raises
+        `CannotMeasure` for compositions.
+        """
+        pairs = whole_number("pairs", pairs, 1)
+        step = step_derivative(self, *self._start(x, mu), float(exact_rational(t, "t")))
+        return poisson_defect(step, pairs, seed, bracket_sign)
+
+    def momenta(self, x: np.ndarray, v: np.ndarray, t: Number = 0) -> np.ndarray:
+        """Return μ = ∂l/∂ξ at rows of x (N, n) and v (N, m), including bonds with velocities."""
+        x, v = self.exact(x), self.exact(v)
+        moving, found = v * self.lattice.free[:, None], self.numbers.zeros(*v.shape)
+        with self.numbers.working():
+            number = self.numbers.number
+            terms = self.scheme.terms_at(number(t), number)
+            for s, p, ends in terms[: 1 + self.lattice.bonds_move]:
+                # a bond sees both its ends; fixed ends are at rest
+                at = at_ends(ends, x, v if ends.shape[1] == 1 else moving)
+                values = [self.exact(e)[()] for e in p]
+                (made,) = of_all(_momentum(s, self.numbers), len(ends), *at, values,
+                                 dtype=self.numbers.dtype)  # fmt: skip
+                np.add.at(found, ends, made[:, 0].T.reshape(*ends.shape, v.shape[1]))
+        return found
+
+    @cached_property
+    def projection(self) -> LatticeFlow:
+        """A flow whose 'step' projects momenta onto those that the constraints admit."""
+        return LatticeFlow(self.scheme.projection, self.step, self.numbers.digits)
+
+
+@lru_cache(maxsize=32)
+def _momentum(s: SceneSymbols, numbers: Arithmetic) -> Function:
+    letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
+    return numeric(letters, [momentum(s)], numbers, columns=True)
