@@ -11,7 +11,8 @@ from .outcome import VERDICTS, Made, is_trouble
 from .records import HIDDEN, OPTIONAL, SPREAD, Json, decoded, encoded
 from .study import view_of
 
-SCHEMA = 1  # version of saved and written results
+#: version of saved and written results: another one where keys of JSON mean something else or go
+SCHEMA = 2
 #: the default retraction, which names omit
 USUAL_RETRACTION = "cayley"
 NONE = "—"

@@ -1,8 +1,9 @@
 """Assertions on a rule for tests; a failure shows the table, the cause and the picture's file.
 
 Each takes a rule and a scene, objects or words such as midpoint and my_rule.py:two_thirds, and
-raises `Missed` if the study does not pass. The pytest plugin provides them as fixtures, which save
-their pictures in the test's own folder.
+raises `Missed` unless the study passes them at each of its precisions, or at `digits` if these are
+given. Returns the case of the most digits. The pytest plugin provides the assertions as fixtures,
+which save their pictures in the test's own folder.
 """
 
 from __future__ import annotations
@@ -22,14 +23,13 @@ from discmech.integrators.numbers import arithmetic, whole_number
 from .. import get
 from ..core import lookup
 from ..core.apart import apart
-from ..core.case import Case, Choice, in_chart
+from ..core.case import Case, Choice, in_chart, plain_cases
 from ..core.claims import claiming
 from ..core.one_case import run_case, with_cause
 from ..core.records import Json
 from ..core.result import AnyResult, StudyResult
 from ..core.shrinking import smallest
 from ..core.study import Study, every_study
-from ..evidence import NEAR as BESIDE
 from ..proof import prove
 
 Rule = Discretisation | str
@@ -53,25 +53,24 @@ class NotApplicable(BadInput):
 
 
 def assert_order(
-    rule: Rule, scene: Where, order: int | None = None, *, digits: int = 50, **more: Any
+    rule: Rule, scene: Where, order: int | None = None, *, digits: int | None = None, **more: Any
 ) -> Json:
     """Assert that the measured order in (x, μ) is `order`, by default the rule's order on the
     scene.
 
-    The tolerance on both sides is 0.05 in double precision and 0.01 with more digits. Returns the
-    result.
+    The tolerance on both sides is 0.05 in double precision and 0.01 with more digits.
     """
     __tracebackhide__ = True
     return _assert(get("order"), rule, scene, digits, order=order, **more)
 
 
-def assert_converges(rule: Rule, scene: Where, *, digits: int = 50, **more: Any) -> Json:
+def assert_converges(rule: Rule, scene: Where, *, digits: int | None = None, **more: Any) -> Json:
     """Assert that errors against the certified reference fall with the step, at order 1 or more."""
     __tracebackhide__ = True
     return _assert(get("order"), rule, scene, digits, at_least=1, **more)
 
 
-def assert_symplectic(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> Json:
+def assert_symplectic(rule: Rule, scene: Where, *, digits: int | None = None, **more: Any) -> Json:
     """Assert that Ω and the Poisson bracket are preserved to round-off, up to the largest stable
     step.
 
@@ -81,19 +80,19 @@ def assert_symplectic(rule: Rule, scene: Where, *, digits: int = 16, **more: Any
     return _assert(get("symplecticity"), rule, scene, digits, **more)
 
 
-def assert_momentum(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> Json:
+def assert_momentum(rule: Rule, scene: Where, *, digits: int | None = None, **more: Any) -> Json:
     """Assert that a long run conserves every momentum map and Casimir that the scene declares."""
     __tracebackhide__ = True
     return _assert(get("momentum"), rule, scene, digits, **more)
 
 
-def assert_energy(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> Json:
+def assert_energy(rule: Rule, scene: Where, *, digits: int | None = None, **more: Any) -> Json:
     """Assert that the energy stays in a band without a slope (with a force: the energy balance)."""
     __tracebackhide__ = True
     return _assert(get("energy"), rule, scene, digits, **more)
 
 
-def assert_reversible(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> Json:
+def assert_reversible(rule: Rule, scene: Where, *, digits: int | None = None, **more: Any) -> Json:
     """Assert that the method is self-adjoint: a step back leads to the start, to round-off."""
     __tracebackhide__ = True
     return _assert(every_study()["reversibility"], rule, scene, digits, **more)
@@ -120,7 +119,7 @@ def _assert(
     study: Study,
     rule: Rule,
     scene: Where,
-    digits: int,
+    digits: int | None,
     *,
     order: int | None = None,
     at_least: int | None = None,
@@ -130,8 +129,9 @@ def _assert(
     beside: Path | None = None,
     **unknown: Any,
 ) -> Json:
-    """Run one case and raise `Missed` unless it passes, or has the requested order.
+    """Run the study's cases and raise `Missed` for the first that does not pass.
 
+    order: the order that is demanded instead of the rule's own; at_least: the least order that is.
     beside: the folder of the test, where files are searched first, and to which paths in messages
     are relative. Raises `BadInput` for unknown names, for a rule that the scene cannot use, and for
     a momentum of a scene that declares none; `NotApplicable` if there is nothing to assert.
@@ -139,7 +139,8 @@ def _assert(
     __tracebackhide__ = True
     check_names(f"the assertion of {study.name}", unknown,
                 ("digits", "steps", "retraction", "order"))  # fmt: skip
-    arithmetic(digits)  # this raises for invalid digits
+    if digits is not None:
+        arithmetic(digits)  # this raises for invalid digits
     if steps is not None:
         steps = whole_number("steps", steps, 1)
     if order is not None and (type(order) is not int or order < 1):
@@ -157,35 +158,39 @@ def _assert(
             f"{where.name} declares no momentum map and no Casimir, so none can be asserted: give "
             "Scene(symmetries=[Conserved(...)]), or pytest.skip() the test for this scene."
         )
-    if not asked.runs_at(digits):
-        digits = 16  # a program computes in machine numbers
     if order is not None or at_least is not None:
-        asked = replace(asked, order=order)  # so that the search for a cause uses this order
-    case = Case(study.name, where, asked, digits, steps)
-    _check_applies(study, case)
-    result = run_case(study, case)
-    if result.unusable:
-        raise BadInput(_relative(result.reason, beside))
-    if result.verdict == "measured" and at_least is None:
-        why = result.wanted["not_demanded"]
+        asked = replace(asked, order=order)
+    made = []
+    for case in _cases(study, where, asked, digits, steps):
+        if order is not None:
+            case.know_order(order)
+        result = run_case(study, case)
+        if result.unusable:
+            raise BadInput(_relative(result.reason, beside))
+        if at_least is not None:
+            result = _with_least(study, case, result, at_least)
+        if result.verdict not in ("pass", "measured"):
+            raise _missed(study, case, result, pictures, beside)
+        made.append(result)
+    if not_demanded := next((r for r in made if not r.passed), None):
+        why = not_demanded.wanted["not_demanded"]
         raise NotApplicable(f"{study.name} of {where.name}: {why}")
-    if at_least is not None and not _at_least(result, at_least):
-        # this finds the cause
-        result = run_case(study, replace(case, rule=replace(asked, order=at_least)))
-    if order is not None or at_least is not None:
-        result = _with_order(result, order, at_least)
-    if result.passed:
-        return result.to_json()
+    return made[-1].to_json()
+
+
+def _missed(
+    study: Study, case: Case, result: AnyResult, pictures: Path | None, beside: Path | None
+) -> Missed:
+    """Return the error of a case that does not pass: its reason, table, picture and next step."""
     tried = study.usual and result.verdict == "fail"
     small = smallest(study, case, result) if tried else None
     picture = _picture(result, pictures)
     said = [f"{study.name}: {result.verdict}: {result.reason}", _table(result)]
-    if small and (small.scene, small.steps) != (where.name, steps):
+    if small and (small.scene, small.steps) != (case.scene.name, case.steps):
         said += [f"the smallest that fails: scene {shown(small.scene)}, steps={small.steps}"]
     said = [_relative(line, beside) for line in said]
     said += [f"picture: {picture}"] if picture else []
-    next_step = _next_step(result, at_least is None)
-    raise Missed("\n".join([*said, next_step]), result.to_json(), picture)
+    return Missed("\n".join([*said, _next_step(result)]), result.to_json(), picture)
 
 
 def _boxed(rule: Any) -> Any:
@@ -215,66 +220,63 @@ def _relative(text: str, folder: Path | None) -> str:
     return text if folder is None else text.replace(f"{folder}/", "")
 
 
-def _next_step(result: AnyResult, asks_order: bool) -> str:
+def _next_step(result: AnyResult) -> str:
     """Return what to do about a test that did not pass, in pytest's words."""
     if result.verdict == "inconclusive":
         return "next: ask with other digits= or steps=, or pytest.skip() it with this reason"
-    found = round(result.figures.get("order") or 0) if asks_order else 0
+    found = round(result.figures.get("order") or 0) if result.wanted.get("order") else 0
     other = f"; if you mean order {found}, ask for order={found}" if found > 0 else ""
     known = '@pytest.mark.xfail(strict=True, reason="...")'
     whose = "scene" if (result.diagnosis or {}).get("cause") == "scene" else "rule"
     return f"next: mend the {whose}, or mark a defect that stays with {known}{other}"
 
 
-def _check_applies(study: Study, case: Case) -> None:
-    """Raise `NotApplicable` unless the rule can be used on the scene and the study has a case."""
-    chosen = Choice(scenes=(case.scene,), rules=(case.rule,), digits=(case.digits,))
+def _cases(
+    study: Study, scene: Scene, rule: Discretisation, digits: int | None, steps: int | None
+) -> list[Case]:
+    """Return the study's cases of a rule on a scene, by precision.
+
+    Raises `NotApplicable` unless the rule can be used on the scene and the study has a case, and
+    `BadInput` for digits in which the rule does not compute.
+    """
+    if digits is not None and not rule.runs_at(digits):
+        raise BadInput(
+            f"{rule.name} does not compute with {digits} digits: leave digits= out, and it is "
+            "judged by those that it has."
+        )
+    chosen = Choice((scene,), (rule,), digits=() if digits is None else (digits,), steps=steps)
     if said := apart(chosen, study):
         raise NotApplicable(" ".join(said))
     try:
-        applies = not study.usual or study.cases(chosen)
-        _ = case.scheme
+        found = study.cases(chosen)
+        if not study.usual:  # it would ask only rules that claim what is asserted
+            found = found or plain_cases(study.name, chosen, study.digits)
+        _ = Case(study.name, scene, rule, 16).scheme
     except CannotMeasure as refusal:
         raise NotApplicable(str(refusal)) from None
     except BadInput as error:
         raise BadInput(str(error)) from None
-    if not applies:
+    if not found:
         raise NotApplicable(
-            f"{study.name} says nothing of {case.scene.name} with {case.rule.name}: {study.needs}"
+            f"{study.name} says nothing of {scene.name} with {rule.name}: {study.needs}"
         )
+    return sorted(found, key=lambda case: case.digits)
 
 
-def _at_least(result: AnyResult, order: int) -> bool:
-    found = result.figures.get("order")
-    return found is not None and found >= order - result.wanted["tolerance"]
-
-
-def _with_order(result: AnyResult, order: int | None, at_least: int | None) -> AnyResult:
-    """Return the result with a failure if the order that was asked for is not reached.
-
-    The study's own failure is dropped if it only demands another order, such as a chart may make of
-    a rule's, and runs and single steps have the one asked for.
-    """
-    found = result.figures.get("order")
-    if found is None:
+def _with_least(study: Study, case: Case, result: AnyResult, least: int) -> AnyResult:
+    """Return the result of a rule without an order, of which the assertion demands so much."""
+    order = result.figures.get("order")
+    if order is None:
         return result  # the study says why
-    derived, tolerance = result.wanted.get("order"), result.wanted["tolerance"]
-    right = abs(found - order) <= tolerance if order else _at_least(result, at_least or 0)
-    result = replace(result, wanted={"order": order or at_least, "tolerance": tolerance})
-    another = order if derived not in (None, order) else None
-    if right and another and result.verdict == "fail":
-        of_step = (result.details.local or {}).get("order")
-        if of_step and of_step > another - BESIDE:
-            return replace(result, verdict="pass", reason="", diagnosis=None)
-    if right and result.verdict == "measured":  # the assertion demands what the rule does not
-        return replace(result, verdict="pass")
-    # a pass by another order than declared, by this final time or this linear scene, says so
-    by_study = result.passed and not another and not at_least
-    if right or by_study or (result.verdict == "inconclusive" and not at_least):
-        return result
-    wanted = f"{order}" if order else f"at least {at_least}"
-    said = with_cause(f"the order is {found:.3f}; the test asks for {wanted}.", result.diagnosis)
-    return replace(result, verdict="fail", reason=said)
+    wanted = {"order": least, "tolerance": result.wanted["tolerance"]}
+    if order >= least - wanted["tolerance"]:
+        verdict = "pass" if result.verdict == "measured" else result.verdict
+        return replace(result, wanted=wanted, verdict=verdict)
+    # this finds the cause
+    result = run_case(study, replace(case, rule=replace(case.rule, order=least)))
+    said = f"the order is {order:.3f}; the test asks for at least {least}."
+    said = with_cause(said, result.diagnosis)
+    return replace(result, wanted=wanted, verdict="fail", reason=said)
 
 
 def _table(result: AnyResult) -> str:

@@ -11,6 +11,7 @@ from discmech.studies import NAMES, get
 from discmech.studies.command.entry import _parser
 from discmech.studies.command.options import as_typed, choice_of
 from discmech.studies.core.case import Verdict, plain_cases
+from discmech.studies.core.result import SCHEMA
 from tests.studies.cached_results import SMALL, charts_slowly, measured_once
 from tests.studies.commands import strict
 
@@ -58,7 +59,7 @@ def test_each_study_as_a_table_and_as_json(ask, tmp_path, study):
         found = strict(out)  # nothing else on standard output
         assert (code, err) == (0, "")
         code, out, err = ask(*words, "--json", str(file))
-    assert (found["study"], found["verdict"], found["schema"]) == (study, "pass", 1)
+    assert (found["study"], found["verdict"], found["schema"]) == (study, "pass", SCHEMA)
     assert found["command"] == " ".join(["discmech", *words])
     (case,) = found["cases"]
     parts = {"scene", "rule", "retraction", "digits", "verdict", "expected", "measured", "rows"}

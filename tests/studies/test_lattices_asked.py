@@ -18,8 +18,7 @@ from discmech.studies.core import lookup
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.fingerprint import of_case
 from discmech.studies.core.result import result_of
-from discmech.studies.core.study import every_study
-from discmech.studies.user.assertions import NotApplicable, _check_applies
+from discmech.studies.user.assertions import NotApplicable, assert_reversible
 from tests.studies.as_json import run_case
 
 STUDY = get("lattices")
@@ -137,6 +136,5 @@ def test_a_study_of_one_s_own_measures_lattices_as_scenes():
 
 
 def test_an_assertion_of_what_a_lattice_lacks_says_so():
-    case = Case("reversibility", systems.get("toda"), rules.get("midpoint"), 16)
     with pytest.raises(NotApplicable, match="not by reversibility"):
-        _check_applies(every_study()["reversibility"], case)
+        assert_reversible("midpoint", systems.get("toda"))

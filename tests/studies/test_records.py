@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 import pytest
 
 from discmech.studies.core.records import OPTIONAL, SPREAD, decoded, encoded
+from discmech.studies.core.result import SCHEMA
+from discmech.studies.core.single_steps import Departure, SingleSteps
 from discmech.studies.core.study import every_study
 
 
@@ -50,3 +52,28 @@ def test_a_view_meets_no_number_that_is_not_finite():
 def test_every_record_of_a_view_can_be_read_from_nothing(study):
     for kind in (study.view.measured, study.view.expected, study.view.row):
         assert decoded(kind, {}) == kind()
+
+
+def test_keys_of_single_steps_are_those_of_the_schema():
+    """Where a key goes or has another name, docs/results.md says so and the schema rises."""
+    assert SCHEMA == 2
+    keys = encoded(SingleSteps(laws={"form": Departure()}, on_motion=1.0, rate=1.0))
+    assert {
+        "order",
+        "component",
+        "step",
+        "place",
+        "places",
+        "seed",
+        "exact",
+        "unknown",
+        "refused",
+        "floats",
+        "on_motion",
+        "rate",
+        "linear",
+        "floor",
+        "share",
+        "laws",
+    } <= set(keys)
+    assert set(keys["laws"]["form"]) >= {"size", "limit", "name", "step", "place", "unknown"}

@@ -18,6 +18,7 @@ from discmech.studies.command.options import choice_of
 from discmech.studies.core import lookup
 from discmech.studies.core.case import Case, Choice, worst
 from discmech.studies.core.outcome import VERDICTS
+from discmech.studies.core.result import SCHEMA
 from discmech.studies.report.tables import plain
 from discmech.studies.user.assertions import assert_momentum, assert_order, assert_symplectic
 from tests.objects import named
@@ -287,7 +288,7 @@ def test_what_check_returns_is_what_the_design_says(study):
     scene, steps = SMALL[study]
     with measured_once():
         found = check(study, [scene], [usual_rule(study)], [16], steps)
-    assert (found["study"], found["schema"]) == (study, 1)
+    assert (found["study"], found["schema"]) == (study, SCHEMA)
     assert found["verdict"] in VERDICTS and set(found["record"]) >= RECORDED
     case, *peers = found["cases"]
     assert bool(peers) is (study == "work-precision")
