@@ -152,10 +152,17 @@ class Case:
     control: str | None = None
     thorough: bool = False
 
-    @property
+    @cached_property
     def scheme(self) -> Scheme:
-        """The scene discretised by the rule."""
+        """The scene discretised by the rule: by the functions as they are when it is first asked.
+
+        A case lives as long as its study runs.
+        """
         return self.scheme_on(self.scene)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what goes to another process, which discretises the scene itself."""
+        return {name: value for name, value in vars(self).items() if name != "scheme"}
 
     def scheme_on(self, scene: Scene) -> Scheme:
         """Return the rule on another form of a scene, such as one with the attitude as base."""

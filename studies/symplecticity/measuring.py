@@ -197,9 +197,9 @@ def _change(case: Case, flow: Any, x: Any, mu: Any, u: Any) -> dict[str, float |
 def _control_rows(case: Case, largest: Fraction) -> list[Row]:
     """Return rows at the largest stable step and, for Runge–Kutta methods, at ever smaller ones."""
     rows = []
-    smaller = 24 if case.control in controls.RUNGE_KUTTA and case.digits == 16 else 1
+    smaller = 8 if case.control in controls.RUNGE_KUTTA and case.digits == 16 else 1
     for k in range(smaller):
-        flow = case.scheme.flow(largest / 2**k, case.digits)
+        flow = case.scheme.flow(largest / 8**k, case.digits)
         for i, (pullback, poisson) in enumerate(_control_defects(case, flow)):
             defects = {"pullback": pullback, "poisson": poisson, "residual": None}
             rows.append(Row(float(flow.step), i, float(flow.step * i), defects))
