@@ -190,6 +190,15 @@ def check_parameters(parameters: object, name: str) -> None:
                            "choose another name.")  # fmt: skip
 
 
+def check_name(thing: str, name: object, signs: str = r"[\w.-]{1,80}") -> None:
+    """Raise `BadInput` unless the name of a thing has letters, digits, dots and dashes alone."""
+    if not isinstance(name, str) or not re.fullmatch(signs, name):
+        raise BadInput(
+            f"a {thing}'s name is {shown(name)}: use letters, digits, dots and dashes in "
+            'name="...".'
+        )
+
+
 def check_progress(progress: object) -> None:
     """Raise `BadInput` unless it can be called with the steps done so far, or is None."""
     if progress is not None:
@@ -202,6 +211,7 @@ def brief_name(thing: object) -> str:
 
 
 _STEPS = "steps=, how many: the time over the flow's step"
+OF_FILE = r"[A-Za-z0-9][\w.-]*"  # the signs of a name that is a file's, too
 #: other programs' names for a field of a scene or an argument, and the name or hint here
 _ALSO_CALLED = {
     "constraint": ("holonomic= for φ(x) = 0, nonholonomic= for A(x) ξ = 0, contact= for φ(x) ≥ 0",),

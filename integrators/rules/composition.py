@@ -14,13 +14,12 @@ from its conditions (`order_conditions`).
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial, wraps
 from typing import Any, TypeAlias
 
-from ..errors import BadInput, arguments_checked, shown, unknown
+from ..errors import BadInput, arguments_checked, check_name, shown, unknown
 from ..numbers import LazyModule, sympy, working_digits
 from ..numbers.types import Column, Expression, GivenVector, Letter, Mpf
 from ..scene import Again, Scene
@@ -352,8 +351,8 @@ def described_own(
 
     Raises `BadInput` for a wrong name, and if a higher order was given.
     """
-    if not isinstance(name, str | None) or (name and not re.fullmatch(r"[\w.:-]{1,80}", name)):
-        raise BadInput(f"{what}: name={shown(name)}; use letters, digits, dots and dashes.")
+    if name is not None and name != "":
+        check_name("rule", name, r"[\w.:-]{1,80}")
     if order is not None and (type(order) is not int or not 1 <= order <= MOST_ORDER):
         raise BadInput(
             f"{what}: order={shown(order)}; give a whole number from 1 to {MOST_ORDER}, the "

@@ -7,12 +7,19 @@ fraction θ of a step is b(x, u; θh), so one formula serves every groupoid.
 from __future__ import annotations
 
 import inspect
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias
 
-from ..errors import BadInput, arguments_checked, brief_name, shown, signature_of, unknown
+from ..errors import (
+    BadInput,
+    arguments_checked,
+    brief_name,
+    check_name,
+    shown,
+    signature_of,
+    unknown,
+)
 from ..numbers.types import Column, Expression, Function, Given, Letter
 from ..scene import Again, Scene, again
 from .claims import Claims
@@ -278,8 +285,7 @@ def described(
             f"{what} {label}: the function takes {count} arguments, but a {what} "
             f"{stages}takes {words}: {wanted}."
         )
-    if not re.fullmatch(r"[\w.-]{1,80}", label):
-        raise BadInput(f"a {what}'s name is {shown(label)}: use letters, digits, dots and dashes.")
+    check_name(what, label)
     return label, source or inspect.getdoc(formula) or ""
 
 

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from ..errors import BadInput, check_function, check_parameters, names_checked, shown
+from ..errors import (
+    OF_FILE,
+    BadInput,
+    check_function,
+    check_name,
+    check_parameters,
+    names_checked,
+    shown,
+)
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..hooks import scheme
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten, measure
@@ -106,10 +113,7 @@ class Scene:
         def put(name: str, value: object) -> None:
             object.__setattr__(self, name, value)
 
-        if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][\w.-]*", self.name):
-            raise BadInput(
-                f"a scene's name is {shown(self.name)}: use letters, digits, dots and dashes only."
-            )
+        check_name("scene", self.name, OF_FILE)
         if not isinstance(self.groupoid, Groupoid):
             raise BadInput(
                 f"{self.name}: groupoid is {shown(self.groupoid)}; give pair(n), lie_group(...), "

@@ -296,7 +296,9 @@ def _told_apart(kind: Kind, words: Sequence[str]) -> tuple[Any, ...]:
     names = [thing.name for thing in each]
     for name in names:
         if names.count(name) > 1:
-            raise BadInput(f"two {kind.noun}s are called {name}: give one of them another name.")
+            raise BadInput(
+                f'two {kind.noun}s are called {name}: give one of them another name="...".'
+            )
     return tuple(each)
 
 

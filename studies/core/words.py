@@ -148,13 +148,13 @@ def _words_of_programs(thing: Any) -> Iterator[str]:
     """Yield words for what a script, a module that it loads, or a notebook makes."""
     main = sys.modules.get("__main__")
     made = _text_of(thing)
-    for module in list(sys.modules.values()):
+    for key, module in list(sys.modules.items()):  # not all of which are modules
         space = getattr(module, "__dict__", {})
         name = str(space.get("__file__") or "")
         # a command loads a file by its path, so it is no part of a package
         if (
             module is main
-            or OF_USER in module.__name__
+            or OF_USER in key
             or name != made
             or space.get("__package__")
             or not _is_file(name)

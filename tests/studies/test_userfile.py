@@ -395,3 +395,17 @@ def test_of_files_that_share_one_beside_them_no_digest_depends_on_the_turn(tmp_p
     (folder / "one.py").write_text(shared + RULE + "\n", encoding="utf-8")
     (folder / "three.py").write_text(shared + RULE, encoding="utf-8")
     assert load(str(folder / "three.py")).digest != found[0]["two.py"]
+
+
+def test_two_rules_of_one_name_in_files_of_one_name_are_told_where_to_name_them(file, tmp_path):
+    (tmp_path / "beside").mkdir()
+    words = [f"{file(RULE)}:two-thirds",
+             f"{file(RULE.replace('h / 3', 'h / 4'), 'beside/mine.py')}:two-thirds"]  # fmt: skip
+    with pytest.raises(BadInput, match=r'called mine-two-thirds: give one .* name="..."'):
+        lookup.rules(words)
+
+
+def test_what_other_libraries_leave_among_the_modules_is_no_error(monkeypatch):
+    monkeypatch.setitem(sys.modules, "odd", object())
+    own = discretisations.discretisation(1, name="nowhere")(lambda L, G, x, u, h: h * L(x, u))
+    assert words.address_of(own) == "nowhere"

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import inspect
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar, TypeVar
 
-from ...errors import BadInput, arguments_checked, shown
+from ...errors import BadInput, arguments_checked, check_name, shown
 from ...groupoids import pair
 from ...numbers import exact_rational
 from ...numbers.types import Exact, Function, Given, Vector
@@ -258,10 +257,7 @@ def _checked(formula: object, name: str | None, runs: bool, is_map: bool = False
         )
     own = str(getattr(formula, "__name__", "black-box")).replace("_", "-").strip("<>")
     label = given_name(name, own)
-    if not isinstance(label, str) or not re.fullmatch(r"[\w.-]{1,80}", label):
-        raise BadInput(
-            f"a black box's name is {shown(label)}: use letters, digits, dots and dashes."
-        )
+    check_name("black box", label)
     if inspect.isclass(formula):
         if runs or is_map:
             word = "runs" if runs else "step"

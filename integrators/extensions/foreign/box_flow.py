@@ -71,7 +71,7 @@ class BoxFlow:
         with self.numbers.working():
             size = self.numbers.number(self.step)
             h = self._public([size])[0]
-        self.h = np.float32(h) if single else h
+        self.h = h if self.kind is object else self.kind(h)  # a float of Python, as users write it
         self._calls = Calls(box, self.system, self.h, self.kind, scheme.scene.name)
 
     # -- runs ------------------------------------------------------------------------------------

@@ -74,7 +74,8 @@ def external(
 
     Raises `BadInput` for a command that cannot be run and for claims of another kind.
     """
-    program = Program(command, folder_of_caller(), seconds, restarts, files)
+    second = "v" if claims.get("state") == "qv" else "mu"
+    program = Program(command, folder_of_caller(), seconds, restarts, files, second)
     made = black_box(
         order, runs=True, name=name or _name(program), **{"source": program.label, **claims}
     )(Runs(program))

@@ -7,8 +7,9 @@ The program is started when it is first needed, and answers many runs. Its stand
 
 on one line (with "t", the time of the start, if the scene depends on time). On its standard output
 it prints {"x": rows, "mu": rows}, the start and then every `every`-th step, with 17 significant
-digits, so that doubles are transferred unchanged; or {"error": "a sentence"}. Standard error is
-free for the program; its last lines are quoted if something goes wrong.
+digits, so that doubles are transferred unchanged; or {"error": "a sentence"}. Velocities have the
+key "v" in place of "mu", both ways. Standard error is free for the program; its last lines are
+quoted if something goes wrong.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ RESTARTS = 3  # number of restarts after successive failures on one scene
 #: a number with its sign, digits, exponent, comma and blanks has fewer characters; and the largest
 #: number of other characters of a line
 CHARACTERS, BESIDE = 64, 65536
-ANSWER = 'print one line {"x": rows, "mu": rows} for each line read, all else to standard error'
+FORM = '{"x": rows, "%s": rows}'
 
 
 class ProgramFailure(BadInput):
@@ -54,8 +55,9 @@ class Program:
     command: the words, the first a program on the PATH, or a path. folder: where it runs; relative
     paths are taken from there. seconds: the longest time for one answer. After a crash or a timeout
     the next run starts it again; after restarts + 1 such failures in a row on one scene it is not
-    asked about that scene again. files: other files that it reads, None if unknown. Raises
-    `BadInput` for a command that cannot be run, and for files that do not exist.
+    asked about that scene again. files: other files that it reads, None if unknown. second: the key
+    of momenta, or of velocities. Raises `BadInput` for a command that cannot be run, and for files
+    that do not exist.
     """
 
     def __init__(
@@ -65,8 +67,10 @@ class Program:
         seconds: float = SECONDS,
         restarts: int = RESTARTS,
         files: Sequence[str | os.PathLike[str]] | None = None,
+        second: str = "mu",
     ) -> None:
         self.words, self.folder = _words(command), folder
+        self.second, self.form = second, FORM % second
         self.label = shlex.join(self.words)
         self.seconds, self.restarts = _positive(seconds), _count(restarts)
         self.path = _found(self.words[0], folder)
@@ -76,7 +80,8 @@ class Program:
         self._turn = Lock()  # ensembles run in threads, but there is one pipe
 
     def __reduce__(self) -> Again:  # another process starts its own program
-        return Program, (self.words, self.folder, self.seconds, self.restarts, self.files)
+        given = (self.words, self.folder, self.seconds, self.restarts, self.files, self.second)
+        return Program, given
 
     @property
     def digest(self) -> str:
@@ -111,7 +116,7 @@ class Program:
             if len(failures) > self.restarts:
                 raise ProgramFailure(failures[-1])
             request = {
-                "x": [float(v) for v in x], "mu": [float(v) for v in mu], "h": float(h),
+                "x": [float(v) for v in x], self.second: [float(v) for v in mu], "h": float(h),
                 "steps": int(steps), "every": int(every), "scene": scene,
                 "parameters": {name: _plain(value) for name, value in parameters.items()},
             }  # fmt: skip
@@ -134,7 +139,9 @@ class Program:
                 said = str(answer["error"] or "").strip().rstrip(".") or "an error without words"
                 raise ProgramFailure(f"{self.label}, asked for {asked}: {said}.")
             try:
-                return _rows("x", answer, x, rows), _rows("mu", answer, mu, rows)
+                parts = (("x", x), (self.second, mu))
+                found = [_rows(key, answer, start, rows, self.form) for key, start in parts]
+                return found[0], found[1]
             except _Wrong as wrong:
                 raise self._failure(f"answered {wrong}, asked for {asked}", wrong.fix) from None
 
@@ -159,7 +166,8 @@ class Program:
         except (ValueError, RecursionError):
             answer = None
         if not isinstance(answer, dict):
-            raise Broken(f"printed {quoted(line)} where an answer is due", ANSWER)
+            fix = f"print one line {self.form} for each line read, all else to standard error"
+            raise Broken(f"printed {quoted(line)} where an answer is due", fix)
         return answer
 
     def _failure(self, what: str, fix: str) -> ProgramFailure:
@@ -175,16 +183,18 @@ class _Wrong(Broken):
     """An answer that is not the rows asked for; the program can be asked again."""
 
 
-def _rows(name: str, answer: Mapping[str, Json], start: np.ndarray, rows: int) -> np.ndarray:
-    """Return the named rows, (rows, len(start)), finite.
+def _rows(
+    name: str, answer: Mapping[str, Json], start: np.ndarray, rows: int, form: str
+) -> np.ndarray:
+    """Return the named rows, (rows, len(start)), finite; raises `_Wrong` for anything else.
 
-    Raises `_Wrong` for anything else.
+    form: what an answer has to be.
     """
     size = len(start)
     wanted = f"give {rows} rows of {size} numbers, the start and then each every-th step"
     if name not in answer:
         there = ", ".join(map(str, answer)) or "nothing"
-        raise _Wrong(f"without {shown(name)}", f'give {{"x": rows, "mu": rows}}; there is {there}')
+        raise _Wrong(f"without {shown(name)}", f"give {form}; there is {there}")
     given = answer[name]
     if size == 0 and given in ([], [[]] * rows):
         return np.zeros((rows, 0))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,9 +11,11 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ...errors import (
+    OF_FILE,
     BadInput,
     brief_name,
     check_function,
+    check_name,
     check_parameters,
     names_checked,
     shown,
@@ -109,9 +110,7 @@ class Lattice:
     bond_contact: Function | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][\w.-]*", self.name):
-            raise BadInput(f"a lattice's name is {shown(self.name)}: use letters, digits, dots and "
-                           "dashes only.")  # fmt: skip
+        check_name("lattice", self.name, OF_FILE)
         if not isinstance(self.site, Groupoid):
             given = brief_name(self.site)
             raise BadInput(f"{self.name}: site is {given}; give a groupoid, as pair(1) or lie_group"

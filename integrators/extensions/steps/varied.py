@@ -13,11 +13,10 @@ are three ways (Hairer, Lubich, Wanner, VIII.2 and VIII.3):
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from ...errors import BadInput, arguments_checked, check_function, shown, unknown
+from ...errors import BadInput, arguments_checked, check_function, check_name, shown, unknown
 from ...numbers.types import Function
 from ...rules import Discretisation
 from ...scene import Again, Scene
@@ -137,8 +136,7 @@ def vary(
     if sigma is not None:
         check_function(sigma, "vary: sigma=", "(x, mu, p)")
     label = name or f"{way}:{rule.name}"
-    if not isinstance(label, str) or not re.fullmatch(r"[\w.:-]{1,80}", label):
-        raise BadInput(f"a rule's name is {shown(label)}: use letters, digits, dots and dashes.")
+    check_name("rule", label, r"[\w.:-]{1,80}")
     return _made(rule, sigma, way, label, source or WAYS[way])
 
 

@@ -36,6 +36,30 @@ from .methods import kick_drift_kick
 # -- kinds of programs -----------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(("numbers", "kind"), [("double", float), ("float32", np.float32)])
+def test_the_step_is_a_plain_number(numbers, kind):
+    """A float of Python prints as 0.1 and divides as floats do, and libraries in C take it."""
+    seen = []
+
+    def step(q, p, h, system):
+        seen.append(h)
+        return q, p
+
+    def run(q, p, h, steps, every, system):
+        seen.append(h)
+        return np.array([q] * (steps + 1)), np.array([p] * (steps + 1))
+
+    class Memory:
+        start = staticmethod(lambda q, p, h, system: seen.append(h) or (q, p))
+        step = staticmethod(lambda state, h, system: seen.append(h) or state)
+        read = staticmethod(lambda state, system: state)
+
+    for function, runs in ((step, False), (run, True), (Memory, False)):
+        box = black_box(runs=runs, numbers=numbers)(function)
+        Scheme(scenes.get("kepler"), box).flow("1/10").trajectory(1)
+    assert {type(h) for h in seen} == {kind} and len(seen) == 4
+
+
 def test_velocities_digits_and_whole_runs():
     @black_box(order=2, state="qv")
     def moving(q, v, h, s):

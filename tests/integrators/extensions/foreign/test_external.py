@@ -87,6 +87,28 @@ def test_a_relative_command_is_meant_from_its_file(tmp_path, monkeypatch):
     assert "mine.py, line 3: there is no program" in refused["here"]
 
 
+def test_velocities_have_a_key_of_their_own(tmp_path):
+    """A program of velocities is asked and answers in v, and the bench has mass times v."""
+    still = """import json, sys
+for asked in map(json.loads, sys.stdin):
+    rows = asked["steps"] // asked["every"] + 1
+    print(json.dumps({key: [asked[key]] * rows for key in ("x", KEY)}), flush=True)
+"""
+    heavy = scenes.get("pendulum").with_values(parameters={"mass": 4})
+    for key in ("v", "mu"):
+        code = tmp_path / f"{key}.py"
+        code.write_text(still.replace("KEY", repr(key)))
+        flow = Scheme(heavy, external([sys.executable, "-S", code], state="qv")).flow("1/50")
+        if key == "v":
+            assert flow.trajectory(2, mu0=[8]).mu.tolist() == [[8]] * 3
+        else:
+            with pytest.raises(BadInput, match="KeyError: 'mu'"):
+                flow.trajectory(2)
+    code.write_text(still.replace("asked[key]", "[1]").replace("KEY", "'mu'"))
+    with pytest.raises(BadInput, match=r"without 'v', .*: give {\"x\": rows, \"v\": rows}"):
+        flow.trajectory(2)
+
+
 def test_threads_ask_in_turn(in_python):
     """An ensemble, and the map of stability, run side by side in threads."""
     from concurrent.futures import ThreadPoolExecutor
