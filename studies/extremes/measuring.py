@@ -22,9 +22,10 @@ from .edges import EXTREMES, Extreme
 NAME = "extremes"
 NEEDS = f"it needs one of the scenes {', '.join(EXTREMES)}."
 DIGITS = (16,)
-STEPS = 256
 # hω where the step resolves the motion, and where it does not
 FINE, COARSE = Fraction(1, 10), Fraction(5)
+#: steps by hω: a coarse one goes wrong in a few, and a reference has to follow fifty times as long
+STEPS = {FINE: 256, COARSE: 64}
 WRONG = 1e-2  # a relative error that has to be noticed
 TRUSTED = 10  # the error may be so many times the difference from smaller steps
 State = tuple[np.ndarray, np.ndarray]  # (x, μ)
@@ -73,7 +74,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """
     assert isinstance(case, ExtremeCase)
     progress(f"{case.scene.name} {case.label}: {case.extreme.name}", 0.0)
-    rows = [one_extreme(case.scheme, case.extreme, z, case.steps or STEPS) for z in (FINE, COARSE)]
+    rows = [one_extreme(case.scheme, case.extreme, z, case.steps or STEPS[z]) for z in STEPS]
     if any(row["outcome"] == "refused" for row in rows):
         with suppress(StepFailure):  # if it is refused away from the edge too, it is bad input
             case.scheme.flow(case.scene.step).trajectory(1)
