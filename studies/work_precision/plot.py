@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.records import AtMost
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Case = Result[Measured, AtMost, Row]
-FLOOR = "rounding of the start"  # name of the floor's line
+FLOOR = "rounded start"  # name of the floor's line: the error that rounding the start makes
 SHEET = Sheet(width=3.5, height=2.75, right=1.0)
 WORK = {
     "seconds": "run time in seconds",
@@ -58,11 +57,7 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         labels = []
         if floor:
             axes.axhline(floor, color=INK, lw=0.7, ls=(0, (3, 2)))
-            axes.annotate(
-                FLOOR, (_clear(axes, curves.values(), floor), floor), (2, 2), fontsize=6.4,
-                xycoords=axes.get_yaxis_transform(), textcoords="offset points",
-                ha="left", va="bottom", color=MUTED,
-            )  # fmt: skip
+            labels.append((axes.get_xlim()[1], floor, FLOOR, MUTED))  # beside, where no curve is
         for crossing in cases[0].details.crossovers if x == "seconds" else ():
             ring: dict[str, Any] = {"ms": 8, "mfc": "none", "mec": INK, "mew": 0.8, "zorder": 4}
             axes.plot(crossing.work, crossing.error, ls="", marker="o", **ring)
@@ -109,24 +104,6 @@ def _going_on(axes: Axes, curve: list[Point], mark: Mark) -> None:
     axes.annotate(
         "", xy=head, xytext=curve[-1][:2], arrowprops=drawn, annotation_clip=False, zorder=2.5
     )
-
-
-def _clear(axes: Axes, curves: Iterable[list[Point]], floor: float) -> float:
-    """Return the share of the floor's line at which its label touches no curve, or the left end."""
-    import numpy as np
-
-    to_axes = axes.transData + axes.transAxes.inverted()
-    points = 72 / axes.figure.dpi
-    wide, high = 66 / (axes.bbox.width * points), 12 / (axes.bbox.height * points)
-    low = to_axes.transform((1.0, floor))[1]
-    near = []
-    for curve in curves:
-        ends = to_axes.transform([point[:2] for point in curve]) if curve else np.empty((0, 2))
-        for a, b in pairwise(ends):
-            along = a + (b - a) * np.linspace(0, 1, 200)[:, None]
-            near += [x for x, y in along if low - high / 3 <= y <= low + high]
-    spots = np.linspace(0, 1 - wide, 40)
-    return float(next((x for x in spots if not any(x - 0.02 < e < x + wide for e in near)), 0.0))
 
 
 def _points(case: Case, x: str, y: str) -> list[Point]:

@@ -128,16 +128,3 @@ def test_no_two_rules_of_a_figure_have_one_colour_and_one_mark():
     names = [f"rule-{k}" for k in range(20)] + ["midpoint", "gauss-4", "gauss-8", "heyoka", "imex"]
     looks = {(mark.colour, mark.marker) for mark in marks(names).values()}
     assert len(looks) == len(names)
-
-
-def test_words_of_the_floor_touch_no_curve():
-    """A curve that comes to the floor at its left end, where its words would stand."""
-    from matplotlib.figure import Figure
-
-    from discmech.studies.work_precision.plot import _clear
-
-    axes = Figure(figsize=(3.5, 2.75)).add_subplot()
-    axes.set(xscale="log", yscale="log", xlim=(1e-4, 1), ylim=(1e-16, 1))
-    steep = [(1e-4, 1e-2, {}), (1e-3, 1.5e-15, {}), (2e-3, 1e-15, {})]
-    assert _clear(axes, [], 1e-15) == 0
-    assert 0.3 < _clear(axes, [steep], 1e-15) < 0.5

@@ -146,7 +146,8 @@ def test_the_picture_says_who_leads_and_where_the_budget_cut():
     cases = together(*(
         raced(name, "1", 1, 2, 3, kind="peer" if name == "DOP853" else "rule") for name in names
     ))  # fmt: skip
-    cases[0] = replace(cases[0], figures={**cases[0].figures, "cut": "64 steps, about 1 s"})
+    cases[0] = replace(cases[0], figures={**cases[0].figures, "cut": "64 steps, about 1 s"},
+                       extras={**cases[0].extras, "floor": {"error": 1e-3}})  # fmt: skip
     found = standings.beside_each_other(cases)
     known = marks(names)
     panel = plot_work.panel("Race", found, known)
@@ -158,3 +159,5 @@ def test_the_picture_says_who_leads_and_where_the_budget_cut():
     drawn = {(str(line.get_markerfacecolor()), line.get_color(), line.get_marker())
              for line in axes.lines if line.get_marker() not in ("None", "|")}  # fmt: skip
     assert len(drawn) == len(names)
+    (floor,) = [text for text in axes.texts if text.get_text() == plot_work.FLOOR]
+    assert floor.get_window_extent().x0 > axes.bbox.x1  # beside the panel, where no curve is
