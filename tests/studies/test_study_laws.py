@@ -46,10 +46,15 @@ def expected_order(scene, rule):
     return 2 if free else DECLARED[rule]
 
 
-def often(schemes):
-    """All that are built in; those named are in every run. Scenes take the laws in turn."""
-    slow = pytest.mark.slow
-    return [pytest.param(*s, id="-".join(s), marks=() if s in schemes else slow) for s in BUILT_IN]
+def in_turn(k, schemes=BUILT_IN, every=12):
+    """All schemes, of which each twelfth of `PAIRWISE`, from the k-th on, is in every run.
+
+    So laws take scenes in turn. `make report`, which every change has to pass, has them all judged;
+    here it is told in numbers what its judges have to see.
+    """
+    often = [s for s in PAIRWISE if s in schemes][k::every]
+    return [pytest.param(*s, id="-".join(s), marks=() if s in often else pytest.mark.slow)
+            for s in schemes]  # fmt: skip
 
 
 def passes(found):
@@ -77,13 +82,12 @@ def has_its_order(scene, rule, digits, tolerance, retraction=None):
         assert row["error"] ** 2 == pytest.approx(parts, rel=1e-12)
 
 
-@pytest.mark.parametrize(("scene", "rule"), often(PAIRWISE[::4]))
+@pytest.mark.parametrize(("scene", "rule"), in_turn(0))
 def test_order_in_double_precision(scene, rule):
     has_its_order(scene, rule, 16, 0.05)
 
 
-@pytest.mark.dear("ball-in-cylinder", "kirchhoff")
-@pytest.mark.parametrize(("scene", "rule"), often(PAIRWISE[1::4]))
+@pytest.mark.parametrize(("scene", "rule"), in_turn(1))
 def test_order_at_50_digits(scene, rule):
     has_its_order(scene, rule, 50, 0.01)
 
@@ -112,8 +116,7 @@ def is_symplectic(scene, rule, digits, limit, steps, retraction=None):
     return tried
 
 
-@pytest.mark.dear("bead-on-hoop", "fpu-rectangle")
-@pytest.mark.parametrize(("scene", "rule"), often(PAIRWISE[2::4]))
+@pytest.mark.parametrize(("scene", "rule"), in_turn(8))
 def test_symplectic_in_double_precision(scene, rule):
     is_symplectic(scene, rule, 16, 1e-13, 8)
 
@@ -126,8 +129,7 @@ def test_the_largest_stable_steps_are_really_larger():
         assert len(tried) == 2 and tried[1] >= 2 * tried[0], (scene, rule, tried)
 
 
-@pytest.mark.dear("driven-heavy-top")
-@pytest.mark.parametrize(("scene", "rule"), often(PAIRWISE[3::4]))
+@pytest.mark.parametrize(("scene", "rule"), in_turn(4))
 def test_symplectic_at_50_digits(scene, rule):
     is_symplectic(scene, rule, 50, 1e-45, 8)
 
@@ -148,16 +150,12 @@ def keeps_its_momenta(scene, rule, digits, limit, steps, retraction=None):
         assert found["rows"][-1]["step"] == steps
 
 
-@pytest.mark.dear("ball-in-cylinder")
-@pytest.mark.parametrize(("scene", "rule"), named(with_quantities))
+@pytest.mark.parametrize(("scene", "rule"), in_turn(2, with_quantities, 5))
 def test_momentum_over_ten_thousand_steps(scene, rule):
     keeps_its_momenta(scene, rule, 16, 1e-12, 10**4)
 
 
-@pytest.mark.parametrize(("scene", "rule"), [
-    pytest.param(*p, marks=pytest.mark.slow if k % 2 else (), id="-".join(p))
-    for k, p in enumerate(p for p in PAIRWISE if p in with_quantities)
-])  # fmt: skip
+@pytest.mark.parametrize(("scene", "rule"), in_turn(1, with_quantities, 5))
 def test_momentum_at_50_digits(scene, rule):
     keeps_its_momenta(scene, rule, 50, 1e-46, None)
 
@@ -203,18 +201,7 @@ CONSERVATIVE = [
 ]  # fmt: skip
 
 
-def _fpu_apart(parameters):
-    """The long derivation of fpu's modified energy is for `make test-all`, as are three of four.
-
-    The report judges the energy of all of them over a hundred times as many steps.
-    """
-    return [p if "fpu" not in p.values and k % 4 == 1 else
-            pytest.param(*p.values, id=p.id, marks=pytest.mark.slow)
-            for k, p in enumerate(parameters)]  # fmt: skip
-
-
-@pytest.mark.dear("moser-veselov", "kirchhoff")
-@pytest.mark.parametrize(("scene", "rule"), _fpu_apart(named(CONSERVATIVE)))
+@pytest.mark.parametrize(("scene", "rule"), in_turn(1, CONSERVATIVE, 6))
 def test_energy_over_ten_thousand_steps(scene, rule):
     keeps_energy_in_a_band(scene, rule, 10**4)
 
