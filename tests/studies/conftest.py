@@ -21,6 +21,14 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(f"discmech.studies.core.{name}_folder", lambda place=place: place)
 
 
+@pytest.fixture(autouse=True)
+def as_it_is(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A failing case is made smaller, which takes as long again, where a file has `SMALLER`."""
+    if not hasattr(request.module, "SMALLER"):
+        monkeypatch.setattr("discmech.studies.core.running.shrunk", lambda *_: {})
+        monkeypatch.setattr("discmech.studies.user.assertions.smallest", lambda *_: None)
+
+
 @pytest.fixture
 def ask(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
     """(exit code, standard output, standard error) of the command, argparse's errors included."""

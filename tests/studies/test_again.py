@@ -27,6 +27,7 @@ from discmech.studies.user.checking import _command
 from discmech.studies.user.verify import about_scheme
 from tests.studies.as_json import read
 
+SMALLER = True
 MINE = """
 from discmech import black_box, discretisation
 

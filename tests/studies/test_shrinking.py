@@ -14,6 +14,7 @@ from discmech.studies.core.case import Case, Verdict
 from discmech.studies.core.one_case import run_case
 from discmech.studies.core.shrinking import size, smallest
 
+SMALLER = True
 LOPSIDED = """
 from discmech import discretisation
 

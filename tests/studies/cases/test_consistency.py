@@ -5,11 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from discmech import check, midpoint, scenes
+from discmech import midpoint, scenes
 from discmech.studies import get
 from discmech.studies.core.case import Case, Choice, Measurement, Verdict
 from discmech.studies.evidence.judging import demand_consistency
 from discmech.studies.evidence.measuring import single_steps
+from tests.studies.cached_results import measured
 
 ATTACKS = Path(__file__).parents[3] / "docs" / "attacks"
 
@@ -36,7 +37,7 @@ CASES = [
 @pytest.mark.dear("[energy-pendulum")
 @pytest.mark.parametrize(("study", "scene", "rule", "steps"), CASES)
 def test_what_is_not_consistent_passes_nowhere(study, scene, rule, steps):
-    (case,) = check(study, [scene], [rule], digits=[16], steps=steps)["cases"]
+    case = measured(study, scene, rule, 16, steps)
 
     assert case["verdict"] == "fail" and "not consistent" in case["reason"]
     assert "from an exact state (" in case["reason"] and ", seed " in case["reason"]
