@@ -73,6 +73,7 @@ def energy_of_top(x, mu, h):
 MAPS = [(mcmillan_suris, duffing, integral), (bobenko_suris, top, energy_of_top)]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.parametrize(("rule", "scene", "of"), MAPS)
 @pytest.mark.parametrize("by", ["parameter", "argument"])

@@ -31,6 +31,14 @@ def test_an_attack_has_the_verdict_of_the_table(words, verdict, unit, monkeypatc
 SECOND = RERUN["second_rows"]()
 
 
+def in_turn(rows):
+    """Of three sound rows one is in every run: the report has a thousand cases that pass."""
+    sound = 0
+    for kind, *row, slow in rows:
+        sound += kind.startswith("sound")
+        yield kind, *row, slow or (kind.startswith("sound") and sound % 3 != 1)
+
+
 def test_the_later_tables_are_read_whole():
     page = (ROOT / "docs/verdicts.md").read_text("utf-8").partition("## The second attack")[2]
     tables = page.partition("\n## How the bench")[0]
@@ -44,7 +52,7 @@ def test_the_later_tables_are_read_whole():
     ("words", "answer"),
     [
         pytest.param(words, answer, marks=[pytest.mark.slow] if slow else [], id=" ".join(words))
-        for _, words, answer, slow in SECOND
+        for _, words, answer, slow in in_turn(SECOND)
     ],
 )
 def test_an_attack_has_the_answer_of_the_second_table(words, answer, monkeypatch):
