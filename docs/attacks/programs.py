@@ -209,3 +209,24 @@ classical_four = black_box(order=4, symplectic=True, name="classical-four")(clas
 def raising(q, p, h):
     """A program that makes no step, and claims nothing."""
     raise ValueError("no step")
+
+
+CALLS = itertools.count()
+
+
+@black_box(order=2)
+def seventh(q, p, h, s):
+    """Verlet that makes p larger in each seventh of its calls."""
+    q, p = kicked(q, p, h, s)
+    return q, p * (1 + 1e-9 * (next(CALLS) % 7 == 0))
+
+
+@black_box(order=2, runs=True)
+def quarters(q, p, h, steps, every, s):
+    """Verlet whose rows between the quarters of a run are those of another motion."""
+    rows = [(q, p)]
+    for k in range(1, steps + 1):
+        q, p = kicked(q, p, h, s)
+        rows.append((q, p if 4 * k % steps == 0 else 1.3 * p))
+    qs, ps = zip(*rows[::every], strict=True)
+    return np.array(qs), np.array(ps)

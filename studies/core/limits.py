@@ -32,6 +32,14 @@ STEP = Limit(
     "ε of the sum of all unknowns, as many as there are unknowns, some tens",
 )
 
+#: of a program's steps: of symplecticity, and of single steps
+MADE_AGAIN = Limit(
+    1024,
+    "round-offs by which a program's step, made again, may differ",
+    "set: a map of (q, p) and h gives the same again, but threads may add in another order; it "
+    "errs towards a pass",
+)
+
 
 def of_a_step(digits: int) -> float:
     """Return the largest defect of a step, over its own bound, that is round-off."""

@@ -68,7 +68,8 @@ class SingleSteps:
     states of the scene's own motion alone, where it is higher. rate: the error per unit of time
     over h^p. linear: True if the continuous equations are linear. floor, share: the floor of a
     program's own numbers in words, and as a share of the state. laws: the largest departure from
-    each law that was measured, by its name.
+    each law that was measured, by its name. unscanned: why no run of short steps looked for faults
+    in narrow parts of the motion, "" if one did.
     """
 
     order: float | None = None
@@ -88,3 +89,4 @@ class SingleSteps:
     share: float = 0.0
     effective: EffectiveOrder | None = field(default=None, metadata=OPTIONAL)
     laws: Mapping[str, Departure] = field(default_factory=dict)
+    unscanned: str = ""

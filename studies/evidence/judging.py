@@ -10,7 +10,7 @@ from ..core.case import Measurement, Verdict
 from ..core.records import decoded
 from ..core.single_steps import Departure, SingleSteps
 from . import NEAR
-from .laws import FORM, WAY_BACK
+from .laws import AGAIN, FORM, WAY_BACK
 
 #: the key of the record in a measurement
 LOCAL = "local"
@@ -19,6 +19,11 @@ WORDS = {
     FORM.name: ("keeps the form", "has a {name} defect of", ""),
     WAY_BACK.name: (
         "goes back to its start", "and back misses it by", ": Φ₋ₕ is not the inverse of Φₕ"
+    ),
+    AGAIN.name: (
+        "is judged as steps", "and 15 more, made again, differ from the run by",
+        ": it keeps something from an earlier step or run, is random, or its rows are those of "
+        "another run",
     ),
 }  # fmt: skip
 OF_A_QUANTITY = ("keeps {name}", "changes {name} by", "")
@@ -48,11 +53,15 @@ def judge(
     """
     if local is None:
         return verdict
-    for law in laws if verdict.verdict != "fail" else ():
+    for law in (*laws, AGAIN.name) if verdict.verdict != "fail" else ():
         one = local.laws.get(law)
         if one is not None and one.broken:
             return Verdict("fail", broken(law, one, local.seed, what), verdict.expected)
-    return _of_order(local, verdict, wanted, asks_order, what)
+    verdict = _of_order(local, verdict, wanted, asks_order, what)
+    if verdict.verdict == "pass" and local.unscanned:
+        said = "faults in narrow parts of the motion were not looked for, since no run was made"
+        return verdict.because(f"{verdict.reason} {said} {local.unscanned}".strip())
+    return verdict
 
 
 def _of_order(

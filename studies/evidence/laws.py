@@ -1,4 +1,4 @@
-"""The laws that one step keeps by itself, measured at drawn places: the form, and the way back.
+"""The laws that a step keeps by itself, at drawn places: the form, the way back, being a map.
 
 A run of one trajectory sees a law only on that trajectory, and on its symmetry planes. A step from
 a place is an ordinary one, in more digits than doubles have. A quantity that is kept is a law too
@@ -14,6 +14,8 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+
 from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.errors import Displaced
 from discmech.integrators.flows import (
@@ -23,13 +25,19 @@ from discmech.integrators.flows import (
     return_defect,
 )
 
-from ..core.limits import of_a_step
+from ..core.limits import MADE_AGAIN, of_a_step
 from ..core.single_steps import Departure
 from .places import Place, random_fraction
+from .repeated import repeated
 
 DIGITS = 30  # digits of the states; defects are evaluated to twice as many
 #: a defect that exceeds round-off of twice the digits: its zeros are known to √ε² (`defects`)
 LIMIT = 10.0 ** (5 - DIGITS)
+STEPS = 16  # steps of a program from a place that are made again
+#: errors of the end of a run by which a row of a longer run may differ from it: an interpolation of
+#: one power of the step less is 10 times worse at a step of a tenth, and so is a long last step
+#: beside one that is cut to end there; it errs towards a pass
+INTERPOLATED = 100
 TRIES = 4  # how many ever shorter steps are tried from a place where no step is found
 
 
@@ -96,7 +104,34 @@ class WayBack(Law):
         return Departure(size, of_a_step(forth.context.exactly.numbers.digits))
 
 
-FORM, WAY_BACK = Form(), WayBack()
+class MadeAgain(Law):
+    """A program's run is the same steps made again; of whole runs, each row is the end of one.
+
+    Between its own steps a program of whole runs may interpolate. A row is then as near to the
+    motion as the end of a run up to there, but for a power of the step.
+    """
+
+    name = "made again"
+
+    def refusal(self, scheme: Scheme) -> str:
+        """Return that a formula has nothing but its arguments."""
+        return "a formula is a map of the state and the step." if scheme.rule.is_formula else ""
+
+    def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
+        """Return the difference of a short run from the same made again, over the state."""
+        flow: Any = scheme.flow(step, 16)
+        parts = [np.array([float(e) for e in part]) for part in (place.x, place.mu)]
+        scale = np.concatenate([np.full(len(e), np.abs(e).max(initial=0.0) or 1.0) for e in parts])
+        found = repeated(flow, np.concatenate(parts), scale, STEPS, place.t)
+        limit = MADE_AGAIN * scheme.rule.unit(16)
+        if getattr(scheme.rule, "runs", False):
+            if found.error is None:
+                return Departure(unknown="the motion is not known, and rows may be interpolated.")
+            limit += INTERPOLATED * found.error
+        return Departure(found.gap, limit)
+
+
+FORM, WAY_BACK, AGAIN = Form(), WayBack(), MadeAgain()
 
 
 def worst_departure(

@@ -13,7 +13,7 @@ from ..core.case import Case
 from ..core.single_steps import Departure, SingleSteps
 from ..systems import system_of
 from . import NEAR, LocalOrder, evidence_of
-from .laws import Law
+from .laws import AGAIN, Law
 from .rows import of_rows
 
 
@@ -59,11 +59,12 @@ def of_scheme(
     if order.floor is not None:
         told = replace(told, floor=str(order.floor), share=order.floor.share)
     if not order.unknown:
-        told = replace(told, places=len(evidence.places))
+        told = replace(told, places=len(evidence.places), unscanned=evidence.unscanned)
     least = least or scheme.order or 1
     if order.order is not None and order.order < least - NEAR:
         told = replace(told, floats=evidence.floats(least))
-    return replace(told, laws=_departures(scheme, laws))
+    own = () if scheme.rule.is_formula else (AGAIN,)
+    return replace(told, laws=_departures(scheme, (*laws, *own)))
 
 
 def _departures(scheme: Scheme, laws: Sequence[Law]) -> dict[str, Departure]:

@@ -7,52 +7,88 @@ but each row of its run is the end of a run of so many steps.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from discmech.integrators import StepFailure
 from discmech.integrators.extensions.foreign import guarded
-from discmech.integrators.numbers import Vector
+from discmech.integrators.numbers import Matrix, Vector
+from discmech.reference import ReferenceFailure, many_motions
+
+from .rows import velocities
+from .scan import peaks
 
 BESIDE = 0.01  # share of the motion's size by which the step in between begins elsewhere
-ENDS = 8  # rows of a run for which runs that end there are made
-#: relative change of the start that tells how far a row is moved by the last bits of earlier steps
-NUDGE = 2.0**-30
+ENDS = 8  # rows of a run, beside those that stand out, for which runs that end there are made
 
 
-def repeated(flow: Any, z: Vector, scale: Vector, steps: int, t0: Any = 0, seed: int = 0) -> float:
-    """Return the largest difference of a run's rows from the same made again, over its motion.
+@dataclass(frozen=True)
+class Again:
+    """The largest difference of a run's rows from the same made again, over the motion.
 
-    scale: the size of each entry of the state z. A run that fails differs by 0. For runs that end
-    at a row the difference is over the growth of a change of the start, too, since threads may add
-    in another order.
+    row: the number of the row. error: how far the ends made again are from the motion itself, over
+    the same; None if nobody knows it, or if single steps were made again.
+    """
+
+    gap: float
+    row: int = 0
+    error: float | None = None
+
+
+def repeated(flow: Any, z: Vector, scale: Vector, steps: int, t0: Any = 0, seed: int = 0) -> Again:
+    """Return the largest difference of a run's rows from the same made again.
+
+    scale: the size of each entry of the state z. For runs that end at a row the difference is over
+    the growth of a change of the start in the motion itself, since threads may add in another
+    order. The rows are drawn, beside those at which the run is least smooth. Raises `StepFailure`
+    for a run that fails.
     """
     rule, n = flow.scheme.rule, flow.system.n
-    try:
-        run = flow.trajectory(steps, x0=z[:n], mu0=z[n:], t0=t0)
-    except StepFailure:
-        return 0.0
+    run = flow.trajectory(steps, x0=z[:n], mu0=z[n:], t0=t0)
     states = np.hstack([run.x, run.mu]).astype(float)
     if not (rule.remembers or rule.runs):
         ends = (_alone(flow, before, scale, t0 + k * flow.step)
                 for k, before in enumerate(states[:-1]))  # fmt: skip
-        return max(_gap(a, b, scale) for a, b in zip(ends, states[1:], strict=True))
-    drawn = np.random.default_rng(seed)
-    chosen = np.unique([*drawn.integers(1, steps + 1, ENDS), steps])
-    moved = guarded(flow.map_of(steps, t0, steps), steps * len(z))(z + NUDGE * scale)
-    growth = np.abs(moved.reshape(steps, -1) - states[1:]) / (NUDGE * scale)
-    grown = np.maximum.accumulate(np.nan_to_num(growth, nan=1.0, posinf=1.0).max(axis=1))
-    found = [_gap(guarded(flow.map_of(int(k), t0), len(z))(z), states[k], scale)
-             / max(1.0, grown[k - 1]) for k in chosen]  # fmt: skip
-    return float(max(found))
+        gaps = [_gap(a, b, scale) for a, b in zip(ends, states[1:], strict=True)]
+        return Again(max(gaps), int(np.argmax(gaps)) + 1)
+    drawn = np.random.default_rng(seed).integers(1, steps + 1, ENDS)
+    smooth = sorted(peaks(states / scale, 1, rule.unit(16)), reverse=True)[:ENDS]
+    rows = np.unique([*drawn, *(row for _, row in smooth if row), steps])
+    made = np.array([flow.map_of(int(k), t0)(z) for k in rows])
+    exact, grown = _motion(flow, run, scale, rows, t0)
+    gaps = [_gap(a, states[k], scale) / g for a, k, g in zip(made, rows, grown, strict=True)]
+    error = None if exact is None else max(map(_gap, made, exact, [scale] * len(rows)))
+    return Again(float(max(gaps)), int(rows[int(np.argmax(gaps))]), error)
+
+
+def _motion(
+    flow: Any, run: Any, scale: Vector, rows: Matrix, t0: Any
+) -> tuple[Matrix | None, Vector]:
+    """Return (the motion itself at some rows of a run, how it enlarges a change of its start).
+
+    It enlarges none where it is not known.
+    """
+    scheme, n = flow.scheme, flow.system.n
+    v = velocities(scheme, run)
+    x, v = (np.repeat(np.asarray(part[:1], dtype=float), len(rows), 0) for part in (run.x, v))
+    of_v = np.abs(v[0]).max(initial=0.0) * np.ones(v.shape[1]) * (n == 0)  # else x moves it
+    try:
+        ends = many_motions(scheme.scene).after(
+            x, v, np.full(len(rows), float(t0)), rows * float(flow.step),
+            np.concatenate([scale[:n], of_v]),
+        )  # fmt: skip
+    except ReferenceFailure:
+        return None, np.ones(len(rows))
+    grown = np.nan_to_num(ends.grown / scale, nan=1.0, posinf=1.0).max(axis=1)
+    return np.hstack([ends.x, ends.mu]), np.maximum.accumulate(np.maximum(1.0, grown))
 
 
 def _alone(flow: Any, z: Vector, scale: Vector, t0: Any) -> Vector:
     """Return the end of a step that is made after one from another state."""
-    step = guarded(flow.map_of(1, t0), len(z))
-    step(z + BESIDE * scale)
-    return step(z)
+    step = flow.map_of(1, t0)
+    guarded(step, len(z))(z + BESIDE * scale)  # whatever it answers from there
+    return np.asarray(step(z))
 
 
 def _gap(a: Vector, b: Vector, scale: Vector) -> float:

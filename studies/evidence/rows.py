@@ -95,12 +95,14 @@ def of_rows(scheme: RecordedScheme) -> SingleSteps | None:
     powers, foreign = [], [_spike(run, lengths) for run in runs]
     compared = False
     for a, b in pairs:
-        power = _power(runs[a], runs[b])
+        same = _over_the_same(scheme, runs[a], runs[b], b, lengths)
+        power = _power(runs[a], same or runs[b])
         powers.append(power)
         if runs[a].resolved.any():
             compared = True
-            foreign += [_beside(runs[a], runs[b], power, lengths),
-                        _over_rows_of(scheme, a, b, runs, power, lengths)]  # fmt: skip
+            foreign.append(_beside(runs[a], runs[b], power, lengths))
+            if same is not None and power is not None:
+                foreign.append(_over_long_rows(runs[a], same, power, lengths))
     said = next(filter(None, foreign), "")
     finest = runs[-1]
     share = (finest.off - finest.floor) / np.maximum(_largest(finest.moved, 1), 1e-300)
@@ -131,10 +133,15 @@ def of_rows(scheme: RecordedScheme) -> SingleSteps | None:
 # -- defects ---------------------------------------------------------------------------------------
 
 
-def _defects(scheme: RecordedScheme, index: int, rows: int = 1, apart: int = 1) -> Defects:
-    """Return the defects of a run over so many rows, from each `apart`-th row."""
+def _defects(
+    scheme: RecordedScheme, index: int, rows: int = 1, begins: np.ndarray | None = None
+) -> Defects:
+    """Return the defects of a run over so many rows, from all of its rows or those that are named.
+
+    Of too many rows (`MOST_ROWS`) as many are drawn.
+    """
     run, recording = scheme.runs[index], scheme.rule.recordings[index]
-    at = np.arange(0, len(run.t) - rows, apart)
+    at = np.arange(len(run.t) - rows) if begins is None else begins
     if len(at) > MOST_ROWS:
         drawn = np.random.default_rng(int(recording.digest[:8], 16))
         at = np.sort(drawn.choice(at, MOST_ROWS, replace=False))
@@ -152,7 +159,10 @@ def _defects(scheme: RecordedScheme, index: int, rows: int = 1, apart: int = 1) 
     ends = many_motions(scheme.scene).after(
         x[at], v[at], first + at * float(recording.interval), np.full(len(at), span), by / unit
     )
-    scale = np.concatenate([np.full(s.shape, s.max(initial=0.0) or 1.0) for s in sizes[:2]])
+    # of all runs: a few rows of one may pass through 0
+    every = [np.vstack([getattr(each, name) for each in scheme.runs]) for name in ("x", "mu")]
+    scale = np.concatenate([np.full(e.shape[1], np.abs(e.astype(float)).max(initial=0.0) or 1.0)
+                            for e in every])  # fmt: skip
 
     def norm(rows_of: Any) -> np.ndarray:
         return np.asarray(np.linalg.norm(rows_of / scale, axis=1))
@@ -269,24 +279,33 @@ def _beside(
     return ""
 
 
-def _over_rows_of(
-    scheme: RecordedScheme, a: int, b: int, runs: list[Defects], power: float | None,
+def _over_the_same(
+    scheme: RecordedScheme, coarse: Defects, fine: Defects, index: int,
     lengths: tuple[np.ndarray, np.ndarray],
-) -> str:  # fmt: skip
-    """Return a row that misses the power over equal times, where rows are long; or ""."""
-    coarse, fine = runs[a], runs[b]
+) -> Defects | None:  # fmt: skip
+    """Return the defects of the fine run over the coarse one's rows, if any of these is long.
+
+    Over a long row the motion enlarges errors and lets them cancel, so that defects per unit of
+    time tell a power of the step over equal times alone. None where all are short, or no rows of
+    the fine run make up one of the coarse.
+    """
     rows = round(coarse.span / fine.span)
     whole = abs(coarse.span - rows * fine.span) <= 1e-9 * coarse.span
+    if not whole or _short(lengths, coarse.at, coarse.span).all():
+        return None
+    begins = (coarse.row - 1) * rows
+    return _defects(scheme, index, rows, begins[begins + rows < len(scheme.runs[index].t)])
+
+
+def _over_long_rows(
+    coarse: Defects, same: Defects, power: float, lengths: tuple[np.ndarray, np.ndarray]
+) -> str:
+    """Return a row that misses the power over equal times, where rows are long; or ""."""
     long = ~_short(lengths, coarse.at, coarse.span)
     sound = (_largest((~coarse.resolved).astype(float), 1) == 0) & long
-    if power is None or not whole or not long.any():
-        return ""
-    if max(len(fine.at), len(coarse.at)) >= MOST_ROWS:
-        return ""
-    same = _defects(scheme, b, rows, rows)
-    count = min(len(same.at), len(coarse.at))
-    ratio = coarse.step / fine.step
-    usual = ratio**power * _largest(same.most, 1)[:count]
+    count = len(same.at)  # those that both runs have
+    ratio = coarse.step / same.step
+    usual = ratio**power * _largest(same.most, 1)
     small = usual * coarse.span <= SMALL * _largest(coarse.moved, 1)[:count]
     pairs = ((same, coarse, ratio**-power * _largest(coarse.most, 1)[:count], sound[:count]),
              (coarse, same, usual, small & long[:count]))  # fmt: skip

@@ -54,8 +54,8 @@ class Peak:
         return bool(np.abs(self.state - other.state).max() > self.reach)
 
 
-def times_that_stand_out(scheme: Scheme) -> list[Fraction]:
-    """Return the times at which a run of short steps is least smooth; none where it is smooth.
+def times_that_stand_out(scheme: Scheme) -> tuple[list[Fraction], str]:
+    """Return (the times at which a run of short steps is least smooth, why no run was made or "").
 
     No two are of the same part of the motion: one that is narrow, but rightly followed, would else
     hide a fault in another by coming back. A program makes a part (`OF_PROGRAM`) of the steps that
@@ -67,14 +67,19 @@ def times_that_stand_out(scheme: Scheme) -> list[Fraction]:
     if not scheme.rule.is_formula:
         steps = min(steps, getattr(scheme.rule, "long_run", steps) // OF_PROGRAM)
         most = FEWEST
-    peaks = [peak for count in (steps, steps // LONGER) for peak in _of_run(scheme, count)]
+    found, why = list[Peak](), ""
+    for count in (steps, steps // LONGER):
+        try:
+            found += _of_run(scheme, count)
+        except DiscmechError as failure:
+            why = why or f"of {count} steps: {' '.join(str(failure).split())}"
     chosen: list[Peak] = []
-    for peak in sorted(peaks, key=lambda peak: -peak.times):
+    for peak in sorted(found, key=lambda peak: -peak.times):
         if all(peak.is_beside(other) for other in chosen):
             chosen.append(peak)
         if len(chosen) == most:
             break
-    return [peak.time for peak in chosen]
+    return [peak.time for peak in chosen], why
 
 
 def _of_run(scheme: Scheme, steps: int) -> Iterator[Peak]:
@@ -82,10 +87,7 @@ def _of_run(scheme: Scheme, steps: int) -> Iterator[Peak]:
     if steps < (ORDER + 2 * NEARBY):
         return
     step = Fraction(scheme.scene.duration) / steps
-    try:
-        run = scheme.flow(step, 16).trajectory(steps)
-    except DiscmechError:
-        return
+    run = scheme.flow(step, 16).trajectory(steps)
     rows = np.hstack([np.asarray(part, dtype=float) for part in (run.base, run.mu)])
     sizes = np.abs(rows).max(axis=0)
     if not np.isfinite(rows).all() or not sizes.any():
@@ -93,14 +95,14 @@ def _of_run(scheme: Scheme, steps: int) -> Iterator[Peak]:
     rows, unit = rows / np.where(sizes > 0, sizes, 1), scheme.rule.unit(16)
     apart = 1
     while apart <= WIDEST and (ORDER + 2 * NEARBY) * apart < len(rows):
-        for times, row in _peaks(rows, apart, unit):
+        for times, row in peaks(rows, apart, unit):
             made_of = rows[max(0, row - ORDER * apart) : row + ORDER * apart + 1]
             reach = float(np.abs(made_of - rows[row]).max())
             yield Peak(times, row * step, rows[row], reach)
         apart *= 2
 
 
-def _peaks(rows: Matrix, apart: int, unit: float) -> Iterator[tuple[float, int]]:
+def peaks(rows: Matrix, apart: int, unit: float) -> Iterator[tuple[float, int]]:
     """Yield (how far it stands out, its row) of differences over rows so far apart.
 
     Beyond both ends the median takes the mirrored differences: the last one again and again would

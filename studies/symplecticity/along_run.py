@@ -51,7 +51,7 @@ def measure(case: Case, progress: Progress) -> FoundOfNumbers:
         run = _of_run(case, scale, seed)
     elif not (rule.remembers or rule.runs):
         flow, z = _start(case, seed)
-        run = OfRun(float(flow.step), again=repeated(flow, z, scale, LEAST))
+        run = OfRun(float(flow.step), again=repeated(flow, z, scale, LEAST).gap)
     else:
         return found
     residual = max(found.measured.residual or 0.0, run.again)
@@ -77,7 +77,7 @@ def _of_run(case: Case, scale: Vector, seed: int) -> OfRun:
     seen = max((k for k, row in enumerate(rows, 1) if row.resolution <= resolved(case)), default=0)
     broken = next((k for k, row in enumerate(rows, 1) if row.certain > rounded(case) * part * k), 0)
     certain = rows[broken - 1].certain if broken else 0.0
-    again = repeated(flow, z, scale, steps, seed=seed)
+    again = repeated(flow, z, scale, steps, seed=seed).gap
     return OfRun(float(flow.step), steps, part * seen, certain, part * broken, again)
 
 

@@ -1,6 +1,6 @@
 """The limits of defects of forms, of steps and of constraints."""
 
-from ..core.limits import STEP, Limit, of_a_step
+from ..core.limits import MADE_AGAIN, STEP, Limit, of_a_step
 
 FORMS = ("pullback", "poisson")
 #: under a force: the change of Ω and that of a volume, less those by the force's one-form
@@ -26,11 +26,7 @@ LIMITS = {
         "set: a control has a defect of some power of the step, 10⁻¹⁰ and more; it errs towards a "
         "fail",
     ),
-    "made again": Limit(
-        1024, "round-offs by which a program's step, made again, may differ",
-        "set: a map of (q, p) and h gives the same again, but threads may add in another order; it "
-        "errs towards a pass",
-    ),
+    "made again": MADE_AGAIN,
 }  # fmt: skip
 
 

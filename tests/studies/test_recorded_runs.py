@@ -233,6 +233,14 @@ def test_sound_rows_are_steps_however_they_are_written(rule, every, form, tmp_pa
     assert steps is None or (not steps.unknown and steps.order == made.order)
 
 
+def test_few_long_rows_are_steps_of_their_order(tmp_path):
+    """Errors cancel along a row, and the run with the fewest rows passes through small states."""
+    save(tmp_path, levels=4, every=40)
+    assert len(np.load(tmp_path / "run0.npz")["t"]) == 3
+    steps = of_rows(Scheme(scenes.get("pendulum"), recorded(str(tmp_path / "*.npz"), 2)))
+    assert steps.order == 2 and not steps.unknown
+
+
 def test_a_chaotic_motion_is_followed_as_far_as_it_is_known(tmp_path):
     """Errors at the end are all that the motion allows; the steps are of their order."""
     save(tmp_path, "gauss-2", "double-pendulum", 5)

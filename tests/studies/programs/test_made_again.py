@@ -1,0 +1,121 @@
+"""A program's run is the same steps made again, whichever rows of it a study reads."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from discmech import Scheme, StepFailure, black_box, scenes
+from discmech.studies.evidence import Place, evidence_of
+from discmech.studies.evidence.laws import AGAIN
+from discmech.studies.evidence.measuring import of_scheme
+from discmech.studies.evidence.repeated import repeated
+
+from . import methods
+from .judging import judged
+from .methods import kick_drift_kick
+
+
+def departure(box, scene="pendulum"):
+    return evidence_of(Scheme(scenes.get(scene), box)).departure(AGAIN)
+
+
+def whole_runs(changed):
+    """Return Verlet as a program of whole runs, whose row k of so many is changed."""
+
+    @black_box(order=2, runs=True)
+    def run(q, p, h, steps, every, s):
+        qs, ps = [q], [p]
+        for k in range(1, steps + 1):
+            q, p = kick_drift_kick(q, p, h, s)
+            if k % every == 0:
+                qs.append(q)
+                ps.append(p * changed(k, steps))
+        return np.array(qs), np.array(ps)
+
+    return run
+
+
+def of_state(growth):
+    """Return Verlet that changes p in each seventh of its calls."""
+    calls = itertools.count()
+
+    @black_box(order=2)
+    def step(q, p, h, s):
+        q, p = kick_drift_kick(q, p, h, s)
+        return q, p * (1 + growth * (next(calls) % 7 == 0))
+
+    return step
+
+
+@black_box(order=5, runs=True)
+def interpolated(q, p, h, steps, every, s):
+    """Steps of its own, and rows between them by its interpolation."""
+
+    def f(t, z):
+        q, p = np.split(z, 2)
+        return np.concatenate([s.velocity(q, p), -np.asarray(s.gradient(q, p))])
+
+    times = h * np.arange(0, steps + 1, every)
+    z = solve_ivp(f, (0, times[-1]), np.concatenate([q, p]), t_eval=times, rtol=1e-9, atol=1e-9).y
+    return z[: len(q)].T, z[len(q) :].T
+
+
+@pytest.mark.parametrize("changed", [
+    lambda k, steps: 1.0 if 4 * k % steps == 0 else 1.01,  # right at the rows that order reads
+    lambda k, steps: 1.01 if k == steps // 3 else 1.0,  # a single row, which is not smooth
+])  # fmt: skip
+def test_rows_of_another_run_are_seen(changed):
+    assert departure(whole_runs(changed)).broken
+
+
+@pytest.mark.parametrize("scene", ["pendulum", "kepler"])
+@pytest.mark.parametrize("box", [
+    methods.verlet, methods.rk4, methods.LateLeapfrog, methods.Beeman,
+    whole_runs(lambda k, steps: 1.0), interpolated,
+])  # fmt: skip
+def test_a_sound_run_is_its_steps(box, scene):
+    found = departure(box, scene)
+    assert found.size is not None and not found.broken
+
+
+def test_a_step_that_depends_on_earlier_ones_fails_every_study():
+    assert departure(of_state(1e-9)).broken and not departure(of_state(0.0)).broken
+    found = judged("order", "pendulum", of_state(1e-12), causes=False)
+    assert found["verdict"] == "fail" and "made again, differ from the run by" in found["reason"]
+
+
+def test_a_run_that_fails_is_no_pass():
+    @black_box(order=2)
+    def leaves(q, p, h, s):
+        if q[0] < -0.5:
+            raise ArithmeticError("beyond the table")
+        return kick_drift_kick(q, p, h, s)
+
+    scheme = Scheme(scenes.get("pendulum"), leaves)
+    flow = scheme.flow(scheme.scene.step)
+    start = flow.trajectory(0)
+    with pytest.raises(StepFailure, match="beyond the table"):
+        repeated(flow, np.concatenate([start.x[0], start.mu[0]]), np.ones(2), 2000)
+    assert "beyond the table" in of_scheme(scheme).unscanned
+
+
+def test_how_far_a_change_grows_is_the_motion_s():
+    """A program that enlarges every change buys no larger difference of its own rows."""
+
+    @black_box(order=2, runs=True)
+    def wild(q, p, h, steps, every, s):
+        rows = [(q, p)]
+        for k in range(1, steps + 1):
+            q, p = kick_drift_kick(q, p, h, s)
+            rows.append((q + 1e-6 * (k < steps) * np.sin(1e9 * rows[0][0]), p))
+        qs, ps = map(np.array, zip(*rows[::every], strict=True))
+        return qs, ps
+
+    scheme = Scheme(scenes.get("pendulum"), wild)
+    place: Place = evidence_of(scheme).places[0]
+    z = np.array([float(e) for e in (*place.x, *place.mu)])
+    assert repeated(scheme.flow(place.step), z, np.ones(2), 64).gap > 1e-8
