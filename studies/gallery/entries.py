@@ -83,6 +83,9 @@ _GALA = "https://gala.adrian.pw/en/latest/api/gala.integrate"
 _DIFFRAX = "https://docs.kidger.site/diffrax/api/solvers/ode_solvers/"
 _MUJOCO = "https://mujoco.readthedocs.io/en/stable/computation/index.html#numerical-integration"
 _OPENMM = "http://docs.openmm.org/latest/api-python/generated/openmm"
+_DESOLVER = "https://github.com/Microno95/desolver/tree/master/desolver/integrators"
+_GALPY = "https://docs.galpy.org/en/latest/reference/orbitint.html"
+_OWN = "steps of its own: h is the time between rows, so no order in h is to be seen"
 _LATE = "read as the state is given out: velocities are half a step behind the places"
 _TABLE = (
     Entry(
@@ -114,9 +117,7 @@ _TABLE = (
     Entry(
         "rebound-IAS15", "rebound", "rebound", "rebounds", "ias15", "outer-solar-system",
         "15th order, adaptive, not symplectic; accurate down to machine precision",
-        f"{_REBOUND}/#ias15", {},
-        "steps of its own: h is the time between rows, so no order in h is to be seen",
-        own_steps=True,
+        f"{_REBOUND}/#ias15", {}, _OWN, own_steps=True,
     ),
     Entry(
         "gala-Leapfrog", "gala", "gala", "galas", "LeapfrogIntegrator", "henon-heiles",
@@ -160,6 +161,11 @@ _TABLE = (
     Entry(
         "mujoco-implicit", "mujoco", "mujoco", "mujocos", "implicit", "double-pendulum",
         "Euler, implicit in the velocity", _MUJOCO, {"order": 1, "state": "qv"},
+    ),
+    Entry(
+        "mujoco-implicitfast", "mujoco", "mujoco", "mujocos", "implicitfast", "double-pendulum",
+        "Euler, implicit in the velocity, without the derivatives of Coriolis forces", _MUJOCO,
+        {"order": 1, "state": "qv"},
     ),
     Entry(
         "mujoco-RK4", "mujoco", "mujoco", "mujocos", "RK4", "double-pendulum",
@@ -206,9 +212,52 @@ _TABLE = (
     Entry(
         "heyoka-Taylor", "heyoka", "heyoka", "heyokas", "", "henon-heiles",
         "Taylor's method, accurate to machine precision, not symplectic",
-        "https://bluescarni.github.io/heyoka.py/", {},
-        "steps of its own: h is the time between rows, so no order in h is to be seen",
-        own_steps=True,
+        "https://bluescarni.github.io/heyoka.py/", {}, _OWN, own_steps=True,
+    ),
+    Entry(
+        "desolver-RadauIIA3", "desolver", "desolver", "desolvers", "RadauIIA3", "henon-heiles",
+        "Radau IIA method, __order__ = 3", f"{_DESOLVER}/implicit_integration_schemes.py",
+        {"order": 3}, "constant steps; the tableau has a₂₂ = 1/3, where Radau IIA has 1/4",
+    ),
+    Entry(
+        "pyAT-StrMPoleSymplectic4Pass", "accelerator-toolbox", "at", "pyats",
+        "StrMPoleSymplectic4Pass", "harmonic", "4th-order symplectic pass through a magnet",
+        "https://atcollab.github.io/at/p/index.html", {"order": 4, "symplectic": True},
+        "a quadrupole, one slice for each step",
+    ),
+    Entry(
+        "galpy-leapfrog", "galpy", "galpy", "galpys", "leapfrog_c", "henon-heiles",
+        "simple leapfrog integrator in C", _GALPY, {"order": 2, "symplectic": True},
+    ),
+    Entry(
+        "galpy-symplec4", "galpy", "galpy", "galpys", "symplec4_c", "henon-heiles",
+        "4th order symplectic integrator in C", _GALPY, {"order": 4, "symplectic": True},
+    ),
+    Entry(
+        "galpy-symplec6", "galpy", "galpy", "galpys", "symplec6_c", "henon-heiles",
+        "6th order symplectic integrator in C", _GALPY, {"order": 6, "symplectic": True},
+    ),
+    Entry(
+        "pyhamsys-BM4", "pyhamsys", "pyhamsys", "pyhamsyss", "BM4", "henon-heiles",
+        "symplectic splitting of order 4; step: fixed step size", "https://pypi.org/project/pyhamsys/",
+        {"order": 4, "symplectic": True},
+        "by solve_ivp_symp, which makes one step more between two rows than the step asked for",
+    ),
+    Entry(
+        "lammps-nve", "lammps", "lammps", "lammpss", "", "henon-heiles",
+        "constant NVE integration, velocity Verlet", "https://docs.lammps.org/fix_nve.html",
+        {"order": 2, "symplectic": True, "reversible": True},
+    ),
+    Entry(
+        "pybullet-stepSimulation", "pybullet", "pybullet", "bullets", "", "pendulum",
+        "stepSimulation: forward dynamics and integration over a time step",
+        "https://github.com/bulletphysics/bullet3", {"order": 1, "state": "qv"},
+        "a joint without motor and damping",
+    ),
+    Entry(
+        "sundials-CVODE-Adams", "scikit-sundae", "sksundae", "sundaes", "Adams", "henon-heiles",
+        "Adams' methods of order 1 to 12 with variable steps",
+        "https://sundials.readthedocs.io/en/latest/cvode/", {}, _OWN, own_steps=True,
     ),
 )  # fmt: skip
 ENTRIES = {entry.name: entry for entry in _TABLE}

@@ -27,8 +27,8 @@ EXACT = 4 * 2.0**-52 * LONG
 
 
 def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
-    """Return {"name", "scene", "package", "version", "claim", "place", "note", "studies",
-    "seconds", "differs", "untold"}.
+    """Return {"name", "scene", "package", "version", "claim", "place", "note", "own_steps",
+    "studies", "seconds", "differs", "untold"}.
 
     studies: of each its verdict, reason and measured numbers; seconds: of a step; differs: a
     sentence for each denied claim; untold: one for each undecided claim.
@@ -60,6 +60,7 @@ def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
     return {
         "name": entry.name, "scene": entry.scene, "package": entry.package,
         "version": entry.version, "claim": entry.claim, "place": entry.place, "note": entry.note,
+        "own_steps": entry.own_steps,
         "claims": {key: value for key, value in entry.claims.items() if key != "state"},
         "studies": found, "seconds": _seconds(entry, box, scene), "differs": differs,
         "untold": untold,

@@ -41,14 +41,25 @@ def page(entries: Sequence[dict[str, Any]], absent: Sequence[str], long: int) ->
     if notes:
         parts.append("How they are run:\n\n" + "\n".join(notes))
     if differing := [e for e in entries if e["differs"]]:
-        lines = [f"- {_named(e)}: {' '.join(e['differs'])}" for e in differing]
-        parts.append("What differs:\n\n" + "\n".join(lines))
+        parts.append(
+            "What differs, each a line for an issue:\n\n" + "\n".join(map(_line, differing))
+        )
     if unknown := [e for e in entries if e["untold"]]:
         lines = [f"- {_named(e)}: {' '.join(e['untold'])}" for e in unknown]
         parts.append("What could not be told:\n\n" + "\n".join(lines))
     if absent:
         parts.append("\n".join(absent))
     return "\n\n".join(parts) + "\n"
+
+
+def _line(e: dict[str, Any]) -> str:
+    """Return the line that its author can paste into an issue."""
+    note = f" ({e['note']})" if e["note"] else ""
+    return (
+        f'- {e["package"]} {e["version"]}, {e["name"]}{note}: "{e["claim"]}" is claimed in '
+        f"<{e['place']}>; on {e['scene']}: {' '.join(e['differs'])} "
+        f"Measured by `discmech gallery {e['name']}`."
+    )
 
 
 def _named(e: dict[str, Any]) -> str:
@@ -69,7 +80,7 @@ def figures(e: dict[str, Any]) -> list[str]:
     certain, resolution = form.get("certain"), form.get("resolution")
     drifts = of["momentum"].get("drift", {})
     return [
-        "–" if order is None else f"{order:.2f}",
+        "no order in h" if e["own_steps"] else "–" if order is None else f"{order:.2f}",
         "–" if certain is None else f"{certain:.1e}" if certain else f"< {resolution:.0e}",
         _number(of["energy"].get("band")),
         _number(max(drifts.values(), default=None)),

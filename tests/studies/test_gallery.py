@@ -65,6 +65,27 @@ def test_names_are_of_methods_or_libraries(capsys):
     assert "of order 8 <https://docs.scipy.org" in capsys.readouterr().out
 
 
+def told(**more):
+    """A measured entry of the page, as far as nothing else is said."""
+    return {"name": "lib-a", "scene": "pendulum", "package": "lib", "version": "1.2", "note": "",
+            "claim": "order 3", "place": "http://here", "own_steps": False, "seconds": None,
+            "studies": {"order": {"measured": {"order": 1.0}}, "energy": {"measured": {}}},
+            "differs": [], "untold": [], **more}  # fmt: skip
+
+
+def test_steps_of_a_method_s_own_have_no_order_in_h():
+    assert "| pendulum | no order in h |" in page([told(own_steps=True)], [], 1)
+    assert "| pendulum | 1.00 |" in page([told()], [], 1)
+
+
+def test_what_differs_is_one_line_that_its_author_can_paste():
+    (line,) = [row for row in page([told(differs=["order 1 is below 3."])], [], 1).splitlines()
+               if row.startswith("- ")]  # fmt: skip
+    for words in ("lib 1.2, lib-a", '"order 3"', "<http://here>", "on pendulum: order 1 is below",
+                  "`discmech gallery lib-a`"):  # fmt: skip
+        assert words in line
+
+
 @pytest.mark.slow
 def test_the_command_measures_and_writes_a_page(tmp_path, capsys):
     written, data = tmp_path / "gallery.md", tmp_path / "gallery.json"
