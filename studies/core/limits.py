@@ -40,6 +40,48 @@ MADE_AGAIN = Limit(
     "errs towards a pass",
 )
 
+#: of single steps and of recorded rows: limits of the study of order, which the evidence reads
+OF_ORDER = {
+    "rows: power": Limit(
+        0.5, "power of the step by which a recorded row, or all of them, may miss the others'",
+        "derived: runs whose steps differ by 8 are compared, so half a power is a factor of 2.8, "
+        "nearly twice what C of the defects C hᵖ may change over three short rows",
+    ),
+    "rows: change": Limit(
+        1.5, "factor by which C of the defects C hᵖ of recorded rows may change over three rows",
+        "derived: such rows are a sixth of the motion's length and less, in which C, a polynomial "
+        "there, changes by less than a third",
+    ),
+    "rows: alone": Limit(
+        8, "defect of a recorded row over the largest of its neighbours, where no run is beside it",
+        "set: C may change by 1.5 from row to row and pass through 0; it errs towards a pass",
+    ),
+    "rows: way": Limit(
+        0.1, "defect of a row over the way from the row before, where no other run tells of it",
+        "set: a step that follows the motion at all leaves less; it errs towards a pass, and one "
+        "run, or runs whose steps differ by less than 8, say nothing finer of its motion",
+    ),
+    "rows: interpolated": Limit(
+        100, "errors of the end of a run by which a row of a program's longer run may differ",
+        "set: an interpolation of one power of the step less is 10 times worse at a step of a "
+        "tenth, and so is a long last step beside one that is cut to end there; it errs towards a "
+        "pass",
+    ),
+    "rows: enlarged": Limit(
+        10, "growth of a change of the start with which a recorded motion excuses large errors",
+        "set: errors of less than a hundredth of the motion are small, and a motion that enlarges "
+        "a change less than tenfold leaves them below a tenth of it; it errs towards a fail",
+    ),
+    "powers: rounded": Limit(
+        10, "roundings of a program's step that a sum of powers of the step may leave",
+        "set: a step has a few operations on each entry; it errs towards a pass",
+    ),
+    "powers: clearly": Limit(
+        10, "times less that a sum leaves with a lower power of the step in place of a higher one",
+        "set: a sum of noise may fit twice as well by chance; it errs towards a pass",
+    ),
+}  # fmt: skip
+
 
 def of_a_step(digits: int) -> float:
     """Return the largest defect of a step, over its own bound, that is round-off."""

@@ -14,7 +14,7 @@ class Departure:
 
     size: that of the departure, None if it is unknown, for the reason `unknown`. limit: the most
     that round-off may leave. name: of the quantity, or of the kind of form. step, place: those of
-    the departure.
+    the departure; on_motion: True for a place on the scene's own motion.
     """
 
     size: float | None = None
@@ -23,6 +23,7 @@ class Departure:
     step: float = 0.0
     place: str = ""
     unknown: str = ""
+    on_motion: bool = False
 
     @property
     def broken(self) -> bool:

@@ -115,7 +115,7 @@ def broken(law: str, one: Departure, seed: int | None, what: str = "") -> str:
     run, step, then = (words.format(name=one.name) for words in WORDS.get(law, OF_A_QUANTITY))
     said = f"in {what}" if what else f"the run {run}, but"
     return (
-        f"{said} a step of {one.step:.3g} from {one.place}, a place that was drawn around the "
-        f"motion{drawn}, {step} {one.size:.2g}, where round-off would leave at most "
-        f"{one.limit:.0e}{then}."
+        f"{said} a step of {one.step:.3g} from {one.place}, a place that was drawn "
+        f"{'on' if one.on_motion else 'beside'} the motion{drawn}, {step} {one.size:.2g}, where "
+        f"round-off would leave at most {one.limit:.0e}{then}."
     )

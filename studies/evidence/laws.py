@@ -25,7 +25,7 @@ from discmech.integrators.flows import (
     return_defect,
 )
 
-from ..core.limits import MADE_AGAIN, of_a_step
+from ..core.limits import MADE_AGAIN, OF_ORDER, of_a_step
 from ..core.single_steps import Departure
 from .places import Place, random_fraction
 from .repeated import repeated
@@ -34,10 +34,6 @@ DIGITS = 30  # digits of the states; defects are evaluated to twice as many
 #: a defect that exceeds round-off of twice the digits: its zeros are known to √ε² (`defects`)
 LIMIT = 10.0 ** (5 - DIGITS)
 STEPS = 16  # steps of a program from a place that are made again
-#: errors of the end of a run by which a row of a longer run may differ from it: an interpolation of
-#: one power of the step less is 10 times worse at a step of a tenth, and so is a long last step
-#: beside one that is cut to end there; it errs towards a pass
-INTERPOLATED = 100
 TRIES = 4  # how many ever shorter steps are tried from a place where no step is found
 
 
@@ -127,7 +123,7 @@ class MadeAgain(Law):
         if getattr(scheme.rule, "runs", False):
             if found.error is None:
                 return Departure(unknown="the motion is not known, and rows may be interpolated.")
-            limit += INTERPOLATED * found.error
+            limit += OF_ORDER["rows: interpolated"] * found.error
         return Departure(found.gap, limit)
 
 
@@ -157,7 +153,8 @@ def worst_departure(
                 why = " ".join(str(refusal).split())
                 break
             if one.size is not None and _is_worse(one, worst):
-                worst = replace(one, step=one.step or float(step), place=str(place))
+                worst = replace(one, step=one.step or float(step), place=str(place),
+                                on_motion=not place.beside)  # fmt: skip
             break
     return worst if worst.size is not None else Departure(unknown=why)
 

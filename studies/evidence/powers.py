@@ -9,15 +9,17 @@ import numpy as np
 
 from discmech.integrators.numbers import Vector
 
+from ..core.limits import OF_ORDER
+
 TERMS = 4  # successive powers of a sum; one more is tried before a lower power is
 #: so many of the longest steps at most are left out, where more powers count; those that stay tell
 #: a power from others over a factor of 10³ of the step
 OUT, FEWEST = 8, 10
-#: errors of some operations exceed the bound of one rounding so many times. The shortest steps, at
-#: which a smooth error is gone, tell if a program has more
-ROUNDED, LAST = 10, 6
+#: errors of some operations exceed the bound of one rounding so many times; a lower power is found
+#: if it leaves so many times less than a higher one instead
+ROUNDED, CLEARLY = OF_ORDER["powers: rounded"], OF_ORDER["powers: clearly"]
+LAST = 6  # the shortest steps, at which a smooth error is gone, tell if a program rounds more
 MOST = 10  # by so much more than that round-off may exceed its bound
-CLEARLY = 10  # a lower power is found if it leaves so many times less than a higher one instead
 
 
 @dataclass(frozen=True)

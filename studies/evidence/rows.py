@@ -22,24 +22,21 @@ from discmech.integrators.extensions.foreign.recorded import RecordedScheme
 from discmech.integrators.numbers import mpmath
 from discmech.reference import ReferenceFailure, many_motions, surroundings
 
+from ..core.limits import OF_ORDER
 from ..core.single_steps import SingleSteps
 
 #: the rows of a run that are compared; of a longer run so many are drawn
 MOST_ROWS = 8192
-#: steps have to differ by this factor: half a power of it is twice what C may change, and more
-APART = 7.9
-HALF = 0.5  # the power of the step by which a row may miss that of the others
+APART = 7.9  # steps have to differ by this factor, 8 to rounding
+HALF, CHANGE = OF_ORDER["rows: power"], OF_ORDER["rows: change"]
+SPIKE, LARGE = OF_ORDER["rows: alone"], OF_ORDER["rows: way"]
 #: rounding of a row: a few operations a step, in units of the last digit, and each of these twice
 ROUNDED, TWICE = 8, 4
 #: a defect of this share of the way between two rows is the first power of the error to a tenth
 SMALL = 1e-2
-#: a share of the way that no step of a run leaves which follows the motion at all
-LARGE = 0.1
 #: rows so short beside the motion (`Surroundings.length`, an eighth of the distance to the nearest
 #: singularity) that C changes by less than a third over three of them
 SHORT = 1 / 6
-CHANGE = 1.5
-SPIKE = 8  # the defect of a row beside the largest of its neighbours on both sides
 LENGTHS = 24  # rows at which the length of the motion is asked for
 CLEAR = 10  # a defect of so many roundings gives a power of the step to a tenth
 

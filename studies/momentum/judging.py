@@ -14,6 +14,7 @@ from .cause import cause_of_drift
 from .limits import LIMITS
 from .measuring import _claimed, _epsilon, _over, limits_of, walks_of
 from .records import Found
+from .sight import key_of
 
 #: share of the terms of dJ/dt: a sum that is 0 to round-off, for up to 10⁶ sites, is far below
 NO_RATE = 2.0**-30
@@ -34,7 +35,7 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     And the steps have to be consistent: a method of another motion may keep all quantities.
     """
     judged = _judged(case, measurement.measured["drift"])
-    return demand_consistency(measurement, _judge(case, measurement), *judged)
+    return demand_consistency(measurement, _judge(case, measurement), *map(key_of, judged))
 
 
 def _judged(case: Case, drift: Mapping[str, float]) -> list[str]:

@@ -73,6 +73,11 @@ def _moved(part: Any, size: float, drawn: random.Random, numbers: Any) -> Any:
     return part + numbers.number(size) * sizes * np.array(signs, numbers.dtype)
 
 
+def key_of(name: str) -> str:
+    """Return the name of the law of a quantity: one that is called "form" is not the form."""
+    return f"keeps {name}"
+
+
 class Keeps(Law):
     """A quantity that each step has to keep, also beside the motion; no force changes it.
 
@@ -81,7 +86,7 @@ class Keeps(Law):
     """
 
     def __init__(self, quantity: Conserved) -> None:
-        self.quantity, self.name = quantity, quantity.name
+        self.quantity, self.name = quantity, key_of(quantity.name)
 
     def refusal(self, scheme: Scheme) -> str:
         """Return "": a program's step may be held against it, too."""
@@ -104,7 +109,7 @@ class Keeps(Law):
             change = float(gap / scale) if gap else 0.0
         own = max(float(numbers.eps), scheme.rule.unit(digits)) if digits == 16 else numbers.eps
         limit = ALLOWED * float(own) * (1 + sum(units))
-        return Departure(change, limit, self.name, float(step))
+        return Departure(change, limit, self.quantity.name, float(step))
 
 
 @cache

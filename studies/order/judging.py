@@ -12,6 +12,7 @@ from ..core.records import decoded
 from ..core.single_steps import SingleSteps
 from ..evidence import NEAR as BESIDE
 from . import judging_steps, multipliers
+from .limits import LIMITS
 from .limits import tolerance as allowed
 from .measuring import BESIDE_EARLY, LARGE, ladder, measure
 from .recorded import FEWEST
@@ -20,8 +21,6 @@ from .window import approaches, departure, finest_order, floor, not_converging
 
 #: errors that stop sinking above this are no ordinary round-off
 STUCK = 1e-11
-#: the usual order of the steps between recorded rows is that of the method to half a power
-STEPS = 0.5
 
 
 def judge(case: Case, measurement: Measurement) -> Verdict:
@@ -188,10 +187,13 @@ def _of_recorded(case: Case, found: Found, verdict: Verdict) -> Verdict:
     if verdict.verdict == "pass" and local.unknown:
         said = f"the errors at all rows have their order, but {local.unknown.rstrip('.')}."
         return Verdict("inconclusive", said, verdict.expected)
-    steps = local.order is not None and case.order and local.order > case.order - STEPS
-    if verdict.verdict == "fail" and steps and "converge" in verdict.reason:
+    least = (case.order or math.inf) - LIMITS["rows: power"]
+    steps = local.order is not None and local.order > least
+    enlarged, large = found.grown or 1.0, "converge" in verdict.reason
+    if verdict.verdict == "fail" and steps and large and enlarged >= LIMITS["rows: enlarged"]:
         said = f"the steps from row to row are of order {local.order:.2f}, as declared, and the "
-        said += "motion enlarges their errors until none is small: record shorter runs."
+        said += f"motion enlarges a change of its start {enlarged:.2g} times until the last row, "
+        said += "so no error is small there: record shorter runs."
         return Verdict("inconclusive", said, verdict.expected)
     if "--steps" in verdict.reason:
         return verdict.because(

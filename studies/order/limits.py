@@ -1,6 +1,6 @@
 """The limits of orders."""
 
-from ..core.limits import Limit
+from ..core.limits import OF_ORDER, Limit
 
 LIMITS = {
     "double precision": Limit(
@@ -18,6 +18,7 @@ LIMITS = {
         "set: larger ones are not yet small, so that no run resolves the motion; it errs towards "
         "inconclusive, and only where single steps have their order",
     ),
+    **OF_ORDER,
 }  # fmt: skip
 
 

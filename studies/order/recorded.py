@@ -52,7 +52,7 @@ def measure(case: Case) -> Found:
         rows.append(row.with_errors(float(np.hypot(of_x, of_mu)), of_base, of_mu))
     agreed = motion.certain if case.scene.in_numbers else None
     return Found(*fit(case, rows, motion.certain), motion.certain, agreed,
-                 of_rows(scheme), float(times[-1]))  # fmt: skip
+                 of_rows(scheme), float(times[-1]), float(motion.grown.max()))  # fmt: skip
 
 
 class _Motion:

@@ -67,7 +67,8 @@ class Found:
     """The runs, the digits of the reference that are certain, and single steps.
 
     agreed: the digits in which two references of a scene in numbers agree. duration: the final
-    time of the runs.
+    time of the runs. grown: how many times larger the motion makes a change of its start up to the
+    last row of recorded runs.
     """
 
     rows: Sequence[Row] = ()
@@ -76,6 +77,7 @@ class Found:
     agreed: float | None = field(default=None, metadata=OPTIONAL)
     local: SingleSteps | None = None
     duration: float = 0.0
+    grown: float | None = field(default=None, metadata=OPTIONAL)
 
     @property
     def trusted(self) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from discmech.studies.core.limits import OF_ORDER
 from discmech.studies.core.study import every_study
 from tests.imports import ROOT
 
@@ -83,6 +84,7 @@ IN_NO_PROSE = {
     "charts: stopped", "contact: excess", "contact: form", "energy: balance", "energy: elsewhere",
     "energy: straight", "energy: whole", "optimality: grows", "order: unresolved",
     "symplecticity: made again", "work-precision: sinking",
+    *(f"order: {name}" for name in OF_ORDER),
 }  # fmt: skip
 
 

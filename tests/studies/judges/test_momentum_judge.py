@@ -1,9 +1,14 @@
 """The judge of momenta: at its limits and beside them."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
+from discmech.studies.core.single_steps import Departure
+from discmech.studies.evidence.judging import broken
+from discmech.studies.evidence.laws import FORM
 from discmech.studies.momentum import measuring as momentum
+from discmech.studies.momentum.sight import key_of
 from tests.studies.judges.by_hand import ABOVE, BELOW, case, close, judged
 
 
@@ -73,3 +78,12 @@ def test_what_lost_digits_can_add_up_to_is_not_told(monkeypatch):
     assert told({"J": 3e-8}, units={"J": (3.0, 1.0)})[0] == "inconclusive"
     assert told({"J": 9e-9}, units={"J": (0.5, 1.0)})[0] == "inconclusive"
     assert told({"J": 2e-8}, units={"J": (0.5, 3.0)})[0] == "fail"
+
+
+def test_a_quantity_with_the_name_of_a_law_has_its_own_words():
+    one = Departure(1e-3, 1e-20, "form", 0.1, "x = (1)", on_motion=True)
+    said = broken(key_of("form"), one, 7)
+    assert "the run keeps form, but a step" in said and "drawn on the motion (seed 7)" in said
+    assert "changes form by 0.001" in said and "defect" not in said
+    beside = broken(FORM.name, replace(one, name="poisson", on_motion=False), 7)
+    assert "has a poisson defect of 0.001" in beside and "drawn beside the motion" in beside

@@ -233,3 +233,15 @@ def test_an_error_is_bent_where_round_off_moves_it_off_a_line(digits, straight):
     assert window.is_bent(case(digits), Row(**row))
     assert not window.is_bent(case(digits), Row(**row | {"error": ABOVE * error}))
     assert not window.is_bent(case(digits), Row(error=1e-300))
+
+
+def test_recorded_runs_are_excused_by_a_motion_that_enlarges_errors():
+    """Only where the growth was measured, and is large; the steps have their order in both."""
+    held = SimpleNamespace(order=2, effective=None, method=None, is_recorded=True, is_formula=False,
+                           runs_at=lambda digits: digits == 16,
+                           unit=lambda digits: 2.0**-53)  # fmt: skip
+    rows = ladder([0.5, 0.48, 0.5, 0.49])
+    told = [order_of(None, case(rule=held), rows=rows, local={"order": 2.0}, grown=grown)
+            for grown in (None, 9.0, 11.0)]  # fmt: skip
+    assert [verdict for verdict, *_ in told] == ["fail", "fail", "inconclusive"]
+    assert "enlarges a change of its start 11 times" in told[2][1]
