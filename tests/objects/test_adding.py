@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.studies.test_new_study import DECLARED, MEASURING, VIEW
+
 ROOT = Path(__file__).resolve().parents[2]
 COPIED = (
     "discmech.py",
@@ -84,6 +86,8 @@ scene = Scene(
     x0=["0.4"],
     v0=["0.3"],
     step="0.1",
+    title="Ball in a quartic well",
+    source="a test",
 )
 '''
 
@@ -104,18 +108,62 @@ ADDED = {
 @pytest.mark.parametrize("kind", ADDED)
 def test_what_is_added_is_held_to_the_laws(kind, tmp_path):
     file, text, name, listed, laws, law, cases = ADDED[kind]
-    for source in COPIED:
-        copy = shutil.copytree if (ROOT / source).is_dir() else shutil.copy
-        (tmp_path / source).parent.mkdir(exist_ok=True)
-        copy(ROOT / source, tmp_path / source)
+    copied(COPIED, tmp_path)
     (tmp_path / "integrators" / file).write_text(text, encoding="utf-8")
     module = f"discmech.integrators.{file[:-3].replace('/', '.')}"
     with (tmp_path / "tests" / "objects" / f"{listed.lower()}.py").open("a") as objects:
         objects.write(f"from {module} import {name}\n{listed}[{name}.name] = {name}\n")
+    said = python(tmp_path, *PYTEST, "-p", "no:discmech", f"tests/laws/{laws}", "-k", law)
+    assert f"{cases} passed" in said
+
+
+@pytest.mark.slow
+def test_a_study_a_scene_and_a_rule_want_no_line_but_their_names(tmp_path):
+    """A folder; two files, and their names where they are registered. No test knows a list."""
+    copied(("discmech.py", "pyproject.toml", "integrators", "reference", "studies", "tests",
+            "reports/templates"), tmp_path)  # fmt: skip
+    study, mathematics = tmp_path / "studies" / "distance", tmp_path / "integrators"
+    study.mkdir()
+    for name, text in (("__init__", DECLARED), ("measuring", MEASURING), ("view", VIEW)):
+        (study / f"{name}.py").write_text(text, encoding="utf-8")
+    for file, text, _, _, _, _, _ in (ADDED["scene"], ADDED["rule"]):
+        (mathematics / file).write_text(text, encoding="utf-8")
+    replaced(mathematics / "scenes" / "__init__.py", "NAMES = (", 'NAMES = (\n    "quartic",')
+    rules = mathematics / "rules" / "__init__.py"
+    replaced(rules, "from .galerkin", "from .fifths import fifths\nfrom .galerkin")
+    replaced(rules, "(rectangle, midpoint", "(fifths, rectangle, midpoint")
+    python(tmp_path, "discmech.studies.command", "reference", "--rebuild", "quartic")
+    said = python(tmp_path, *PYTEST, *AWARE, "-m", "not slow", "-k", " or ".join(OF_ALL))
+    assert all(name in said for name in ("quartic", "fifths", "distance"))
+
+
+#: tests that go over all studies, scenes or rules
+AWARE = ("tests/test_registries.py", "tests/test_house.py", "tests/test_pickled.py",
+         "tests/studies/test_command.py", "tests/studies/test_records.py",
+         "tests/reference/test_reference_tables.py")  # fmt: skip
+OF_ALL = ("quartic", "fifths", "distance", "registered", "names_everything", "what_a_study_has",
+          "left_over", "no_two_systems")  # fmt: skip
+PYTEST = ("pytest", "-v", "-p", "no:cacheprovider")
+
+
+def copied(sources, tree):
+    for source in sources:
+        copy = shutil.copytree if (ROOT / source).is_dir() else shutil.copy
+        (tree / source).parent.mkdir(exist_ok=True)
+        copy(ROOT / source, tree / source)
+
+
+def replaced(path, old, new):
+    text = path.read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def python(tree, module, *words):
+    """What a module says in that copy, where it ends well."""
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:discmech", "-p", "no:cacheprovider",
-         f"tests/laws/{laws}", "-k", law],
-        cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)}, timeout=300, text=True,
-        capture_output=True,
+        [sys.executable, "-m", module, *words], cwd=tree, timeout=600, text=True,
+        env={**os.environ, "PYTHONPATH": str(tree)}, capture_output=True,
     )  # fmt: skip
-    assert f"{cases} passed" in done.stdout, done.stdout + done.stderr
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout

@@ -39,7 +39,7 @@ def test_what_lattices_lack_other_studies_say(ask):
     for study in ("lattices", "order"):
         assert "not by one-step maps" in ask(study, "fput", "--rule", "runge-kutta-4")[2]
     assert "are measured in double precision" in ask("lattices", "fput", "--digits", "50")[2]
-    note = " ".join(check("order", ["fput", "harmonic"], ["heun"], [16])["notes"])
+    note = " ".join(check("order", ["fput", "harmonic"], ["heun"], [16], 16)["notes"])
     assert "fput: lattices run by rules" in note
     code, _, err = ask("explain", "fput", "midpoint")
     assert code == 2 and "fput is a lattice" in err
@@ -72,14 +72,14 @@ def test_a_lattice_of_one_s_own_is_judged_by_its_file(tmp_path, monkeypatch, cap
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text(MINE.format(k=1))
     (tmp_path / "stiff.py").write_text(MINE.format(k="np.linspace(1, 2, 11)"))
-    words = ["mine.py:chain", "--rule", "midpoint", "--steps", "2000"]
+    words = ["mine.py:chain", "--rule", "midpoint", "--steps", "400"]
     assert main(["lattices", *words]) == 0
     assert "springs" in capsys.readouterr().out
     asked = [Case("lattices", lookup.scene_given(f"{name}.py:springs"), rules.get("midpoint"), 16)
              for name in ("mine", "stiff")]  # fmt: skip
     assert len({of_case(STUDY, c, timed=False) for c in asked}) == 2
     assert asked[0].command == "discmech lattices mine.py:springs --rule midpoint --digits 16"
-    assert main(["verify", "mine.py"]) == 0
+    assert main(["verify", "mine.py", "--study", "order", "--study", "lattices"]) == 0
     said = capsys.readouterr().out
     assert "order: springs, midpoint" in said and "lattices: springs, midpoint" in said
 

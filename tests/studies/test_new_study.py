@@ -52,16 +52,19 @@ DIGITS = (16,)
 
 
 def cases(choice):
+    """All scenes that have a base."""
     assert choice.asked("power", 2) in range(1, 10)
     return [c for c in plain_cases(NAME, choice, DIGITS) if c.scene.x0]
 
 
 def measure(case, progress):
+    """The length of x0."""
     length = sum(float(e) ** 2 for e in case.scene.x0) ** 0.5
     return {"measured": {"length": length}, "rows": [{"length": length}]}
 
 
 def judge(case, measurement):
+    """Every length is finite."""
     return Verdict("pass", "", {"limit": 1e9})
 '''
 

@@ -76,6 +76,7 @@ NO_FLOORS = {
 }
 
 
+@pytest.mark.dear("[jitter]", "on a fine grid", "30 units", "a potential, on a grid")
 @pytest.mark.parametrize("attack", NO_FLOORS)
 def test_no_error_of_a_method_is_a_floor(attack):
     found = judged("order", "pendulum", NO_FLOORS[attack], causes=attack == "whole numbers")
@@ -107,6 +108,7 @@ def test_a_grid_of_velocities_is_one_of_momenta():
     assert found["verdict"] == "pass" and "rounded to 13 decimals" in found["reason"]
 
 
+@pytest.mark.dear("[6]")
 @pytest.mark.parametrize("decimals", [3, 6])
 def test_a_floor_that_hides_the_order_is_inconclusive(decimals):
     found = judged("order", "pendulum", step_of(lambda v: np.round(v, decimals)))

@@ -55,6 +55,7 @@ def test_a_step_that_is_another_one_in_a_run_is_no_map():
     assert found["verdict"] == "fail" and "between calls" in found["reason"]
 
 
+@pytest.mark.slow
 def test_a_method_that_keeps_no_form_is_a_map_in_its_runs_too():
     last = {"length": 0, "end": ()}
 

@@ -39,6 +39,7 @@ def unequal_halves(q, p, h, s):
     return q, p - 0.49999999 * h * s.gradient(q, p)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("size", [3e-5, 1e-5, 5e-6, 1e-7, 2e-8])
 @pytest.mark.parametrize("of_x", [False, True])
 def test_a_small_error_of_first_order_is_seen(size, of_x):
@@ -53,6 +54,7 @@ def test_its_runs_of_second_order_are_denied():
     assert local_order("pendulum", black_box(order=2)(unequal_halves)).order < 1 + NEAR
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("scene", ["pendulum", "kepler"])
 @pytest.mark.parametrize("name", [
     "verlet", "rk4", "ruth", "yoshida", "Beeman",

@@ -28,6 +28,7 @@ def forgot_h(s, z, h):
 """
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", BROKEN)
 @pytest.mark.parametrize("form", FORMS)
 def test_the_order_of_a_naive_map_fails(name, form):
