@@ -84,6 +84,7 @@ def turned(flow):
     flow.gaps_kind = type("Tilted", (contact_trials.Turned,), {"size": 1e-9})
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("apart", ["1", "1.003"])
 @pytest.mark.parametrize("fault", [rebound, turned])
 def test_an_impact_that_is_wrong_in_the_ninth_digit_fails(fault, apart):

@@ -100,8 +100,8 @@ free = Scene("free", pair(1), lambda x, v, p: v[0] ** 2 / 2, x0=[1], v0=[0])
     folder.joinpath("broken.py").write_text("import nothing_of_this_name")
     folder.joinpath("test_near.py").write_text("""
 def test_found(assert_reversible):
-    assert_reversible("near.py:two_thirds", "near.py:free", digits=30)
-    assert_reversible("triple-jump:near.py:two_thirds", "near.py:free", digits=30)
+    assert_reversible("near.py:two_thirds", "near.py:free", digits=16)
+    assert_reversible("triple-jump:near.py:two_thirds", "near.py:free", digits=16)
 
 def test_no_quantities(assert_momentum):
     assert_momentum("midpoint", "near.py:free")
