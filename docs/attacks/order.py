@@ -226,6 +226,13 @@ def body_first(L, G, x, u, h):
     return lighter(L, u, h, h / 10)
 
 
+@discretisation(order=2, groupoids="action")
+def top_fast(L, G, x, u, h):
+    """H gains 10⁻⁹ Γ·μ, a Casimir: (x, μ) move rightly, and the top turns too fast about Γ."""
+    y = G.target(x, u, h / 2)
+    return h * L(y, u - y / 10**9)
+
+
 @one_step(order=2, groupoids="pair")
 def damped_in_a_part(s, z, h):
     """Verlet that damps by 10⁻⁷ h where x is 0.3 to a thousandth, and nowhere else."""

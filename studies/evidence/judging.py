@@ -10,7 +10,7 @@ from ..core.case import Measurement, Verdict
 from ..core.records import decoded
 from ..core.single_steps import Departure, SingleSteps
 from . import NEAR
-from .laws import AGAIN, FORM, WAY_BACK
+from .laws import AGAIN, ARROW, FORM, WAY_BACK
 
 #: the key of the record in a measurement
 LOCAL = "local"
@@ -24,6 +24,10 @@ WORDS = {
         "is judged as steps", "and 15 more, made again, differ from the run by",
         ": it keeps something from an earlier step or run, is random, or its rows are those of "
         "another run",
+    ),
+    ARROW.name: (
+        "moves (x, μ) rightly", "has an arrow u that differs from the velocity ξ(x, μ) by",
+        ": the body turns as another one, as with a Casimir added to H",
     ),
 }  # fmt: skip
 OF_A_QUANTITY = ("keeps {name}", "changes {name} by", "")
@@ -53,7 +57,7 @@ def judge(
     """
     if local is None:
         return verdict
-    for law in (*laws, AGAIN.name) if verdict.verdict != "fail" else ():
+    for law in (*laws, AGAIN.name, ARROW.name) if verdict.verdict != "fail" else ():
         one = local.laws.get(law)
         if one is not None and one.broken:
             return Verdict("fail", broken(law, one, local.seed, what), verdict.expected)

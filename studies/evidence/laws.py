@@ -24,6 +24,7 @@ from discmech.integrators.flows import (
     restricted_form_defect,
     return_defect,
 )
+from discmech.integrators.numbers import mpmath
 
 from ..core.limits import MADE_AGAIN, OF_ORDER, of_a_step
 from ..core.single_steps import Departure
@@ -34,6 +35,9 @@ DIGITS = 30  # digits of the states; defects are evaluated to twice as many
 #: a defect that exceeds round-off of twice the digits: its zeros are known to √ε² (`defects`)
 LIMIT = 10.0 ** (5 - DIGITS)
 STEPS = 16  # steps of a program from a place that are made again
+#: share of a step at which an arrow is the velocity but for a linear part: what is left of it is
+#: its square, and 2²⁰ times that where the arrow curves a thousandfold as fast as the motion
+SHORT = Fraction(1, 10**10)
 TRIES = 4  # how many ever shorter steps are tried from a place where no step is found
 
 
@@ -127,7 +131,35 @@ class MadeAgain(Law):
         return Departure(found.gap, limit)
 
 
-FORM, WAY_BACK, AGAIN = Form(), WayBack(), MadeAgain()
+class ArrowVelocity(Law):
+    """The arrow u of a step is the velocity ξ(x, μ) as h goes to 0, where ẋ does not say so.
+
+    On an action groupoid and on a product with a group, (x, μ) may move rightly while the body
+    turns as another one: a Casimir that is added to H changes ξ alone. (On a group without a base
+    the attitude itself is judged.)
+    """
+
+    name = "arrow"
+
+    def refusal(self, scheme: Scheme) -> str:
+        """Return the reason why no arrow is asked for."""
+        scene = scheme.scene
+        if not scheme.rule.asks_lagrangian or scene.groupoid.kind not in ("action", "product"):
+            return "(x, μ) alone says how the motion goes."
+        return "L_d on the group has no small step." if scene.discrete_lagrangian else ""
+
+    def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
+        """Return |u − ξ| at a step to 0, over |ξ|: the part of u that two short steps share."""
+        short = SHORT * step
+        arrows = [scheme.flow(e * short, DIGITS).trajectory(1, **place.start).u[0] for e in (1, 2)]
+        with mpmath.workdps(DIGITS):
+            velocity = np.array([*map(mpmath.mpf, place.u)])
+            gap = abs(2 * arrows[0] - arrows[1] - velocity).max()
+            size = float(gap / (abs(velocity).max() or 1))
+        return Departure(size, float(2**20 * SHORT**2), step=float(short))
+
+
+FORM, WAY_BACK, AGAIN, ARROW = Form(), WayBack(), MadeAgain(), ArrowVelocity()
 
 
 def worst_departure(

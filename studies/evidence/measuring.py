@@ -13,7 +13,7 @@ from ..core.case import Case
 from ..core.single_steps import Departure, SingleSteps
 from ..systems import system_of
 from . import NEAR, LocalOrder, evidence_of
-from .laws import AGAIN, Law
+from .laws import AGAIN, ARROW, Law
 from .rows import of_rows
 
 
@@ -63,8 +63,7 @@ def of_scheme(
     least = least or scheme.order or 1
     if order.order is not None and order.order < least - NEAR:
         told = replace(told, floats=evidence.floats(least))
-    own = () if scheme.rule.is_formula else (AGAIN,)
-    return replace(told, laws=_departures(scheme, (*laws, *own)))
+    return replace(told, laws=_departures(scheme, (*laws, AGAIN, ARROW)))
 
 
 def _departures(scheme: Scheme, laws: Sequence[Law]) -> dict[str, Departure]:

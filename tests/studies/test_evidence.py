@@ -17,7 +17,7 @@ from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies.core.case import in_chart
 from discmech.studies.core.single_steps import Departure
 from discmech.studies.evidence import evidence_of
-from discmech.studies.evidence.laws import FORM, WAY_BACK, Law, worst_departure
+from discmech.studies.evidence.laws import ARROW, FORM, WAY_BACK, Law, worst_departure
 from discmech.studies.evidence.measuring import of_scheme
 from discmech.studies.evidence.places import is_linear
 from discmech.studies.evidence.scan import times_that_stand_out
@@ -221,6 +221,30 @@ def test_the_attitude_of_a_body_is_judged_with_its_momentum(added, order):
     assert order == 2 or found.component.startswith("the attitude")
     (case,) = check("symplecticity", [body], [of_inertia(added)], [16])["cases"]
     assert case["verdict"] == ("fail" if order < 1 else "pass")
+
+
+BESIDE_A_GROUP = [s.name for s in scenes.all_scenes() if s.groupoid.kind in ("action", "product")]
+
+
+@pytest.mark.dear("pivoted-body", "wong")
+@pytest.mark.parametrize("scene", BESIDE_A_GROUP)
+def test_the_arrow_of_a_short_step_is_the_velocity(scene):
+    """A sound one is nearer than 10⁻⁶ of the limit; a Casimir of 10⁻⁹ is far beyond it."""
+    found = evidence_of(Scheme(scenes.get(scene), midpoint)).departure(ARROW)
+    assert found.size < 1e-5 * found.limit
+
+
+def test_a_casimir_of_an_action_groupoid_is_another_motion():
+    """(x, μ) move rightly with Γ·μ in H, and the top turns about Γ at another rate."""
+
+    @discretisation(order=2, groupoids="action")
+    def turned(L, G, x, u, h):
+        y = G.target(x, u, h / 2)
+        return h * L(y, u - y / 10**9)
+
+    (case,) = check("order", ["heavy-top"], [turned], [50])["cases"]
+    assert case["measured"]["order"] == pytest.approx(2, abs=0.01)
+    assert case["verdict"] == "fail" and "arrow u" in case["reason"]
 
 
 @pytest.mark.dear("kirchhoff")
