@@ -14,7 +14,15 @@ import numpy as np
 
 from ..errors import RAISED, BadInput, CannotMeasure, at_line, line_of, remedy, shown
 from ..groupoids import Clocked
-from ..numbers import Arithmetic, exact, floats_exact, refuse_large, short_numbers, sympy, to_sympy
+from ..numbers import (
+    Arithmetic,
+    exact,
+    floats_exact,
+    refuse_large,
+    short_numbers,
+    sympy,
+    to_sympy,
+)
 from ..numbers.types import (
     Column,
     Exact,
@@ -29,6 +37,7 @@ from ..numbers.types import (
     SymbolicMatrix,
 )
 from ..scene import Conserved, OnGroup, Scene, entries_of, takes_fourth
+from .constant import Constant
 
 #: names of coordinates, coefficients and intermediate results
 _TAKEN = re.compile(
@@ -191,11 +200,12 @@ class SceneSymbols:
 
     def constant(self, value: Callable[[int], Mpf]) -> Letter:
         """Return a letter for a number that `value(digits)` computes to any number of digits."""
+        one = Constant(value)
         for symbol, known in self.constants.items():
-            if known == value:
+            if known == one:
                 return symbol
         symbol = sympy.Symbol(f"gn{len(self.constants)}", real=True)
-        self.constants[symbol] = value
+        self.constants[symbol] = one
         return symbol
 
     def constant_values(self, digits: int) -> Replacement:

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from functools import reduce
 
+import mpmath
 import numpy as np
 import pytest
 import sympy
@@ -42,6 +43,11 @@ Z = sympy.Symbol("z")
 
 def kinetic(x, v, p):
     return v[0] ** 2 / 2
+
+
+def half(digits):
+    """1/2 with more digits than doubles ask for, and 1/2 + 10⁻⁹ in doubles."""
+    return mpmath.mpf("0.5") + (mpmath.mpf("1e-9") if digits < 40 else 0)
 
 
 def plain(**changes):
@@ -99,6 +105,11 @@ CASES = {
     "groupoid": (lambda: plain(groupoid="pair"), r"groupoid is 'pair'; give pair\(n\)"),
     "no Lagrangian": (lambda: plain(lagrangian=None), "either lagrangian= or discrete_lagr"),
     "two Lagrangians": (lambda: plain(discrete_lagrangian=kinetic), "give either lagrangian="),
+    "a constant that is another number in doubles": (
+        lambda: Scheme(plain(), discretisation(order=2, name="by-digits")(
+            lambda L, G, x, u, h: h * L(G.target(x, u, h * G.constant(half)), u))).flow("0.1")
+        .trajectory(1),
+        "constant half is off by 1e-09 if 36 digits"),
     "duration": (lambda: plain(duration=-1), "bad: duration and step must be positive"),
     "duration inf": (lambda: plain(duration=INF), "bad: duration is inf"),
     "scene's step": (lambda: plain(step=0), "duration and step must be positive"),
