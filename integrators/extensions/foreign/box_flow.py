@@ -71,7 +71,8 @@ class BoxFlow:
         with self.numbers.working():
             size = self.numbers.number(self.step)
             h = self._public([size])[0]
-        self.h = h if self.kind is object else self.kind(h)  # a float of Python, as users write it
+        #: a float of Python, as users write it, or of the numbers that they ask for
+        self.h = h if self.kind is object else (single or float)(h)
         self._calls = Calls(box, self.system, self.h, self.kind, scheme.scene.name)
 
     # -- runs ------------------------------------------------------------------------------------
