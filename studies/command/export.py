@@ -49,7 +49,7 @@ def add_to(commands: Any) -> None:
 
 def _export(options: argparse.Namespace) -> int:
     from discmech.integrators import Scheme
-    from discmech.integrators.extensions.export import export
+    from discmech.integrators.extensions.export import export, straightened
 
     from ..user import exports
 
@@ -58,7 +58,7 @@ def _export(options: argparse.Namespace) -> int:
             f"a file computes with doubles, so {options.digits} digits cannot be exported: leave "
             f"--digits out, or say discmech run --digits {options.digits}."
         )
-    scheme = Scheme(scene_asked(options, lattices=True), lookup.rule(options.rule))
+    scheme = straightened(Scheme(scene_asked(options, lattices=True), lookup.rule(options.rule)))
     said = [f"Command: {_typed(options)}"]
     verdict = "pass"
     with progress_shown("deriving") as show:

@@ -1,6 +1,7 @@
 """Which files are ours: an output replaces nothing else.
 
-A file is ours by its content: JSON by its keys, a page and a badge by their heads. The files in a
+A file is ours by its content: JSON by its keys, a page and a badge by their heads, exported code by
+its seal. The files in a
 folder of results are those that its manifest lists, as long as nobody changed them.
 """
 
@@ -42,6 +43,10 @@ def _is_ours(path: Path) -> bool:
     small = head.lstrip().lower()
     if any(small.startswith(begin) and mark in head for begin, mark in _MARKS):
         return True
+    if b"(seal " in head:
+        from discmech.integrators.extensions.export import as_written
+
+        return as_written(path.read_text(encoding="utf-8", errors="replace"))
     if small[:1] not in (b"{", b"["):
         return False
     try:

@@ -40,7 +40,10 @@ TIMES, FLOOR = 8.0, 64 * 2.0**-53
 #: studies that ask a program for few enough runs, and judge what it should have in common with
 #: the original
 STUDIES = ("order", "symplecticity", "momentum", "energy")
-C = ("-std=c99", "-O2", "-Wall", "-Wextra", "-pedantic")
+#: what makes C as fast as the kernels, which are compiled for this processor: the first that a
+#: compiler takes. A fused sum of a product rounds once, so compensated sums stay what they are.
+FAST = ("-O3 -march=native -fno-math-errno -ffp-contract=fast", "-O2")
+C = ("-std=c99", "-Wall", "-Wextra", "-pedantic")
 
 
 def missing(language: str) -> str:
@@ -71,11 +74,13 @@ def built(text: str, language: str, folder: Path) -> list[str]:
     file.write_text(text, encoding="utf-8")
     if language != "c":
         return ["julia" if language == "julia" else sys.executable, str(file)]
-    command = [str(compiler()), *C, "-o", str(folder / "exported"), str(file), "-lm"]
-    made = subprocess.run(command, capture_output=True, text=True, check=False)
-    if made.returncode or made.stderr:
-        raise CouldNotRun(f"{shlex.join(command)} says: {made.stderr.strip()[:400]}")
-    return [str(folder / "exported")]
+    for flags in FAST:
+        command = [str(compiler()), *C, *flags.split(), "-o", str(folder / "exported"), str(file),
+                   "-lm"]  # fmt: skip
+        made = subprocess.run(command, capture_output=True, text=True, check=False)
+        if not made.returncode and not made.stderr:
+            return [str(folder / "exported")]
+    raise CouldNotRun(f"{shlex.join(command)} says: {made.stderr.strip()[:400]}")
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
-from .writing import LANGUAGES, export
+from .exported import straightened
+from .writing import LANGUAGES, as_written, export
 
-__all__ = ["LANGUAGES", "export"]
+__all__ = ["LANGUAGES", "as_written", "export", "straightened"]

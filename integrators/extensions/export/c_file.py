@@ -2,42 +2,13 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from collections.abc import Sequence
 from textwrap import fill
-from typing import ClassVar
 
 from .exported import STATUSES, Exported
 from .heads import constants, head, start_of
 from .printer import Printer
-
-
-class C(Printer):
-    """Prints C: `step` and `run` are its names for what the driver calls otherwise."""
-
-    names: ClassVar[dict[str, str]] = {"abs": "fabs", "advance": "step", "rows_of_run": "run"}
-    public: ClassVar[tuple[str, ...]] = ("start", "step", "run", "energy", "momenta")
-
-    def number(self, value: object) -> str:
-        """Return a number; a whole float keeps its point."""
-        if isinstance(value, float) and value in (2.0**-53, 2.0**-26):
-            return value.hex().replace("0x1.0000000000000p", "0x1p")
-        return super().number(value)
-
-    def head(self, f: ast.FunctionDef) -> None:
-        """Write the first line of a function; those that a program calls are not static."""
-        super().head(f)
-        name = self.names.get(f.name, f.name)
-        line = self.lines.pop() if not self.lines[-1].startswith("    ") else None
-        if line is None:  # it was written in several lines
-            at = max(i for i, e in enumerate(self.lines) if e.startswith("static "))
-            line, self.lines[at:] = "\n".join(self.lines[at:]), []
-        line = re.sub(rf"\b{f.name}\(", f"{name}(", line, count=1)
-        if name in self.public:
-            line = line.removeprefix("static ")
-        self.lines.append(line)
-
 
 FILE = """/*
 {head}
@@ -45,6 +16,7 @@ FILE = """/*
 
 #include <math.h>
 
+/* What step() returns, lengths of the fields of a state, numbers of the rule and of its solver. */
 enum {{ {integers} }};
 {numbers}
 {arrays}
@@ -168,6 +140,11 @@ def identifier(name: str, i: int) -> str:
     return f"P_{name}" if re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII) else f"P_{i}"
 
 
+def hexadecimal(value: float) -> str:
+    """Return a small power of two by its exponent, other numbers in decimals."""
+    return value.hex().replace("0x1.0000000000000p", "0x1p") if 0 < value < 1e-7 else repr(value)
+
+
 def listed(values: Sequence[float | int]) -> str:
     """Return an array's values; C has none without entries."""
     return f"{{ {', '.join(map(repr, values)) or '0'} }}"
@@ -177,9 +154,9 @@ def c_file(given: Exported, said: Sequence[str], harness: bool) -> str:
     """Return the C file of a scheme."""
     used = dict(constants(given))
     integers = [f"{k} = {v}" for k, v in used.items() if isinstance(v, int)]
-    numbers = [f"#define {k} {C().number(v)}" for k, v in used.items() if isinstance(v, float)]
+    numbers = [f"#define {k} {hexadecimal(v)}" for k, v in used.items() if isinstance(v, float)]
     arrays = [
-        f"static const {'int' if k in ('KINDS', 'AFFINE') else 'double'} {k}[] = {listed(v)};"
+        f"static const {'int' if v and isinstance(v[0], int) else 'double'} {k}[] = {listed(v)};"
         for k, v in used.items() if isinstance(v, list)
     ]  # fmt: skip
     places, at = [], 1
@@ -197,7 +174,7 @@ def c_file(given: Exported, said: Sequence[str], harness: bool) -> str:
         integers=fill(", ".join(integers), 92, subsequent_indent="       "),
         numbers="\n".join(numbers), arrays="\n".join(arrays),
         places=", ".join(places) or "P_NONE = 0", fields="\n".join(fields),
-        functions="\n\n".join(C().function(f) for f in given.functions),
+        functions="\n\n".join(Printer().function(f) for f in given.functions),
         n=max(1, len(x)), m=max(1, len(mu)), p=max(1, len(values)), count=len(values),
         x=listed(x), mu=listed(mu), parameters=listed(values),
         words=",\n        ".join(f'"{e}"' for e in STATUSES.values()),

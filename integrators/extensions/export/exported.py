@@ -6,21 +6,34 @@ The functions are the scheme's own kernels, as its flow compiles them, and the d
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from math import prod
+from math import factorial, prod
 from typing import Any
 
 from ...compiler import KernelText, Step, kinds_of
-from ...equations import closed_velocity, energy, mass_matrix, momentum, rates
+from ...compiler.lanes import SWEEPS, tables
+from ...compiler.layout import INNER
+from ...compiler.stage_text import StageText
+from ...equations import closed_velocity, energy, mass_matrix, momentum, rates, stage_source
 from ...errors import CannotMeasure
-from ...numbers import numeric_text, over, steepness
+from ...numbers import Double, numeric_text, over, steepness
 from ...scene import entries_of
-from . import stepping
-from .statements import RESULTS, folded, of_called, of_kernel, parsed, reached, source_of
+from . import staging, stepping
+from .statements import (
+    OF_STAGES,
+    RESULTS,
+    at_lanes,
+    folded,
+    of_called,
+    of_kernel,
+    parsed,
+    reached,
+    source_of,
+)
 
 #: what a status says; also the constants' names
 STATUSES = {
@@ -35,7 +48,7 @@ COLUMNS: dict[str, tuple[tuple[str, ...], bool]] = {
     "energy_at": ((), True), "momenta_at": (("values",), False), "rates_at": (("rates",), False),
     "speed_at": (("speed",), False),
 }  # fmt: skip
-LONGEST = 20_000  # operations of all kernels, which a compiler takes in some seconds
+MOST_SITES = 64  # of a lattice: each is written out, and a compiler takes minutes for more
 
 
 @dataclass(frozen=True)
@@ -47,66 +60,43 @@ class Parameter:
     values: tuple[float, ...]
 
 
-@dataclass(frozen=True)
-class Exported:
-    """A scheme as data for the writers.
+def straightened(scheme: Any) -> Any:
+    """Return the scheme whose step is straight-line text: a lattice's is that of its whole scene.
 
-    constants: name → int, float or list of these. fields: name → (kind, lengths) of the state, the
-    kind "float" or "int". functions: trees in the order in which each comes after those that it
-    calls. sources: the kernels as they were, for a language that has tuples; flags: what is known
-    of them. quantities: names of the momenta, entry by entry. guess: where each unknown of a step
-    starts, as expressions. affine: for the rule and its adjoint, True if no step is iterated.
+    Raises `CannotMeasure` for what has no such step.
     """
-
-    scheme: Any
-    parameters: tuple[Parameter, ...]
-    constants: Mapping[str, Any]
-    fields: Mapping[str, tuple[str, tuple[int, ...]]]
-    functions: Sequence[ast.FunctionDef]
-    flags: Mapping[str, Any]
-    quantities: tuple[str, ...]
-    timed: bool
-    energy: bool
-    sources: Sequence[ast.FunctionDef] = ()
-    guess: Sequence[str] = ()
-    affine: Sequence[bool] = ()
-
-    @property
-    def scene(self) -> Any:
-        """The scene with its values."""
-        return self.scheme.scene
-
-
-def exported(scheme: Any) -> Exported:
-    """Return what a file of the scheme holds; raises `CannotMeasure` if no file can hold it."""
-    refuse(scheme)
-    return _Export(scheme).result
-
-
-def refuse(scheme: Any) -> None:
-    """Raise `CannotMeasure` for what has no straight-line step."""
     from ...flows import Scheme
+    from ..lattices import LatticeScheme, scene_of
 
-    scene = getattr(scheme, "scene", None)
+    lattice = getattr(scheme, "lattice", None)
+    scene = getattr(scheme, "scene", lattice)
     name, rule = getattr(scene, "name", str(scheme)), getattr(scheme, "rule", None)
     what = ""
     if rule is not None and not rule.is_formula:
         what = f"{rule.name} is a program, which is code already"
-    elif getattr(scene, "contact", None) is not None:
+    elif getattr(scene, "contact", None) or getattr(scene, "has_contact", False):
         what = f"{name} has contact, whose impacts are searched in each step"
-    elif type(scheme) is not Scheme or scene is None:
-        what = f"{name} is made by loops of its own (a lattice, a control, steps that vary)"
+    elif type(scheme) not in (Scheme, LatticeScheme) or scene is None:
+        what = f"{name} is made by loops of its own (a control, steps that vary)"
+    elif lattice is not None and lattice.sites > MOST_SITES:
+        what = f"{name} has {lattice.sites} sites, and a file writes each of at most {MOST_SITES}"
     if what:
         raise CannotMeasure(
-            f"{what}, so it cannot be exported: a scene without contact by a rule, a composition "
-            "or a one-step map can."
+            f"{what}, so it cannot be exported: a scene or a small lattice without contact, by a "
+            "rule, a composition or a one-step map can."
         )
+    return scheme if lattice is None else Scheme(scene_of(lattice), rule)
 
 
-class _Export:
-    """Collects what a file of one scheme holds."""
+class Exported:
+    """A scheme as data for the writers; raises `CannotMeasure` if no file can hold it.
 
-    def __init__(self, scheme: Any) -> None:
+    lanes: the nodes of a collocation are filled up to a multiple of it; 0: Newton's method alone.
+    """
+
+    def __init__(self, scheme: Any, lanes: int) -> None:
+        scheme = straightened(scheme)
+        self.lanes = lanes
         self.scheme, self.scene, self.s = scheme, scheme.scene, scheme.equations.s
         self.flow = scheme.flow(self.scene.step)
         self.step: Step = self.flow.system
@@ -115,7 +105,7 @@ class _Export:
         self.shares = [float(Fraction(part.step) / whole) for part in parts]
         base = self.flow.context.equations
         self.kinds = [int(part.equations is not base) for part in parts]
-        self.mixed = len(self.steps) > 1
+        self.mixed, self.timed = len(self.steps) > 1, bool(self.s.clocked)
 
     @cached_property
     def texts(self) -> list[KernelText]:
@@ -132,6 +122,56 @@ class _Export:
     def kernels(self) -> list[ast.FunctionDef]:
         """The kernels as statements."""
         return [f for text in self.texts for f in written_kernels(text)]
+
+    # -- collocation -------------------------------------------------------------------------------
+
+    @cached_property
+    def stages(self) -> StageText | None:
+        """The kernels of a step's stages, if the flow solves them by a fixed point."""
+        if not self.lanes or self.flow.stages is None:
+            return None
+        equations = self.flow.context.equations
+        found = StageText(stage_source(equations.s, equations.rule.nodes).derived())
+        _ = found.text  # writing finds the coefficients
+        return found
+
+    @cached_property
+    def of_stages(self) -> list[ast.FunctionDef]:
+        """Those kernels as statements: what is known at the nodes is a loop over them."""
+        found = []
+        for f in parsed("" if self.stages is None else self.stages.text):
+            if f.name not in OF_STAGES:
+                continue
+            columns, at_nodes = OF_STAGES[f.name]
+            f.args.args = [a for a in f.args.args if a.arg not in ("own", "pull")]
+            made = of_kernel(f, columns, False)
+            found.append(at_lanes(made, (*columns, "w", "p", "xi", "given")) if at_nodes else made)
+            made.name += "_of_stages"
+        return found
+
+    @cached_property
+    def at_nodes(self) -> dict[str, Any]:
+        """The numbers of a collocation."""
+        if self.stages is None:
+            return {}
+        nodes, count = self.stages.system.nodes, self.stages.system.count
+        wide = -(-count // self.lanes) * self.lanes
+        made = {k: v[0] for k, v in tables(nodes, count, wide, Double()).items()}
+        flat = {k: [float(e) for column in made[k][:count] for e in column]
+                for k in ("MU", "MU_OF_MOMENTUM", "OF_VELOCITY", "OF_MOMENTUM")}  # fmt: skip
+        last = [float(e) for e in made["OF_MOMENTUM"][-1]]
+        return {"STAGES": count, "LANES": wide, "TURNING": len(self.stages.turning), "INNER": INNER,
+                "MOST_SWEEPS": 16 * SWEEPS, "WEIGHTS": [float(e) for e in made["WEIGHTS"]],
+                **flat, "LAST_OF_MOMENTUM": last}  # fmt: skip
+
+    @cached_property
+    def over_factorials(self) -> dict[str, Any]:
+        """The numbers of Stumpff's functions, as many as the kernels need."""
+        words = {e for f in [*self.kernels, *self.of_stages, *self.more] for e in ast.walk(f)
+                 if isinstance(e, ast.Call) and ast.unparse(e.func) == "stumpff"}  # fmt: skip
+        most = max((ast.literal_eval(e.args[1]) for e in words), default=0)
+        terms = next(n for n in range(99) if 4 * factorial(2) < EPS * factorial(2 * n + 4))
+        return {"TERMS": terms, "OVER": [1 / factorial(n) for n in range(2 * terms + most + 1)]}
 
     # -- energy, velocity, momenta -----------------------------------------------------------------
 
@@ -177,8 +217,8 @@ class _Export:
         found = []
         if self.has_energy:
             found.append(self._numeric("energy_at", [energy(self.s)]))
-        if self.quantities:
-            found.append(self._numeric("momenta_at", [e for _, e in self.quantities]))
+        if self.conserved:
+            found.append(self._numeric("momenta_at", [e for _, e in self.conserved]))
         if self.needs_rates:
             found.append(self._numeric("rates_at", list(rates(self.s))))
         if self.needs_speed and self.speed is None:
@@ -198,8 +238,13 @@ class _Export:
         found = [of_kernel(f, *COLUMNS[f.name]) for f in map(deepcopy, self.formulas)]
         return found + ([] if self.speed is None else written_kernels(self.speed))
 
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """The names of the momenta, entry by entry."""
+        return tuple(name for name, _ in self.conserved)
+
     @cached_property
-    def quantities(self) -> list[tuple[str, Any]]:
+    def conserved(self) -> list[tuple[str, Any]]:
         """(name, expression) of the scene's quantities, entry by entry."""
         found = list[tuple[str, Any]]()
         for quantity in self.scene.symmetries:
@@ -222,7 +267,7 @@ class _Export:
     @cached_property
     def iterated(self) -> bool:
         """True if some substep is solved by Newton's method."""
-        return not all(text.affine for text in self.texts)
+        return not all(self.affine)
 
     @cached_property
     def guess(self) -> list[str]:
@@ -264,7 +309,8 @@ class _Export:
             "WIDTH": max([1, *(len(text.coefficients.values) for text in self.texts)]),
             "SIZES": sum(kind == "size" for kind, _ in step.extents),
             "RESTS": sum(kind == "rest" for kind, _ in step.extents),
-            "QUANTITIES": len(self.quantities), "FIRST": 1 + len(s.parameter_list),
+            "QUANTITIES": len(self.conserved), "MULTIPLIERS": step.multipliers,
+            "FIRST": 1 + len(s.parameter_list),
             "NUMBERS": len(s.q) - 1 - len(s.parameter_list),
             "EPS": EPS, "ROOT_EPS": 2.0**-26, "LARGE": 1e300, "DECAY": 0.999, "MARGIN": 8.0,
             "FAINT": 64 * EPS * (EPS if hidden else 1.0),
@@ -275,36 +321,40 @@ class _Export:
             "V0": [float(e) for e in self.flow.starting.own.guess[: len(s.mu)]]
             if self.scheme.equations.arrows is not None else [float(e) for e in self.scene.v0],
         }  # fmt: skip
-        return numbers
+        several = {} if len({*self.affine}) == 1 else {"AFFINE": [int(e) for e in self.affine]}
+        return numbers | self.at_nodes | self.over_factorials | several
 
     @cached_property
     def fields(self) -> dict[str, tuple[str, tuple[int, ...]]]:
-        """The state beside x, mu and the parameters: what a step leaves for the next."""
+        """Name → (kind, lengths) of the state's fields: what a step leaves for the next.
+
+        The kind is "float" or "int".
+        """
         c = self.constants
         n, m, w, k, j = (c[e] for e in ("N", "M", "SOLVED", "REUSED", "SUBSTEPS"))
-        found: dict[str, tuple[str, tuple[int, ...]]] = {
-            "x": ("float", (n,)), "mu": ("float", (m,)), "ex": ("float", (n,)),
-            "emu": ("float", (m,)), "q": ("float", (len(self.s.q),)),
-            "h": ("float", ()), "fresh": ("int", ()),
-            "w": ("float", (w,)), "dw": ("float", (w,)), "dx": ("float", (n,)),
-            "dmu": ("float", (m,)), "k": ("float", (k,)), "new_k": ("float", (k,)),
-            "c": ("float", (j, c["WIDTH"])), "kept": ("float", (2 * (n + m),)),
-        }  # fmt: skip
+
+        def of(names: str, *lengths: int, kind: str = "float") -> Any:
+            return {name: (kind, lengths) for name in names.split()}
+
+        found = (of("x", n) | of("mu", m) | of("ex", n) | of("emu", m) | of("q", len(self.s.q))
+                 | of("h") | of("fresh", kind="int") | of("w dw", w) | of("dx", n) | of("dmu", m)
+                 | of("k new_k", k) | of("c", j, c["WIDTH"]) | of("kept", 2 * (n + m)))  # fmt: skip
         if self.iterated:
-            found["past"] = "float", (j, 5 * w)
-            found |= {"kappa": ("float", (j,)), "scale": ("float", (j,))}
-            found |= {"age": ("int", (j,)), "degree": ("int", (j,))}
+            found |= of("past", j, 5 * w) | of("kappa scale", j) | of("age degree", j, kind="int")
         if self.step.extents:
-            found |= {"sizes": ("float", (c["SIZES"],)), "rests": ("float", (c["RESTS"],))}
+            found |= of("sizes", c["SIZES"]) | of("rests", c["RESTS"])
         if self.step.branch is not None:
-            found["branch"] = "float", ()
-        found["v"] = "float", (m,)
+            found |= of("branch")
+        if self.stages is not None:
+            found |= of("node_w node_p node_xi node_mu moves gains turned", m * c["LANES"])
+            found |= of("turns", c["TURNING"] * c["LANES"]) | of("ahead end last sum_p more", m)
+            found |= of("sum_f", c["TURNING"]) | of("moved large units left", 2 * m) | of("gate")
+            found |= of("stage_c", len(self.stages.coefficients.values))
+            found |= of("known by_newton stretch", kind="int")
+        found |= of("v", m)
         if self.speed is not None:
-            width = len(self.speed.coefficients.values)
-            found |= {"dv": ("float", (m,)), "speed_c": ("float", (width,))}
-        if self.needs_rates:
-            found["rates"] = "float", (n + m,)
-        return found
+            found |= of("dv", m) | of("speed_c", len(self.speed.coefficients.values))
+        return found | (of("rates", n + m) if self.needs_rates else {})
 
     @property
     def dispatch(self) -> str:
@@ -323,29 +373,40 @@ class _Export:
             texts.append(f"{head}\n{answer}")
         return "\n".join(texts)
 
-    @property
-    def result(self) -> Exported:
-        """Everything."""
-        values = iter(float(e) for e in self.scene.parameter_values)
-        parameters = []
+    @cached_property
+    def parameters(self) -> list[Parameter]:
+        """The scene's parameters with their values."""
+        values, found = iter(float(e) for e in self.scene.parameter_values), []
         for name, letters in vars(self.s.parameters).items():
             shape: tuple[int, ...] = tuple(map(int, getattr(letters, "shape", ())))
             shape = shape[:1] if shape[1:] == (1,) else shape
-            held = tuple(next(values) for _ in range(prod(shape)))
-            parameters.append(Parameter(name, shape, held))
-        c = self.constants
-        affine = [int(text.affine) for text in self.texts]
-        flags = {
+            found.append(Parameter(name, shape, tuple(next(values) for _ in range(prod(shape)))))
+        return found
+
+    @cached_property
+    def affine(self) -> list[bool]:
+        """For the rule and its adjoint, True if no step is iterated."""
+        return [bool(text.affine) for text in self.texts]
+
+    @cached_property
+    def flags(self) -> dict[str, Any]:
+        """What is known when a file is written, and decides what it has."""
+        stages, c = self.stages, self.constants
+        return {
             "WATCHED": bool(self.step.extents), "BRANCHED": self.step.branch is not None,
             "ITERATED": self.iterated, "SPEED": self.speed is not None,
             "SPEED_OF_STATE": self.needs_speed, "SPEED_CLOSED": self.speed is None,
             "SPEED_AFFINE": self.speed is not None and self.speed.affine,
+            "STAGED": stages is not None, "SHIFTED": stages is not None and stages.shifted,
+            "ROTATING": stages is not None and stages.system.moved is not None,
+            "TURNING": c.get("TURNING", 0),
             **{e: c[e] for e in ("REUSED", "SIZES", "RESTS", "NUMBERS", "SUBSTEPS")},
+            **({} if "AFFINE" in c else {"AFFINE": self.affine[0]}),
         }  # fmt: skip
-        if len(set(affine)) == 1:
-            flags["AFFINE"] = bool(affine[0])
-        else:
-            c["AFFINE"] = affine
+
+    @cached_property
+    def functions(self) -> list[ast.FunctionDef]:
+        """The functions of a file, each after those that it calls."""
         words = {"correct": "solver", **{e: e for e in RESULTS if e != "solver"}}
         driver = [f for f in source_of(*_driver())]
         for f in driver:
@@ -354,18 +415,18 @@ class _Export:
                     e.func.id = f"{'either_' * self.mixed}{words[e.func.id]}"
         kernels = [] if self.mixed else [*RESULTS]
         driver = folded(
-            [*driver, *parsed(self.first_guess), *parsed(self.dispatch)], flags, kernels
+            [*driver, *parsed(self.first_guess), *parsed(self.dispatch)], self.flags, kernels
         )
         roots = ["start", "advance", "rows_of_run"]
-        roots += ["energy"] * self.has_energy + ["momenta"] * bool(self.quantities)
-        functions = reached([*self.kernels, *self.more, *driver], roots)
+        roots += ["energy"] * self.has_energy + ["momenta"] * bool(self.conserved)
+        roots += ["multipliers"] * bool(self.iterated and self.step.multipliers)
+        return reached([*self.kernels, *self.of_stages, *self.more, *driver], roots)
+
+    @cached_property
+    def sources(self) -> list[ast.FunctionDef]:
+        """The kernels as they were, for a language that has tuples."""
         texts = [*self.texts, *([self.speed] if self.speed is not None else [])]
-        sources = [f for text in texts for f in parsed(text.text)] + self.formulas
-        return Exported(
-            self.scheme, tuple(parameters), c, self.fields, functions, flags,
-            tuple(name for name, _ in self.quantities), bool(self.s.clocked), self.has_energy,
-            sources, self.guess, [bool(e) for e in affine],
-        )  # fmt: skip
+        return [f for text in texts for f in parsed(text.text)] + self.formulas
 
 
 def written_kernels(text: KernelText) -> list[ast.FunctionDef]:
@@ -387,5 +448,6 @@ def written_kernels(text: KernelText) -> list[ast.FunctionDef]:
 
 def _driver() -> list[Any]:
     """Return the functions of the driver, with the rule by which Newton's method ends."""
-    own = [e for e in vars(stepping).values() if getattr(e, "__module__", "") == stepping.__name__]
-    return [over, steepness, *(e for e in own if callable(e))]
+    own = [e for part in (stepping, staging) for e in vars(part).values()
+           if getattr(e, "__module__", "") == part.__name__ and callable(e)]  # fmt: skip
+    return [over, steepness, *own]

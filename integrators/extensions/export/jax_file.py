@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Sequence
+from math import factorial
 from typing import Any, ClassVar
 
 from ...numbers import over
 from .exported import Exported
 from .heads import constants, head
 from .numpy_file import Python, harness, python_parts
-from .statements import number_of, source_of
+from .statements import last_of, number_of, source_of, told
 
 
 class _Arrays(ast.NodeTransformer):
@@ -53,8 +54,11 @@ class _Arrays(ast.NodeTransformer):
         return node
 
     def visit_Call(self, node: ast.Call) -> Any:
-        """Write numbers as numbers."""
+        """Write numbers as numbers, and Stumpff's functions as one."""
         self.generic_visit(node)
+        last = last_of(ast.unparse(node.func))
+        if last is not None:
+            return ast.Call(ast.Name("stumpff"), [ast.Constant(last), *node.args], [])
         return number_of(node)
 
     def visit_Name(self, node: ast.Name) -> Any:
@@ -87,7 +91,7 @@ In JAX a step is pure: it takes a state and returns another, full of NaN where i
 step and run jit, vmap and differentiate; run(state, h, steps, every) wants whole numbers of steps.
 """
 
-from typing import NamedTuple
+{partial}from typing import NamedTuple
 
 import jax
 from jax import lax, numpy as jnp
@@ -238,6 +242,47 @@ RUN = """_, (xs, mus) = jax.jit(run, static_argnums=(2, 3))(
         )
         if not jnp.isfinite(mus).all():
             raise ValueError("a step was not solved")"""
+MULTIPLIERS = '''
+
+def multipliers(state, h):
+    """Return the multipliers of the constraints at the start of the last step, of size h."""
+    return 2 / (h * SHARES[0]) * state.w[0, {m} : {m} + {count}]
+'''
+STUMPFF = '''
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def stumpff(last, z):
+    """Return c[k], the sum of (-z)**n/(2*n + k)! over n, up to the last k: c[0] is cos(sqrt(z))."""
+    def scaled(c):
+        return lax.while_loop(lambda e: jnp.abs(e) > 1, lambda e: e / 4, c)
+
+    def doubled(carry):
+        small, c = carry
+        more = [(c[0] * c[j] + c[1] * c[j - 1]
+                 + sum(c[i] * OVER[j - i] for i in range(2, j + 1))) / 2**j
+                for j in range(3, last + 1)]
+        small = 4 * small
+        root = sqrt(jnp.abs(small))
+        first = jnp.where(small > 0, cos(root), cosh(root))
+        second = jnp.where(small > 0, sin(root), sinh(root)) / root
+        return small, [first, second, c[1] * c[1] / 2, *more]
+
+    small = scaled(jnp.asarray(z, dtype=float))
+    c = [0 * small] * (last + 1)
+    for k in (last, last - 1):
+        c[k] = OVER[2 * TERMS + k] + 0 * small
+        for n in range(TERMS - 1, -1, -1):
+            c[k] = OVER[2 * n + k] - small * c[k]
+    for k in range(last - 2, -1, -1):
+        c[k] = OVER[k] - small * c[k + 2]
+    return lax.while_loop(lambda e: jnp.abs(e[0]) < jnp.abs(z), doubled, (small, c))[1]
+
+
+@stumpff.defjvp
+def _(last, primals, tangents):
+    c = stumpff(last + 2, *primals)
+    return c[: last + 1], [(k * c[k + 2] - c[k + 1]) / 2 * tangents[0] for k in range(last + 1)]
+'''
 GUESS = '''
 
 def guess(x, mu, q):
@@ -271,7 +316,7 @@ def jax_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
     functions = []
     for f in given.sources:
         f.decorator_list = []
-        functions.append(Jax().function(ast.fix_missing_locations(_Arrays().visit(f))))
+        functions.append(Jax().function(told(_Arrays().visit(f))))
     names = {f.name for f in given.sources}
     functions += [Jax().function(f) for f in source_of(over)]
     kernels = []
@@ -286,15 +331,25 @@ def jax_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
     more = more.replace('"""\n\n', '"""\n')
     if given.flags["SPEED_OF_STATE"]:
         more += SPEED.format(value=_speed(given))
-    if given.energy:
+    if given.has_energy:
         more += ENERGY.format(v="speed(x, mu, q)" if given.flags["SPEED"] else "mu")
     more += MOMENTA * bool(given.quantities)
+    if given.constants["MULTIPLIERS"]:
+        more += MULTIPLIERS.format(m=given.constants["M"], count=given.constants["MULTIPLIERS"])
+    turning = any("stumpff" in ast.unparse(f) for f in given.sources)
+    more += STUMPFF * turning
     numbers = dict(constants(given)) | {
         e: given.constants[e] for e in ("KINDS", "SHARES", "OF_RULE", "SUBSTEPS", "REACH", "EPS",
                                         "ROOT_EPS", "LARGE", "MARGIN", "V0")}  # fmt: skip
+    if turning:  # two more for each derivative
+        numbers |= {
+            "TERMS": given.constants["TERMS"],
+            "OVER": [1 / factorial(n) for n in range(60)],
+        }
     numbers["PLACES"] = [i for i, e in enumerate(given.guess) if "/" in e]
     text = FILE.format(
-        head="\n".join(head(given, "Python with JAX", said)), more=more,
+        partial="from functools import partial\n" * turning, more=more,
+        head="\n".join(head(given, "Python with JAX", said)),
         constants="\n".join(f"{k} = {v!r}" for k, v in numbers.items()),
         functions="\n\n\n".join(functions), kernels="\n".join(kernels), **python_parts(given),
     )  # fmt: skip

@@ -23,6 +23,7 @@ class Julia(Printer):
     heads: ClassVar[dict[str, str]] = {"if": "if {}", "else": "else", "while": "while {}"}
     names: ClassVar[dict[str, str]] = {
         "advance": "step!", "rows_of_run": "rows!", "start": "start!", "momenta": "momenta!",
+        "multipliers": "multipliers!",
         "atan2": "atan",
     }  # fmt: skip
     words: ClassVar[dict[type, str]] = {**Printer.words, ast.FloorDiv: "÷"}
@@ -86,7 +87,7 @@ FILE = """#=
 =#
 module Exported
 
-export State, begin_at, step!, run!, energy, momenta!
+export State, begin_at, step!, run!, energy, momenta!, multipliers!
 
 {constants}
 const X0 = {x}

@@ -13,7 +13,7 @@ from .heads import constants, head, start_of
 from .printer import WIDTH, Printer
 
 OWN = {"advance": "_advance", "rows_of_run": "_rows", "momenta": "_momenta", "energy": "_energy",
-       "start": "_start"}  # fmt: skip
+       "multipliers": "_multipliers", "start": "_start"}  # fmt: skip
 
 
 class Python(Printer):
@@ -44,7 +44,7 @@ class Python(Printer):
     def put(self, text: str) -> None:
         """Write a line; a long value goes into parentheses."""
         if len(text) + 4 * self.depth > WIDTH and not text.startswith("def "):
-            text = re.sub(r"^(return |\S+ = )(.*)$", r"\1(\2)", text)
+            text = re.sub(r"^(return |[^=]+? = )(.*)$", r"\1(\2)", text)
         super().put(text)
 
     def about(self, text: str) -> None:
@@ -164,6 +164,14 @@ def momenta(state):
     _momenta(state, values)
     return np.array(values)
 '''
+MULTIPLIERS = '''
+
+def multipliers(state):
+    """Return the multipliers of the constraints at the start of the last step."""
+    values = [0.0] * MULTIPLIERS
+    _multipliers(state, values)
+    return np.array(values)
+'''
 HARNESS = '''
 
 def answer(line):
@@ -226,7 +234,8 @@ def numpy_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
             zero = f"[{zero} for _ in range({lengths[0]})]"
         fields.append(f"self.{name} = {zero}")
     functions = [Python().function(f) for f in given.functions if f.name != "rows_of_run"]
-    more = ENERGY * given.energy + MOMENTA * bool(given.quantities)
+    more = ENERGY * given.has_energy + MOMENTA * bool(given.quantities)
+    more += MULTIPLIERS * any(f.name == "multipliers" for f in given.functions)
     text = FILE.format(
         head="\n".join(head(given, "Python with numpy", said)), constants="\n".join(lines),
         fields=indent("\n".join(fields), " " * 8), more=more,

@@ -36,7 +36,8 @@ class Printer:
     end: ClassVar[str] = "}"
     heads: ClassVar[dict[str, str]] = {"if": "if ({}) {{", "else": "}} else {{",
                                        "while": "while ({}) {{"}  # fmt: skip
-    names: ClassVar[dict[str, str]] = {"abs": "fabs"}
+    names: ClassVar[dict[str, str]] = {"abs": "fabs", "advance": "step", "rows_of_run": "run"}
+    public: ClassVar[tuple[str, ...]] = ("start", "step", "run", "energy", "momenta", "multipliers")
     words: ClassVar[dict[type, str]] = {
         ast.And: "&&", ast.Or: "||", ast.Not: "!", ast.Add: "+", ast.Sub: "-", ast.Mult: "*",
         ast.Div: "/", ast.Mod: "%", ast.FloorDiv: "/", ast.USub: "-", ast.Lt: "<", ast.Gt: ">",
@@ -166,15 +167,14 @@ class Printer:
 
     def head(self, f: ast.FunctionDef) -> None:
         """Write the first line of a function."""
-        kinds = {"float": "double", "int": "int", "bool": "int", "Vector": "const double *",
-                 "Out": "double *", "State": "state *"}  # fmt: skip
-        words = [kinds[ast.unparse(a.annotation)] for a in f.args.args if a.annotation]
-        names = [a.arg for a in f.args.args]
-        given = [f"{w}{name}" if w[-1] == "*" else f"{w} {name}"
-                 for w, name in zip(words, names, strict=True)]  # fmt: skip
-        answer = ast.unparse(f.returns) if f.returns else "None"
-        kind = {"None": "void"}.get(answer) or kinds[answer]
-        self.put(f"static {kind} {f.name}({', '.join(given)}) {{")
+        kinds = {"float": "double ", "int": "int ", "bool": "int ", "State": "state *",
+                 "Vector": "const double *restrict ", "Out": "double *restrict ",
+                 "None": "void "}  # fmt: skip
+        given = ", ".join(kinds[ast.unparse(a.annotation)] + a.arg for a in f.args.args
+                          if a.annotation)  # fmt: skip
+        name = self.names.get(f.name, f.name)
+        kept = "" if name in self.public else "static inline "
+        self.put(f"{kept}{kinds[ast.unparse(f.returns or ast.Name('None'))]}{name}({given}) {{")
 
     def unused(self, name: str) -> None:
         """Write that an argument is not used."""

@@ -20,9 +20,36 @@ from ...numbers import Double
 
 #: (columns of results, True if a number is returned beside them) of each kernel
 RESULTS: dict[str, tuple[tuple[str, ...], bool]] = {
-    "solver": (("dw",), True), "update": (("dx", "dmu", "new_k"), False),
-    "carry": (("new_k",), False), "prepare": (("c",), False),
-    "extents": (("sizes", "rests"), False), "branch": ((), True),
+    "solver": (("dw",), True),
+    "update": (("dx", "dmu", "new_k"), False),
+    "carry": (("new_k",), False),
+    "prepare": (("c",), False),
+    "extents": (("sizes", "rests"), False),
+    "branch": ((), True),
+}
+#: those of the kernels of stages; True if the columns, and other vectors, have all nodes
+OF_STAGES: dict[str, tuple[tuple[str, ...], bool]] = {
+    "velocity": (("moves", "xi", "mu"), True), "force": (("gains", "turns"), True),
+    "moved": (("out",), True), "pulled": (("out",), True), "shift": (("more",), False),
+    "update": (("dx", "dmu"), False), "extents": (("sizes", "rests"), False),
+    "prepare": (("c",), False),
+}  # fmt: skip
+#: what each kernel does, for the reader of a file
+ABOUT = {
+    "solver": "Write a correction of the unknowns of a step, or the solution; return its size.",
+    "update": "Write what x and mu grow by, less what the rounding of earlier sums added.",
+    "carry": "Write the functions of x that the step after needs again.",
+    "prepare": "Write what depends on the step and the parameters alone.",
+    "extents": "Write sizes that tell how near a step is to the edge of its chart.",
+    "branch": "Return a number that tells branches of solutions apart.",
+    "velocity": "Write velocities and momenta at the nodes of a step.",
+    "force": "Write the rates of momenta at the nodes.",
+    "moved": "Write the rates of w, in the chart, of velocities at the nodes.",
+    "pulled": "Write momenta at the nodes as those of the chart.",
+    "shift": "Write the correction of the momenta at the start of a step.",
+    "energy_at": "Return the energy at x, v and mu.",
+    "momenta_at": "Write the quantities that the scene declares.",
+    "rates_at": "Write the rates of x and mu.", "speed_at": "Write the velocity of a momentum.",
 }  # fmt: skip
 #: the names that a text may use; others are functions of the text itself
 KNOWN = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log",
@@ -60,6 +87,13 @@ class _Declaring(ast.NodeTransformer):
         return ast.AnnAssign(target, ast.Name("float"), node.value, 1)
 
 
+def told(function: ast.FunctionDef) -> ast.FunctionDef:
+    """Return a kernel that says what it does."""
+    said = ABOUT.get(function.name.partition("_of_")[0])
+    function.body[:0] = [] if said is None else [ast.Expr(ast.Constant(said))]
+    return ast.fix_missing_locations(function)
+
+
 def of_kernel(
     function: ast.FunctionDef,
     results: Sequence[str],
@@ -72,7 +106,7 @@ def of_kernel(
     that it may call. Raises `CannotMeasure` if the text calls what
     only this package has, such as a table of the exponential map.
     """
-    return _Writing(function, results, number, lengths).function
+    return told(_Writing(function, results, number, lengths).function)
 
 
 def of_called(function: ast.FunctionDef, lengths: Mapping[str, int]) -> ast.FunctionDef:
@@ -137,12 +171,13 @@ class _Writing(ast.NodeTransformer):
                 rows, columns = (ast.literal_eval(e) for e in value.args)
                 self.widths[target.id] = columns
                 return [_array(target.id, rows * columns)]
-            if called in self.lengths:
-                given = [ast.Name(target.id), *map(self.visit, value.args)]
-                return [
-                    _array(target.id, self.lengths[called]),
-                    ast.Expr(ast.Call(ast.Name(called), given, [])),
-                ]
+            last = last_of(called)
+            if called in self.lengths or last is not None:
+                length = self.lengths[called] if last is None else last + 1
+                more = [] if last is None else [ast.Constant(last)]
+                given = [ast.Name(target.id), *more, *map(self.visit, value.args)]
+                word = ast.Name(called if last is None else "stumpff")
+                return [_array(target.id, length), ast.Expr(ast.Call(word, given, []))]
         return [ast.AnnAssign(ast.Name(target.id), ast.Name("float"), self.visit(value), 1)]
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
@@ -160,8 +195,8 @@ class _Writing(ast.NodeTransformer):
             return number
         if name not in KNOWN:
             raise CannotMeasure(
-                f"a step calls {name}, a table that only this package has, so it cannot be "
-                "exported: with --retraction cayley it can."
+                "a step has functions of matrices, whose table only this package has, so it cannot "
+                "be exported: with --retraction cayley it can."
             )
         return ast.Call(node.func, [self.visit(e) for e in node.args], [])
 
@@ -179,6 +214,35 @@ def number_of(node: ast.expr) -> ast.expr:
         named = ast.unparse(node.func) == "constant"
         return ast.Constant(float(Double().constant(value) if named else value))
     return node
+
+
+def last_of(called: str) -> int | None:
+    """Return K of a table (c_0, ..., c_K) of Stumpff's functions; None for other functions."""
+    word, _, last = called.partition("_")
+    return int(last) if word == "stumpff" and last.isdigit() else None
+
+
+def at_lanes(function: ast.FunctionDef, columns: Iterable[str]) -> ast.FunctionDef:
+    """Return a kernel of one node as a loop over all; columns: the vectors that nodes have."""
+    said, *body = function.body
+    at_node = [_AtLane({*columns}).visit(e) for e in body]
+    nodes = ast.Call(ast.Name("range"), [ast.Name("LANES")], [])
+    function.body = [said, ast.For(ast.Name("j"), nodes, at_node, [])]
+    return ast.fix_missing_locations(function)
+
+
+class _AtLane(ast.NodeTransformer):
+    """Writes entry i of a column as that of node j."""
+
+    def __init__(self, columns: set[str]) -> None:
+        self.columns = columns
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        if isinstance(node.value, ast.Name) and node.value.id in self.columns:
+            i = ast.literal_eval(node.slice)
+            first = f"{i}*LANES + j" if i > 1 else "LANES + j" if i else "j"
+            return ast.Subscript(node.value, ast.parse(first, mode="eval").body)
+        return node
 
 
 def _entry(name: str, i: int) -> ast.Subscript:

@@ -137,20 +137,25 @@ def solve_at_once(s: State, j: int) -> int:
     return OK if size < LARGE else SINGULAR
 
 
+def farthest(s: State) -> float:
+    """Return the largest of the sizes that tell how near the edge of its chart a step is."""
+    most: float = 0.0
+    for i in range(SIZES):
+        size: float = abs(s.sizes[i])
+        most = most if size <= most else size
+    for i in range(RESTS):
+        rest: float = 1 / (s.rests[i] * s.rests[i]) if s.rests[i] > 0 else LARGE
+        most = most if rest <= most else rest
+    return most
+
+
 def watch(s: State, j: int) -> int:
     """Tell whether a step reaches the edge of its chart."""
-    near: bool = False
     extents(KINDS[j], s.sizes, s.rests, s.x, s.w, s.c[j])
-    for i in range(SIZES):
-        if not abs(s.sizes[i]) <= REACH:
-            return EDGE
-        near = near or abs(s.sizes[i]) > 1024
-    for i in range(RESTS):
-        size: float = 1 / (s.rests[i] * s.rests[i]) if s.rests[i] > 0 else LARGE
-        if not size <= REACH:
-            return EDGE
-        near = near or size > 1024
-    if ITERATED and near:
+    most: float = farthest(s)
+    if not most <= REACH:
+        return EDGE
+    if ITERATED and most > 1024:
         s.age[j] = 0
         s.scale[j] = 0.0
     return OK
@@ -167,7 +172,7 @@ def stay_on_branch(s: State, j: int) -> int:
 
 def substep(s: State, j: int) -> int:
     """Do substep j: solve for s.w and add the increments of x and mu by compensated sums."""
-    status: int = solve_at_once(s, j) if AFFINE[KINDS[j]] else newton(s, j)
+    status: int = solve_at_once(s, j) if AFFINE[KINDS[j]] == 1 else newton(s, j)
     if WATCHED and status == OK:
         status = watch(s, j)
     if BRANCHED and status == OK:
@@ -218,6 +223,11 @@ def prepare_step(s: State, h: float) -> None:
         s.q[0] = h * SHARES[j]
         prepare(KINDS[j], s.c[j], s.q)
     s.q[0] = h
+    if STAGED:
+        prepare_of_stages(s.stage_c, s.q)
+        s.known = 0
+        for i in range(M):
+            s.ahead[i] = 0.0
     if REUSED > 0:
         carry(KINDS[0], s.k, s.x, s.c[0])
     if BRANCHED:
@@ -230,7 +240,7 @@ def prepare_step(s: State, h: float) -> None:
 
 def seed(s: State) -> None:
     """Let Newton's method start from the last solution, or from a first guess."""
-    if s.fresh:
+    if s.fresh == 1:
         first_guess(s)
     else:
         for i in range(SOLVED):
@@ -253,6 +263,8 @@ def advance(s: State, h: float) -> int:
         prepare_step(s, h)
     if SUBSTEPS > 1:  # one substep changes x and mu at its end alone
         keep(s)
+    if STAGED and staged(s):
+        return OK
     for j in range(SUBSTEPS):
         status = substep(s, j)
         if status != OK:
@@ -263,15 +275,26 @@ def advance(s: State, h: float) -> int:
 
 def rows_of_run(s: State, h: float, steps: int, every: int, xs: Out, mus: Out) -> int:
     """Do steps and write a row at the start and after each `every` of them; return those done."""
+    row: int = 0
+    wait: int = 0  # steps to the next row
     for k in range(steps + 1):
         if k > 0 and advance(s, h) != OK:
             return k - 1
-        if k % every == 0:
+        if wait == 0:
             for i in range(N):
-                xs[(k // every) * N + i] = s.x[i]
+                xs[row * N + i] = s.x[i]
             for i in range(M):
-                mus[(k // every) * M + i] = s.mu[i]
+                mus[row * M + i] = s.mu[i]
+            row = row + 1
+            wait = every
+        wait = wait - 1
     return steps
+
+
+def multipliers(s: State, values: Out) -> None:
+    """Write the multipliers of the constraints at the start of the last step."""
+    for i in range(MULTIPLIERS):
+        values[i] = 2 / (s.h * SHARES[0]) * s.past[0][M + i]
 
 
 def eliminate(a: Out, m: int) -> None:
@@ -299,6 +322,37 @@ def eliminate(a: Out, m: int) -> None:
         a[last * wide + m] = rest / a[last * wide + last]
 
 
+def stumpff(c: Out, last: int, z: float) -> None:
+    """Write c[k], the sum of (-z)**n/(2*n + k)! over n, up to the last k: c[0] is cos(sqrt(z))."""
+    small: float = z
+    stages: int = 0
+    while abs(small) > 1 and abs(small) < LARGE:
+        small = small / 4
+        stages = stages + 1
+    for k in range(last - 1, last + 1):
+        c[k] = OVER[2 * TERMS + k]
+        for n in range(TERMS):
+            c[k] = OVER[2 * (TERMS - 1 - n) + k] - small * c[k]
+    for k in range(last - 1):
+        c[last - 2 - k] = OVER[last - 2 - k] - small * c[last - k]
+    while stages > 0:  # from z/4 to z
+        share: float = 1.0
+        for _ in range(last):
+            share = share / 2
+        for k in range(last - 2):
+            total: float = c[0] * c[last - k] + c[1] * c[last - 1 - k]
+            for i in range(2, last + 1 - k):
+                total = total + c[i] * OVER[last - k - i]
+            c[last - k] = total * share
+            share = 2 * share
+        c[2] = c[1] * c[1] / 2
+        small = 4 * small
+        root: float = sqrt(abs(small))
+        c[0] = cos(root) if small > 0 else cosh(root)
+        c[1] = (sin(root) if small > 0 else sinh(root)) / root
+        stages = stages - 1
+
+
 def start(s: State) -> None:
     """Begin at the x, mu and parameters that are in the state."""
     for i in range(N):
@@ -307,6 +361,9 @@ def start(s: State) -> None:
         s.emu[i] = 0.0
     s.h = 0.0
     s.fresh = 1
+    if STAGED:
+        s.by_newton = 0
+        s.stretch = 64
     for i in range(NUMBERS):
         s.q[FIRST + i] = OF_RULE[i]
 
@@ -316,7 +373,7 @@ def speed(s: State) -> None:
     for i in range(M):
         s.v[i] = V0[i]
     if SPEED_CLOSED:
-        speed_at(s.v, s.x, s.v, s.mu, s.q)
+        speed_at(s.v, s.x, s.mu, s.mu, s.q)
     else:
         prepare_of_speed(s.speed_c, s.q)
         if SPEED_AFFINE:

@@ -6,11 +6,14 @@ import math
 import re
 import types
 
+import mpmath
 import numpy as np
 import pytest
 
-from discmech import Lattice, Scene, Scheme, midpoint, pair, scenes, trapezoidal
-from discmech.integrators import BadInput, black_box
+from discmech import Lattice, Scene, Scheme, lie_group, midpoint, pair, scenes, trapezoidal
+from discmech.integrators import BadInput, black_box, retractions
+from discmech.integrators.algebras import sl
+from discmech.integrators.retractions import exponential
 from discmech.integrators.rules import get
 from discmech.studies.core.case import Case
 from discmech.studies.systems import system_of
@@ -85,10 +88,69 @@ def test_a_failed_step_leaves_the_state_as_it_was():
     assert math.isfinite(file.step(state, 0.01).x[0])
 
 
-def chain():
-    return Lattice(name="chain", site=pair(1), sites=3, on_site=lambda x, v, p: v[0] ** 2 / 2,
+@pytest.mark.parametrize(("scene", "rule"), [
+    ("heavy-top", "midpoint"), ("sl2", "gauss-3"), ("kirchhoff", "midpoint"),
+])  # fmt: skip
+def test_a_group_by_the_exponential_map_has_stumpff_s_functions(scene, rule):
+    scene = scenes.get(scene).with_retraction(retractions.get("exponential"))
+    scheme = Scheme(scene, get(rule))
+    assert "def stumpff" in scheme.export("numpy")
+    file, run = module(scheme), scheme.flow(scene.step).trajectory(20)
+    xs, mus = file.run(file.begin(), float(scene.step), 20)
+    assert abs(mus - run.mu).max() <= 64 * 2.0**-53 * abs(run.mu).max()
+    assert abs(xs - run.base).max(initial=0) <= 64 * 2.0**-53
+
+
+def test_stumpff_s_functions_are_their_series():
+    """From z/4ⁿ, near 0 and on both sides of it, against the sums with 40 digits."""
+    scene = scenes.get("rigid-body").with_retraction(retractions.get("exponential"))
+    file = module(Scheme(scene, midpoint))
+    with mpmath.workdps(60):
+        for z in (0.0, 1e-9, 0.7, 1.0, 3.0, 30.0, -0.5, -20.0):
+            found = [0.0] * 6
+            file.stumpff(found, 5, z)
+            for k, value in enumerate(found):
+                wanted = mpmath.nsum(lambda n, k=k, z=z: (-mpmath.mpf(z))**n
+                                     / mpmath.factorial(2 * n + k), [0, mpmath.inf])  # fmt: skip
+                assert abs(value - wanted) < 1e-14 * max(abs(wanted), 1 / math.factorial(k)), (k, z)
+
+
+def test_stages_that_do_not_contract_are_left_to_newton_s_method():
+    """With a step as long as the motion's time the sweeps diverge, in the flow and in the file."""
+    scene = scenes.get("kepler")
+    scheme = Scheme(scene, get("gauss-3"))
+    file, run = module(scheme), scheme.flow("0.8").trajectory(40)
+    assert "Newton in" in run.solver
+    state = file.begin()
+    xs, _ = file.run(state, 0.8, 40)
+    assert state.stretch > 64
+    assert abs(xs - run.x).max() < 1e-9
+
+
+def test_multipliers_are_those_of_the_run():
+    """The end of a step has λh²/2 in it, so that ε of x are 2ε/h² of λ: eight times that."""
+    scheme = Scheme(scenes.get("cartesian-pendulum"), trapezoidal)
+    file, run = module(scheme), scheme.flow("0.01").trajectory(5)
+    state = file.begin()
+    for k in range(5):
+        file.step(state, 0.01)
+        assert abs(file.multipliers(state) - run.multipliers[k]).max() < 8 * 2.0**-53 * 2 / 0.01**2
+    assert not hasattr(module(Scheme(scenes.get("pendulum"), trapezoidal)), "multipliers")
+
+
+@pytest.mark.parametrize("rule", [trapezoidal, midpoint])
+def test_a_lattice_is_written_site_by_site(rule):
+    lattice = chain()
+    scheme = Scheme(lattice, rule)
+    run = scheme.flow("0.1").trajectory(20)
+    xs, _ = module(scheme).run(module(scheme).begin(), 0.1, 20)
+    assert abs(xs - run.x.reshape(21, -1)).max() < 1e-14
+
+
+def chain(sites=3):
+    return Lattice(name="chain", site=pair(1), sites=sites, on_site=lambda x, v, p: v[0] ** 2 / 2,
                    on_bond=lambda x, y, p: -((y[0] - x[0]) ** 2) / 2, bonds="chain",
-                   x0=[[0.1], [0], [0]], v0=[[0], [0], [0]], duration=1)  # fmt: skip
+                   x0=[[0.1]] + [[0]] * (sites - 1), v0=[[0]] * sites, duration=1)  # fmt: skip
 
 
 @black_box(order=1)
@@ -99,12 +161,19 @@ def euler(q, p, h, system):
 @pytest.mark.parametrize(("scene", "rule", "said"), [
     (scenes.get("bouncing-ball"), midpoint, "bouncing-ball has contact"),
     (scenes.get("pendulum"), euler, "euler is a program"),
-    (chain(), trapezoidal, "loops of its own"),
+    (chain(100), trapezoidal, "chain has 100 sites"),
 ], ids=["contact", "program", "lattice"])  # fmt: skip
 def test_what_cannot_be_exported_is_one_sentence_that_says_what_can(scene, rule, said):
     with pytest.raises(BadInput, match=f"{said}.* can\\.$") as error:
         Scheme(scene, rule).export("c")
     assert "\n" not in str(error.value)
+
+
+def test_functions_of_matrices_cannot_be_exported():
+    scene = Scene(name="sl3", groupoid=lie_group(sl(3), exponential), x0=[], v0=[1] + [0] * 7,
+                  lagrangian=lambda x, v, p: v.dot(v) / 2, duration=1)  # fmt: skip
+    with pytest.raises(BadInput, match=r"functions of matrices.*cayley it can\.$"):
+        Scheme(scene, midpoint).export("c")
 
 
 def test_an_unknown_language_is_bad_input():
@@ -134,9 +203,24 @@ def in_jax(scheme):
     return found
 
 
-@pytest.mark.parametrize(("scene", "rule"), [("pendulum", "gauss-2"), ("heavy-top", "midpoint")])
-def test_in_jax_a_run_is_the_flow_s_and_its_derivative_that_of_the_flow(scene, rule):
-    scheme = Scheme(scenes.get(scene), get(rule))
+#: explicit, Newton's, stages, compositions, a group by both retractions, forces, one-step maps
+IN_JAX = [
+    ("heavy-top", "midpoint", "cayley"), *(pytest.param(*e, marks=pytest.mark.slow) for e in (
+        ("pendulum", "gauss-2", None), ("kepler", "rectangle", None), ("sl2", "midpoint", None),
+        ("double-pendulum", "midpoint", None), ("rigid-body", "gauss-2", "exponential"),
+        ("henon-heiles", "triple-jump:trapezoidal", None), ("pendulum", "suzuki:rectangle", None),
+        ("damped-pendulum", "midpoint", None), ("rigid-body", "rkmk-4", None),
+        ("lotka-volterra", "implicit-midpoint", None), ("heavy-top", "lobatto-3", "exponential"),
+    )),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("scene", "rule", "retraction"), IN_JAX)
+def test_in_jax_a_run_is_the_flow_s_and_its_derivative_that_of_the_flow(scene, rule, retraction):
+    system = scenes.get(scene)
+    if retraction:
+        system = system.with_retraction(retractions.get(retraction))
+    scheme = Scheme(system, get(rule))
     file, flow = in_jax(scheme), scheme.flow(scenes.get(scene).step)
     import jax
 
