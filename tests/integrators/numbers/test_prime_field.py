@@ -7,13 +7,8 @@ from fractions import Fraction
 
 import pytest
 
-from discmech.integrators.numbers import (
-    NotRational,
-    PrimeField,
-    Series,
-    series_namespace,
-    small_fraction,
-)
+from discmech.integrators.extensions.expansions import Series, series_namespace
+from discmech.integrators.numbers import NotRational, PrimeField, small_fraction
 
 DRAW = random.Random(7)
 FIELDS = [PrimeField.at_random(DRAW) for _ in range(2)]
