@@ -242,6 +242,7 @@ def test_few_long_rows_are_steps_of_their_order(tmp_path):
     assert steps.order == 2 and not steps.unknown
 
 
+@pytest.mark.slow
 def test_a_chaotic_motion_is_followed_as_far_as_it_is_known(tmp_path):
     """Errors at the end are all that the motion allows; the steps are of their order."""
     save(tmp_path, "gauss-2", "double-pendulum", 5)
