@@ -24,12 +24,14 @@ from discmech.reference import surroundings
 
 from ..core.case import Case
 from ..evidence import NEAR, Floor, Grid, Place, evidence_of
+from ..evidence.laws import AGAIN
 
 #: steps at a place, relative to the time for which the motion is a short polynomial
 PARTS = [Fraction(1, 2**k) for k in range(4, 10)]
 SEEN = 1e-6  # largest error of an extrapolated entry, relative to the rate of the motion
 WHOLE = 1e-3  # largest error, in turns, of the shortest step beside whole turns
 SAME = 1e-4  # largest relative difference of factors at all places that count as one factor
+ALIKE = 0.01  # the same of factors beside 1 that are smaller than `SEEN`
 NOISE = SEEN / 10  # usual error of an extrapolated entry
 SINGLE = 2.0**-24
 MOST_DECIMALS = 13  # with fewer decimals it is no chance that all numbers of a step are round
@@ -53,6 +55,7 @@ class Beginning:
     The vector field f and its parts, z̈, z⃛, ∂f/∂t, and e₁, e₂, e₃ of the step's error; e₂ and e₃
     hold if those before them are 0. later: e₁ of three steps together. parts: by name, terms of f
     in all entries. grown: D(h)/h of the shortest step over that of the longest. shortest: its D(h).
+    moved: Φ_h(z) − z of the longest and the shortest step.
     """
 
     z: Vector
@@ -70,6 +73,7 @@ class Beginning:
     span: Vector
     grown: float = 1.0
     shortest: Vector | None = None
+    moved: tuple[Vector, Vector] | None = None
 
 
 def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict[str, Any] | None:
@@ -99,6 +103,7 @@ def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict
         or _of_numbers(case, found)
         or _late(found, n)
         or _of_limit(case, found, n)
+        or _of_small_factor(case, found)
     )
     told = told or (_of_second(case, found, n, finest) if order else None)
     if told is None:
@@ -135,7 +140,7 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
     n, time = system.n, float(place.t)
     z = np.array([float(e) for e in (*place.x, *place.mu)])
     steps = [place.length * part for part in PARTS]
-    one, three = (_errors(scheme, place, steps, count) for count in (1, 3))
+    (one, images), (three, _) = (_errors(scheme, place, steps, count) for count in (1, 3))
     sizes = np.array([float(h) for h in steps])
 
     def f(at: Vector, t: float = time) -> Vector:
@@ -169,7 +174,8 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
                      _at_zero(sizes, one / sizes[:, None] ** 2),
                      _at_zero(sizes, one / sizes[:, None] ** 3),
                      _at_zero(sizes, three / sizes[:, None]),
-                     parts, others, span, _grown(sizes, one / span), one[-1])  # fmt: skip
+                     parts, others, span, _grown(sizes, one / span), one[-1],
+                     (images[0] - z, images[-1] - z))  # fmt: skip
 
 
 def _grown(sizes: Vector, errors: np.ndarray) -> float:
@@ -178,19 +184,22 @@ def _grown(sizes: Vector, errors: np.ndarray) -> float:
     return float(rates[-1] / rates[0]) if rates[0] else 0.0
 
 
-def _errors(scheme: Any, place: Place, steps: list[Fraction], count: int) -> np.ndarray:
-    """Return Φ_h^k(z) − φ_kh(z) for each step, in doubles; (steps, n+m)."""
+def _errors(
+    scheme: Any, place: Place, steps: list[Fraction], count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return (Φ_h^k(z) − φ_kh(z), Φ_h^k(z)) for each step, in doubles; (steps, n+m) each."""
     ends = surroundings(scheme.scene).after(
         place.x, place.u, place.t, [count * h for h in steps], 30
     )
-    rows = []
+    rows, images = [], []
     for h, end in zip(steps, ends, strict=True):
         run = scheme.flow(h).trajectory(count, every=count, **place.start)
         with mpmath.workdps(30):
             got = [*run.x[-1], *run.mu[-1]]
             rows.append([float(mpmath.mpf(a) - b)
                          for a, b in zip(got, [*end.x, *end.mu], strict=True)])  # fmt: skip
-    return np.array(rows)
+            images.append([float(a) for a in got])
+    return np.array(rows), np.array(images)
 
 
 def _at_zero(sizes: Vector, values: np.ndarray) -> Vector:
@@ -213,6 +222,7 @@ def _in_other_coordinates(system: Any, z: Vector, time: float, d: float) -> dict
             for s in (1, -1)]  # fmt: skip
     found["velocities for momenta"] = np.concatenate([rates[0], (ends[0] - ends[1]) / (2 * d)])
     found["momentum for velocity"] = np.concatenate([p, system.f(q, p, time)[1]])
+    found["q and p exchanged"] = np.concatenate(system.f(p, q, time)[::-1])
     return found
 
 
@@ -233,7 +243,9 @@ def _vanishes(found: list[Beginning], entries: Any) -> bool:
     return all(bool((np.abs(entries(b)) <= SEEN * b.span).all()) for b in found)
 
 
-def _factor(found: list[Beginning], got: Any, of: Any) -> float | None:
+def _factor(
+    found: list[Beginning], got: Any, of: Any, same: float = SAME, noise: float = NOISE
+) -> float | None:
     """Return the one c with got = c·of at all places and in all entries, or None."""
     a = np.concatenate([got(b) / b.span for b in found])
     e = np.concatenate([of(b) / b.span for b in found])
@@ -241,7 +253,7 @@ def _factor(found: list[Beginning], got: Any, of: Any) -> float | None:
         return None
     c = float(a @ e / (e @ e))
     off = np.abs(a - c * e)
-    return c if bool((off <= max(SAME * np.abs(a).max(), NOISE)).all()) else None
+    return c if bool((off <= max(same * np.abs(a).max(), noise)).all()) else None
 
 
 def _wrapped(found: list[Beginning], n: int) -> Told | None:
@@ -298,9 +310,10 @@ def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
     if _vanishes(found, lambda b: b.first_error):
         return None
     if all(b.grown > float(PARTS[0] / PARTS[-1]) / 2 for b in found):  # D(h) does not sink with h
-        return "no step", (
+        return _of_no_step(found, n) or (
+            "no step",
             "a step moves the state also as h goes to 0, where it has to leave it as it is: look "
-            "for a factor h that is missing, or for one too many of the state."
+            "for a factor h that is missing, or for one too many of the state.",
         )
     for word, sentence in _NAMED.items():
         known = all(word in b.others for b in found)
@@ -317,6 +330,11 @@ def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
             "it moves along the motion, but by a time of its own that depends on the state, "
             f"{min(own):.4g} to {max(own):.4g} of the step: its steps are not of the size h."
         )
+    if _cancels(found, n):
+        return "flipped sign", (
+            "the kicks of a step cancel, so that none is left as h goes to 0, though each moves "
+            "the momentum: one of them has the wrong sign."
+        )
     for name in found[0].parts:
         if max(float(np.abs(b.parts[name] / b.span).max()) for b in found) <= SEEN:
             continue
@@ -329,12 +347,46 @@ def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
     return _of_entries(case, found, n)
 
 
+def _of_no_step(found: list[Beginning], n: int) -> Told | None:
+    """Return the cause if a step is the same for every h, or gives p where q belongs."""
+    moves = [b.moved for b in found if b.moved is not None]
+    if all(np.abs(a - e).max() <= SEEN * np.abs(e).max() for a, e in moves):
+        return "no step", (
+            "a step moves the state by the same for every h: h is not used, or a step size of its "
+            'own is; a map of one step size says so by @black_box(step="0.1").'
+        )
+    if len(found[0].z) != 2 * n:
+        return None
+    gaps = [np.abs(b.z + b.moved[1] - np.roll(b.z, n)).max() / np.abs(b.z - np.roll(b.z, n)).max()
+            for b in found if b.moved is not None]  # fmt: skip
+    if max(gaps) <= 0.1:  # a short step moves the state by less
+        return "q and p exchanged", "it gives (p, q) where (q, p) is asked for: exchange the two."
+    return None
+
+
+def _cancels(found: list[Beginning], n: int) -> bool:
+    """True if the gradient is missing in the limit, and a step of a free momentum moves it."""
+    name = "the gradient of the potential"
+    zero = np.zeros(n)
+
+    def others(b: Beginning) -> Vector:
+        return b.f - b.parts["the motion of x"] - b.parts[name]
+
+    c = _factor(found, lambda b: b.first_error, lambda b: b.parts[name])
+    free = all(b.moved is not None and not others(b).any() for b in found)
+    if c is None or abs(c + 1) > 1e-3 or not free:
+        return False
+    part = [b.moved[0][n:] if b.moved is not None else zero for b in found]
+    return any(np.abs(e).max() > SEEN * np.abs(b.z).max() for e, b in zip(part, found, strict=True))
+
+
 #: causes that concern the kind of numbers
 _OF_NUMBERS = ("single precision", "noise", "rounded")
 _NAMED = {
     "velocities for momenta": 'it takes and gives velocities where (q, p) is said: say state="qv".',
     "momentum for velocity": "x moves by the momentum p in place of the velocity ∂H/∂p: it is off "
     "by the mass.",
+    "q and p exchanged": "it takes p for q and q for p: the order of its arguments is (q, p).",
     "time frozen": "the field is that of t = 0 at every time: the time is frozen; take system.t.",
     "time doubled": "the field is that of 2t: the time is counted twice.",
 }
@@ -416,6 +468,13 @@ def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
             f"the same step made twice differs by {off:.1e}: it is random, or keeps something "
             "between calls; a method with memory is a class with start, step and read."
         )
+    again = evidence_of(scheme).departure(AGAIN)
+    if again.broken:
+        return "no map", (
+            f"steps of a run, made again, differ from it by {again.size:.1e}: it keeps something "
+            "between calls, or is random; a method with memory is a class with start, step and "
+            "read."
+        )
     if np.isfinite(image).all():  # whole numbers are of single precision, too
         for decimals in range(MOST_DECIMALS):
             if bool((image == np.round(image, decimals)).all()):
@@ -447,6 +506,22 @@ def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
             f"a step jumps by {jump:.1e} of the state between neighbouring {between}, as an "
             "iteration with a loose stop does: iterate until nothing changes."
         )
+    return None
+
+
+def _of_small_factor(case: Case, found: list[Beginning]) -> Told | None:
+    """Return the cause if a rate is off by one share too small for `SEEN`, alike at all places.
+
+    Single steps have to deny the limit: a share alone may be what the extrapolation leaves.
+    """
+    order = evidence_of(case.scheme).order.order
+    if order is None or order > 1 - NEAR or not _vanishes(found, lambda b: b.first_error):
+        return None
+    for name in ("every step", *found[0].parts):
+        c = _factor(found, lambda b: b.first_error,
+                    lambda b, k=name: b.parts.get(k, b.f), ALIKE, 0.0)  # fmt: skip
+        if c:
+            return _all_by(1 + c) if name == "every step" else _said_of(name, 1 + c)
     return None
 
 

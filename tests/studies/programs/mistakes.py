@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from discmech import black_box
@@ -30,7 +32,7 @@ def split(kick=(0.5, 0.5), drift=1.0):
 
 
 for number, (cause, step) in enumerate((
-    ("missing gradient of the potential", split((0.5, -0.5))),
+    ("flipped sign", split((0.5, -0.5))),
     ("flipped sign", split((-0.5, -0.5))),
     ("flipped sign", split(drift=-1.0)),
     ("factor", split((1 / 3, 1 / 3))),
@@ -44,6 +46,7 @@ for number, (cause, step) in enumerate((
     ("factor of time", split((1.0, 1.0), 2.0)),
     ("few digits", split((0.49999, 0.5))),
     ("few digits", split(drift=1.0001)),
+    ("few digits", split((0.500000005, 0.500000005))),
 )):  # fmt: skip
     MISTAKES.append((cause, black_box(order=2, name=f"split-{number}")(step)))
 
@@ -56,6 +59,32 @@ for number, (cause, weights) in enumerate((
 )):  # fmt: skip
     made = black_box(order=4, name=f"composed-{number}")(composed(weights))
     MISTAKES.append((cause, made))
+
+
+@mistake("no step")
+def ignores_h(q, p, h, s):
+    return kick_drift_kick(q, p, 0.05, s)
+
+
+@mistake("q and p exchanged")
+def gives_p_first(q, p, h, s):
+    q, p = kick_drift_kick(q, p, h, s)
+    return p, q
+
+
+@mistake("q and p exchanged")
+def takes_p_first(p, q, h, s):
+    q, p = kick_drift_kick(q, p, h, s)
+    return p, q
+
+
+CALLS = itertools.count()
+
+
+@mistake("no map")
+def changes_each_seventh(q, p, h, s):
+    q, p = kick_drift_kick(q, p, h, s)
+    return q, p * (1 + 1e-9 * (next(CALLS) % 7 == 0))
 
 
 @mistake("momentum for velocity")

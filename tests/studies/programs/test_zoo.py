@@ -7,6 +7,8 @@ import pytest
 
 from discmech import Scene, Scheme, black_box, one_step, pair, scenes
 from discmech.integrators import rules
+from discmech.studies.causes.one_step import of_step
+from discmech.studies.core.case import Case
 
 from . import methods
 from .judging import judged, verdicts
@@ -63,6 +65,18 @@ def test_a_mistake_is_caught_with_its_cause(cause, box):
     found = judged("order", scene, box)
     assert found["verdict"] != "pass"
     assert found["diagnosis"]["cause"] == cause
+
+
+@pytest.mark.parametrize(("name", "words"), [
+    ("split-0", "the kicks of a step cancel"), ("split-14", "is off by 1e-08 of it"),
+    ("ignores-h", "the same for every h"), ("gives-p-first", "it gives (p, q)"),
+    ("takes-p-first", "it takes p for q"), ("changes-each-seventh", "made again, differ"),
+    ("split-9", "is missing in the step"),
+])  # fmt: skip
+def test_a_mistake_has_a_sentence_of_its_own(name, words):
+    ((cause, box),) = (each for each in MISTAKES if each[1].name == name)
+    told = of_step(Case("order", scenes.get("pendulum"), box, 16))
+    assert told["cause"] == cause and words in told["sentence"]
 
 
 @pytest.mark.slow
