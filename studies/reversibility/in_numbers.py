@@ -20,6 +20,8 @@ from .records import FoundOfNumbers, Measured, OfReturn
 
 #: factor for a program's change of its argument beside its result: the rounded state in between
 ROUNDED = 4
+#: steps forth, and then back, of a program that keeps something from step to step
+LONG = 256
 
 
 def measure(case: Case) -> FoundOfNumbers:
@@ -31,11 +33,14 @@ def measure(case: Case) -> FoundOfNumbers:
     found, scale, seed = looks(case.scheme)
     rows: list[OfReturn] = []
     first = [(k, look) for k, look in enumerate(found) if look.count == 1]
+    if case.rule.remembers or case.rule.runs:  # a run need not be its steps: a long one goes back
+        k, look = next((k, look) for k, look in enumerate(found) if look.count > 1)
+        first.append((k, replace(look, count=LONG)))
     further = enumerate(more_looks(case.scheme, scale, seed), len(found))
     for k, look in itertools.chain(first, further):
         if k >= len(found) and not undecided(case, rows):
             break
-        row = OfReturn(float(look.step), k, float(look.time))
+        row = OfReturn(float(look.step), k, float(look.time), count=look.count)
         try:
             rows.append(_returned(row, case, look, scale, seed + k))
         except StepFailure as failure:
@@ -50,17 +55,17 @@ def measure(case: Case) -> FoundOfNumbers:
 
 def _returned(row: OfReturn, case: Case, look: Any, scale: Any, seed: int) -> OfReturn:
     scheme: Any = case.scheme
-    size, after = len(look.z), look.time + look.step
-    forth = scheme.flow(look.step).map_of(t0=look.time)
+    size, after, count = len(look.z), look.time + look.count * look.step, look.count
+    forth = scheme.flow(look.step).map_of(count, t0=look.time)
     image = forth(look.z)
     try:
-        back = scheme.flow(-look.step).map_of(t0=after)
+        back = scheme.flow(-look.step).map_of(count, t0=after)
         back(image)
     except (StepFailure, CannotMeasure):
         if not _even(scheme, look):
             raise
         turned = np.concatenate([np.ones(scheme.s.n), -np.ones(size - scheme.s.n)])
-        again = scheme.flow(look.step).map_of()
+        again = scheme.flow(look.step).map_of(count)
 
         def back(z: Any) -> Any:
             return turned * again(turned * z)

@@ -39,7 +39,8 @@ def _judge_numbers(case: Case, found: FoundOfNumbers) -> Verdict:
         return Verdict("inconclusive", said, expected)
     if measured.certain:
         row = max(found.rows, key=lambda row: row.certain or 0.0)
-        said = f"a step back misses the start by {measured.certain:.2g} of the motion beyond all "
+        back = "a step back misses" if row.count == 1 else f"{row.count} steps back miss"
+        said = f"{back} the start by {measured.certain:.2g} of the motion beyond all "
         said += f"round-off, at step {row.step:.3g}, t = {row.time:.3g}: Φ₋ₕ is not the "
         said += "inverse of Φₕ."
         return Verdict("fail", said, expected)

@@ -23,7 +23,8 @@ class Row:
 class OfReturn:
     """The distance after a step of a program forth and back, or the reason why there is none.
 
-    certain: the part that no round-off explains. left: what a method of the order may leave.
+    certain: the part that no round-off explains. left: what a method of the order may leave. count:
+    the number of steps forth, and then back.
     """
 
     step: float = 0.0
@@ -34,6 +35,7 @@ class OfReturn:
     why_not: str = ""
     resolution: float | None = field(default=None, metadata=OPTIONAL)
     left: float | None = field(default=None, metadata=OPTIONAL)
+    count: int = 1
 
 
 @dataclass(frozen=True, slots=True)
