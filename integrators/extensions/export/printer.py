@@ -90,7 +90,9 @@ class Printer:
         return f"{left}{space}{word}{space}{self.of(e.right, holds + 1)}", holds
 
     def number(self, value: object) -> str:
-        """Return a number, or a truth value."""
+        """Return a number, or a truth value; what is no int of 32 bits becomes a float."""
+        if isinstance(value, int) and abs(value) >= 2**31:
+            value = float(value)
         return self.truth[value] if isinstance(value, bool) else repr(value)
 
     def name(self, name: str) -> str:

@@ -9,6 +9,7 @@ import types
 import mpmath
 import numpy as np
 import pytest
+import sympy
 
 from discmech import Lattice, Scene, Scheme, lie_group, midpoint, pair, scenes, trapezoidal
 from discmech.integrators import BadInput, black_box, retractions
@@ -181,6 +182,16 @@ def test_an_unknown_language_is_bad_input():
         Scheme(scenes.get("pendulum"), midpoint).export("fortran")
     with pytest.raises(BadInput, match="digits"):
         Scheme(scenes.get("pendulum"), midpoint).export("c", digits=50)
+
+
+@pytest.mark.parametrize("language", ["c", "numpy", "julia", "jax"])
+def test_whole_numbers_that_no_int_holds_are_floats(language):
+    """A float in a Lagrangian is a fraction of such numbers, as are a lattice's own parameters."""
+    tenth = sympy.Rational(0.1)
+    scene = Scene(name="fine", groupoid=pair(1), parameters={}, x0=[1], v0=[0], duration=1,
+                  lagrangian=lambda x, v, p: v[0] ** 2 / 2 - tenth * x[0] ** 4)  # fmt: skip
+    text = Scheme(scene, trapezoidal).export(language)
+    assert not re.search(r"(?<![\d.e])\d{11,}(?![\d.e])", text)
 
 
 def test_a_scene_of_ones_own_is_exported():
