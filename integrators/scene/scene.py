@@ -131,7 +131,9 @@ class Scene:
         given = (self.lagrangian is not None) + (self.discrete_lagrangian is not None)
         given += self.in_numbers
         if not given or (given == 2 and not isinstance(self.discrete_lagrangian, OnGroup)):
-            raise BadInput(f"{self.name}: give either lagrangian= or discrete_lagrangian=.")
+            raise BadInput(
+                f"{self.name}: give either lagrangian= or discrete_lagrangian=, or hamiltonian=."
+            )
         if self.force is not None and self.discrete_lagrangian:
             raise BadInput(
                 f"{self.name}: force= acts beside a lagrangian=; a discrete Lagrangian has no "

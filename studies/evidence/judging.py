@@ -83,7 +83,10 @@ def _of_order(
     verdict = verdict.expecting(local_order=local.order) if asks_order else verdict
     if local.order >= (wanted or 1) - NEAR or verdict.verdict == "fail":
         return verdict
-    return Verdict("fail", lower(local, wanted, what), verdict.expected)
+    said = lower(local, wanted, what)
+    if not asks_order and verdict.verdict == "pass":
+        said = f"the runs keep what is asked of them, but {said}"
+    return Verdict("fail", said, verdict.expected)
 
 
 def lower(local: SingleSteps, wanted: int | None, what: str = "") -> str:
@@ -91,15 +94,15 @@ def lower(local: SingleSteps, wanted: int | None, what: str = "") -> str:
     order, least = local.order or 0.0, wanted or 1
     places = [local.place, "" if local.seed is None else f"seed {local.seed}"]
     where = f" ({', '.join(filter(None, places))})" if local.place else ""
-    one = f"one step{f' of {what}' if what else ''} is"
+    one = f"one step{f' of {what}' if what else ''}"
     if order < 1 - NEAR:
         return (
-            f"{one} wrong in {local.component}: from an exact state{where} a step of "
-            f"{local.step:.1g} errs by a share of itself that smaller steps do not lessen, "
-            f"O(h^{order + 1:.2f}), so the rule is not consistent: as h goes to 0 it follows "
-            "another motion."
+            "the rule is not consistent: as h goes to 0 it follows another motion. "
+            f"{one.capitalize()}, of {local.step:.1g} from an exact state{where}, is wrong in "
+            f"{local.component} by a share of itself, and shorter steps are by the same share, "
+            f"O(h^{order + 1:.2f})."
         )
-    said = f"{one} of order {order:.2f} in {local.component}, "
+    said = f"{one} is of order {order:.2f} in {local.component}, "
     said += f"below {'the expected ' if wanted else ''}{least}: from an exact state"
     said += f"{where} a step of {local.step:.1g} is off by O(h^{order + 1:.2f})"
     if (along := local.on_motion or 0.0) >= least - NEAR:

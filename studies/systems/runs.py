@@ -140,9 +140,11 @@ def _refuse_unbounded(case: Case, flow: Flow, run: Trajectory) -> None:
         if min(lengths) < RESOLVED or not abs(lengths[0] - lengths[1]) <= 1 + ALIKE * lengths[0]:
             return
     raise CannotMeasure(
-        f"{case.scene.name}: the motion leaves every bound: at t = {float(run.t[row]):.4g} it is "
-        f"{growth[row]:.2g} times its size at the start, and it grows so with half the step; the "
-        f"run of {case.label} ended at t = {float(run.t[-1]):.4g}. Take fewer --steps."
+        f"{case.scene.name}: a run of {case.label} leaves every bound: at t = "
+        f"{float(run.t[row]):.4g} it is {growth[row]:.2g} times its size at the start, and a run "
+        f"of half the step grows alike; it ended at t = {float(run.t[-1]):.4g}. If the motion "
+        "itself leaves, take fewer --steps; if it stays, the method follows another motion, which "
+        "`discmech order` shows."
     )
 
 
