@@ -221,7 +221,6 @@ IN_JAX = [
         ("double-pendulum", "midpoint", None), ("rigid-body", "midpoint", "exponential"),
         ("henon-heiles", "triple-jump:trapezoidal", None), ("pendulum", "suzuki:rectangle", None),
         ("damped-pendulum", "midpoint", None), ("rigid-body", "rkmk-4", None),
-        ("lotka-volterra", "implicit-midpoint", None), ("rigid-body", "gauss-2", None),
     )),
 ]  # fmt: skip
 
