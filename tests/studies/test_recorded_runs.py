@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from discmech import Scheme, recorded, scenes, trapezoidal
+from discmech import Scene, Scheme, pair, recorded, scenes, trapezoidal
 from discmech.integrators import BadInput
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get
@@ -247,3 +247,33 @@ def test_a_chaotic_motion_is_followed_as_far_as_it_is_known(tmp_path):
     """Errors at the end are all that the motion allows; the steps are of their order."""
     save(tmp_path, "gauss-2", "double-pendulum", 5)
     assert order(tmp_path, 4, "double-pendulum")["verdict"] in ("pass", "inconclusive")
+
+
+def in_numbers(folder, x0):
+    """A pendulum in numbers, and runs of Verlet's method on it to t = 1, with five rows each."""
+    made = Scene(
+        name="numeric-pendulum", groupoid=pair(1), x0=["1"], mu0=["0.3"], duration=1, step="0.05",
+        numeric_hamiltonian=lambda q, p: p[0] ** 2 / 2 - np.cos(q[0]),
+        gradient=lambda q, p: (np.sin(q), p),
+    )  # fmt: skip
+    for k in range(4):
+        h, q, p = 0.05 / 2**k, np.array([x0]), np.array([0.3])
+        rows = [(q, p)]
+        for _ in range(20 * 2**k):
+            p = p - h / 2 * np.sin(q)
+            q = q + h * p
+            p = p - h / 2 * np.sin(q)
+            rows.append((q, p))
+        qs, ps = map(np.array, zip(*rows[:: 5 * 2**k], strict=True))
+        np.savez(folder / f"run{k}.npz", t=np.arange(5) / 4, q=qs, p=ps, h=np.full(5, h))
+    return made
+
+
+@pytest.mark.parametrize("x0", [1.0, 0.8])
+def test_runs_on_a_scene_in_numbers_begin_at_a_momentum(x0, tmp_path):
+    made = in_numbers(tmp_path, x0)
+    scheme = Scheme(made, recorded(str(tmp_path / "*.npz"), 2))
+    assert scheme.begins_there is (x0 == 1.0)
+    assert [float(e) for e in (*scheme.scene.x0, *scheme.scene.mu0)] == pytest.approx([x0, 0.3])
+    steps = of_rows(scheme)
+    assert steps.order == 2 and not steps.unknown

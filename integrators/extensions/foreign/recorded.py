@@ -21,7 +21,6 @@ from .box_flow import BoxFlow
 from .box_scheme import BoxScheme
 from .caller import folder_of_caller
 from .recordings import Recording, recordings
-from .scene_in_numbers import SceneInNumbers
 
 #: the studies that need only runs; all others make their own steps
 MEASURED_BY = ("order", "momentum", "energy")
@@ -129,13 +128,18 @@ class RecordedScheme(BoxScheme):
         super().__init__(scene, rule)
         first = rule.recordings[0]
         numbers = arithmetic(DIGITS)
-        system = SceneInNumbers(self.s, scene, numbers)
+        system = self.in_numbers(numbers)
         x, second = (np.array(part[0].tolist(), object) for part in (first.x, first.mu))
         if self.s.clocked:
             system.t = first.t[0]
         with numbers.working():
-            velocity = second if rule.state == "qv" else system.velocity(x, second)
-            v0 = [mpmath.nstr(mpmath.mpf(v), DIGITS) for v in velocity]
+            of_v = rule.state == "qv"
+            if scene.in_numbers:  # it begins at a momentum
+                begins = {"mu0": system.momentum(x, second) if of_v else second}
+            else:
+                begins = {"v0": second if of_v else system.velocity(x, second)}
+            written = {name: [mpmath.nstr(mpmath.mpf(v), DIGITS) for v in values]
+                       for name, values in begins.items()}  # fmt: skip
             own = [float(v) for v in initial_momentum(self.s, scene, numbers, first.start)]
         starts: list[Numbers] = [self.scene.x0, own]
         near = max(ALIKE, 8 * rule.unit(16))
@@ -154,7 +158,7 @@ class RecordedScheme(BoxScheme):
                     "of the motion apart, or times: an order is told from runs of one start."
                 )
         if not self.begins_there:
-            moved = scene.with_values(x0=first.x[0].tolist(), v0=v0)
+            moved = scene.with_values(x0=first.x[0].tolist(), **written)
             self.scene = BoxScheme(moved, rule).scene  # this checks the start
 
     @cached_property
