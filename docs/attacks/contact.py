@@ -134,3 +134,21 @@ def ball(name, length, mass):
 
 
 tiny_ball, light_ball = ball("tiny-ball", Q(1, 10**100), 1), ball("light-ball", Q(1), Q(1, 10**150))
+
+
+def steep(x, v, p):
+    """A mass above a table at 0, which falls to −∞ where the table is not there."""
+    return v.dot(v) / 2 - x[0] - x[0] ** 3 / 6
+
+
+falling = Scene(
+    name="falling", groupoid=pair(1), lagrangian=steep, contact=lambda x, p: [x[0]],
+    restitution="9/10", x0=[1], v0=[0], duration=6, step="1/30",
+)  # fmt: skip
+
+
+@discretisation(order=2)
+def in_the_middle(L, G, x, u, h):
+    """Of order 1 in a sixtieth of the way of the mass: θ is 1/2 + 10⁻³ there."""
+    part = sympy.exp(-(((x[0] - Q(62, 100)) * 60) ** 2))
+    return h * L(G.target(x, u, (Q(1, 2) + part / 10**3) * h), u)

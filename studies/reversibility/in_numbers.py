@@ -33,7 +33,8 @@ def measure(case: Case) -> FoundOfNumbers:
     found, scale, seed = looks(case.scheme)
     rows: list[OfReturn] = []
     first = [(k, look) for k, look in enumerate(found) if look.count == 1]
-    if case.rule.remembers or case.rule.runs:  # a run need not be its steps: a long one goes back
+    rule: Any = case.rule
+    if rule.remembers or rule.runs:  # a run need not be its steps: a long one goes back
         k, look = next((k, look) for k, look in enumerate(found) if look.count > 1)
         first.append((k, replace(look, count=LONG)))
     further = enumerate(more_looks(case.scheme, scale, seed), len(found))

@@ -122,7 +122,7 @@ GOOD = {"stepped": LAWS, "located": LAWS, "late": 0.5, "rests": False, "time_err
         ("located", "friction", 1e-6, "has not its full size"),
         ("stepped", "impact_friction", 1e-6, "friction of an impact"),
         (None, "local", {**STEP, "laws": {"form": WRONG}}, "in the motion between impacts a step"),
-        (None, "local", {**STEP, "order": 0.0}, "between impacts is wrong in"),
+        (None, "local", {**STEP, "order": 0.0}, "between impacts, of"),
         (None, "local", {**STEP, "order": 1.0}, "of order 1.00 in x[0], below the expected 2"),
         (None, "form", {"across": [1e-3, 1e-3, 1e-3]}, "across an elastic impact"),
     ],
