@@ -248,3 +248,15 @@ class DampsFromThere:
 
     def read(self, state, s):
         return state[0], state[1]
+
+
+@black_box(order=2)
+class Late(DampsFromThere.formula):
+    """Verlet whose force is a tenth too large from t = 5.2 on, by a clock of its own."""
+
+    def step(self, state, h, s):
+        q, p, k = state
+        size = 1.1 if k * h > 5.2 else 1
+        p = p - h / 2 * size * s.gradient(q, p)
+        q = q + h * s.velocity(q, p)
+        return q, p - h / 2 * size * s.gradient(q, p), k + 1

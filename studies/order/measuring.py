@@ -88,7 +88,8 @@ def ladder(case: Case, system: System | None = None) -> Ladder:
     Double precision runs the scene's whole duration from its own step on, which suits order 2, and
     from coarser ones at higher order; more digits run a fortieth of it in 128 to 1024 steps, where
     round-off does not interfere, and above order 8 in 8 to 64. A motion that such steps do not
-    resolve gets a shorter time and shorter ones (`single_steps.resolved`).
+    resolve gets a shorter time and shorter ones (`single_steps.resolved`). A program runs a quarter
+    of the duration; all of it if it keeps something from step to step, or makes whole runs.
     """
     if (own := (system or system_of(case)).ladder) is not None:
         return own
@@ -98,9 +99,13 @@ def ladder(case: Case, system: System | None = None) -> Ladder:
     if case.digits > 16:
         found = duration / 40, 8 if (case.order or 0) > HIGH else 128
     elif program:
-        # without more digits: a short time and coarse steps, so that less round-off adds up
+        # without more digits: a short time and coarse steps, so that less round-off adds up; but
+        # what single steps do not show, a run that need not be its steps may do late
+        rule: Any = case.rule
+        quarters = 4 if rule.remembers or rule.runs else 1
         coarser = 8 if (case.order or 0) <= 2 else 32
-        found = duration / 4, max(8, case.scene.steps_for(case.scene.step) // coarser)
+        steps = quarters * case.scene.steps_for(case.scene.step) // coarser
+        found = duration * quarters / 4, max(8, steps)
     else:
         found = duration, max(4, case.scene.steps_for(case.scene.step) // coarser)
     if case.steps:
