@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 from discmech.integrators import StepFailure, scenes
 from discmech.integrators.errors import BadInput
 
 from ..core.case import Case, Progress, silent
+from ..core.clocks import fine_clock
 from ..core.one_case import run_case
 from ..core.study import every_study
 from ..order.limits import tolerance
@@ -71,13 +71,13 @@ def _seconds(entry: Entry, box: Any, scene: Any) -> float | None:
     """Return the best of three times of a step, or from row to row; None if the run fails."""
     from discmech.integrators import Scheme
 
-    flow, best = Scheme(scene, box).flow(scene.step), None
+    flow, best, clock = Scheme(scene, box).flow(scene.step), None, fine_clock()
     for _ in range(4):  # the first run compiles
-        begun = time.perf_counter()
+        begun = clock()
         try:
             flow.trajectory(TIMED, every=1 if entry.own_steps else TIMED)
         except (StepFailure, BadInput):
             return None
-        last = (time.perf_counter() - begun) / TIMED
+        last = (clock() - begun) / TIMED
         best = last if best is None or last < best else best
     return best

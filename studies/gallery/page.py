@@ -20,8 +20,8 @@ on the machine and with the versions that it names; a job that runs each week me
 differences, or the size from which on a defect would have been seen. "Energy" is the band of its
 relative error over {long} steps of the scene, "there and back" how far a step of −h misses the
 start. What is claimed is what the documentation says at the place that is linked, or the docstring
-of the version that is named; "agrees" is said where no claim is denied. The time of a step is that
-of one machine on one day, with all that Python adds to it.
+of the version that is named; "agrees" is said where no claim is denied. The time of a step is the
+processor's, of one machine on one day, with all that Python adds to it.
 
 | method | claimed | scene | order | form | energy | momentum | there and back | a step | result |
 |---|---|---|---|---|---|---|---|---|---|
