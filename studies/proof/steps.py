@@ -79,7 +79,9 @@ class Comparison:
         self.substeps = scheme.substeps
         self.s = self.parts[0].equations.s
         #: the callables of all constants of the rule, part by part
-        self.constants = [list(part.equations.s.constants.values()) for part in self.parts]
+        self.constants = [
+            [c.value for c in part.equations.s.constants.values()] for part in self.parts
+        ]
 
     @property
     def is_tree_sum(self) -> bool:

@@ -32,7 +32,10 @@ from .limits import CHANGES, FORMS
 from .records import Defects, Found, FoundOfNumbers, Row
 
 NAME = "symplecticity"
-NEEDS = "under a force a one-step map has no form to keep; all else can be tested."
+NEEDS = (
+    "recorded runs make no further steps, and under a force a one-step map has no form to keep; "
+    "all else can be tested."
+)
 DIGITS = (16, 50)
 #: points per step size: forms are evaluated to many digits at each, in doubles too
 POINTS = 8
