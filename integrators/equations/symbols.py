@@ -110,7 +110,7 @@ class SceneSymbols:
         self.x, self.u, self.v, self.h = own["x"], own["u"], own["v"], own["h"]
         self.y = vector("y", self.groupoid.dim_x)
         self.mu = vector("mu", m)
-        self.constants: dict[Letter, Callable[[int], Mpf]] = {}
+        self.constants: dict[Letter, Constant] = {}
         self.parameters = SimpleNamespace()
         self.parameter_list: list[Letter] = []
         for name, value in scene.parameters.items():

@@ -414,7 +414,10 @@ def _said_of(name: str, c: float) -> Told:
     if near == -1.0:
         return "flipped sign", f"{name} has the wrong sign."
     if abs(c - 1) < 1e-2:
-        return "few digits", f"{name} is off by {abs(c - 1):.2g} of it: too few digits."
+        return "few digits", (
+            f"{name} comes {c:.10g} times: a number in the step has too few digits, or a factor "
+            "beside 1."
+        )
     return "factor", f"{name} comes {c:.6g} times in the step."
 
 

@@ -172,8 +172,8 @@ def equilibrium(scene: Scene) -> Equilibrium:
         if fastest > 0 and float(np.abs(values.real).max()) <= REAL * fastest:
             away = 0.0 if given else float(np.abs(begun - start).max())
             found.append((away, Equilibrium(begun, fastest, given)))
-        if given or found:
-            break
+        if given and found:
+            break  # otherwise the nearest of all that are found
     if not found:
         raise CannotMeasure(
             f"{scene.name}: no equilibrium at which small motions oscillate was found from its "

@@ -7,7 +7,7 @@ everything derived from them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -128,7 +128,7 @@ class LatticeEquations:
         return self.lattice.bonds_move or bool(bond.force.free_symbols & {*bond.u})
 
     @cached_property
-    def constants(self) -> dict[Letter, Callable[[int], Mpf]]:
+    def constants(self) -> Mapping[Letter, Callable[[int], Mpf]]:
         """The numbers of the rule, by letters."""
         return self.site.s.constants | ({} if self.local else self.bond.s.constants)
 
