@@ -33,8 +33,10 @@ _KEYS = ({"schema", "scene", "x", "mu"}, {"study", "verdict", "cases"},
 def refuse_foreign(path: Path, shown: str) -> None:
     """Raise `BadInput` for a file with a content that is not ours; shown: its name in words."""
     if path.is_file() and path.stat().st_size and not _is_ours(path):
-        raise BadInput(f"{shown} is there, and is no such result of discmech: name another file, "
-                       "or move it away.")  # fmt: skip
+        raise BadInput(
+            f"{shown} is there, and is no such result of discmech, or was changed since: name "
+            "another file, or move it away."
+        )
 
 
 def _is_ours(path: Path) -> bool:

@@ -35,10 +35,10 @@ def plot(
 
     kind, for runs: "phase" (the default), entry i of x against that of μ, of a Lagrangian that is
     linear in v pairs of entries of x, or on a group pairs of momenta; "energy", the relative error
-    of the energy against time; "base", the path of x (with one coordinate or more than three, each
-    against time; the sites of a lattice together); "control" (the default of a motion that was
-    steered), each control against time. Of more than nine panels nine are drawn, which their names
-    tell.
+    of the energy against time (with contact or a force its change); "base", the path of x (with one
+    coordinate or more than three, each against time; the sites of a lattice together); "control"
+    (the default of a motion that was steered), each control against time. Of more than nine panels
+    nine are drawn, which their names tell.
 
     digits: selects the figure of a result that has one for each precision (default: the first).
     wrap: the entries of x that are angles, as [0], or True for all; they are shown in (−π, π].
@@ -324,16 +324,22 @@ def _control(runs: Sequence[_Run]) -> list[Panel]:
 def _energy(runs: Sequence[_Run]) -> list[Panel]:
     from ..core.case import Case
     from ..systems import system_of
-    from ..systems.runs import energy_errors
+    from ..systems.runs import energy_errors, energy_with_terms
 
+    label = "relative energy error"
     for run in runs:
         if run.controls is not None:
             raise BadInput("controls change the energy: it has no error to draw.")
         if run.lattice:
             system = system_of(Case("plot", run.subject, run.run.scheme.rule, 16))
             errors = system.energy_errors(run.run)
+        elif run.subject.contact is not None or run.subject.force is not None:
+            # over its terms at the start: the motion without obstacle or force has other energies
+            values, terms = energy_with_terms(run.run.scheme, 16)(run.run)
+            errors = (values - values[0])[:, 0] / (float(terms[0].max()) or 1.0)
+            label = "relative change of the energy"
         else:
             errors = energy_errors(run.run.scheme, run.run, 16)
         run.x = errors.reshape(-1, 1, 1)
         run.angles, run.moving = (), [0]
-    return [_against(runs, ("t", 0, 0), [("x", 0, 0)], "relative energy error")]
+    return [_against(runs, ("t", 0, 0), [("x", 0, 0)], label)]

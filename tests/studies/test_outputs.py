@@ -61,7 +61,7 @@ def test_no_output_replaces_a_file_of_somebody_else(ask, folder, words, option):
     for name in before:
         code, out, said = ask(*words, f"--{option}", name)
         assert (code, out) == (2, "") and said.count("\n") == 1, (name, said)
-        assert f"{name} is there, and is no such result of discmech: name another" in said
+        assert f"{name} is there, and is no such result of discmech, or was changed since: " in said
     assert files_in(folder) == before
 
 

@@ -178,6 +178,13 @@ def test_contact_runs_are_drawn():
     assert plot(run_of("bouncing-ball"), "base").axes
 
 
+def test_the_energy_lost_in_impacts_is_drawn_over_that_of_the_start():
+    """Not over that of the fall without a floor: a ball that comes to rest has lost all."""
+    ball = scenes.get("bouncing-ball").with_values(restitution="0.5")
+    (axes,) = plot(Scheme(ball, midpoint).flow("0.05").trajectory(160), "energy").axes
+    assert axes.lines[0].get_ydata()[-1] == pytest.approx(-1, abs=1e-3)
+
+
 @pytest.mark.parametrize(("thing", "kind", "words"), [
     (3, None, "plot takes what check"), ([], None, "plot takes what check"),
     ("pendulum", "phas", "phase"), ("rigid-body", "base", "no base here"),
