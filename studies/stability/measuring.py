@@ -28,9 +28,8 @@ LINEAR = "harmonic"  # the scene of the linear part
 DIGITS = (16,)
 CONTROLS = {LINEAR: (EULER, RUNGE_KUTTA), "spring-pendulum": (EULER,)}
 NEEDS = (
-    f"of the bench's own scenes it needs one of {LINEAR} (linear), {', '.join(FAMILIES)}, and of "
-    "others, where it is asked for by name, one whose energy is kept, without constraints and "
-    "contact; controls run on "
+    f"it needs one of {LINEAR} (linear), {', '.join(FAMILIES)}, or, asked for by name, a scene "
+    "whose energy is kept, without constraints and contact; controls run on "
     + " and ".join(f"{scene} ({', '.join(names)})" for scene, names in CONTROLS.items())
     + "."
 )
@@ -51,7 +50,7 @@ def cases(choice: Choice) -> list[Case]:
     found = []
     for scene in choice.scenes or scenes.all_scenes():
         by_name = choice.asked("by_name", True)  # True unless `verify` asks for all studies
-        asked = by_name and scene in choice.scenes and scene.name not in scenes.names()
+        asked = by_name and scene in choice.scenes
         for rule in rules if not choice.controls else ():
             # the oscillator of a rule that splits is only fast
             own = scene.name in FAMILIES or (asked and judged_here(scene))

@@ -160,7 +160,9 @@ def equilibrium(scene: Scene) -> Equilibrium:
     found: list[tuple[float, Equilibrium]] = []
     for k in range(TRIES):
         z = (start, rest)[k % 2]
-        beside = np.zeros(size) if k < 2 else drawn.normal(size=size) * scale * 0.3
+        beside = (
+            np.zeros(size) if k < 2 else drawn.normal(size=size) * scale * (0.3, 1.0)[k // 2 % 2]
+        )
         begun = near.state(z, beside)
         given = k == 0 and float(np.abs(field(begun)).max()) <= STILL * rates
         if not given:
@@ -232,7 +234,11 @@ class Linearised:
     def _run(self, z: float, start: np.ndarray, steps: int, every: int) -> np.ndarray:
         flow = self._flow(z)
         n = self.dual.n
-        run = flow.trajectory(steps, every=every, x0=start[:n] if n else None, mu0=start[n:])
+        # Newton begins at the velocity there, and not at the scene's own
+        near = np.asarray(self.dual(start[None])[2][0])[:n] if self.dual.canonical else None
+        run = flow.trajectory(
+            steps, every=every, x0=start[:n] if n else None, mu0=start[n:], u0=near
+        )
         return np.hstack([np.asarray(run.x, dtype=float), np.asarray(run.mu, dtype=float)])
 
     def matrix(self, z: float) -> np.ndarray:
@@ -240,8 +246,15 @@ class Linearised:
         return self.near.tangent(lambda at: self._run(z, at, 1, 1)[-1], self.fixed(z))
 
     def fixed(self, z: float) -> np.ndarray:
-        """Return the fixed point of a step near the equilibrium: on a group it moves with h."""
-        return self.near.rest(lambda at: self._run(z, at, 1, 1)[-1] - at, self.at.z)
+        """Return the fixed point of a step near the equilibrium: on a group it moves with h.
+
+        A step from rest at a place such as 2π changes nothing but round-off, which may not end: the
+        equilibrium itself then stands for it.
+        """
+        try:
+            return self.near.rest(lambda at: self._run(z, at, 1, 1)[-1] - at, self.at.z)
+        except StepFailure:
+            return self.at.z
 
     def eigenvalues(self, z: float) -> np.ndarray:
         """Return the eigenvalues of M; infinite where there is no step."""

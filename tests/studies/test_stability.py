@@ -214,7 +214,17 @@ def test_the_study_as_it_is_asked():
         found = run_study(get("stability"), choice)
     assert [c["rule"] for c in found["cases"]] == ["midpoint", "imex"]
     assert found["verdict"] == "pass"
-    assert get("stability").cases(Choice(scenes=(scenes.get("pendulum"),))) == []
+    assert get("stability").cases(Choice(scenes=(scenes.get("cartesian-pendulum"),))) == []
+
+
+@pytest.mark.parametrize("start", ["1.5", 2, 6])
+def test_midpoint_is_stable_at_rest_wherever_that_is(start):
+    """At 2π, too, where a step from rest changes nothing but round-off."""
+    pendulum = scenes.get("pendulum").with_values(x0=[start], v0=[0])
+    at = own_scene.equilibrium(pendulum)
+    assert abs(at.z[0] - (2 * math.pi if start == 6 else 0)) < 1e-9
+    found = own_scene.Linearised(Scheme(pendulum, midpoint), at).measured()
+    assert found["stable_to"] is None and found["runs"] and found["off_circle"] is None
 
 
 def test_a_scene_of_ones_own_is_linearised_at_an_equilibrium():
