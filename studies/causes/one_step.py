@@ -415,8 +415,8 @@ def _said_of(name: str, c: float) -> Told:
         return "flipped sign", f"{name} has the wrong sign."
     if abs(c - 1) < 1e-2:
         return "few digits", (
-            f"{name} is off by {abs(c - 1):.2g} of it, at all places alike: a number in the step has "
-            "too few digits, or a factor beside 1."
+            f"{name} is off by {abs(c - 1):.2g} of it, at all places alike: a number in the step "
+            "has too few digits, or a factor beside 1."
         )
     return "factor", f"{name} comes {c:.6g} times in the step."
 
