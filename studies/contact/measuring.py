@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from math import isnan
+from math import inf, isnan
 from typing import Any
 
 import numpy as np
@@ -154,7 +153,7 @@ def _flights(scene: Scene, run: Any) -> list[Scene]:
 def _soundness(record: SingleSteps) -> tuple[bool, float]:
     """Return what is least for the record that tells most against a rule."""
     broken = any(law.broken for law in record.laws.values())
-    return not broken, math.inf if record.order is None else record.order
+    return not broken, inf if record.order is None else record.order
 
 
 def _flow(case: Case, part: int, mode: str, digits: int | None = None) -> Any:

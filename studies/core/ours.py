@@ -1,8 +1,8 @@
 """Which files are ours: an output replaces nothing else.
 
 A file is ours by its content: JSON by its keys, a page and a badge by their heads, exported code by
-its seal. The files in a
-folder of results are those that its manifest lists, as long as nobody changed them.
+its seal. The files in a folder of results are those that its manifest lists, as long as nobody
+changed them.
 """
 
 from __future__ import annotations

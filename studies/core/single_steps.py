@@ -13,7 +13,7 @@ class Departure:
     """The largest departure of one step from a law, such as that of the form.
 
     size: that of the departure, None if it is unknown, for the reason `unknown`. limit: the most
-    that round-off may leave. name: of the quantity, or of the kind of form. step, place: those of
+    that a sound step leaves. name: of the quantity, or of the kind of form. step, place: those of
     the departure; on_motion: True for a place on the scene's own motion.
     """
 

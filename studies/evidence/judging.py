@@ -30,6 +30,8 @@ WORDS = {
         ": the body turns as another one, as with a Casimir added to H",
     ),
 }  # fmt: skip
+#: what the limit of a law allows for, where it is more than round-off
+ALLOWS = {ARROW.name: "a step so short"}
 OF_A_QUANTITY = ("keeps {name}", "changes {name} by", "")
 
 
@@ -124,5 +126,5 @@ def broken(law: str, one: Departure, seed: int | None, what: str = "") -> str:
     return (
         f"{said} a step of {one.step:.3g} from {one.place}, a place that was drawn "
         f"{'on' if one.on_motion else 'beside'} the motion{drawn}, {step} {one.size:.2g}, where "
-        f"round-off would leave at most {one.limit:.0e}{then}."
+        f"{ALLOWS.get(law, 'round-off')} would leave at most {one.limit:.0e}{then}."
     )

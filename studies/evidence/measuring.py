@@ -63,7 +63,8 @@ def of_scheme(
     least = least or scheme.order or 1
     if order.order is not None and order.order < least - NEAR:
         told = replace(told, floats=evidence.floats(least))
-    return replace(told, laws=_departures(scheme, (*laws, AGAIN, ARROW)))
+    always = [law for law in (AGAIN, ARROW) if not law.refusal(scheme)]
+    return replace(told, laws=_departures(scheme, (*laws, *always)))
 
 
 def _departures(scheme: Scheme, laws: Sequence[Law]) -> dict[str, Departure]:

@@ -245,6 +245,7 @@ def test_a_casimir_of_an_action_groupoid_is_another_motion():
     (case,) = check("order", ["heavy-top"], [turned], [50])["cases"]
     assert case["measured"]["order"] == pytest.approx(2, abs=0.01)
     assert case["verdict"] == "fail" and "arrow u" in case["reason"]
+    assert "a step so short would leave at most 1e-14" in case["reason"]
 
 
 @pytest.mark.dear("kirchhoff")

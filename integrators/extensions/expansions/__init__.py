@@ -7,7 +7,6 @@ from .series import NotKnown, Series, series_namespace
 from .step_series import NotConsistent, NotExpanded, StepSeries
 
 __all__ = [
-    "ModifiedEquation", "NotConsistent", "NotExpanded", "NotKnown", "RunDifferentiated",
-    "Series", "StepSeries",
-    "TooLong", "series_namespace",
+    "ModifiedEquation", "NotConsistent", "NotExpanded", "NotKnown", "RunDifferentiated", "Series",
+    "StepSeries", "TooLong", "series_namespace",
 ]  # fmt: skip

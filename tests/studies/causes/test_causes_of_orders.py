@@ -26,6 +26,7 @@ from discmech.studies import get
 from discmech.studies.causes import one_step
 from discmech.studies.causes.diagnosis import _start_gap as start_gap
 from discmech.studies.causes.exact_path import slope, truncation
+from discmech.studies.causes.first_terms import Beginning
 from discmech.studies.causes.points import mean_of_points
 from discmech.studies.causes.round_off import residuals
 from discmech.studies.core.case import Case
@@ -385,7 +386,7 @@ def test_weights_whose_sum_is_not_one_are_told_on_a_group():
 def beginning(f, off, **more):
     z, zero = np.array([0.3, f[1]]), np.zeros(2)
     field = np.array(f)
-    return one_step.Beginning(
+    return Beginning(
         z,
         0.0,
         field,
@@ -399,6 +400,7 @@ def beginning(f, off, **more):
         parts={},
         others={},
         span=np.abs(field).max() * np.ones(2),
+        moved=(zero, zero),
         **more,
     )
 

@@ -225,3 +225,19 @@ class QuaternionMidpoint:
 
     def read(self, state, s):
         return state[1:]
+
+
+def whole_runs(changed):
+    """Return Verlet as a program of whole runs, whose momentum in row k of so many is changed."""
+
+    @black_box(order=2, runs=True)
+    def run(q, p, h, steps, every, s):
+        qs, ps = [q], [p]
+        for k in range(1, steps + 1):
+            q, p = kick_drift_kick(q, p, h, s)
+            if k % every == 0:
+                qs.append(q)
+                ps.append(p * changed(k, steps))
+        return np.array(qs), np.array(ps)
+
+    return run

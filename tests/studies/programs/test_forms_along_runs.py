@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from discmech import black_box, scenes
@@ -12,7 +11,7 @@ from discmech.studies.symplecticity.places import scale_of
 
 from . import methods
 from .judging import judged
-from .methods import kick_drift_kick
+from .methods import kick_drift_kick, whole_runs
 
 
 @black_box(order=2, symplectic=True)
@@ -28,22 +27,6 @@ class DampsLater:
 
     def read(self, state, s):
         return state[:2]
-
-
-def whole_runs(damped):
-    """Return Verlet as a program of whole runs, whose row k of so many is changed by `damped`."""
-
-    @black_box(order=2, symplectic=True, runs=True)
-    def run(q, p, h, steps, every, s):
-        qs, ps = [q], [p]
-        for k in range(1, steps + 1):
-            q, p = kick_drift_kick(q, p, h, s)
-            if k % every == 0:
-                qs.append(q)
-                ps.append(p * damped(k, steps))
-        return np.array(qs), np.array(ps)
-
-    return run
 
 
 def of_run(box, scene="pendulum"):

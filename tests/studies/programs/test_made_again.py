@@ -16,27 +16,11 @@ from discmech.studies.evidence.repeated import repeated
 
 from . import methods
 from .judging import judged
-from .methods import kick_drift_kick
+from .methods import kick_drift_kick, whole_runs
 
 
 def departure(box, scene="pendulum"):
     return evidence_of(Scheme(scenes.get(scene), box)).departure(AGAIN)
-
-
-def whole_runs(changed):
-    """Return Verlet as a program of whole runs, whose row k of so many is changed."""
-
-    @black_box(order=2, runs=True)
-    def run(q, p, h, steps, every, s):
-        qs, ps = [q], [p]
-        for k in range(1, steps + 1):
-            q, p = kick_drift_kick(q, p, h, s)
-            if k % every == 0:
-                qs.append(q)
-                ps.append(p * changed(k, steps))
-        return np.array(qs), np.array(ps)
-
-    return run
 
 
 def of_state(growth):

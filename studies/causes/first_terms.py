@@ -1,0 +1,153 @@
+"""How a one-step map begins at h = 0: the first terms of its error at places of the evidence.
+
+D(h) = Φ_h(z) − φ_h(z) = e₁h + e₂h² + …, by steps in doubles beside the motion itself, extrapolated.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.extensions.foreign import SceneInNumbers
+from discmech.integrators.numbers import Vector, arithmetic, mpmath
+from discmech.reference import surroundings
+
+from ..core.case import Case
+from ..evidence import Place, evidence_of
+
+#: steps at a place, relative to the time for which the motion is a short polynomial
+PARTS = [Fraction(1, 2**k) for k in range(4, 10)]
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """The first terms of the error at one place.
+
+    The vector field f and its parts, z̈, z⃛, ∂f/∂t, and e₁, e₂, e₃ of the step's error; e₂ and e₃
+    hold if those before them are 0. later: e₁ of three steps together. parts: by name, terms of f
+    in all entries. grown: D(h)/h of the shortest step over that of the longest. shortest: its D(h).
+    moved: Φ_h(z) − z of the longest and the shortest step.
+    """
+
+    z: Vector
+    time: float
+    f: Vector
+    second: Vector
+    third: Vector
+    of_time: Vector
+    first_error: Vector
+    second_error: Vector
+    third_error: Vector
+    later: Vector
+    parts: dict[str, Vector]
+    others: dict[str, Vector]
+    span: Vector
+    moved: tuple[Vector, Vector]
+    grown: float = 1.0
+    shortest: Vector | None = None
+
+
+def beginnings(case: Case, order: bool) -> Iterator[Beginning]:
+    """Yield the first terms at all places of the evidence, and where it decided on the order."""
+    scheme: Any = case.scheme
+    system = SceneInNumbers(scheme.s, scheme.scene, arithmetic(16))
+    evidence = evidence_of(scheme)
+    decided = evidence.order.place if order else None  # a fault may show nowhere else
+    more = [] if decided is None or decided in evidence.places else [decided]
+    for place in [*evidence.places, *more]:
+        yield _beginning(scheme, system, place)
+
+
+def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
+    n, time = system.n, float(place.t)
+    z = np.array([float(e) for e in (*place.x, *place.mu)])
+    steps = [place.length * part for part in PARTS]
+    (one, images), (three, _) = (_errors(scheme, place, steps, count) for count in (1, 3))
+    sizes = np.array([float(h) for h in steps])
+
+    def f(at: Vector, t: float = time) -> Vector:
+        return np.concatenate(system.f(at[:n], at[n:], t))
+
+    field = f(z)
+    d = float(steps[-1]) / 8
+    second = (f(z + d * field, time + d) - f(z - d * field, time - d)) / (2 * d)
+    ends = [f(z + s * d * field + d**2 / 2 * second, time + s * d) for s in (1, -1)]
+    third = (ends[0] - 2 * field + ends[1]) / d**2
+    of_time = (f(z, time + d) - f(z, time - d)) / (2 * d)
+    q, p = z[:n], z[n:]
+    potential = -system.gradient(q, p, time)
+    anchor, velocity = system.tensor(q, p), system.velocity(q, p, time)
+    zero = np.zeros(n)
+    parts = {
+        "the motion of x": np.concatenate([field[:n], 0 * p]),
+        "the gradient of the potential": np.concatenate([zero, anchor[:n, n:].T @ potential]),
+        "the bracket of momenta": np.concatenate([zero, anchor[n:, n:] @ velocity]),
+        "the force": np.concatenate([zero, system.force(q, p, time)]),
+    }  # fmt: skip
+    others = {}
+    if n == len(p):
+        others = _in_other_coordinates(system, z, time, d)
+    if scheme.s.clocked:
+        others |= {"time frozen": f(z, 0.0), "time doubled": f(z, 2 * time)}
+    span = np.concatenate([np.full(len(e), np.abs(e).max(initial=0.0) or 1.0)
+                           for e in (field[:n], field[n:])])  # fmt: skip
+    first = _at_zero(sizes, one / sizes[:, None])
+    return Beginning(z, time, field, second, third, of_time, first,
+                     _at_zero(sizes, one / sizes[:, None] ** 2),
+                     _at_zero(sizes, one / sizes[:, None] ** 3),
+                     _at_zero(sizes, three / sizes[:, None]),
+                     parts, others, span, (images[0] - z, images[-1] - z),
+                     _grown(sizes, one / span), one[-1])  # fmt: skip
+
+
+def _grown(sizes: Vector, errors: np.ndarray) -> float:
+    """Return how many times the error of a step over its size grows as steps get shorter."""
+    rates = np.abs(errors).max(axis=1) / sizes
+    return float(rates[-1] / rates[0]) if rates[0] else 0.0
+
+
+def _errors(
+    scheme: Any, place: Place, steps: list[Fraction], count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return (Φ_h^k(z) − φ_kh(z), Φ_h^k(z)) for each step, in doubles; (steps, n+m) each."""
+    ends = surroundings(scheme.scene).after(
+        place.x, place.u, place.t, [count * h for h in steps], 30
+    )
+    rows, images = [], []
+    for h, end in zip(steps, ends, strict=True):
+        run = scheme.flow(h).trajectory(count, every=count, **place.start)
+        with mpmath.workdps(30):
+            got = [*run.x[-1], *run.mu[-1]]
+            rows.append([float(mpmath.mpf(a) - b)
+                         for a, b in zip(got, [*end.x, *end.mu], strict=True)])  # fmt: skip
+            images.append([float(a) for a in got])
+    return np.array(rows), np.array(images)
+
+
+def _at_zero(sizes: Vector, values: np.ndarray) -> Vector:
+    """Return the limit at h = 0 of values at ever smaller steps, by polynomials in h (Neville)."""
+    table = list(values)
+    for k in range(1, len(sizes)):
+        table = [b + (b - a) / (sizes[i] / sizes[i + k] - 1)
+                 for i, (a, b) in enumerate(itertools.pairwise(table))]  # fmt: skip
+    return np.asarray(table[0])
+
+
+def _in_other_coordinates(system: Any, z: Vector, time: float, d: float) -> dict[str, Vector]:
+    """Return the fields of a box that confuses p with the velocity, in its own numbers."""
+    n = system.n
+    q, p = z[:n], z[n:]
+    found = {}
+    moved = system.momentum(q, p, time)
+    rates = system.f(q, moved, time)
+    ends = [system.velocity(q + s * d * rates[0], moved + s * d * rates[1], time + s * d)
+            for s in (1, -1)]  # fmt: skip
+    found["velocities for momenta"] = np.concatenate([rates[0], (ends[0] - ends[1]) / (2 * d)])
+    found["momentum for velocity"] = np.concatenate([p, system.f(q, p, time)[1]])
+    found["q and p exchanged"] = np.concatenate(system.f(p, q, time)[::-1])
+    return found
