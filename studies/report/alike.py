@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -55,18 +54,29 @@ def shares(axes: Axes, curves: Sequence[Curve]) -> list[Share]:
     return [place[k] for k in range(len(curves))]
 
 
-def _points(axes: Axes, curve: Curve) -> dict[float, float]:
-    """Return the height above the page's edge in points of type, by abscissa."""
-    if not curve:
-        return {}
-    scale = 72 / axes.figure.dpi
-    heights = axes.transData.transform(list(curve))[:, 1] * scale
-    return {x: float(y) for (x, _), y in zip(curve, heights, strict=True) if math.isfinite(y)}
+def _points(axes: Axes, curve: Curve) -> Any:
+    """Return the places of a curve on the page in points of type, an array (points, 2)."""
+    import numpy as np
+
+    places = axes.transData.transform(np.reshape(curve, (-1, 2))) * 72 / axes.figure.dpi
+    return places[np.isfinite(places).all(axis=1)]
 
 
-def _near(one: dict[float, float], other: dict[float, float]) -> bool:
-    """Return True if both share most abscissae and are close at nearly all of these."""
-    both = one.keys() & other.keys()
-    if not both or len(both) < 0.8 * min(len(one), len(other)):
+def _near(one: Any, other: Any) -> bool:
+    """Return True if nearly all points of the shorter curve lie on the line of the other."""
+    import numpy as np
+
+    short, long = sorted(
+        (one, other), key=lambda points: float(np.ptp(points[:, 0]) if len(points) else 0.0)
+    )
+    if not len(short) or not len(long):
         return False
-    return sum(abs(one[x] - other[x]) < NEAR for x in both) >= 0.95 * len(both)
+    starts, ways = long, np.diff(long, axis=0, append=long[-1:])
+    beside = 0
+    for point in short:
+        along = ((point - starts) * ways).sum(axis=1) / np.maximum((ways**2).sum(axis=1), 1e-12)
+        feet = starts + np.clip(along, 0, 1)[:, None] * ways
+        beside += bool(((point - feet) ** 2).sum(axis=1).min() >= NEAR**2)
+        if beside > 0.05 * len(short):
+            return False
+    return True

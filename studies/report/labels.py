@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, Any
 
 from .palette import GRID, WORDS
@@ -22,13 +22,11 @@ def end_labels(
     width = axes.bbox.width * 72 / axes.figure.dpi
     to_axes = axes.transData + axes.transAxes.inverted()
     ends = [to_axes.transform((x, y)) for x, y, _, _ in labels]
-    order = sorted(range(len(labels)), key=lambda k: (ends[k][1], -k))
-    wished = [min(max(ends[k][1], 0.0), 1.0) * height for k in order]
-    heights = [gap * (1 + labels[k][2].count("\n")) for k in order]
-    for k, spot in zip(order, spread(wished, heights, -4, height + 4), strict=True):
+    starts = [(x * width + 3.5, min(max(y, 0.0), 1.0) * height) for x, y in ends]
+    heights = [gap * (1 + words.count("\n")) for _, _, words, _ in labels]
+    for k, spot in uncrossed(starts, heights, width + indent, (-4, height + 4)):
         _, _, words, colour = labels[k]
-        start = (ends[k][0] * width + 3.5, min(max(ends[k][1], 0.0), 1.0) * height)
-        where = (width + indent, spot)
+        start, where = starts[k], (width + indent, spot)
         points: dict[str, Any] = {"xycoords": "axes points", "annotation_clip": False}
         line = {"arrowstyle": "-", "color": GRID, "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0}
         if abs(where[1] - start[1]) > 2 or where[0] - start[0] > 12:
@@ -42,6 +40,43 @@ def end_labels(
             color=WORDS.get(colour, colour),
             **points,
         )
+
+
+def uncrossed(
+    starts: Sequence[tuple[float, float]], heights: Sequence[float], right: float,
+    ends: tuple[float, float],
+) -> list[tuple[int, float]]:  # fmt: skip
+    """Return (number, middle) of words at x = right, upwards, whose leader lines do not cross.
+
+    They stand in the order of their starts, but two whose lines cross change places, which makes
+    both lines together shorter: so this comes to an end.
+    """
+    order = sorted(range(len(starts)), key=lambda k: (starts[k][1], -k))
+    for _ in range(len(starts) ** 2 + 1):
+        wished = [min(max(starts[k][1], ends[0]), ends[1]) for k in order]
+        placed = list(zip(order, spread(sorted(wished), [heights[k] for k in order], *ends),
+                          strict=True))  # fmt: skip
+        pairs = combinations(range(len(order)), 2)
+        cross = (p for p in pairs if _cross(*(((starts[k]), (right, y)) for k, y in
+                                              (placed[p[0]], placed[p[1]]))))  # fmt: skip
+        if (pair := next(cross, None)) is None:
+            break
+        low, high = pair
+        order[low], order[high] = order[high], order[low]
+    return placed
+
+
+def _cross(one: Sequence[tuple[float, float]], other: Sequence[tuple[float, float]]) -> bool:
+    """True if two lines to the right, (start, end), cross between their ends."""
+    left = max(one[0][0], other[0][0])
+    if left >= one[1][0]:
+        return False
+
+    def height(line: Sequence[tuple[float, float]]) -> float:
+        (x, y), (x1, y1) = line
+        return y + (y1 - y) * (left - x) / (x1 - x)
+
+    return (height(one) - height(other)) * (one[1][1] - other[1][1]) < -1e-6
 
 
 def spread(

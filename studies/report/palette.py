@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections import Counter
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import blake2b
-from itertools import product
-from typing import Any
+from typing import TypeAlias
 
 from ..core.study import BY_TOLERANCE
 
@@ -28,7 +28,7 @@ _FIXED |= {"gauss-4": (INK, "X"), "gauss-8": (PURPLE, "<"), "lobatto-3": (SKY, "
 _FIXED |= {"triple-jump:midpoint": (BLUE, "P"), "triple-jump:trapezoidal": (GREEN, "P")}
 _FIXED |= {"suzuki:midpoint": (BLUE, "X"), "suzuki:trapezoidal": (GREEN, "X")}
 _FIXED |= {"kahan-li-8:midpoint": (INK, "p"), "kahan-li-8:trapezoidal": (ORANGE, "p")}
-_FIXED |= {"average-vector-field": (PURPLE, "v"), "stoermer-verlet": (GREEN, "v")}
+_FIXED |= {"average-vector-field": (PURPLE, "v"), "stoermer-verlet": (SKY, "v")}
 # other people's integrators are grey and dashed, so that colours belong to the rules
 _PEERS = {
     "DOP853": (MUTED, "d"),
@@ -41,14 +41,12 @@ _PEERS = {
     "WHFast": (MUTED, "8"),
     "IAS15": (INK, "d"),
 }
-#: looks of other rules, chosen by name so that a rule keeps its mark; without the colours of
-#: midpoint, trapezoidal and gauss-2, which are usually drawn beside them
-_COLOURS = (INK, VERMILLION, PURPLE, SKY)
+#: looks of other rules: a colour that is free, then a mark and a dash that are free in it
+_COLOURS = (VERMILLION, PURPLE, SKY, INK, BLUE, GREEN, ORANGE)
 _MARKERS = ("D", "v", "P", "X", "<", ">", "h", "p")
-_OTHERS = [
-    look for look in product(_COLOURS, _MARKERS)
-    if look not in (*_FIXED.values(), *_PEERS.values())
-]  # fmt: skip
+Dash: TypeAlias = str | tuple[int, tuple[float, ...]]
+SHORT, LONG, DOTS = (0, (2.0, 1.2)), (0, (4.0, 1.6)), (0, (1.0, 1.2))
+_DASHES: tuple[Dash, ...] = ("-", LONG, (0, (5.0, 1.3, 1.0, 1.3)), SHORT, DOTS, (0, (9.0, 2.0)))
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class Mark:
 
     colour: str
     marker: str
-    dash: str | tuple[int, tuple[float, ...]] = "-"
+    dash: Dash = "-"
     hollow: bool = False
 
     @property
@@ -72,28 +70,39 @@ class Mark:
 
 
 def marks(rules: Iterable[str]) -> dict[str, Mark]:
-    """Return colour and marker of each rule, from its name alone while no other has both.
+    """Return the look of each rule of a report, no two with one colour, marker and dash.
 
-    "NAME, exp" is NAME with dashes, "NAME, tolerance" dotted with hollow marks. Two rules of one
-    figure may get one colour, never with one marker; a label stands at the end of each line.
+    "NAME, exp" is NAME with dashes, "NAME, tolerance" dotted with hollow marks. Other rules than
+    the known ones have the colour and marker of their names, or the next ones where another rule
+    has that colour: all colours are used before one is used again. Lines of one colour differ in
+    their dashes too, since not every figure has marks.
     """
     found: dict[str, Mark] = {}
-    for rule in rules:
+    names = [(rule, rule.removesuffix(", exp").removesuffix(BY_TOLERANCE)) for rule in rules]
+    known = _FIXED | _PEERS
+    for rule, base in sorted(names, key=lambda pair: (pair[1] not in known, pair[0] != pair[1])):
+        others = [mark for name, mark in found.items() if name != base]
+        own = (found[base].colour, found[base].marker) if base in found else known.get(base)
+        colour, marker = own or _by_name(base, others)
+        taken = {mark.dash for mark in found.values() if mark.colour == colour}
         steps = rule.removesuffix(", exp")
-        base = steps.removesuffix(BY_TOLERANCE)
-        dash: Any = (0, (1.0, 1.2)) if base != steps else (0, (4.0, 1.6)) if base != rule else "-"
-        if base in _PEERS:
-            dash = (0, (2.0, 1.2))
-        taken = {(mark.colour, mark.marker) for name, mark in found.items() if name != base}
-        own = (found[base].colour, found[base].marker) if base in found else None
-        colour, marker = own or _FIXED.get(base) or _PEERS.get(base) or _by_name(base, taken)
-        found.setdefault(base, Mark(colour, marker, dash if base == rule else "-"))
+        wished = DOTS if base != steps else LONG if base != rule else _DASHES[0]
+        wished = SHORT if base in _PEERS else wished
+        dash = next((each for each in (wished, *_DASHES) if each not in taken), wished)
         found[rule] = Mark(colour, marker, dash, hollow=base != steps)
     return found
 
 
-def _by_name(rule: str, taken: Collection[tuple[str, str]]) -> tuple[str, str]:
-    """Return the colour and marker of the name's letters, or the next that are not taken."""
+def _by_name(rule: str, others: Collection[Mark]) -> tuple[str, str]:
+    """Return the least used colour, and a marker free in it, from those of the name's letters."""
     number = int.from_bytes(blake2b(rule.encode(), digest_size=4).digest(), "big")
-    places = [(number + k) % len(_OTHERS) for k in range(len(_OTHERS))]
-    return next((_OTHERS[k] for k in places if _OTHERS[k] not in taken), _OTHERS[places[0]])
+    used = Counter(mark.colour for mark in others)
+    colour = min(_turned(_COLOURS, number), key=lambda each: used[each])
+    taken = {mark.marker for mark in others if mark.colour == colour}
+    markers = _turned(_MARKERS, number // len(_COLOURS))
+    return colour, next((each for each in markers if each not in taken), markers[0])
+
+
+def _turned(looks: Sequence[str], number: int) -> list[str]:
+    first = number % len(looks)
+    return [*looks[first:], *looks[:first]]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..core.records import AtMost
 from ..core.result import Result
+from ..report.alike import shares
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note, round_off
 from ..report.labels import end_labels
 from ..report.palette import INK, MUTED, Mark
@@ -39,10 +40,11 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int
         for limit in limits:
             axes.axhline(limit, color=INK, lw=0.7, ls=(0, (3, 2)))
             labels.append((last, limit, "limit", MUTED))
-        for case, curve in zip(cases, curves, strict=True):
+        for case, curve, share in zip(cases, curves, shares(axes, curves), strict=True):
             mark = marks[case.method]
             times, defects = zip(*((t, max(v, floor)) for t, v in curve), strict=True)
-            axes.plot(times, defects, "o-", color=mark.colour, lw=0.9, ms=3.2, clip_on=False)
+            style: dict[str, Any] = {"color": mark.colour, "marker": mark.marker, "clip_on": False}
+            axes.plot(times, defects, **style, **share.line(mark, 0.9), **share.marks(3.2))
             words = f"{case.method}  {scientific(case.measured.defect, 0)}"
             words += "" if case.passed else f"\n({case.verdict})"
             labels.append((last, defects[-1], words, mark.colour))

@@ -145,10 +145,12 @@ def _method(case: Case) -> str:
 
 def _marked(axes: Axes, curves: dict[str, list[tuple[float, float]]], marks: Any) -> None:
     labels = []
-    for name, curve in curves.items():
+    for (name, curve), share in zip(curves.items(), shares(axes, [*curves.values()]), strict=True):
         if curve:
             mark = marks[name]
-            axes.plot(*zip(*curve, strict=True), color=mark.colour, ls=mark.dash, lw=0.9,
-                      marker=mark.marker, ms=3.4)  # fmt: skip
+            look = {"color": mark.colour, "marker": mark.marker}
+            axes.plot(
+                *zip(*curve, strict=True), **look, **share.line(mark, 0.9), **share.marks(3.4)
+            )
             labels.append((*curve[-1], name, mark.colour))
     end_labels(axes, labels)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 Case = Result[Measured, Expected, Row]
 SHEET = Sheet(width=2.3, height=1.8, left=0.52, right=0.16)
 BAR, CLASS = 0.2, 0.165  # inches of a bar of one stiffness, and of a line of the legend
+LEGEND = 1.3  # inches of the legend's width beside a single map
 MOST_COLUMNS = 4  # most columns of maps; with more rules the maps follow each other
 #: class → (colour, opacity, marker and its size): distinct without colours as well
 LOOKS: dict[str, tuple[str, float, tuple[Any, float] | None]] = {
@@ -54,8 +55,8 @@ def map_table(cases: Sequence[Case], titles: Mapping[str, str]) -> tuple[list[Pa
         places = [at.get((scene, rule)) for scene in lines for rule in rules]
         places = [*places, *(case for case in cases if case.control)]
     panels = [stability_map(_title(case, titles), case) if case else EMPTY for case in places]
-    columns = min(len(rules) or 1, MOST_COLUMNS)
-    if len(panels) < MOST_COLUMNS and len(panels) == columns:  # the legend is beside them
+    columns = min(len(rules), MOST_COLUMNS) if len(rules) > 1 else 3
+    if 1 < len(panels) == columns < MOST_COLUMNS:  # the legend is beside them
         columns += 1
     return panels, replace(SHEET, columns=columns)
 
@@ -156,16 +157,29 @@ def _classes(cases: Sequence[Case]) -> list[str]:
     return [kind for kind in LOOKS if kind in met] or list(LOOKS)
 
 
-def legend(cases: Sequence[Case]) -> Panel:
-    """Return the legend of the maps' colours."""
+def with_legend(
+    panels: Sequence[Panel], sheet: Sheet, cases: Sequence[Case]
+) -> tuple[list[Panel], Sheet]:
+    """Return maps and the legend of their colours: a cell of its own, or beside a single map."""
     kinds = _classes(cases)
+    if len(panels) != 1:
+        spoken = "Classes: " + ", ".join(kinds)
+        return [*panels, Panel("Classes", "", "", spoken, lambda axes: _legend(axes, kinds))], sheet
+    (only,) = panels
 
     def draw(axes: Axes) -> None:
-        axes.axis("off")
-        axes.set_xlim(0, 10)
-        axes.set_ylim(axes.bbox.height / axes.figure.dpi / CLASS - 0.5, -0.5)
-        for line, kind in enumerate(kinds):
-            _cell(axes, kind, (0.2, 1.6), line, 0.34, [0.6, 1.2])
-            axes.text(2.0, line, kind, va="center", fontsize=8)
+        only.draw(axes)
+        wide = axes.bbox.width / axes.figure.dpi
+        _legend(axes.inset_axes((1 + 0.15 / wide, 0, LEGEND / wide, 1)), kinds)
 
-    return Panel("Classes", "", "", "Classes: " + ", ".join(kinds), draw)
+    return [replace(only, draw=draw)], replace(sheet, width=2 * sheet.width - LEGEND)
+
+
+def _legend(axes: Axes, kinds: Sequence[str]) -> None:
+    """Draw a line for each class: its look and its name."""
+    axes.axis("off")
+    axes.set_xlim(0, 10)
+    axes.set_ylim(axes.bbox.height / axes.figure.dpi / CLASS - 0.5, -0.5)
+    for line, kind in enumerate(kinds):
+        _cell(axes, kind, (0.2, 1.6), line, 0.34, [0.6, 1.2])
+        axes.text(2.0, line, kind, va="center", fontsize=8)

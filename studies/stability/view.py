@@ -139,6 +139,8 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
     maps = [case for case in cases if case.details.kind == "map"]
     stiff = [case for case in maps if case.measured.exchange]
     panels, sheet = plot_maps.map_table(maps, titles)
+    if panels:
+        panels, sheet = plot_maps.with_legend(panels, sheet, maps)
     return [
         Sketch(
             "stability-linear", "Linear stability", LINEAR,
@@ -146,7 +148,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
             if linear else [], plot_linear.LINEAR_SHEET,
         ),
         Sketch("stability-maps", "Stability maps", MAPS,
-               [*panels, plot_maps.legend(maps)] if panels else [], sheet),
+               panels, sheet),
         Sketch(
             "stability-fpu", "The stiff springs of fpu", SPRINGS,
             [plot_linear.springs(key, stiff, known) for key in plot_linear.SPRINGS]

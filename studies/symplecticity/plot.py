@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.records import number
 from ..core.result import Result
+from ..report.alike import shares
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note, round_off
 from ..report.labels import end_labels
 from ..report.palette import BLUE, GRID, INK, MUTED, PAPER, VERMILLION, WORDS, Mark
@@ -173,12 +174,13 @@ def controls(
         if grey:
             step, defect = max(grey)
             labels.append((step, max(defect, floor), "sound schemes", MUTED))
-        for case, curve in zip(cases, curves, strict=True):
+        for case, curve, share in zip(cases, curves, shares(axes, curves), strict=True):
             mark = marks[case.method]
             drawn = [(step, max(defect, floor)) for step, defect in curve]
             if drawn:
-                style: dict[str, Any] = {"color": mark.colour, "lw": 0.9, "ms": 3.6}
-                axes.plot(*zip(*drawn, strict=True), marker=mark.marker, **style)
+                style: dict[str, Any] = {"color": mark.colour, **share.line(mark, 0.9)}
+                style |= {"marker": mark.marker, **share.marks(3.6)}
+                axes.plot(*zip(*drawn, strict=True), **style)
                 labels.append((*max(drawn), _short(case), mark.colour))
         end_labels(axes, labels)
 

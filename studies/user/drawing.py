@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from ..report.canvas import Panel
     from ..report.figures import Look
 
-KINDS = ("phase", "energy", "base", "control")
+KINDS = ("phase", "energy", "base", "time", "control")
 MOST_PANELS = 9
+COMPARED = 500  # points of a curve by which it is seen whether it coincides with another
 
 
 def plot(
@@ -36,9 +37,10 @@ def plot(
     kind, for runs: "phase" (the default), entry i of x against that of μ, of a Lagrangian that is
     linear in v pairs of entries of x, or on a group pairs of momenta; "energy", the relative error
     of the energy against time (with contact or a force its change); "base", the path of x (with one
-    coordinate or more than three, each against time; the sites of a lattice together); "control"
-    (the default of a motion that was steered), each control against time. Of more than nine panels
-    nine are drawn, which their names tell.
+    coordinate or more than three, as "time"); "time", each coordinate that moves against time, the
+    sites of a lattice together in colours by their numbers; "control" (the default of a motion that
+    was steered), each control against time. Of more than nine panels nine are drawn, which their
+    names tell.
 
     digits: selects the figure of a result that has one for each precision (default: the first).
     wrap: the entries of x that are angles, as [0], or True for all; they are shown in (−π, π].
@@ -49,6 +51,7 @@ def plot(
     from ..core.result import study_result_of
     from ..report.canvas import figure_of
     from ..report.figures import sketches
+    from ..report.palette import marks
 
     look = look_of(labels or {}, style)
     if isinstance(thing, Mapping) and "cases" in thing:
@@ -73,10 +76,13 @@ def plot(
         raise BadInput("runs of scenes with other numbers of coordinates cannot be drawn together.")
     drawn = [_Run(run, look, _angles(wrap, run.x.shape[-1])) for run in runs]
     known_rules(labels or {}, [run.rule for run in drawn])
+    known = marks(dict.fromkeys(run.rule for run in drawn))
+    for run in drawn:
+        run.mark = known[run.rule]
     usual = "phase" if drawn[0].controls is None else "control"
-    panels = {"phase": _phase, "energy": _energy, "base": _base, "control": _control}[
-        kind or usual
-    ](drawn)
+    panels = {
+        "phase": _phase, "energy": _energy, "base": _base, "time": _time, "control": _control,
+    }[kind or usual](drawn)  # fmt: skip
     chosen = {len(panels) * k // MOST_PANELS for k in range(MOST_PANELS)}
     if len(panels) > MOST_PANELS:
         panels = [panel for k, panel in enumerate(panels) if k in chosen]
@@ -112,7 +118,7 @@ def known_rules(labels: Mapping[str, str], rules: Sequence[str]) -> None:
 
 
 class _Run:
-    """A run with the name and the colour of its rule.
+    """A run with the name and the look of its rule.
 
     x and mu have the shape (r, sites, n): of a scene there is one site. moving: the sites that are
     not fixed.
@@ -121,9 +127,8 @@ class _Run:
     def __init__(self, run: Any, look: Look, angles: tuple[int, ...]) -> None:
         import numpy as np
 
-        from ..report.palette import marks
-
         self.subject: Any
+        self.mark: Any = None
         self.subject, rule = subject_of(run) or (None, None)
         self.rule, self.run, self.angles = str(getattr(rule, "name", "")), run, angles
         self.t = np.asarray(run.t, dtype=float)
@@ -135,7 +140,6 @@ class _Run:
         self.controls: Any = getattr(run, "node_controls", None)
         labels = dict(look.labels)
         self.label = labels.get(self.rule, self.rule)
-        self.colour = marks([self.rule])[self.rule].colour
 
     def column(self, name: str, site: int, k: int) -> Any:
         """Return the values of an entry of "t", "x", "mu" or "control" by row, angles wrapped."""
@@ -164,26 +168,25 @@ Entry = tuple[str, int, int]  # letter, site, number
 
 
 def _curves(axes: Axes, runs: Sequence[_Run], across: Entry, ups: Sequence[Entry]) -> None:
-    """Draw curves of each run; those of several rules have their colours and names."""
+    """Draw curves of each run; those of several rules have their looks and names.
+
+    Without several rules the sites of a lattice have a colour each, with a scale beside the axes.
+    """
     import numpy as np
 
+    from ..report.alike import shares
     from ..report.labels import end_labels
-    from ..report.palette import THEME, WORDS
 
-    found = {run.label: run.colour for run in runs}
-    several, taken = len(found) > 1, set[str]()
-    # a line has no mark to distinguish it from another of its colour
-    for label, colour in found.items():
-        free = (other for other in (colour, *THEME) if other in WORDS and other not in taken)
-        found[label] = next(free, colour)
-        taken.add(found[label])
+    found = {run.label: run.mark.colour for run in runs}
+    several, drawn = len(found) > 1, list[Any]()
     ends = dict[str, tuple[float, float]]()
-    for run, up in ((run, up) for run in runs for up in ups):
+    tones = None if several or len(ups) < 2 else _tones(axes, len(ups))
+    for run, (place, up) in ((run, each) for run in runs for each in enumerate(ups)):
         columns = [run.column(*across), run.column(*up)]
         cuts = _cuts(run, across, up, columns)
         x, y = (np.insert(values, cuts, np.nan) for values in columns)
-        own: dict[str, Any] = {"color": found[run.label]} if several or len(ups) > 1 else {}
-        axes.plot(x, y, lw=0.7, **own)
+        colour: Any = tones(place) if tones else run.mark.colour if several else None
+        drawn += axes.plot(x, y, lw=0.7, color=colour)
         finite = np.flatnonzero(np.isfinite(columns[0] + columns[1]))
         if len(finite):
             ends[run.label] = (columns[0][finite[-1]], columns[1][finite[-1]])
@@ -193,7 +196,29 @@ def _curves(axes: Axes, runs: Sequence[_Run], across: Entry, ups: Sequence[Entry
     if several:
         axes.figure.canvas.draw_idle()
         axes.apply_aspect()
+        for k in range(len(ups)):
+            own = drawn[k :: len(ups)]
+            points = [each.get_xydata()[:: len(each.get_xydata()) // COMPARED + 1] for each in own]
+            for line, run, share in zip(own, runs, shares(axes, points), strict=True):
+                line.set(**share.line(run.mark, 0.7))
         end_labels(axes, [(*end, label, found[label]) for label, end in ends.items()])
+
+
+def _tones(axes: Axes, sites: int) -> Any:
+    """Draw the scale of colours by site right of the axes; return the colour of a site from 0."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+
+    # its last tenth is too light on paper
+    usual = ListedColormap(colormaps["viridis"](range(230)))
+    scale = ScalarMappable(Normalize(1, sites), usual)
+    beside = axes.inset_axes((1.04, 0, 0.035, 1))
+    bar: Any = axes.figure.colorbar(scale, cax=beside, ticks=sorted({1, (sites + 1) // 2, sites}))
+    bar.outline.set_linewidth(0)
+    beside.set_title("site", fontsize=8, pad=3)
+    beside.tick_params(labelsize=7.5, pad=2)
+    return lambda site: scale.to_rgba(site + 1)
 
 
 def _cuts(run: _Run, across: Entry, up: Entry, columns: Sequence[Any]) -> Any:
@@ -293,24 +318,27 @@ def _phase(runs: Sequence[_Run]) -> list[Panel]:
 
 
 def _base(runs: Sequence[_Run]) -> list[Panel]:
+    n = runs[0].x.shape[-1]
+    if runs[0].lattice or not 1 < n < 4:  # with four or more coordinates no pair is the path
+        return _time(runs)
+    return [_against(runs, ("x", 0, i), [("x", 0, j)], runs[0].name("x", 0, j), path=True)
+            for i in range(n) for j in range(i + 1, n)]  # fmt: skip
+
+
+def _time(runs: Sequence[_Run]) -> list[Panel]:
+    """Return a panel for each coordinate that moves, or for all if none does."""
     first = runs[0]
     sites, n = first.x.shape[1:]
     if not n:
         raise BadInput("there is no base here: on a group x is empty, and momenta are its phase.")
+    moving = [k for k in range(n) if any((run.x[:, :, k] != run.x[0, :, k]).any() for run in runs)]
     words = " of each site" if first.lattice else ""
-
-    def entries(k: int) -> list[Entry]:
-        return [("x", site, k) for site in range(sites)]
 
     def name(k: int) -> str:
         return first.name("x", 0, k, alone=first.lattice and n == 1).partition(" of ")[0] + words
 
-    if n == 1 or n > 3:  # with four or more coordinates no pair is the path
-        return [_against(runs, ("t", 0, 0), entries(k), name(k)) for k in range(n)]
-    if not first.lattice:
-        return [_against(runs, ("x", 0, i), [("x", 0, j)], name(j), path=True)
-                for i in range(n) for j in range(i + 1, n)]  # fmt: skip
-    return [_against(runs, ("t", 0, 0), entries(k), name(k)) for k in range(n)]
+    return [_against(runs, ("t", 0, 0), [("x", site, k) for site in range(sites)], name(k))
+            for k in moving or range(n)]  # fmt: skip
 
 
 def _control(runs: Sequence[_Run]) -> list[Panel]:

@@ -74,11 +74,17 @@ def film(
     size = every.shape[1]
     figure = Figure(figsize=(INCHES, INCHES))
     axes: Any = figure.add_subplot(projection="3d" if size == 3 else None)
+    if size == 2:  # room for the names of the axes
+        figure.subplots_adjust(left=0.17, right=0.97, bottom=0.14, top=0.87)
     low, high = every.min(axis=0), every.max(axis=0)
-    half = max(float((high - low).max()), 1e-12) * 0.55
-    for name, middle in zip("xyz", (low + high) / 2, strict=False):
-        getattr(axes, f"set_{name}lim")(middle - half, middle + half)
-    axes.set_aspect("equal")
+    names = _names(x.shape[1:], lattice, bodies is not None, size)
+    half = np.maximum(high - low, 1e-12) * 0.55
+    if names[0] != "site":  # all are lengths of one unit
+        half = np.full(size, half.max())
+        axes.set_aspect("equal")
+    for k, (name, middle) in enumerate(zip("xyz", (low + high) / 2, strict=False)):
+        getattr(axes, f"set_{name}lim")(middle - half[k], middle + half[k])
+        getattr(axes, f"set_{name}label")(names[k], fontsize=8, color=MUTED)
     axes.tick_params(labelsize=7, colors=MUTED)
     axes.locator_params(nbins=5)
     colours = [BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE, INK]
@@ -106,6 +112,17 @@ def film(
 
     pause = 1000 * seconds / len(rows)
     return Film(figure, draw, frames=len(rows), interval=pause)
+
+
+def _names(shape: tuple[int, ...], lattice: bool, own: bool, size: int) -> list[str]:
+    """Return the names of a film's axes: those of x where x is drawn itself, else of space."""
+    from ..report.wording import subscript
+
+    if lattice and len(shape) == 1 and not own:
+        return ["site", "x"]
+    if not own and shape[-1] == size:
+        return [f"x{subscript(k + 1)}" for k in range(size)]
+    return ["x", "y", "z"][:size]
 
 
 def _pose(groupoid: Any, n: int) -> int:

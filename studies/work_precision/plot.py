@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.records import AtMost
 from ..core.result import Result
+from ..report.alike import Share, shares
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
 from ..report.labels import end_labels
 from ..report.palette import INK, MUTED, Mark
@@ -61,11 +62,12 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         for crossing in cases[0].details.crossovers if x == "seconds" else ():
             ring: dict[str, Any] = {"ms": 8, "mfc": "none", "mec": INK, "mew": 0.8, "zorder": 4}
             axes.plot(crossing.work, crossing.error, ls="", marker="o", **ring)
-        for case in cases:
+        lines = [[point[:2] for point in curves[case.method]] for case in cases]
+        for case, share in zip(cases, shares(axes, lines), strict=True):
             curve, mark = curves[case.method], marks[case.method]
             if not curve:
                 continue
-            _curve(axes, curve, mark, x)
+            _curve(axes, curve, mark, share, x)
             if case.measured.cut:
                 _going_on(axes, curve, mark)
             words = case.method.replace(":", ":\n")
@@ -112,15 +114,16 @@ def _points(case: Case, x: str, y: str) -> list[Point]:
     return [(work, error, row) for work, error, row in found if work and error and error > 0]
 
 
-def _curve(axes: Axes, curve: list[Point], mark: Mark, x: str) -> None:
+def _curve(axes: Axes, curve: list[Point], mark: Mark, share: Share, x: str) -> None:
     """Draw the line, its marks and the quartiles of times; a stroke ends those with outliers."""
     style: dict[str, Any] = {"color": mark.colour, "zorder": 2.5}
-    axes.plot(*zip(*(point[:2] for point in curve), strict=True), lw=0.9, ls=mark.dash, **style)
+    line = [*zip(*(point[:2] for point in curve), strict=True)]
+    axes.plot(*line, **share.line(mark, 0.9), **style)
     if x == "seconds":
         for _, error, row in curve:
             if (low := row.seconds_low) and (high := row.seconds_high):
                 axes.plot([low, high], [error, error], lw=2.2, alpha=0.4, **style)
                 if row.outliers:
                     axes.plot([high], [error], ls="", marker="|", ms=4.5, mew=0.8, **style)
-    axes.plot(*zip(*(point[:2] for point in curve), strict=True), ls="", marker=mark.marker, ms=3.2,
-              mew=0.7, mec=mark.colour, mfc=mark.face, **style)  # fmt: skip
+    look = {"mec": mark.colour, "mfc": mark.face, **share.marks(3.2)}
+    axes.plot(*line, ls="", marker=mark.marker, **look, **style)

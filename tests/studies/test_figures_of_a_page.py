@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 from matplotlib.axes import Axes
 
 from discmech.studies.report.alike import Share, shares
 from discmech.studies.report.canvas import Panel, Sheet, log_axis, render
-from discmech.studies.report.labels import spread
+from discmech.studies.report.labels import _cross, spread, uncrossed
 from discmech.studies.report.palette import Mark
 
 
@@ -25,6 +25,39 @@ def test_curves_that_coincide_share_a_line() -> None:
     assert shares(axes, [line, far, near, []]) == [Share(0, 2), Share(), Share(1, 2), Share()]
     styles = [share.line(Mark("#000000", "o"), 1.0) for share in (Share(0, 2), Share(1, 2))]
     assert styles[0]["ls"] == "-" and styles[1]["ls"][1][0] < sum(styles[1]["ls"][1])
+
+
+def test_curves_that_coincide_do_so_whatever_their_points() -> None:
+    """Those of phase portraits have no abscissa in common, and go back."""
+    from math import cos, sin
+
+    from matplotlib.figure import Figure
+
+    axes = Figure().add_subplot()
+    axes.set(xlim=(-2, 2), ylim=(-2, 2))
+    turns = [[(cos(k / n), sin(k / n)) for k in range(int(6 * n))] for n in (20, 33.3)]
+    other = [(1.1 * x, y) for x, y in turns[0]]
+    assert shares(axes, [turns[0], other, turns[1]]) == [Share(0, 2), Share(), Share(1, 2)]
+
+
+def test_leader_lines_do_not_cross() -> None:
+    """Also where curves end at other abscissae; words then keep apart as before."""
+    import random
+
+    dice = random.Random(1)
+    met = 0
+    for _ in range(60):
+        starts = [(100 * dice.random(), 80 * dice.random()) for _ in range(7)]
+        heights = [dice.choice([8.0, 16.0]) for _ in starts]
+        placed = uncrossed(starts, heights, 110.0, (-4.0, 120.0))
+        lines = {k: (starts[k], (110.0, y)) for k, y in placed}
+        assert sorted(lines) == list(range(7))
+        assert not any(_cross(a, b) for a, b in combinations(lines.values(), 2))
+        for (k, low), (j, high) in pairwise(placed):
+            assert high - low >= (heights[k] + heights[j]) / 2 - 1e-9
+        order = sorted(range(7), key=lambda k: starts[k][1])
+        met += [k for k, _ in placed] != order
+    assert met > 10  # in the order of their ends some would cross
 
 
 def test_labels_keep_apart() -> None:

@@ -63,6 +63,7 @@ def test_a_figure_is_as_wide_as_a_column(result, tmp_path, asked, columns):
 @pytest.mark.parametrize(("scene", "kind", "panels"), [
     ("pendulum", "phase", 1), ("kepler", None, 2), ("kepler", "base", 1), ("kepler", "energy", 1),
     ("rigid-body", "phase", 3), ("heavy-top", "base", 3), ("pendulum", "base", 1),
+    ("kepler", "time", 2), ("heavy-top", "time", 3), ("pendulum", "time", 1),
 ])  # fmt: skip
 def test_a_run_is_a_figure(scene, kind, panels):
     figure = plot(run_of(scene), kind)
@@ -81,6 +82,31 @@ def test_names_of_several_runs_stand_beside_the_axes():
         names = [text for text in axes.texts if text.get_text() in ("midpoint", "trapezoidal")]
         assert len(names) == 2 and axes.get_legend() is None
         assert all(text.get_window_extent().x0 >= axes.bbox.x1 for text in names)
+
+
+def test_a_coordinate_that_stays_has_no_panel():
+    """And coordinates against time say t below."""
+    still = scenes.get("charged-particle").with_values(v0=[0, 0, 1], x0=[0, 0, 0])
+    run = Scheme(still, midpoint).flow("0.1").trajectory(50)
+    (axes,) = plot(run, "time").axes
+    assert not empty(axes) and axes.get_xlabel() == "t" and "x₃" in words(axes.figure)
+
+
+def test_runs_that_coincide_are_both_seen():
+    """Störmer–Verlet and the trapezoidal rule: one motion, so one of the lines has gaps."""
+    runs = [run_of("pendulum", rules.get(name)) for name in ("trapezoidal", "lobatto-2")]
+    (axes,) = plot(runs).axes
+    under, over = axes.lines
+    assert not under.is_dashed() and over.is_dashed() and under.get_color() != over.get_color()
+    (apart,) = plot([runs[0], run_of("pendulum", rules.get("rectangle"))], "energy").axes
+    assert not any(line.is_dashed() for line in apart.lines)
+
+
+def test_the_sites_of_a_lattice_have_colours_and_a_scale(cradle):
+    (axes,) = plot(cradle, "time").axes
+    assert len({line.get_color() for line in axes.lines}) == len(axes.lines) == 6
+    (scale,) = axes.child_axes
+    assert scale.get_title() == "site" and list(scale.get_yticks()) == [1, 3, 6]
 
 
 def empty(axes):
@@ -290,3 +316,22 @@ def test_what_is_no_film_is_said(name, bodies, words):
         film(run_of(name) if name else 3, bodies)
     with pytest.raises(BadInput, match="seconds is -1"):
         film(run_of("kepler"), seconds=-1)
+
+
+@pytest.mark.parametrize(("scene", "bodies", "names"), [
+    ("kepler", None, ["x₁", "x₂"]), ("heavy-top", None, ["x₁", "x₂", "x₃"]),
+    ("outer-solar-system", None, ["x", "y", "z"]), ("pendulum", lambda x: [[x[0], 0]], ["x", "y"]),
+])  # fmt: skip
+def test_a_film_names_its_axes(scene, bodies, names):
+    axes = drawn(film(run_of(scene), bodies), 3)
+    assert [getattr(axes, f"get_{k}label")() for k in "xyz"[: len(names)]] == names
+
+
+def test_a_chain_fills_its_film():
+    """Its displacements have another unit than the numbers of its sites."""
+    lattice = scenes.lattices.get("fput")
+    run = Scheme(lattice, trapezoidal).flow(lattice.step).trajectory(50)
+    axes = drawn(film(run), 0)
+    assert [axes.get_xlabel(), axes.get_ylabel()] == ["site", "x"]
+    low, high = axes.get_ylim()
+    assert high - low < 2 * np.ptp(run.x)

@@ -262,6 +262,9 @@ def test_a_map_of_one_amplitude_is_a_bar_a_rule():
             },
         )
 
+    (alone,), wide = plot_maps.with_legend(*plot_maps.map_table([case("a", 1)], {}), [case("a", 1)])
+    (only,) = figure_of([alone], wide).axes  # no cell is left half empty
+    assert [text.get_text() for text in only.child_axes[0].texts] == ["bounded"]
     panels, sheet = plot_maps.map_table([case("a", 1), case("b", 1)], {})
     (panel,) = panels
     (axes,) = figure_of(panels, sheet).axes

@@ -118,9 +118,10 @@ def test_text_of_an_exported_figure_is_text():
     assert drawn.pdf.startswith(b"%PDF") and drawn.png.startswith(b"\x89PNG")
 
 
-def test_a_rule_keeps_its_mark_whatever_else_is_drawn():
+def test_a_rule_keeps_its_mark_while_its_colour_is_free():
     alone = marks([LONG])[LONG]
-    assert marks(["my-rule", "newmark-1-2", LONG])[LONG] == alone
+    free = [n for n in (f"my-rule-{k}" for k in range(9)) if marks([n])[n].colour != alone.colour]
+    assert marks([*free[:2], LONG])[LONG] == alone
 
 
 def test_no_two_rules_of_a_figure_have_one_colour_and_one_mark():
@@ -128,3 +129,11 @@ def test_no_two_rules_of_a_figure_have_one_colour_and_one_mark():
     names = [f"rule-{k}" for k in range(20)] + ["midpoint", "gauss-4", "gauss-8", "heyoka", "imex"]
     looks = {(mark.colour, mark.marker) for mark in marks(names).values()}
     assert len(looks) == len(names)
+
+
+def test_rules_share_a_colour_only_when_all_are_used_and_then_have_other_dashes():
+    """Also with a name that has a colour of its own; the dash is what a line without marks has."""
+    names = ["midpoint", *(f"rule-{k}" for k in range(6))]
+    assert len({mark.colour for mark in marks(names).values()}) == len(names)
+    many = [*names, *(f"other-{k}" for k in range(14)), "midpoint, exp", "triple-jump:midpoint"]
+    assert len({(mark.colour, mark.dash) for mark in marks(many).values()}) == len(many)
