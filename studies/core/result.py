@@ -203,7 +203,8 @@ class StudyResult:
 
     record: machine, versions and settings. remembered: the number of cases that an earlier run
     measured. baseline: the comparison with an earlier result (`baseline.Comparison`). schemes,
-    comparison, advice: what `verify` and `compare` add; more: what a study says of all its cases.
+    proofs, comparison, advice: what `verify` and `compare` add; more: what a study says of all its
+    cases.
     """
 
     schema: int = SCHEMA
@@ -216,6 +217,7 @@ class StudyResult:
     cases: Sequence[AnyResult] = ()
     tables: Sequence[Json] | None = field(default=None, metadata=OPTIONAL)
     schemes: Sequence[Json] | None = field(default=None, metadata=OPTIONAL)
+    proofs: Sequence[Json] | None = field(default=None, metadata=OPTIONAL)
     comparison: Sequence[Json] | None = field(default=None, metadata=OPTIONAL)
     advice: Sequence[Json] | None = field(default=None, metadata=OPTIONAL)
     baseline: Any = field(default=None, metadata=OPTIONAL)

@@ -76,7 +76,7 @@ def overview(result: StudyResult) -> dict[str, Any]:
         for names, cells in rows
     ]  # fmt: skip
     about = "What each study says, with the number of digits in brackets. "
-    about += " ".join(adjoints(result))
+    about += " ".join((*adjoints(result), *proofs(result)))
     return {"title": "Overview", "about": about, "heads": heads, "lines": lines}
 
 
@@ -120,6 +120,35 @@ def adjoints(result: StudyResult) -> list[str]:
                 for is_so, words in kinds if places[is_so]]  # fmt: skip
         lines.append(f"{name}: {'; '.join(said)}.")
     return lines
+
+
+def proofs(result: StudyResult) -> list[str]:
+    """Return for each rule with a proof, or a disproof, what it says of every Lagrangian."""
+    lines = []
+    for told in result.proofs or ():
+        places: dict[bool | None, list[str]] = {True: [], False: [], None: []}
+        for name, answer in told["classes"].items():
+            places[answer["proven"]].append(f"{name} ({answer['why']})")
+        wrong, sure, unsure = (places[known] for known in (False, True, None))
+        said = [
+            f"disproven for {_first(wrong)}: a scene on which it has that order is an exception"
+        ]
+        said = said * bool(wrong) + [f"proven for every Lagrangian of {_classes(sure)}"] * bool(
+            sure
+        )
+        said += [f"not decided for {_first(unsure)}"] * bool(unsure)
+        order = f"order {told['order']}" if told["order"] else "its order"
+        lines.append(f"{told['rule']}: {order} is {'; '.join(said)} ({told['command']}).")
+    return lines
+
+
+def _classes(names: Sequence[str]) -> str:
+    return "1 class" if len(names) == 1 else f"{len(names)} classes"
+
+
+def _first(names: Sequence[str]) -> str:
+    more = f" and {_classes(names[1:])} more" if names[1:] else ""
+    return "".join((*names[:1], more))
 
 
 def comparison(result: StudyResult) -> dict[str, Any]:

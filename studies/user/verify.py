@@ -6,6 +6,7 @@ they come.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,12 +20,15 @@ from ..core.apart import apart
 from ..core.case import Choice, Progress, silent, worst
 from ..core.claims import EVERY
 from ..core.cluster import Cluster
+from ..core.fingerprint import is_ours, of_everything
 from ..core.parts import parts_of
 from ..core.record import record
 from ..core.result import AnyResult, StudyResult
 from ..core.running import Told, about_remembered, run_studies, unheard
 from ..core.store import Store
 from ..core.study import Study, every_study
+from ..core.words import address_of
+from ..proof import prove
 
 #: one of each kind: pair, group of rigid motions, action, connection, group of rotations, product;
 #: the quickest first, so that verdicts come soon, then those that take longest
@@ -157,7 +161,8 @@ def verify(
     """Run the studies; return one result "verify" of all their cases.
 
     `schemes` gives for each scene and rule whether the method is self-adjoint, which is derived and
-    not judged, since no rule declares it. Raises `BadInput` for wrong files and names, and for
+    not judged, since no rule declares it; `proofs` what is proven of each rule's order, unless
+    studies are named. Raises `BadInput` for wrong files and names, and for
     rules that no chosen scene can use.
     """
     choice = request.choice()
@@ -181,7 +186,35 @@ def verify(
     )
     result = joined("verify", results)
     notes = [*result.notes, *not_judged, *_left_out(request, choice, asked, result.cases)]
-    return replace(result, notes=list(dict.fromkeys(notes)), schemes=schemes)
+    notes = list(dict.fromkeys(notes))
+    proofs = None if request.studies else proofs_of(choice.rules, progress, store)
+    return replace(result, notes=notes, schemes=schemes, proofs=proofs)
+
+
+def proofs_of(
+    rules: Sequence[Discretisation], progress: Progress, store: Store | None = None
+) -> list[dict[str, Any]]:
+    """Return what is proven of the order of each rule that has a series in the step.
+
+    A proof speaks of every Lagrangian of its classes, where scenes are examples. That of a rule of
+    the bench is kept in the store.
+    """
+    found = []
+    for rule in rules:
+        progress(f"{rule.name}: for every Lagrangian", 1.0)
+
+        def proven(rule: Discretisation = rule) -> dict[str, Any]:
+            command = f"discmech prove {shlex.quote(address_of(rule))}"
+            return prove(rule).to_json() | {"command": command}
+
+        try:
+            if store is not None and is_ours(rule):
+                found.append(store.remembered("answer", of_everything("prove", rule.name), proven))
+            else:
+                found.append(proven())
+        except BadInput:  # a program, or a rule without a series: scenes alone speak of it
+            continue
+    return found
 
 
 def _claims_of_nothing(choice: Choice) -> list[str]:

@@ -12,7 +12,7 @@ from discmech.integrators import BadInput, scenes
 from discmech.studies import get
 from discmech.studies.core import lookup
 from discmech.studies.core.plan import Plan
-from discmech.studies.core.result import Result, result_of
+from discmech.studies.core.result import Result, StudyResult, result_of
 from discmech.studies.report import verdicts
 from discmech.studies.stability.view import VIEW as STABILITY
 from discmech.studies.user import verify as verifying
@@ -112,6 +112,28 @@ def test_a_good_rule_passes_with_a_line_a_verdict_and_a_table(folder, ask):
         "discmech order both.py:my-pendulum --rule both.py:two-thirds --digits 50"
     )
     assert found["command"].startswith("discmech verify both.py --scene")
+
+
+def test_a_proof_for_every_lagrangian_stands_beside_the_verdicts(folder):
+    """That of a wrong point is a disproof, and of a program there is none."""
+    (folder / "wrong.py").write_text(
+        "from discmech import black_box, discretisation\n"
+        "@discretisation(order=2)\n"
+        "def beside(L, G, x, u, h): return h * L(G.target(x, u, h * 51 / 100), u)\n"
+        "@black_box(order=1)\n"
+        "def program(q, p, h, scene): return q + h * p, p\n"
+    )
+    asked = Request(("both.py:two-thirds", "wrong.py")).rules()
+    proofs = verifying.proofs_of(asked, verifying.silent)
+    assert [p["verdict"] for p in proofs] == ["proven", "disproven"]
+    assert [p["command"] for p in proofs] == ["discmech prove both.py:two-thirds",
+                                              "discmech prove wrong.py:beside"]  # fmt: skip
+    right, wrong = verdicts.proofs(StudyResult(proofs=proofs))
+    assert right == ("two-thirds: order 2 is proven for every Lagrangian of 13 classes "
+                     "(discmech prove both.py:two-thirds).")  # fmt: skip
+    assert wrong.startswith("beside: order 2 is disproven for L(x, v), n = 1 (h^2 differs in x_0")
+    assert "8 classes more: a scene on which it has that order is an exception" in wrong
+    assert "proven for every Lagrangian of 4 classes" in wrong
 
 
 def test_what_is_left_out_is_named_with_the_reason(folder):
