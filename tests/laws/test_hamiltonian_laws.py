@@ -56,6 +56,7 @@ def by_hamiltonian(name):
     )  # fmt: skip
 
 
+@pytest.mark.dear("[rotor-body]")
 @pytest.mark.parametrize(
     "name", [*NAMES, *(pytest.param(name, marks=pytest.mark.slow) for name in MORE)]
 )

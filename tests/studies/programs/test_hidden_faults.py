@@ -20,6 +20,7 @@ from discmech import (
 )
 from discmech.integrators import rules
 from discmech.studies.core.claims import claiming
+from discmech.studies.symplecticity import along_run
 
 from . import methods
 from .judging import judged
@@ -73,7 +74,9 @@ def test_a_method_that_keeps_no_form_is_a_map_in_its_runs_too():
     assert found["verdict"] == "measured"
 
 
-def test_a_run_that_ends_beside_its_row_is_told_in_words_for_runs():
+def test_a_run_that_ends_beside_its_row_is_told_in_words_for_runs(monkeypatch):
+    monkeypatch.setattr(along_run, "MOST", 2**7)  # it is seen at every length
+
     @black_box(order=2, symplectic=True, runs=True)
     def between(q, p, h, steps, every, s):
         rows = [(q.copy(), p.copy())]

@@ -75,7 +75,8 @@ def test_high_orders_on_nodes_in_the_field(name):
     assert answer.proven and answer.order == rules.get(name).order
 
 
-@pytest.mark.parametrize("rule", ["midpoint", "rectangle", two_thirds])
+@pytest.mark.parametrize("rule", ["rectangle", *(pytest.param(e, marks=slow)
+                                                for e in ("midpoint", two_thirds))])  # fmt: skip
 def test_every_class(rule):
     found = prove(rule)
     assert found.proven
@@ -361,6 +362,7 @@ def test_derivatives_that_a_rule_takes_itself_are_seen(count):
         assert proven(rule) is False
 
 
+@slow
 def test_the_table_of_leading_errors():
     page = (Path(__file__).parents[3] / "docs" / "proofs.md").read_text("utf-8")
     table = page.split("| rule | order | coefficients |")[1].split("\n\n")[0].splitlines()[2:]

@@ -89,6 +89,7 @@ def test_a_failed_step_leaves_the_state_as_it_was():
     assert math.isfinite(file.step(state, 0.01).x[0])
 
 
+@pytest.mark.dear("sl2-gauss-3")
 @pytest.mark.parametrize(("scene", "rule"), [
     ("heavy-top", "midpoint"), ("sl2", "gauss-3"), ("kirchhoff", "midpoint"),
 ])  # fmt: skip
