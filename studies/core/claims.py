@@ -10,22 +10,38 @@ from discmech.integrators.rules import Claims, Discretisation
 
 #: a word of keeps= that stands for every momentum map and Casimir of a scene
 EVERY = "momentum"
+#: words of keeps= for the energy: kept by each step to round-off, and without a drift in long runs
+EXACTLY, BAND = "energy", "energy band"
+#: the words of keeps= that are no names of a scene's quantities
+WORDS = (EXACTLY, BAND, "volume", EVERY)
 
 
 def not_claimed(rule: Discretisation, what: str) -> str:
     """Return why a property is only measured, a sentence; "" if it is judged.
 
     what: "symplectic", "reversible", "energy", "volume". A method without stated claims is judged
-    by all; a claim to be symplectic includes an energy that stays in its band, and volume.
+    by all; a claim to be symplectic includes an energy that stays in its band, and volume, and so
+    does one to keep the energy itself.
     """
     claims = rule.claims
     if claims is None:
         return ""
     own: dict[str, Any] = {"symplectic": claims.symplectic, "reversible": claims.reversible}
-    if own.get(what, what in claims.keeps) or (claims.symplectic and what in ("energy", "volume")):
+    kept = what in claims.keeps or (what == EXACTLY and BAND in claims.keeps)
+    if own.get(what, kept) or (claims.symplectic and what in ("energy", "volume")):
         return ""
     said = f"to be {what}" if what in own else f"to keep the {what}"
     return f"{rule.name} does not claim {said}: measured only"
+
+
+def keeps_energy(rule: Discretisation) -> bool:
+    """Return True if each step is said to keep the energy.
+
+    A symplectic step that kept it would be the motion itself but for the time (Ge and Marsden), so
+    of one that claims both a band is meant.
+    """
+    claims = rule.claims
+    return claims is not None and not claims.symplectic and EXACTLY in claims.keeps
 
 
 def claimed_names(rule: Discretisation, names: Iterable[str]) -> list[str]:
@@ -44,7 +60,7 @@ def claiming(rule: Discretisation, study: str) -> Discretisation:
     asserted: dict[str, dict[str, Any]] = {
         "symplecticity": {"symplectic": True},
         "reversibility": {"reversible": True},
-        "energy": {"keeps": (*claims.keeps, "energy")},
+        "energy": {"keeps": (*claims.keeps, BAND)},
         "momentum": {"keeps": (*claims.keeps, EVERY)},
     }
     return replace(rule, claims=Claims(**{**vars(claims), **asserted.get(study, {})}))

@@ -16,6 +16,7 @@ from ..order.limits import tolerance
 from . import balance, judging_modified
 from .judging_errors import judge_errors
 from .limits import LIMITS
+from .measuring import laws_of
 from .records import Found
 
 
@@ -31,9 +32,10 @@ def judge(case: Case, measurement: Measurement) -> Verdict:
     that is lost at the start and never comes back (`_settled`).
 
     And the steps have to be consistent: a method of another motion may keep an energy near this
-    one's for ever.
+    one's for ever. One that claims to keep the energy has to keep it in each step from a place.
     """
-    return demand_consistency(measurement, _judge(case, measurement))
+    laws = (law.name for law in laws_of(case))
+    return demand_consistency(measurement, _judge(case, measurement), *laws)
 
 
 def _judge(case: Case, measurement: Measurement) -> Verdict:

@@ -23,8 +23,9 @@ from ..core.case import (
     plain_cases,
     silent,
 )
-from ..core.claims import not_claimed
+from ..core.claims import keeps_energy, not_claimed
 from ..core.ended import refuse_ended
+from ..evidence.laws import ENERGY, Law
 from ..evidence.measuring import single_steps
 from ..systems import System, system_of
 from ..systems.modified_change import Change
@@ -56,7 +57,13 @@ def cases(choice: Choice) -> list[Case]:
 def measure(case: Case, progress: Progress = silent) -> Found:
     """Return the result of the run (`_measure`), and of single steps."""
     _ = case.scheme  # errors of scene or rule are reported before parts of it are derived
-    return replace(_measure(case, progress), local=single_steps(case))
+    return replace(_measure(case, progress), local=single_steps(case, *laws_of(case)))
+
+
+def laws_of(case: Case) -> list[Law]:
+    """Return the law of a step that is said to keep the energy, where nothing else changes it."""
+    exact = keeps_energy(case.rule) and not system_of(case).energy_changes
+    return [ENERGY] if exact else []
 
 
 def _measure(case: Case, progress: Progress) -> Found:

@@ -7,6 +7,7 @@ a place is an ordinary one, in more digits than doubles have. A quantity that is
 
 from __future__ import annotations
 
+import math
 import random
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
@@ -18,13 +19,14 @@ import numpy as np
 
 from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.errors import Displaced
+from discmech.integrators.extensions.foreign import SceneInNumbers
 from discmech.integrators.flows import (
     Flow,
     form_change_defects,
     restricted_form_defect,
     return_defect,
 )
-from discmech.integrators.numbers import mpmath
+from discmech.integrators.numbers import arithmetic, mpmath
 
 from ..core.limits import MADE_AGAIN, OF_ORDER, of_a_step
 from ..core.single_steps import Departure
@@ -38,6 +40,9 @@ STEPS = 16  # steps of a program from a place that are made again
 #: share of a step at which an arrow is the velocity but for a linear part: what is left of it is
 #: its square, and 2²⁰ times that where the arrow curves a thousandfold as fast as the motion
 SHORT = Fraction(1, 10**10)
+#: round-offs by which a step may change what it keeps: 64 of a step's own bound, 16 for a quantity
+#: whose terms grow in it
+ROUNDINGS = 2**10
 TRIES = 4  # how many ever shorter steps are tried from a place where no step is found
 
 
@@ -159,7 +164,57 @@ class ArrowVelocity(Law):
         return Departure(size, float(2**20 * SHORT**2), step=float(short))
 
 
+class KeepsEnergy(Law):
+    """The energy, where each step has to keep it to round-off, as an energy-preserving method does.
+
+    A projection to the energy of the scene's own start, and a loss in a part of the states, are
+    sound along the scene's motion alone. The step is no longer than the scene's, for which the
+    solver of a program is made.
+    """
+
+    name = "keeps the energy"
+
+    def refusal(self, scheme: Scheme) -> str:
+        """Return "": a step of a program may be held against it, too."""
+        return ""
+
+    def steps(self, place: Place, drawn: random.Random) -> Iterator[Fraction]:
+        """Yield shares of the scene's step, or of the place's if that is shorter."""
+        share = random_fraction(drawn, 0.55, 0.95)
+        for _ in range(TRIES):
+            yield share
+            share *= random_fraction(drawn, 0.2, 0.45)
+
+    def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
+        """Return the change of H by one step, over Σ|∂H/∂zᵢ zᵢ|, in each kind of its numbers.
+
+        H has twice the digits, so that its own round-off is none, and no constant in it counts.
+        """
+        step *= min(place.step, Fraction(scheme.scene.step))
+        formula = scheme.rule.is_formula
+        kinds = [DIGITS] if formula else [16, DIGITS] if scheme.rule.runs_at(DIGITS) else [16]
+        return max((self._change(scheme, place, step, digits) for digits in kinds),
+                   key=lambda one: math.inf if one.size is None or math.isnan(one.size)
+                   else one.size / one.limit)  # fmt: skip
+
+    def _change(self, scheme: Scheme, place: Place, step: Fraction, digits: int) -> Departure:
+        run = scheme.flow(step, digits).trajectory(1, **place.start)
+        numbers = arithmetic(2 * DIGITS)
+        at = SceneInNumbers(scheme.s, scheme.scene, numbers)
+        rows = list(zip(run.x, run.mu, strict=True))
+        before, after = (at.H(*row) for row in rows)
+        size: Any = 0
+        for x, mu in rows:  # an entry that is 0 is rounded like the others of its kind
+            for part, slope in ((x, at.gradient(x, mu)), (mu, at.velocity(x, mu))):
+                size += max(map(abs, part), default=0) * sum(map(abs, slope))
+        unit = scheme.rule.unit(16) if digits == 16 else float(arithmetic(digits).eps)
+        gap = abs(after - before)
+        return Departure(float(gap / size) if gap else 0.0, ROUNDINGS * unit, "the energy",
+                         float(step))  # fmt: skip
+
+
 FORM, WAY_BACK, AGAIN, ARROW = Form(), WayBack(), MadeAgain(), ArrowVelocity()
+ENERGY = KeepsEnergy()
 
 
 def worst_departure(

@@ -17,7 +17,7 @@ from discmech.integrators.numbers import arithmetic
 from discmech.integrators.scene import Conserved
 
 from ..core.single_steps import Departure
-from ..evidence.laws import Law
+from ..evidence.laws import ROUNDINGS, Law
 from ..evidence.places import DIGITS as OF_PLACES
 from ..evidence.places import Place
 from ..systems.runs import Rows, with_terms
@@ -29,9 +29,6 @@ DRAWS, PLACES = 4, 16  # directions of a fault, and the number of rows of a run 
 DIGITS = 30  # digits of single steps
 #: powers of a shorter step beyond the order, to which a change of a quantity by it has to be seen
 POWERS = 3
-#: round-offs that a step of `DIGITS` may be off by: 64 of a step's own bound, 16 for a quantity
-#: whose terms grow in it
-ALLOWED = 2**10
 
 
 def seen(rows_of: Rows, run: Any, limit: float, digits: int, seed: str) -> Fault:
@@ -108,7 +105,7 @@ class Keeps(Law):
             gap, scale = abs(values[1] - values[0]).max(), max(terms.ravel())
             change = float(gap / scale) if gap else 0.0
         own = max(float(numbers.eps), scheme.rule.unit(digits)) if digits == 16 else numbers.eps
-        limit = ALLOWED * float(own) * (1 + sum(units))
+        limit = ROUNDINGS * float(own) * (1 + sum(units))
         return Departure(change, limit, self.quantity.name, float(step))
 
 

@@ -18,7 +18,7 @@ from .. import NAMES, get
 from ..core import lookup
 from ..core.apart import apart
 from ..core.case import Choice, Progress, silent, worst
-from ..core.claims import EVERY
+from ..core.claims import WORDS
 from ..core.cluster import Cluster
 from ..core.fingerprint import is_ours, of_everything
 from ..core.parts import parts_of
@@ -226,9 +226,9 @@ def _claims_of_nothing(choice: Choice) -> list[str]:
     for rule in choice.rules:
         names = () if rule.claims is None else rule.claims.keeps
         for name in names:
-            if name in (*kept, "energy", "volume", EVERY):
+            if name in (*kept, *WORDS):
                 continue
-            if near := nearest(name, (*kept, "energy", "volume", EVERY)):
+            if near := nearest(name, (*kept, *WORDS)):
                 raise BadInput(
                     f"{rule.name} says keeps={shown(name)}, which no scene here has: did you mean "
                     f"{shown(near)}?"

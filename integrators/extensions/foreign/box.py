@@ -155,7 +155,8 @@ def black_box(
 
     Claims are judged, everything else is only measured: order; symplectic (the Poisson bracket is
     preserved; on a pair groupoid the canonical form); reversible (a step of −h undoes a step of h);
-    keeps: some of "energy", "volume" and names of the scene's own quantities.
+    keeps: some of "energy" (by each step), "energy band", "volume" and names of the scene's own
+    quantities.
 
     state="qv": the box takes and returns velocities in place of momenta. runs=True: the function is
     (q, p, h, steps, every, system) → arrays (rows, n) and (rows, m); the first row is the start,

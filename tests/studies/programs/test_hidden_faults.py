@@ -249,3 +249,31 @@ def test_a_momentum_that_is_kept_in_one_plane_alone_is_not_kept():
     assert "a step of 0 " not in found["reason"]
     sound = dataclasses.replace(methods.verlet, claims=off_plane.claims)
     assert judged("momentum", planar, sound, steps=200, causes=False)["verdict"] == "pass"
+
+
+def projected(q, p, s, energy):
+    for _ in range(4):
+        slope = np.array([*s.gradient(q, p), *s.velocity(q, p)])
+        off = (s.H(q, p) - energy) / (slope @ slope)
+        q, p = q - off * slope[: s.n], p - off * slope[s.n :]
+    return q, p
+
+
+def of_its_start(q, p, h, s):
+    return projected(*kick_drift_kick(q, p, h, s), s, s.H(np.array([2.0]), np.array([0.0])))
+
+
+def of_each_state(q, p, h, s):
+    return projected(*kick_drift_kick(q, p, h, s), s, s.H(q, p))
+
+
+@pytest.mark.parametrize(
+    ("step", "claim", "verdict"),
+    [(of_its_start, "energy", "fail"), (kick_drift_kick, "energy", "fail"),
+     (of_each_state, "energy", "pass"), (kick_drift_kick, "energy band", "pass")],
+)  # fmt: skip
+def test_a_claimed_energy_is_kept_from_every_state(step, claim, verdict):
+    box = black_box(order=2, keeps=claim)(step)
+    found = judged("energy", scenes.get("pendulum"), box, steps=500, causes=False)
+    assert found["verdict"] == verdict
+    assert verdict == "pass" or "changes the energy by" in found["reason"]
