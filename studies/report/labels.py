@@ -57,8 +57,8 @@ def uncrossed(
         placed = list(zip(order, spread(sorted(wished), [heights[k] for k in order], *ends),
                           strict=True))  # fmt: skip
         pairs = combinations(range(len(order)), 2)
-        cross = (p for p in pairs if _cross(*(((starts[k]), (right, y)) for k, y in
-                                              (placed[p[0]], placed[p[1]]))))  # fmt: skip
+        lines = [(starts[k], (right, y)) for k, y in placed]
+        cross = (pair for pair in pairs if _cross(*(lines[k] for k in pair)))
         if (pair := next(cross, None)) is None:
             break
         low, high = pair

@@ -129,14 +129,13 @@ def proofs(result: StudyResult) -> list[str]:
         places: dict[bool | None, list[str]] = {True: [], False: [], None: []}
         for name, answer in told["classes"].items():
             places[answer["proven"]].append(f"{name} ({answer['why']})")
-        wrong, sure, unsure = (places[known] for known in (False, True, None))
-        said = [
-            f"disproven for {_first(wrong)}: a scene on which it has that order is an exception"
-        ]
-        said = said * bool(wrong) + [f"proven for every Lagrangian of {_classes(sure)}"] * bool(
-            sure
-        )
-        said += [f"not decided for {_first(unsure)}"] * bool(unsure)
+        said = []
+        if wrong := places[False]:
+            said.append(f"disproven for {_first(wrong)}: a scene that shows it is an exception")
+        if sure := places[True]:
+            said.append(f"proven for every Lagrangian of {_classes(sure)}")
+        if unsure := places[None]:
+            said.append(f"not decided for {_first(unsure)}")
         order = f"order {told['order']}" if told["order"] else "its order"
         lines.append(f"{told['rule']}: {order} is {'; '.join(said)} ({told['command']}).")
     return lines
@@ -147,8 +146,7 @@ def _classes(names: Sequence[str]) -> str:
 
 
 def _first(names: Sequence[str]) -> str:
-    more = f" and {_classes(names[1:])} more" if names[1:] else ""
-    return "".join((*names[:1], more))
+    return names[0] + (f" and {_classes(names[1:])} more" if names[1:] else "")
 
 
 def comparison(result: StudyResult) -> dict[str, Any]:

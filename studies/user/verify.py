@@ -9,6 +9,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene, Scheme, scenes
@@ -20,7 +21,7 @@ from ..core.apart import apart
 from ..core.case import Choice, Progress, silent, worst
 from ..core.claims import WORDS
 from ..core.cluster import Cluster
-from ..core.fingerprint import is_ours, of_everything
+from ..core.fingerprint import is_ours, of_proof
 from ..core.parts import parts_of
 from ..core.record import record
 from ..core.result import AnyResult, StudyResult
@@ -162,8 +163,8 @@ def verify(
 
     `schemes` gives for each scene and rule whether the method is self-adjoint, which is derived and
     not judged, since no rule declares it; `proofs` what is proven of each rule's order, unless
-    studies are named. Raises `BadInput` for wrong files and names, and for
-    rules that no chosen scene can use.
+    studies are named. Raises `BadInput` for wrong files and names, and for rules that no chosen
+    scene can use.
     """
     choice = request.choice()
     not_judged = _claims_of_nothing(choice)
@@ -196,25 +197,25 @@ def proofs_of(
 ) -> list[dict[str, Any]]:
     """Return what is proven of the order of each rule that has a series in the step.
 
-    A proof speaks of every Lagrangian of its classes, where scenes are examples. That of a rule of
-    the bench is kept in the store.
+    A proof speaks of every Lagrangian of its classes, where scenes are examples. It takes some ten
+    seconds of processor time; that of a rule of the bench is kept in the store.
     """
     found = []
     for rule in rules:
         progress(f"{rule.name}: for every Lagrangian", 1.0)
-
-        def proven(rule: Discretisation = rule) -> dict[str, Any]:
-            command = f"discmech prove {shlex.quote(address_of(rule))}"
-            return prove(rule).to_json() | {"command": command}
-
         try:
             if store is not None and is_ours(rule):
-                found.append(store.remembered("answer", of_everything("prove", rule.name), proven))
+                answer = store.remembered("answer", of_proof(rule), partial(_proof, rule))
             else:
-                found.append(proven())
+                answer = _proof(rule)
         except BadInput:  # a program, or a rule without a series: scenes alone speak of it
             continue
+        found.append(answer | {"command": f"discmech prove {shlex.quote(address_of(rule))}"})
     return found
+
+
+def _proof(rule: Discretisation) -> dict[str, Any]:
+    return prove(rule).to_json()
 
 
 def _claims_of_nothing(choice: Choice) -> list[str]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from fractions import Fraction
 
 import pytest
 
-from discmech.integrators import BadInput, scenes
+from discmech.integrators import BadInput, rules, scenes
 from discmech.studies import get
 from discmech.studies.core import lookup
+from discmech.studies.core.fingerprint import of_proof
 from discmech.studies.core.plan import Plan
 from discmech.studies.core.result import Result, StudyResult, result_of
 from discmech.studies.report import verdicts
@@ -132,8 +134,18 @@ def test_a_proof_for_every_lagrangian_stands_beside_the_verdicts(folder):
     assert right == ("two-thirds: order 2 is proven for every Lagrangian of 13 classes "
                      "(discmech prove both.py:two-thirds).")  # fmt: skip
     assert wrong.startswith("beside: order 2 is disproven for L(x, v), n = 1 (h^2 differs in x_0")
-    assert "8 classes more: a scene on which it has that order is an exception" in wrong
+    assert "8 classes more: a scene that shows it is an exception" in wrong
     assert "proven for every Lagrangian of 4 classes" in wrong
+
+
+def test_proofs_of_compositions_of_one_name_are_told_apart():
+    """Also of rules that the bench itself defines, with coefficients of one's own."""
+
+    def with_first(a):
+        return rules.compose(rules.get("midpoint"), [a, 1 - 2 * a, a], name="own")
+
+    keys = {of_proof(with_first(Fraction(a, 10))) for a in (3, 4, 3)}
+    assert len(keys) == 2
 
 
 def test_what_is_left_out_is_named_with_the_reason(folder):

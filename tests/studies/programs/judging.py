@@ -9,9 +9,9 @@ from discmech.studies.core.study import every_study
 from tests.studies.as_json import run_case
 
 
-def judged(study, scene, box, steps=None, causes=True):
+def judged(study, scene, box, steps=None, causes=True, digits=16):
     scene = scenes.get(scene) if isinstance(scene, str) else scene
-    case = Case(study, scene, box, 16, steps)
+    case = Case(study, scene, box, digits, steps)
     return run_case(every_study()[study], case, causes=causes)
 
 

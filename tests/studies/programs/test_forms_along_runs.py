@@ -52,7 +52,7 @@ def test_a_pass_says_how_many_steps_it_has_seen():
     (lambda k, steps: 1.0 if k == steps else 1 - 1e-9, False),  # rows of another motion
 ])  # fmt: skip
 def test_rows_of_a_run_are_the_ends_of_shorter_ones(damped, same, monkeypatch):
-    monkeypatch.setattr(along_run, "MOST", 2**7)  # it is so of every length
+    monkeypatch.setattr(along_run, "MOST", 2**7)  # of 2048 it is so, too, and takes long
     assert (of_run(whole_runs(damped)).again < 1e-13) is same
 
 
