@@ -69,8 +69,8 @@ def _near(one: Any, other: Any) -> bool:
     short, long = sorted(
         (one, other), key=lambda points: float(np.ptp(points[:, 0]) if len(points) else 0.0)
     )
-    if not len(short) or not len(long):
-        return False
+    if not len(short) or not len(long) or len(short) == 1 < len(long):
+        return False  # a point on a line hides nothing of it
     starts, ways = long, np.diff(long, axis=0, append=long[-1:])
     beside = 0
     for point in short:

@@ -38,6 +38,8 @@ def test_curves_that_coincide_do_so_whatever_their_points() -> None:
     turns = [[(cos(k / n), sin(k / n)) for k in range(int(6 * n))] for n in (20, 33.3)]
     other = [(1.1 * x, y) for x, y in turns[0]]
     assert shares(axes, [turns[0], other, turns[1]]) == [Share(0, 2), Share(), Share(1, 2)]
+    assert shares(axes, [turns[0], turns[0][:1]]) == [Share(), Share()]
+    assert shares(axes, [turns[0][:1], turns[0][:1], []])[:2] == [Share(0, 2), Share(1, 2)]
 
 
 def test_leader_lines_do_not_cross() -> None:
