@@ -29,9 +29,8 @@ def pytest_generate_tests(metafunc):
     law, cases = metafunc.definition, metafunc._calls
     if not cases:
         return made
-    dear = [word for mark in law.iter_markers("dear") for word in mark.args]
-    for case in cases:
-        if any(word in f"{law.name}[{case.id}]" for word in dear):
+    for mark in law.iter_markers("dear"):
+        for case in _dear(mark, law.name, cases):
             case.marks.append(pytest.mark.slow.mark)
     often = [] if law.get_closest_marker("slow") else [c for c in cases if not _is_slow(c)]
     if law.get_closest_marker("sampled"):
@@ -42,6 +41,16 @@ def pytest_generate_tests(metafunc):
     if metafunc.config.option.markexpr == "not slow":
         cases[:] = often or cases[:1]
     return made
+
+
+def _dear(mark, law, cases):
+    """Return the cases that a mark names by parts of their ids, or all but those (`but`)."""
+    but = mark.kwargs.get("but", ())
+    for word in (*mark.args, *but):
+        if not any(word in f"{law}[{case.id}]" for case in cases):
+            raise pytest.UsageError(f"{law}: no case has {word!r} in its id; mend its mark `dear`.")
+    named = [c for c in cases if any(word in f"{law}[{c.id}]" for word in but or mark.args)]
+    return [c for c in cases if c not in named] if but else named
 
 
 def _is_slow(case):

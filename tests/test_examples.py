@@ -73,6 +73,7 @@ def test_three_bodies():
     assert abs(centre).max() < 1e-13 and abs(run.x[-1] - run.x[0]).max() > 0.1
 
 
+@pytest.mark.slow
 def test_galerkin_rule():
     found = example("galerkin_rule").main()
     assert found["verdict"] == "pass"
@@ -150,6 +151,7 @@ def test_a_retraction_with_a_wrong_formula_is_refused():
         Scheme(scene, midpoint)
 
 
+@pytest.mark.slow
 def test_wrong_rule():
     order, symplecticity, momentum = example("wrong_rule").main()
     (case,) = order["cases"]
@@ -205,6 +207,7 @@ def test_first_look(tmp_path, monkeypatch):
     assert shown[-1]._repr_html_().count("data:image/png") >= 40
 
 
+@pytest.mark.slow
 def test_pythagorean():
     """The energy after the encounters, and in them but for the rounding of a row."""
     found = example("pythagorean").reversible()

@@ -78,6 +78,7 @@ def test_views_measure_nothing(path):
     assert not [n for n in ours if not within(n, *shown)] or path.stem == "readme_picture"
 
 
+@pytest.mark.slow
 def test_measuring_shows_nothing():
     shown = ("discmech.studies.report", "matplotlib", "rich", "jinja2")
     assert not offences([p for p in under("studies") if p not in SHOWING], shown)
@@ -133,6 +134,7 @@ def graph(folder):
     return {m: (set(map(file_of, imports_of(p))) & set(files)) - {m} for m, p in files.items()}
 
 
+@pytest.mark.dear(but=("reference",))
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_no_file_imports_itself_over_others(folder):
     graphlib.TopologicalSorter(graph(folder)).prepare()  # CycleError names the circle
@@ -165,6 +167,7 @@ def test_rooms_import_downwards_only(room):
     assert here and not offences(here, [f"discmech.integrators.{other}" for other in above])
 
 
+@pytest.mark.slow
 def test_the_core_names_no_extension():
     core = [p for room in CORE for p in under(f"integrators/{room}", f"integrators/{room}.py")]
     assert not offences(core, ["discmech.integrators.extensions"])

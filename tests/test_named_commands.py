@@ -98,6 +98,7 @@ NAMING = [*WORKFLOWS, ROOT / ".pre-commit-config.yaml", ROOT / ".ci" / "run", *P
           *(ROOT / f"{name}.md" for name in ("CONTRIBUTING", "NOTATION"))]  # fmt: skip
 
 
+@pytest.mark.dear("take", "verdicts.md", "commands.md")
 @pytest.mark.parametrize("path", NAMING, ids=lambda path: path.name)
 def test_what_is_named_is_there(path, capsys):
     said = [c for c in commands_of(path) if path.suffix != ".md" or not OPEN.search(c)]

@@ -99,6 +99,7 @@ def test_an_editable_install_holds_one_module(built):
     assert [n for n in names if ".dist-info/" not in n] == ["discmech.py"]
 
 
+@pytest.mark.slow
 def test_importing_and_commands_find_everything(installed, tmp_path):
     python, environment, _ = installed
     folder = tmp_path / "empty"

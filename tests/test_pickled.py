@@ -96,6 +96,7 @@ def flows():
     yield Scheme(scenes.get("kepler"), explicit).flow("1/50", on_edge="refuse")
 
 
+@pytest.mark.slow
 def test_flows():
     for flow in flows():
         for other in (again(flow), deepcopy(flow)):

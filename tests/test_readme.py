@@ -31,6 +31,7 @@ def test_the_python_blocks_run(namespace):
     assert len(run.iterations) == 1001
 
 
+@pytest.mark.slow
 def test_the_rule_of_the_readme_passes_what_it_claims(namespace):
     """The example is an honest one: its declared order is the measured one, on every groupoid."""
     from discmech import check

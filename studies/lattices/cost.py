@@ -86,13 +86,16 @@ class _Timed:
                 "c": None if self.in_c is None else self.least_in_c / N * 1e9}  # fmt: skip
 
 
-def slopes(rows: list[dict[str, Any]]) -> dict[str, float]:
-    """Return {"time", "memory"}: powers of N with which a step's time and a run's memory grow."""
-    found = {}
+def slopes(rows: list[dict[str, Any]]) -> dict[str, float | None]:
+    """Return {"time", "memory"}: powers of N with which a step's time and a run's memory grow.
+
+    None where a clock of coarse ticks shows a time of 0.
+    """
+    found: dict[str, float | None] = {}
     for name, key, least in (("time", "nanoseconds", 0), ("memory", "bytes", LARGE // 2)):
         sizes = [(r["sites"], r[key] * r["sites"]) for r in rows if r["sites"] >= least]
-        logs = np.log(np.array(sizes))
-        found[name] = fit_line(*logs.T).slope
+        seen = all(of > 0 for _, of in sizes)
+        found[name] = fit_line(*np.log(np.array(sizes)).T).slope if seen else None
     return found
 
 

@@ -82,12 +82,18 @@ def _of_kind(case: Case, kind: str) -> list[Row]:
 
 
 def _cost(case: Case) -> str:
-    found, grows = _of_kind(case, "cost"), case.measured.grows
-    if not found or grows is None:
+    found = _of_kind(case, "cost")
+    if not found or not found[-1].nanoseconds:
         return NONE
-    last = found[-1]
+    last, slope = found[-1], _slope(case)
     in_c = f" (C {last.c:.3g})" if last.c else ""
-    return f"{last.nanoseconds:.3g}{in_c} at {last.sites:g}, slope {grows.time:.2f}"
+    return f"{last.nanoseconds:.3g}{in_c} at {last.sites:g}" + (f", {slope}" if slope else "")
+
+
+def _slope(case: Case) -> str:
+    """Return the power of N in words; "" where the clock shows none, as on a busy machine."""
+    power = None if case.measured.grows is None else case.measured.grows.time
+    return "" if power is None else f"slope {power:.2f}"
 
 
 def _memory(case: Case) -> str:
@@ -124,8 +130,7 @@ def _costs(marks: dict[str, Mark], title: str, cases: Sequence[Case]) -> Panel:
             mark = marks[case.method]
             style: dict[str, Any] = {"color": mark.colour, "marker": mark.marker}
             style |= {"ms": 3.6, "lw": 0.9}
-            power = None if case.measured.grows is None else case.measured.grows.time
-            words = case.method + (f"\nslope {power:.2f}" if power is not None else "")
+            words = "\n".join(filter(None, (case.method, _slope(case))))
             rows = _of_kind(case, "cost")
             curves.append(([(r.sites, r.nanoseconds) for r in rows if r.sites and r.nanoseconds],
                            words, style))  # fmt: skip

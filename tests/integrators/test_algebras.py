@@ -35,6 +35,7 @@ def algebra(request):
     return ALGEBRAS[request.param][0]
 
 
+@pytest.mark.dear("sp(4)", "so(5)")
 @pytest.mark.parametrize("name", ALGEBRAS)
 def test_dimension_and_fitness_for_cayley(name):
     algebra, dim, closed = ALGEBRAS[name]
@@ -83,6 +84,7 @@ def test_the_basis_lies_in_the_algebra(algebra):
         assert all(e[-1, -1] == 0 for e in matrices(algebra))
 
 
+@pytest.mark.dear("sp(4)", "so(5)")
 def test_structure_constants(algebra):
     """They give the commutators back, are antisymmetric, real, and satisfy Jacobi."""
     C, es, m = algebra.structure_constants, matrices(algebra), algebra.dim
@@ -216,6 +218,7 @@ def test_a_complex_cover_has_a_real_form():
     assert circle.cover[1] == ((0, -1), (1, 0)) and circle.basis == ROTATION
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "given", [so(3), pytest.param(so(4), marks=pytest.mark.slow)], ids=lambda a: a.name
 )

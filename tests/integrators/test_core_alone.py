@@ -65,6 +65,7 @@ def alone(tmp_path_factory):
     return printed(folder, NUMBERS + CONTACT)
 
 
+@pytest.mark.slow
 def test_the_core_computes_the_same_without_its_extensions(alone):
     whole = printed(ROOT, NUMBERS)
     assert set(whole) == {f"{scene} {rule}" for scene, rule in SCHEMES}

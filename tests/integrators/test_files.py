@@ -26,6 +26,7 @@ def killed(program, folder):
     assert subprocess.run([sys.executable, "-c", program, str(folder)]).returncode == 9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("days", [0, 1000])
 def test_of_all_names_only_drafts_of_ended_processes_go(tmp_path, days):
     before = foreign_files(tmp_path, days)

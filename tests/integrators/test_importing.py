@@ -28,6 +28,7 @@ def loaded_by(statement):
     return set(eval(done.stdout, {}))
 
 
+@pytest.mark.dear(but=("import discmech",))
 @pytest.mark.parametrize(
     "statement",
     [
@@ -41,6 +42,7 @@ def test_importing_is_light(statement):
     assert not loaded_by(statement) & set(HEAVY)
 
 
+@pytest.mark.slow
 def test_a_flow_in_double_precision_loads_no_matplotlib():
     statement = (
         "import warnings; warnings.simplefilter('ignore'); "
@@ -52,6 +54,7 @@ def test_a_flow_in_double_precision_loads_no_matplotlib():
     assert "sympy" in loaded
 
 
+@pytest.mark.slow
 def test_the_list_of_names_loads_nothing_that_derives():
     loaded = loaded_by("import io; sys.stdout, shown = io.StringIO(), sys.stdout; "
                        "from discmech.studies.command import main; main(['list']); "

@@ -83,6 +83,7 @@ def test_fifty_digits_need_no_elimination(name):
     assert distance(fixed.trajectory(2), newton.trajectory(2)) < 1e-50
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "retraction"),
     [("rigid-body", cayley),
@@ -98,7 +99,7 @@ def test_in_both_charts_with_coarse_steps(name, retraction):
     assert distance(run, newton.trajectory(STEPS)) < 1e-13
 
 
-@pytest.mark.dear("rigid-body-lobatto")
+@pytest.mark.dear("rigid-body-lobatto", "4-", "triple")
 @pytest.mark.parametrize(
     ("name", "rule", "why"),
     [
@@ -126,6 +127,7 @@ def test_stiff_scenes_go_on_by_newton():
     assert np.array_equal(run.mu, wanted.mu)
 
 
+@pytest.mark.dear("[20")
 @pytest.mark.parametrize("digits", [16, 20])
 def test_halved_steps_are_counted_as_newtons(digits):
     """At the edge of a chart, which no whole step of this size stays away from."""

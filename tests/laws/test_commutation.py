@@ -78,6 +78,7 @@ def top_on_the_group(center=("2/3", "1/3", "2/3")):
     )
 
 
+@pytest.mark.dear(but=("rectangle",))
 @rules
 def test_heavy_top_by_advected_vector_and_by_attitude(rule):
     """L(A, Ω) = l(A⁻¹γ, Ω): reduction commutes with discretisation, for each rule."""
@@ -166,6 +167,7 @@ def test_a_connection_in_the_groupoid_or_in_the_lagrangian():
     assert gap(adapted.x, other.x) > 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "rule", [rectangle, pytest.param(trapezoidal, marks=pytest.mark.slow)], ids=lambda r: r.name
 )

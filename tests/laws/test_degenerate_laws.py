@@ -83,6 +83,7 @@ def test_the_form_is_kept_where_it_is_claimed(scene, name):
         assert defect > 1e-14
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", [pytest.param(e, marks=pytest.mark.slow if e in DEAR else ())
                                    for e in DEGENERATE])  # fmt: skip
 def test_the_reference_and_runs_agree(scene):
@@ -123,6 +124,7 @@ def quartic(x):
     return x[0] ** 2 * x[1] ** 2 / 80
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "maps", "projected"), [
     ("lotka-volterra", ["implicit-midpoint"], ["projected-gauss-1"]),
     *(pytest.param(name, ["dual-gauss-2", "average-vector-field"],
@@ -205,6 +207,7 @@ def test_two_vortices_turn_round_their_centre():
         assert abs(mpmath.mpc(found.x[2], found.x[3]) - mpmath.expj(mpmath.mpf(1) / 2) / 2) < 1e-20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sites", [3, *(pytest.param(n, marks=pytest.mark.slow) for n in (5, 16))])
 def test_a_ring_of_any_number_of_sites_keeps_its_form(sites):
     lattice = ring(sites)
@@ -294,7 +297,7 @@ def test_methods_say_where_they_have_no_meaning():
         get("projected-gauss-1-oblique")
 
 
-@pytest.mark.dear("[lotka-volterra]", "[magnetic-mirror]")
+@pytest.mark.dear("[lotka-volterra]", "[magnetic-mirror]", "ladik", "centre")
 @pytest.mark.parametrize("scene", DEGENERATE)
 def test_a_method_for_forms_of_which_half_vanishes_asks_for_one(scene):
     assert get(HALF[0]).applies(scenes.get(scene)) is (scene in HALVED)

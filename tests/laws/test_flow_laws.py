@@ -70,7 +70,7 @@ def work(digits):
 # -- Ψ and its inverse ----------------------------------------------------------------------------
 
 
-@pytest.mark.dear("driven-heavy-top")
+@pytest.mark.dear("driven-heavy-top", "along", "charged")
 @everywhere
 @both_precisions
 def test_evolve_and_devolve_are_inverse(scene, rule, size, start, digits, limit, tolerance):

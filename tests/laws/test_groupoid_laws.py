@@ -117,6 +117,7 @@ def test_closed_forms_are_the_derivatives(g, stratum, h):
     assert at_unit == (eye(g.dim_u), eye(g.dim_u))
 
 
+@pytest.mark.dear("group(se(2))")
 @pytest.mark.parametrize("name", ["pair(2)", "group(se(2))", "action(se(2))"])
 def test_closed_forms_are_the_derived_ones_identically(name):
     """Of those that state them and are small; a groupoid given by b and p has none to compare."""
@@ -147,6 +148,7 @@ def along(field, function, x):
     return function.jacobian(x) * field if len(x) else 0 * function
 
 
+@pytest.mark.dear("action(so(3)) \\xd7 group(so(2))", "pair(2) \\xd7 group(so(3)), connection")
 def test_the_algebroid(g):
     """C antisymmetric, Jacobi with the anchor, and the anchor a morphism: [ρe_a, ρe_b] = C ρ."""
     h, m = Rational(2, 5), g.dim_u
@@ -274,6 +276,7 @@ def test_brackets_of_invariant_fields(g, stratum, h, fields_of):
     assert flipped_is_seen == (g.kind != "pair")
 
 
+@pytest.mark.dear("pair(2) \\xd7 group(so(3)), connection")
 @everywhere
 @pytest.mark.parametrize("h", STEPS[::2], ids=str)
 def test_inversion_exchanges_left_and_right(g, stratum, h, fields_of):
@@ -294,6 +297,12 @@ def test_inversion_exchanges_left_and_right(g, stratum, h, fields_of):
             assert agree(slope(inverse), -wanted)
 
 
+@pytest.mark.dear(
+    "action(so(3))-",
+    "action(so(3), rows=3)",
+    "action(so(3), stereographic)",
+    "action(so(3)) \\xd7 group(so(2))",
+)
 @pytest.mark.parametrize("theta", [Rational(1, 3), Rational(1)], ids=str)
 @pytest.mark.parametrize("name", marked(name for name, g in GROUPOIDS.items() if g.dim_x))
 @everywhere

@@ -56,6 +56,7 @@ def by_hamiltonian(name):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.dear("[rotor-body]")
 @pytest.mark.parametrize(
     "name", [*NAMES, *(pytest.param(name, marks=pytest.mark.slow) for name in MORE)]
@@ -122,6 +123,7 @@ def test_momenta_as_unknowns_of_the_step_are_the_lagrangian_in_closed_form(name,
         assert np.abs(p - q).max(initial=0) < 2e-13 * max(1, np.abs(p).max(initial=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene", [SWIFT, pytest.param(SPINNING, marks=pytest.mark.slow)], ids=lambda s: s.name
 )
@@ -142,6 +144,7 @@ def test_rules_run_on_a_hamiltonian_whose_lagrangian_is_not_closed(scene):
         assert abs(one.x - other.x).max() < 1e-14
 
 
+@pytest.mark.slow
 def test_what_is_regular_is_found_where_it_is_diagonal():
     """Of this ∂²H/∂μ² sympy's own singular values find no digits."""
     gyro = Scene("gyro", lie_group(so(3)), parameters={"e": "0.1"}, mu0=["0.4", "0.7", "-0.2"],

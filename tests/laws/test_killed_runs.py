@@ -101,6 +101,7 @@ def written(run):
             for name, value in found.items()}  # fmt: skip
 
 
+@pytest.mark.dear(but=("Newton", "located"))
 @pytest.mark.parametrize(
     "kind", [pytest.param(kind, marks=() if kind in QUICK else pytest.mark.slow) for kind in FLOWS]
 )

@@ -28,7 +28,7 @@ EPS = 2.0**-53
 POISSON = 2**6 * EPS
 
 
-@pytest.mark.dear("membrane-trapezoidal")
+@pytest.mark.dear("membrane-trapezoidal", "rectangle", "membrane")
 @pytest.mark.parametrize(
     ("lattice", "rule"),
     [(systems.fput(40), rectangle), (systems.rotors(40), midpoint),
@@ -157,6 +157,7 @@ def order(errors):
     return np.diff(-np.log2(errors))
 
 
+@pytest.mark.slow
 def test_a_breather_is_followed_by_a_composition_to_its_order():
     """In time; rules of one step, and the order in space, are the study's (`discmech lattices`)."""
     best, rule = breather(gauss(3), 1 / 16), compose(trapezoidal, "triple-jump")

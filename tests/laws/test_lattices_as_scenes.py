@@ -123,6 +123,7 @@ CASES = [pytest.param(lattice, rule, id=f"{name}-{rule.name}", marks=marks)
          for name, lattice, rule in cases]  # fmt: skip
 
 
+@pytest.mark.dear(but=("chain-midpoint",))
 @pytest.mark.parametrize(("lattice", "rule"), CASES)
 def test_a_lattice_runs_as_its_scene(lattice, rule):
     steps = {"table": 120, "corner": 70, "discs": 70, "balls": 150}.get(lattice.name, 60)
@@ -136,6 +137,7 @@ IN_DIGITS = [
 ]  # fmt: skip
 
 
+@pytest.mark.dear("tree")
 @pytest.mark.parametrize(("lattice", "rule"), [pytest.param(*e[1:], id=e[0]) for e in IN_DIGITS])
 def test_a_lattice_runs_as_its_scene_in_any_digits(lattice, rule):
     assert_same_in_digits(lattice, rule)
@@ -190,6 +192,7 @@ def test_every_built_in_lattice_is_in_the_law():
     assert set(BUILT_IN) == set(systems.NAMES)
 
 
+@pytest.mark.dear(but=("fput",))
 @pytest.mark.sampled
 @pytest.mark.parametrize("rule", [trapezoidal, midpoint], ids=lambda rule: rule.name)
 @pytest.mark.parametrize("name", [slow(e) if e in DEAR else e for e in BUILT_IN])

@@ -64,6 +64,7 @@ def test_links_stay_joined_and_keep_their_momentum(joint, rule):
     assert (drifts(momentum, size) < 1) == (joint == "spherical")  # the first hinge is inclined
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", [trapezoidal], ids=lambda r: r.name)
 def test_a_wrong_reaction_is_seen(monkeypatch, rule):
     """A control: one end of a bond gains a millionth less than the other loses."""

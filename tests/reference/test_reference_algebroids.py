@@ -18,6 +18,7 @@ def scene_on(groupoid, **changes):
     return Scene("nameless", groupoid, **given)
 
 
+@pytest.mark.dear("so(3) by hand", "action(so(3)) by hand")
 @pytest.mark.parametrize("name", GROUPOIDS)
 def test_anchor_and_structure_functions(name):
     """Two derivations, from matrices and maps here, from b and p or closed forms there."""

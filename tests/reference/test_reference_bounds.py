@@ -60,6 +60,7 @@ def test_bounds_hold_for_every_operation(rate, settings):
     assert largest < mpmath.mpf(10) ** (5 - settings.digits)
 
 
+@pytest.mark.dear("wong", "edge", "double")
 @pytest.mark.parametrize(("name", "settings"), [
     pytest.param(name, (CUT_OFF, ROUNDED)[k], id=f"{name}-{('cut off', 'rounded')[k]}",
                  marks=pytest.mark.slow if (2 * k + number) % 4 or name in LONG else ())  # in turn
@@ -69,6 +70,7 @@ def test_bounds_hold_for_every_scene(name, settings):
     assert scene_overshoot(name, settings)[0] <= 1
 
 
+@pytest.mark.dear("disc", "heavy", "suslov", "contact", "cartesian")
 @pytest.mark.parametrize("name", [
     pytest.param(name, marks=pytest.mark.slow if name in LONG or number % 2 == 0 else ())
     for number, name in enumerate(frozen.names())
@@ -79,6 +81,7 @@ def test_bounds_are_near_the_error_in_every_scene(name):
     assert largest < mpmath.mpf(10) ** (8 - ROUNDED.digits) or nearest > 1e-4
 
 
+@pytest.mark.slow
 def test_bounds_are_near_the_error_where_states_grow_on_the_way():
     """From a perihelion that is 10^4 times nearer than the aphelion: eight digits, as above."""
     start = {"x0": ["1/10000", 0], "v0": [0, sympy.sqrt(19999)]}

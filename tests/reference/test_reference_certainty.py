@@ -98,6 +98,7 @@ def evidence(scene, form=None, attitude=False, **more):
     return found[T].evidence
 
 
+@pytest.mark.slow
 def test_the_second_method_is_run_where_nothing_else_is_beside_a_cheap_run(monkeypatch):
     """Its cost is counted in products of coefficients; a form has to give what was asked for."""
     scene = scenes.get("rigid-body")
@@ -224,6 +225,7 @@ def declared(*quantities, scene, attitude=False, **changes):
     return certify.certified_integration(asked, [T], 20, attitude)[T]
 
 
+@pytest.mark.slow
 def test_what_a_scene_declares_is_kept_or_named():
     """Also where the rates are a list of assignments."""
     for scene in ("harmonic", "double-pendulum"):

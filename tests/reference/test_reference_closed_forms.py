@@ -126,6 +126,16 @@ TIMES = (Fraction(-1), Fraction("0.3"), Fraction("2.7"))
 REGIMES = [pytest.param(*case.values[:2], id=case.id) for case in CASES]
 
 
+@pytest.mark.dear(
+    "top: hanging",
+    "top: falling",
+    "pendulum: plain",
+    "top: without spin",
+    "top: prolate, below",
+    "top: not of unit length",
+    "-pendulum: other parameters",
+    "so4: in the first three axes",
+)
 @pytest.mark.parametrize("name, change", REGIMES)
 def test_it_begins_at_the_start_and_its_rate_is_the_equations(name, change):
     """In every regime; so it is the solution. The central quotient is off by the square of h."""
@@ -154,6 +164,7 @@ def blocks(found):
     return {"x": found.x, "v": found.v, "mu": found.mu, "attitude": attitude}
 
 
+@pytest.mark.dear("rigid", "lagrange", "spherical", "kepler: e = 0.6")
 @pytest.mark.parametrize("name, change, digits", CASES)
 def test_the_taylor_integrator_encloses_it_to_45_digits(name, change, digits):
     """The closed form lies within the proven bounds, at a time inside a step and at the ends."""

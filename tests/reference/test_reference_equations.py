@@ -81,6 +81,7 @@ def test_local_groupoid_is_the_heavy_top():
     assert all(sympy.expand(a - b) == 0 for a, b in zip(ours.rates, theirs.rates, strict=True))
 
 
+@pytest.mark.dear("on-", "in-", "edge")
 @pytest.mark.parametrize("name", ["knife-edge", "suslov", "rolling-disc", "cartesian-pendulum",
                                   "bead-on-hoop", "ball-in-cylinder"])  # fmt: skip
 def test_constraints_stay_met_and_do_no_work(name):

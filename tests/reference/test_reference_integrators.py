@@ -60,6 +60,7 @@ def test_products_are_counted(rate, products):
     assert compile_series(one_equation(rate)).products == products
 
 
+@pytest.mark.dear("heavy", "kepler")
 @pytest.mark.parametrize("name", ALL)
 def test_taylor_and_extrapolation_agree(name):
     """Two methods, two printers of the equations; forward, backward and several times."""

@@ -13,6 +13,7 @@ from discmech.reference import ReferenceFailure, solutions, surroundings
 STEP = Fraction(3, 1000)
 
 
+@pytest.mark.dear("wong", "disc")
 @pytest.mark.parametrize(
     "name", ["kepler", "heavy-top", "duffing", "cartesian-pendulum", "rolling-disc", "wong"]
 )

@@ -109,6 +109,7 @@ def test_a_table_may_be_off_by_two_roundings(monkeypatch):
         frozen.check("harmonic", first)
 
 
+@pytest.mark.slow
 def test_a_wrong_digit_with_a_right_checksum_is_found(copies):
     def forge(content):
         content.pop("checksum")
@@ -121,6 +122,7 @@ def test_a_wrong_digit_with_a_right_checksum_is_found(copies):
         frozen.check("kepler")
 
 
+@pytest.mark.slow
 def test_a_reference_of_a_perturbed_lagrangian_is_found(copies, monkeypatch):
     """Another force by one part in 1e40: another fingerprint; forged, the digits tell."""
     scene = scenes.get("kepler")
@@ -256,6 +258,7 @@ def test_what_has_no_proof_is_kept_for_those_who_ask_for_none(own_references, mo
         solution("henon-heiles", "0.3", digits=31)
 
 
+@pytest.mark.slow
 def test_a_table_is_checked_whole_and_must_be_there(copies):
     """Also its attitude, and only what is in it."""
     name = "rigid-body"

@@ -180,6 +180,7 @@ def test_a_full_disk_is_a_sentence(monkeypatch):
     assert baseline.load("b", "order") == result(case())
 
 
+@pytest.mark.slow
 def test_from_the_command_line(ask):
     words = ("order", "harmonic", "--rule", "rectangle", "--digits", "16", "--baseline", "main")
     code, out, _ = ask(*words)

@@ -36,6 +36,7 @@ def found():
         return run_case(get("charts"), the_case(digits=(16,), steps=SMALL["charts"][1]))
 
 
+@pytest.mark.slow
 def test_every_start_goes_through_and_all_translates_are_used(found):
     assert found["verdict"] == "pass", found["reason"]
     measured = found["measured"]
@@ -101,6 +102,7 @@ def test_a_run_that_stops_far_from_the_singular_set_fails(found):
     assert verdict.verdict == "fail" and "it stopped" in verdict.reason
 
 
+@pytest.mark.slow
 def test_it_is_drawn(found):
     result = {"study": "charts", "command": "discmech charts", "cases": [found]}
     (plate,) = plates(read(result), {}, {})

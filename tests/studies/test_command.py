@@ -45,6 +45,7 @@ def test_every_groupoid_that_is_listed_can_be_imported(ask):
         assert name in integrators.__all__
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [["list"], ["list", "--json", "-"]])
 def test_list_loads_nothing_heavy(words):
     heavy = "('sympy', 'llvmlite', 'matplotlib', 'scipy', 'mpmath', 'gmpy2', 'rich', 'jinja2')"
@@ -54,12 +55,14 @@ def test_list_loads_nothing_heavy(words):
     assert done.returncode == 0 and done.stderr.strip() == "[]"
 
 
+@pytest.mark.slow
 def test_bad_input_as_a_process():
     done = in_a_process("run", "pendulum", "--rule", "trapez")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == 'discmech: there is no rule "trapez": did you mean trapezoidal?\n'
 
 
+@pytest.mark.slow
 def test_a_run_as_a_process_is_json_alone():
     """No progress bar, no warning, no notice of a compiler beside it."""
     done = in_a_process("run", "pendulum", "--steps", "3", "--json", "-")
@@ -67,6 +70,7 @@ def test_a_run_as_a_process_is_json_alone():
     assert strict(done.stdout)["steps"] == 3
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_is_no_error():
     done = subprocess.run(
         [sys.executable, "-c",
@@ -80,6 +84,7 @@ def test_a_reader_that_goes_away_is_no_error():
     assert "Traceback" not in done.stdout
 
 
+@pytest.mark.slow
 def test_bad_input_loads_neither_sympy_nor_llvmlite():
     done = in_a_process("run", "pendulm", code=LIGHT + "print(code, 'llvmlite' in sys.modules)")
     assert done.stdout.split() == ["2", "False"]

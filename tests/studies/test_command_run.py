@@ -12,6 +12,7 @@ from discmech.integrators import Scheme, midpoint, scenes
 from tests.studies.commands import strict
 
 
+@pytest.mark.dear(but=("words0",))
 @pytest.mark.parametrize(("words", "said"), [
     (("pendulum",), ""),
     (("rigid-body", "--retraction", "exponential", "--step", "8", "--on-edge", "shrink"),
@@ -31,6 +32,7 @@ def test_an_unknown_policy_at_the_edge_is_told(ask):
     assert code == 2 and "on_edge is 'jump'" in err and "'bisect'" in err
 
 
+@pytest.mark.slow
 def test_run_as_json(ask):
     code, out, err = ask("run", "heavy-top", "--rule", "midpoint", "--step", "1/100",
                          "--steps", "5", "--json", "-")  # fmt: skip

@@ -16,6 +16,7 @@ from tests.studies.cached_results import SMALL, charts_slowly, measured_once
 from tests.studies.commands import strict
 
 
+@pytest.mark.slow
 def test_a_scene_that_takes_no_rule_says_so(ask):
     words = ("order", "moser-veselov", "--digits", "16", "--rule")
     assert "midpoint has no part in it" in ask(*words, "midpoint")[1]
@@ -46,7 +47,17 @@ MEASURED = {
 }  # fmt: skip
 
 
-@pytest.mark.dear("[stability]", "[lattices]", "[work-precision]")
+@pytest.mark.dear(
+    "[stability]",
+    "[lattices]",
+    "[work-precision]",
+    "steps",
+    "energy",
+    "contact",
+    "momentum",
+    "optimality",
+    "symplecticity",
+)
 @pytest.mark.parametrize("study", [*map(charts_slowly, NAMES)])
 def test_each_study_as_a_table_and_as_json(ask, tmp_path, study):
     scene, steps = SMALL[study]
@@ -69,6 +80,7 @@ def test_each_study_as_a_table_and_as_json(ask, tmp_path, study):
     assert strict(file.read_text())["cases"][0]["measured"] == case["measured"]
 
 
+@pytest.mark.slow
 def test_controls_by_name(ask):
     code, out, _ = ask("symplecticity", "heavy-top", "--control", "Heun", "--control",
                        "damped residual", "--digits", "16", "--json", "-")  # fmt: skip

@@ -67,6 +67,7 @@ def test_precisions_are_not_compared_with_each_other():
     assert [line["ratios"]["error"] for line in found] == [1, 1]
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text(RULE)
@@ -99,6 +100,7 @@ def test_one_method_is_none_to_compare(capsys):
     assert "at least two" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_two_retractions_stand_side_by_side(capsys):
     words = ["compare", "midpoint", "--scene", "rigid-body", "--study", "order", "--digits", "16"]
     charts = ["--retraction", "cayley", "--retraction", "exponential"]

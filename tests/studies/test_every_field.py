@@ -244,6 +244,7 @@ def test_a_thing_that_was_used_reads_as_before():
     assert reads(on_group(other)) == reads(on_group(other))
 
 
+@pytest.mark.slow
 def test_another_process_reads_the_same():
     text = ("from discmech import *; from discmech.integrators.scene import reads; "
             "from discmech.integrators.rules import gauss; "
@@ -267,6 +268,7 @@ def weighted(L, G, x, u, h):
     return h * (c * L(x, u) + (1 - c) * L(G.target(x, u, h), u))
 
 
+@pytest.mark.slow
 def test_a_global_that_changes_in_one_process_is_seen(monkeypatch):
     scene = Scene("s", pair(1), lagrangian, x0=[1], v0=[0], duration=4)
 

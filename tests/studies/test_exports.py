@@ -31,6 +31,7 @@ def made(text, language, folder, scheme):
     return exports.boxed(scheme, exports.built(text, language, folder))
 
 
+@pytest.mark.slow
 @pytest.mark.dear("[heavy-top gauss-3]")
 @pytest.mark.parametrize(("scene", "rule"), KINDS, ids=map(" ".join, KINDS))
 def test_a_file_runs_as_its_scheme(scene, rule, tmp_path):
@@ -58,6 +59,7 @@ def test_a_wrong_file_is_caught(language, tmp_path):
     assert "differs by" in found.reason
 
 
+@pytest.mark.slow
 def test_nothing_is_told_of_a_motion_that_multiplies_round_off(tmp_path):
     """The standard map with K = 50 multiplies it by 25 in each step."""
     kicked = Scene(name="kicked", groupoid=pair(1), step=1, duration=150, x0=[1], v0=[0],
@@ -108,6 +110,7 @@ def test_both_are_judged_alike(tmp_path):
     assert (found.original, found.exported, found.alike) == ("pass", "pass", True)
 
 
+@pytest.mark.slow
 def test_c_compiles_without_a_word_with_and_without_its_harness(tmp_path):
     scheme = Scheme(scenes.get("rigid-body"), lookup.rule("gauss-2"))
     for harness in (False, True):

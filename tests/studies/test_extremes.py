@@ -86,6 +86,7 @@ def test_a_step_for_the_slow_motion_alone_is_silently_wrong_on_a_rod():
     assert one_extreme(scheme, right, FINE, 256)["outcome"] == "right"
 
 
+@pytest.mark.slow
 def test_a_rule_for_another_problem_is_silent_and_fails():
     """It converges, keeps its energy, and is wrong: its time runs a tenth too fast."""
 

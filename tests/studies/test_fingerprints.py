@@ -95,6 +95,18 @@ def changes(tree, file, ask):
     return ask() != before
 
 
+@pytest.mark.dear(
+    but=(
+        "studies/report/tables.py",
+        "studies/core/one_case.py",
+        "studies/order/__init__.py",
+        "studies/evidence/order.py",
+        "studies/evidence/judging.py",
+        "studies/order/judging_steps.py",
+        "integrators/scenes/pendulum.py",
+        "studies/energy/judging_errors.py",
+    )
+)
 @pytest.mark.parametrize(("file", "counts"), [
     ("integrators/flows/flow.py", True), ("integrators/compiler/driver.py", True),
     ("integrators/rules/composition.py", True), ("reference/taylor/series.py", True),
@@ -113,6 +125,7 @@ def test_text_that_measures_counts_and_no_other(checkout, file, counts):
     assert changes(checkout, file, key) == counts
 
 
+@pytest.mark.slow
 def test_a_study_rests_on_those_that_it_imports_and_on_its_c_files(checkout):
     ask = partial(key, "lattices", systems.get("toda"), trapezoidal)
     assert changes(checkout, "studies/symplecticity/measuring.py", ask)
@@ -122,6 +135,7 @@ def test_a_study_rests_on_those_that_it_imports_and_on_its_c_files(checkout):
     assert not changes(checkout, "studies/lattices/lattice.c", key)
 
 
+@pytest.mark.dear(but=("__init__",))
 @pytest.mark.parametrize("name", ["__init__", "equations", "scipys"])
 def test_a_race_rests_on_the_integrators_of_others(checkout, name):
     race = get("work-precision").cases(Choice((scenes.get("pendulum"),), (midpoint,)))[0]
@@ -129,6 +143,7 @@ def test_a_race_rests_on_the_integrators_of_others(checkout, name):
     assert changes(checkout, f"studies/work_precision/peers/{name}.py", ask)
 
 
+@pytest.mark.slow
 def test_a_judge_that_measuring_asks_is_part_of_the_key(checkout):
     """Runs get longer until the energy is clear; no other measurement may depend on a judge."""
     judging, asked = re.compile(r"^\s*from \S*?(\w*\.judging\w*)", re.M), set()
@@ -144,6 +159,7 @@ def test_a_judge_that_measuring_asks_is_part_of_the_key(checkout):
         assert not changes(checkout, "studies/energy/judging.py", partial(key, name))
 
 
+@pytest.mark.slow
 def test_a_fault_rests_on_what_measures_in_the_studies_that_look_for_it(checkout):
     first = power.cases(Choice(own=(("only", "pendulum midpoint: rule, double"),)))[0]
     ask = partial(fingerprint.of_case, POWER, first, False)
@@ -158,6 +174,7 @@ def test_what_tests_the_bench_itself_rests_on_everything(checkout, file):
     assert changes(checkout, file, partial(fingerprint.of_everything, "power"))
 
 
+@pytest.mark.slow
 def test_a_rule_rests_on_its_file_and_on_those_that_it_imports_there(checkout):
     assert changes(checkout, "integrators/rules/midpoint.py", key)
     assert not changes(checkout, "integrators/rules/trapezoidal.py", key)
@@ -166,6 +183,7 @@ def test_a_rule_rests_on_its_file_and_on_those_that_it_imports_there(checkout):
     assert changes(checkout, "integrators/rules/rectangle.py", partial(key, rule=rectangle))
 
 
+@pytest.mark.slow
 def test_rules_by_quadrature_rest_on_their_file_and_others_do_not(checkout):
     file = "integrators/rules/galerkin.py"
     for rule in (gauss(2), dual_gauss(2)):

@@ -24,7 +24,7 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.dear("[groupoid")
+@pytest.mark.dear("[groupoid", "scene")
 @pytest.mark.parametrize("kind", ["rule", "scene", "groupoid"])
 def test_a_new_file_passes_as_it_is(kind, here, capsys):
     assert main(["new", kind, "my-own"]) == 0
@@ -64,6 +64,7 @@ def test_nothing_is_overwritten_and_names_are_checked(here, capsys):
 QUICK = ("pendulum", "rigid-body", "heavy-top", "kepler", "moser-veselov", "suslov")
 
 
+@pytest.mark.dear("top]")
 @pytest.mark.parametrize(
     "scene", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow)
               for name in scenes.every_name() if scenes.get(name).has_lagrangian],
@@ -104,6 +105,7 @@ def test_of_many_equations_some_stand_for_all():
     assert "… and" not in explain("fpu", midpoint)
 
 
+@pytest.mark.slow
 def test_python_is_given_the_page_that_the_command_prints(capsys):
     assert main(["explain", "pendulum", "midpoint"]) == 0
     printed, given = capsys.readouterr().out, explain(scenes.get("pendulum"), midpoint)

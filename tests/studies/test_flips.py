@@ -57,6 +57,7 @@ def test_a_table_of_references(tmp_path):
             continue
 
 
+@pytest.mark.dear(but=("run.npz]",))
 @pytest.mark.parametrize("name", ["run.npz", "run.npz.x.npy", "run.npz.mu.npy"])
 def test_a_checkpoint_and_its_rows(tmp_path, name):
     flow = Scheme(systems.fput(6), midpoint).flow("1/20")

@@ -184,6 +184,7 @@ def test_it_is_small_and_all_have_a_limit():
     assert lines.of(result_of("order", {"verdict": "fail"}))  # however many others changed
 
 
+@pytest.mark.slow
 def test_the_page_has_one_in_the_row_that_changed_and_in_no_other(tmp_path):
     (order, *_) = read(*results((16,)))
     *others, changed = order.cases[:4]

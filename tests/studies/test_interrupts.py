@@ -69,6 +69,7 @@ COMMANDS = (
 )
 
 
+@pytest.mark.slow
 @linux
 @pytest.mark.parametrize("words", COMMANDS, ids=lambda words: words[0])
 def test_an_interrupt_ends_the_command_and_its_workers(words, tmp_path):
@@ -92,6 +93,7 @@ def test_an_interrupt_ends_the_command_and_its_workers(words, tmp_path):
         process.wait()
 
 
+@pytest.mark.dear(but=("killed",))
 @linux
 @pytest.mark.parametrize("ending", ["one", "all", "killed"])
 def test_machine_code_that_hears_nothing_is_ended(ending, tmp_path):

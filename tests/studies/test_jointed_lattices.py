@@ -33,6 +33,7 @@ def a_row(scheme, steps=40):
     return flow, run.x[-1], run.mu[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     ["rods", *(pytest.param(e, marks=pytest.mark.slow)
@@ -84,6 +85,7 @@ def test_a_flipped_bracket_is_seen():
     assert flow.poisson_defect(x, mu, bracket_sign=-1) > 1e-4
 
 
+@pytest.mark.slow
 def test_a_solver_that_ends_early_is_seen(monkeypatch):
     listed = replace(systems.get("rods"), bonds=systems.get("rods").pairs)
     at = a_row(Scheme(listed, trapezoidal))

@@ -24,6 +24,7 @@ from tests.studies.as_json import run_case
 STUDY = get("lattices")
 
 
+@pytest.mark.slow
 def test_what_lattices_lack_other_studies_say(ask):
     for study in ("contact", "optimality", "stability"):
         with pytest.raises(BadInput, match=r"judged by `discmech order`, .*`discmech lattices`"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from copy import deepcopy
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +19,11 @@ from discmech.integrators.extensions.lattices.sparse_steps import RELAXED
 from discmech.studies import check, get
 from discmech.studies.core.case import Case, Choice, silent
 from discmech.studies.core.fingerprint import of_case
+from discmech.studies.core.result import NONE
+from discmech.studies.lattices import cost
 from discmech.studies.lattices.faults import CONTROLS, RungeKuttaStep
+from discmech.studies.lattices.records import Grows, Measured, Row
+from discmech.studies.lattices.view import _cost
 from discmech.studies.symplecticity.limits import LIMITS
 from discmech.studies.systems import following, quantities, residual
 from discmech.studies.systems.known import known_of
@@ -66,6 +71,18 @@ def test_a_field_has_its_orders_in_time_and_in_space():
     assert in_time["verdict"] == "pass" and abs(in_time["measured"]["order"] - 4) < 0.05
     assert abs(measured["space_order"] - 2) < 0.05
     assert measured["patch"] < 1e-15 and measured["bond"] < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "shown"),
+    [(2.0, 2.0, "2 at 100000, slope 1.00"), (0.0, 2.0, "2 at 100000"), (2.0, 0.0, NONE)],
+)
+def test_a_clock_of_coarse_ticks_gives_no_slope(first, last, shown):
+    rows = [{"kind": "cost", "sites": n, "nanoseconds": t, "bytes": 8.0}
+            for n, t in zip((1e3, 1e4, 1e5), (first, 2.0, last), strict=True)]  # fmt: skip
+    grows = Grows(cost.slopes(rows)["time"])
+    case = SimpleNamespace(rows=[Row(**row) for row in rows], measured=Measured(grows=grows))
+    assert _cost(case) == shown
 
 
 @pytest.mark.slow
@@ -168,6 +185,7 @@ def slow(L, G, x, u, h):
     return h * L(G.target(x, u, h / 2), u * sympy.Rational(99, 100))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lattice", [systems.rotors(6), pytest.param(
     systems.bodies(4), marks=pytest.mark.slow)], ids=lambda e: e.name)  # fmt: skip
 def test_a_rule_that_converges_to_something_else_is_caught(lattice):
@@ -177,6 +195,7 @@ def test_a_rule_that_converges_to_something_else_is_caught(lattice):
     assert abs(found["measured"]["order"]) < 0.1
 
 
+@pytest.mark.slow
 def test_the_solution_is_as_near_to_the_closed_form_as_it_says():
     lattice = systems.get("toda")
     scheme, inner = Scheme(lattice, rules.get("trapezoidal")), slice(8, -8)  # without the ends
@@ -188,6 +207,7 @@ def test_the_solution_is_as_near_to_the_closed_form_as_it_says():
         assert max(off) < known < 10 * max(off)
 
 
+@pytest.mark.slow
 def test_a_rule_of_another_order_is_caught():
     found = found_by("order", "rotors", lopsided)
     assert found["verdict"] == "fail" and abs(found["measured"]["order"] - 1) < 0.1
@@ -240,6 +260,7 @@ def test_an_energy_that_comes_and_goes_slowly_is_no_fail():
     assert limit < 1e-7 * found["measured"]["band"]
 
 
+@pytest.mark.slow
 def test_the_modified_energy_tells_an_energy_that_wanders_slowly():
     """Of gauss-2 in 2,000 steps, where the energy itself was told by 8 million."""
     found = found_by("energy", "toda", "gauss-2", 2000)
@@ -283,6 +304,7 @@ def turning(**symmetries):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_symmetry_of_one_s_own_gives_a_momentum_that_is_judged():
     right = {"along": lambda x, p: [1, 0], "turn": lambda x, p: [-x[1], x[0]]}
     found = found_by("momentum", turning(**right), "midpoint", 2000)
@@ -324,6 +346,7 @@ def ring(name, x0, step):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_lattice_at_rest_is_neither_right_nor_wrong():
     """And one of yours that is called as a built-in one is judged as yours: with Ω."""
     mine = ring("beam", np.zeros((16, 1)), "0.1")

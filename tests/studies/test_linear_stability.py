@@ -95,6 +95,7 @@ def test_a_symplectic_rule_in_the_place_of_a_control_is_missed(monkeypatch):
     assert found["verdict"] == "fail" and "not caught" in found["reason"]
 
 
+@pytest.mark.dear("1_6-")
 @pytest.mark.parametrize(("rule", "wrong"), [
     ("trapezoidal", [(1.5, 1000.0)]), ("newmark-0.5-1_6", []),
 ])  # fmt: skip
@@ -163,6 +164,7 @@ def test_an_interval_without_an_end_is_no_growth(kick):
     assert problem.proved().unstable == [] and not any(map(problem.grows, (10.0, 100.0, 1000.0)))
 
 
+@pytest.mark.dear("[0")
 @pytest.mark.parametrize(("damping", "off"), [(0, None), (1e-9, 0.02)])
 def test_a_program_has_the_round_off_of_its_accelerations(damping, off):
     """Newmark with β = 1/4 in accelerations: at hω = 1000 they are 10⁶ times as large as x."""

@@ -75,6 +75,7 @@ def test_energy_and_structure_are_different_things():
     assert {c["rule"]: c["verdict"] for c in energy["cases"]}["runge-kutta-4"] == "fail"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("digits", [50, pytest.param(16, marks=pytest.mark.slow)])
 def test_structure_is_told_from_energy_at_both_precisions(digits):
     found = [measured("symplecticity", "pendulum", name, digits, 8)["verdict"]
@@ -109,6 +110,7 @@ def test_where_a_map_has_no_meaning_it_is_no_failure():
         check("order", ["rigid-body"], ["stoermer-verlet"])
 
 
+@pytest.mark.slow
 def test_verify_and_compare(folder, ask):
     quick = ("--scene", "rigid-body", "--study", "order", "--digits", "50", "--steps", "16")
     code, out, err = ask("verify", "mine.py", *quick, "--jobs", "1", "--json", "-")
@@ -138,6 +140,7 @@ def test_bad_maps_exit_with_2_and_a_sentence(folder, ask, name):
         assert f"{name}.py, line" in line and BAD[name][1] in line
 
 
+@pytest.mark.slow
 def test_run_list_and_explain(ask):
     code, out, _ = ask("run", "heavy-top", "--rule", "average-vector-field", "--step", "-0.01",
                        "--steps", "3", "--json", "-")  # fmt: skip

@@ -102,6 +102,7 @@ def discmech(tmp_path_factory):
     return run, tree
 
 
+@pytest.mark.slow
 def test_it_is_in_the_list_and_in_help(discmech):
     run, _ = discmech
     names = json.loads(run("list", "--json", "-"))["studies"]

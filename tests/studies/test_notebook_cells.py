@@ -84,6 +84,7 @@ def _full(path, content):
     raise OSError(28, "No space left on device")
 
 
+@pytest.mark.slow
 def test_a_script_is_named_itself(tmp_path):
     script = tmp_path / "mine.py"
     script.write_text("\n".join(CELLS[:3]).replace("%matplotlib inline", "") + """

@@ -37,6 +37,7 @@ def test_a_cubic_is_exact_by_gauss():
     assert case["verdict"] == "pass" and len(case["measured"]["exact"]) == 3
 
 
+@pytest.mark.slow
 def test_a_rule_of_another_order_is_caught():
     (case,) = check("optimality", scenes=["oscillator"], rules=[lopsided])["cases"]
     assert case["verdict"] == "fail" and "below the expected 2" in case["reason"]
@@ -59,6 +60,7 @@ push = Control(cart, cost=lambda x, v, f, p: f.dot(f) / 2, end=([1], [0]))
 """
 
 
+@pytest.mark.slow
 def test_a_problem_of_one_s_own_is_found_by_its_scene(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     keys = []

@@ -33,6 +33,7 @@ def small(s, z, h):
     return classical(s, z, h) + h**3 * s.f(z) / 10**14
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rule", "told"), [(of_the_start, True), (small, False)])
 def test_orders_along_the_motion_and_beside_it_are_both_told(rule, told):
     found = measured("order", START, rule, 16, 100)

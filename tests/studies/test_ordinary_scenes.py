@@ -102,6 +102,7 @@ SCENES = [
 named = pytest.mark.parametrize("scene", SCENES, ids=lambda s: s.name)
 
 
+@pytest.mark.slow
 @pytest.mark.dear("pendulum-3")
 @named
 def test_it_passes_every_study_that_keeps_something(scene):
@@ -200,6 +201,7 @@ def test_references_of_many_links_are_proven():
     assert found.certain_digits >= 50 and found.certainty == "enclosure"
 
 
+@pytest.mark.slow
 def test_a_gauge_far_out_leaves_the_energy_its_band():
     """A term of degree 1 is in μ·ξ and in l, a thousand times as large as the energy itself."""
     scene = Scene(

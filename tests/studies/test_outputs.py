@@ -55,6 +55,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path / "here"
 
 
+@pytest.mark.dear(but=("steps', '2')",))
 @pytest.mark.parametrize(("words", "option"), UNSEEN, ids=str)
 def test_no_output_replaces_a_file_of_somebody_else(ask, folder, words, option):
     before = foreign_files(folder, 1000)
@@ -74,6 +75,7 @@ def test_nor_does_a_page(ask, folder, words):
     assert files_in(folder) == before
 
 
+@pytest.mark.slow
 def test_a_page_leaves_the_pictures_of_others(ask, folder):
     before = foreign_files(folder, 1000)
     del before["index.html"]
@@ -88,6 +90,7 @@ def test_a_page_leaves_the_pictures_of_others(ask, folder):
     assert (folder / "tables/order.csv").read_text() == "by hand"
 
 
+@pytest.mark.dear("html", "order', '2')")
 @pytest.mark.parametrize(("words", "option"), FILES, ids=str)
 def test_ours_is_replaced_and_a_missing_folder_made(ask, folder, words, option):
     file = folder / "out" / "deep" / "result"
@@ -121,6 +124,7 @@ def test_a_pipe_is_written_to_and_stays(ask, folder):
     assert (folder / "named").is_fifo()
 
 
+@pytest.mark.slow
 def test_standard_output_has_other_names(folder):
     words = (sys.executable, "-m", "discmech.studies.command", "list", "--json")
     with (folder / "out").open("w") as out:
@@ -143,6 +147,7 @@ def test_the_rule_that_is_judged_stays(ask, folder):
     assert code == 2 and "./a is to be written twice" in said
 
 
+@pytest.mark.slow
 def test_names_are_those_of_the_folder_where_they_were_typed(ask, folder, monkeypatch):
     (folder / "r.py").write_text(f"import os\nos.chdir('..')\n{RULE}")
     (folder / "s.py").write_text(f"import os\nos.chdir('/')\n{RULE.replace('two_', 'other_')}")
@@ -159,6 +164,7 @@ def test_names_are_those_of_the_folder_where_they_were_typed(ask, folder, monkey
     assert (folder / "b" / "index.html").exists()
 
 
+@pytest.mark.slow
 def test_the_lines_of_the_page_about_ci_run_in_an_empty_folder(ask, folder):
     text = (ROOT / "docs/how-to/ci.md").read_text("utf-8")
     (line,) = re.findall(r"- run: discmech (.*)", text)

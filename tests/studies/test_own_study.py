@@ -101,6 +101,7 @@ def test_a_change_of_what_it_reads_is_seen(file, tmp_path, kind, monkeypatch):
     assert (None in found) == (kind in ("late", "data", "file"))
 
 
+@pytest.mark.slow
 def test_other_processes_find_it_again(file, capsys):
     rules = [
         w for r in ("midpoint", "rectangle", "trapezoidal", "lobatto-3") for w in ("--rule", r)

@@ -123,6 +123,7 @@ def test_a_run_with_a_one_form_is_drawn_in_its_phase_space():
     assert axes.get_xlabel() == "x₁" and "x₂" in words(axes.figure) and not empty(axes)
 
 
+@pytest.mark.dear("6]")
 @pytest.mark.parametrize(("kind", "panels"), [(None, 6), ("base", 1), ("energy", 1)])
 def test_a_lattice_with_contact_is_drawn(cradle, kind, panels):
     figure = plot(cradle, kind)
@@ -291,6 +292,7 @@ def test_each_mass_is_a_body_of_its_own():
     assert len({line.get_color() for line in axes.lines}) == 7
 
 
+@pytest.mark.slow
 def test_a_lattice_is_filmed(cradle):
     """Side by side at the heights x, or as balls on a line: x is then a number a site."""
     (line,) = drawn(film(cradle), 5).lines
@@ -318,6 +320,7 @@ def test_what_is_no_film_is_said(name, bodies, words):
         film(run_of("kepler"), seconds=-1)
 
 
+@pytest.mark.dear("solar")
 @pytest.mark.parametrize(("scene", "bodies", "names"), [
     ("kepler", None, ["x₁", "x₂"]), ("heavy-top", None, ["x₁", "x₂", "x₃"]),
     ("outer-solar-system", None, ["x", "y", "z"]), ("pendulum", lambda x: [[x[0], 0]], ["x", "y"]),

@@ -43,6 +43,7 @@ def ask(pytester, test, *words):
                                         "no:cacheprovider", *words, timeout=120)  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_sound_rule_passes_and_what_cannot_be_asserted_is_skipped_with_the_sentence(pytester):
     done = ask(pytester, """
         from my_rule import two_thirds
@@ -87,6 +88,7 @@ def test_a_failure_prints_the_table_and_attaches_the_picture(pytester):
     assert f'name="discmech picture" value="{picture}"' in (pytester.path / "found.xml").read_text()
 
 
+@pytest.mark.slow
 def test_files_are_found_beside_the_test_and_questions_without_an_answer_are_errors(pytester):
     folder = pytester.mkdir("sub")
     folder.joinpath("near.py").write_text(
@@ -129,6 +131,7 @@ def test_the_entry_point_is_the_plugin():
         assert getattr(plugin, name) and getattr(assertions, f"assert_{name}").__doc__
 
 
+@pytest.mark.slow
 def test_the_order_asked_for_is_judged_from_both_sides():
     assert assert_order(lopsided, "pendulum", 1)["measured"]["order"] == pytest.approx(1, abs=0.01)
     with pytest.raises(Missed, match="above the expected 1"):
@@ -136,6 +139,7 @@ def test_the_order_asked_for_is_judged_from_both_sides():
     assert_order("rectangle", "rigid-body")  # which is derived
 
 
+@pytest.mark.slow
 def test_what_is_not_self_adjoint_is_not_reversible():
     with pytest.raises(Missed, match=r"not the inverse") as caught:
         assert_reversible(lopsided, "kepler", digits=30)
@@ -143,6 +147,7 @@ def test_what_is_not_self_adjoint_is_not_reversible():
     assert_reversible("triple-jump:midpoint", "kepler", digits=30)
 
 
+@pytest.mark.slow
 def test_a_map_under_a_force_has_no_work_to_hold_a_momentum_against():
     turned = Conserved("angular momentum", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0])
     scene = scenes.get("kepler").with_values(

@@ -66,7 +66,9 @@ CAUGHT = {
 SLOW = ("rigid", "duffing", "knife-edge midpoint")
 
 
-@pytest.mark.dear("knife-edge trapezoidal")
+@pytest.mark.dear(
+    "knife-edge trapezoidal", "order 50", "symplecticity 16", "off-", "symplecticity 50"
+)
 @pytest.mark.parametrize(("words", "study"), [
     pytest.param(*item, marks=pytest.mark.slow if item[0].startswith(SLOW) else ())
     for item in CAUGHT.items()
@@ -165,6 +167,7 @@ def test_the_sound_scheme_is_left_alone():
     assert sound_scheme(fault).arrows.minus == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [
     0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2, 3))
 ])  # fmt: skip
@@ -243,6 +246,7 @@ def test_commands_have_the_unit_and_the_seed():
     assert case.command == f"discmech power --only {name} --unit -150 --seed 3"
 
 
+@pytest.mark.slow
 def test_kernels_of_a_fault_are_left_nowhere(tmp_path, monkeypatch):
     monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path / "users"))
     monkeypatch.setattr(measuring, "STUDIES", [("energy", 16, 100)])

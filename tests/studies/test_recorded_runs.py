@@ -37,6 +37,7 @@ def order(folder, claimed=2, scene="pendulum", **more):
     return case
 
 
+@pytest.mark.slow
 def test_the_order_of_runs_is_judged_from_both_sides(tmp_path):
     save(tmp_path)
     case = order(tmp_path)
@@ -46,6 +47,7 @@ def test_the_order_of_runs_is_judged_from_both_sides(tmp_path):
     assert order(tmp_path, None)["verdict"] == "measured"
 
 
+@pytest.mark.slow
 def test_rows_may_be_each_so_many_steps(tmp_path):
     save(tmp_path, every=10)
     assert order(tmp_path)["verdict"] == "pass"

@@ -44,6 +44,7 @@ def by_midway_points(L, G, x, u, h, s):
 ON_LINE = scenes.get("harmonic")
 
 
+@pytest.mark.slow
 def test_round_off_that_grows_as_steps_get_shorter_is_no_other_order():
     found = measured("order", ON_LINE, by_midway_points, 16)
     assert found["verdict"] == "pass" and found["measured"]["points"] >= 4
@@ -80,6 +81,7 @@ def lopsided(L, G, x, u, h):
     return h * ((1 + more) * L(x, u) + (1 - more) * L(G.target(x, u, h), u)) / 2
 
 
+@pytest.mark.slow
 @pytest.mark.dear("cartesian-pendulum")
 @pytest.mark.parametrize(
     ("scene", "rule"), [("pendulum", damped_map), ("cartesian-pendulum", lopsided)]
@@ -102,6 +104,7 @@ def test_a_drift_of_lost_digits_is_no_failure(study, scene, steps):
     assert found["verdict"] == "inconclusive" and "nearly equal numbers" in found["reason"]
 
 
+@pytest.mark.slow
 def test_plain_rules_lose_no_digits():
     """So that no drift of theirs is excused: a wrong quantity, and an explicit step."""
     wrong = Conserved("wrong", lambda x, mu, p: mu[0] + x[0] / 10**10)
@@ -165,6 +168,7 @@ BODY = scenes.get("moser-veselov").with_values(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene", [pytest.param(TOP, id="top"), pytest.param(BODY, marks=pytest.mark.slow, id="body")]
 )

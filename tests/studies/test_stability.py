@@ -207,6 +207,7 @@ def test_a_run_covers_the_slow_motion(monkeypatch):
     assert min(times) >= 6 * math.pi
 
 
+@pytest.mark.slow
 def test_the_study_as_it_is_asked():
     scene, steps = SMALL["stability"]
     choice = Choice(scenes=(scenes.get(scene),), rules=(midpoint, imex), digits=(16,), steps=steps)
@@ -217,6 +218,7 @@ def test_the_study_as_it_is_asked():
     assert get("stability").cases(Choice(scenes=(scenes.get("cartesian-pendulum"),))) == []
 
 
+@pytest.mark.dear(but=("[1.5",))
 @pytest.mark.parametrize("start", ["1.5", 2, 6])
 def test_midpoint_is_stable_at_rest_wherever_that_is(start):
     """At 2π, too, where a step from rest changes nothing but round-off."""

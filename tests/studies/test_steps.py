@@ -31,6 +31,7 @@ def told(asked):
     return found["measured"], study.verdict(asked, found)
 
 
+@pytest.mark.slow
 def test_the_poincare_way_keeps_the_extended_form():
     measured, verdict = told(case("poincare"))
     assert verdict.verdict == "pass", verdict.reason
@@ -38,6 +39,7 @@ def test_the_poincare_way_keeps_the_extended_form():
     assert measured["order"] == pytest.approx(2, abs=0.02)
 
 
+@pytest.mark.slow
 def test_the_reversible_way_has_no_form_and_says_so():
     measured, verdict = told(case("reversible"))
     assert verdict.verdict == "pass", verdict.reason
@@ -45,6 +47,7 @@ def test_the_reversible_way_has_no_form_and_says_so():
     assert verdict.expected["form"].startswith("no form is kept")
 
 
+@pytest.mark.slow
 def test_the_naive_way_fails_as_a_rule_and_is_caught_as_the_control():
     asked = case("naive")
     measured, verdict = told(asked)
@@ -76,12 +79,14 @@ def test_a_time_that_is_not_conjugate_to_the_energy_is_caught(monkeypatch):
     varied_scheme._system.cache_clear()
 
 
+@pytest.mark.slow
 def test_a_rule_that_is_not_self_adjoint_is_measured_only_on_the_way_back():
     measured, verdict = told(case("reversible", "runge-kutta-4"))
     assert verdict.verdict == "pass", verdict.reason
     assert measured["back"] > 1e-20 and "not self-adjoint" in verdict.expected["back"]
 
 
+@pytest.mark.slow
 def test_a_map_that_claims_to_be_reversible_is_held_to_it():
     @one_step(order=2, stages=2, reversible=True)
     def heun(s, z, h, K):

@@ -405,6 +405,7 @@ def test_the_longest_unused_rows_go_first(study, rows, monkeypatch):
     assert rows() == [newest] and rows("SELECT count(*) FROM entry") == [(2,)]
 
 
+@pytest.mark.slow
 def test_two_stores_of_a_process_see_what_another_process_keeps(tmp_path):
     """A file that the process closed by itself would take the locks of the first store away."""
     folder = {"DISCMECH_CACHE": str(tmp_path / "cache")}
@@ -433,6 +434,7 @@ for k in range(10**6):
 """
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_loses_nothing_that_it_kept(tmp_path):
     """Wherever in a write it is: sqlite writes by machine code, which has no points to stop at."""
     drawn, kept = random.Random(5), 0
@@ -452,6 +454,7 @@ def test_a_process_that_is_killed_loses_nothing_that_it_kept(tmp_path):
     assert kept >= 8 and not Store().troubles
 
 
+@pytest.mark.slow
 def test_from_the_command_line(study, capsys, monkeypatch):
     words = ["momentum", "kepler", "heavy-top", "--rule", "midpoint", "--digits", "16"]
     module = get("momentum").measuring
@@ -492,6 +495,7 @@ def test_a_cause_that_was_told_holds_while_all_text_is_the_same(monkeypatch):
     assert side_by_side.found_by(store, study, case, key) == found and len(asked) == 2
 
 
+@pytest.mark.slow
 def test_figures_are_drawn_once_of_the_same_numbers(monkeypatch):
     from discmech.studies.command.report import _drawn_once
     from discmech.studies.report import figures

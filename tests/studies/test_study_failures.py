@@ -106,6 +106,7 @@ def test_a_step_that_is_not_found_again_leaves_its_case_inconclusive(monkeypatch
     assert "did not find a step again" in found["reason"]
 
 
+@pytest.mark.slow
 def test_rungs_that_fail_are_left_out_by_name_and_the_finer_ones_go_on():
     scene = scenes.get("pendulum").with_values(step=3, duration=30)
     # with steps that were asked for: the usual ladder begins where the motion is resolved

@@ -85,11 +85,13 @@ def has_its_order(scene, rule, digits, tolerance, retraction=None):
         assert row["error"] ** 2 == pytest.approx(parts, rel=1e-12)
 
 
+@pytest.mark.dear(but=("harmonic",))
 @pytest.mark.parametrize(("scene", "rule"), in_turn(0))
 def test_order_in_double_precision(scene, rule):
     has_its_order(scene, rule, 16, 0.05)
 
 
+@pytest.mark.dear(but=("pendulum",))
 @pytest.mark.parametrize(("scene", "rule"), in_turn(1))
 def test_order_at_50_digits(scene, rule):
     has_its_order(scene, rule, 50, 0.01)
@@ -132,6 +134,7 @@ def test_the_largest_stable_steps_are_really_larger():
         assert len(tried) == 2 and tried[1] >= 2 * tried[0], (scene, rule, tried)
 
 
+@pytest.mark.dear(but=("henon",))
 @pytest.mark.parametrize(("scene", "rule"), in_turn(4))
 def test_symplectic_at_50_digits(scene, rule):
     is_symplectic(scene, rule, 50, 1e-45, 8)
@@ -153,11 +156,13 @@ def keeps_its_momenta(scene, rule, digits, limit, steps, retraction=None):
         assert found["rows"][-1]["step"] == steps
 
 
+@pytest.mark.dear("top-")
 @pytest.mark.parametrize(("scene", "rule"), in_turn(2, with_quantities, 5))
 def test_momentum_over_ten_thousand_steps(scene, rule):
     keeps_its_momenta(scene, rule, 16, 1e-12, 10**4)
 
 
+@pytest.mark.dear("top-")
 @pytest.mark.parametrize(("scene", "rule"), in_turn(1, with_quantities, 5))
 def test_momentum_at_50_digits(scene, rule):
     keeps_its_momenta(scene, rule, 50, 1e-46, None)
@@ -166,6 +171,7 @@ def test_momentum_at_50_digits(scene, rule):
 # -- another retraction --
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "rule"),
     [
@@ -204,6 +210,7 @@ CONSERVATIVE = [
 ]  # fmt: skip
 
 
+@pytest.mark.dear("spring")
 @pytest.mark.parametrize(("scene", "rule"), in_turn(1, CONSERVATIVE, 6))
 def test_energy_over_ten_thousand_steps(scene, rule):
     keeps_energy_in_a_band(scene, rule, 10**4)
@@ -253,7 +260,14 @@ def usual_rule(study):
 
 
 @pytest.mark.dear(
-    "[lattices]", "[stability]", "[symplecticity]", "[contact]", "[optimality]", "[order]"
+    "[lattices]",
+    "[stability]",
+    "[symplecticity]",
+    "[contact]",
+    "[optimality]",
+    "[order]",
+    "energy",
+    "momentum",
 )
 @pytest.mark.parametrize("study", [
     # work-precision and savings take times
@@ -272,7 +286,7 @@ RECORDED = {"python", "numpy", "mpmath", "mpmath_backend", "blas", "machine", "c
             "date", "settings"}  # fmt: skip
 
 
-@pytest.mark.dear("[work-precision]")
+@pytest.mark.dear("[work-precision]", "contact", "symplecticity")
 @pytest.mark.parametrize("study", [*map(charts_slowly, NAMES)])
 def test_what_check_returns_is_what_the_design_says(study):
     scene, steps = SMALL[study]

@@ -41,7 +41,7 @@ def test_a_motion_that_rolls_down_a_hill_is_no_failure():
     assert found["verdict"] == "inconclusive" and "leaves every bound" in found["reason"]
 
 
-@pytest.mark.dear("[rectangle]")
+@pytest.mark.dear("[rectangle]", "euler")
 @pytest.mark.parametrize("rule", ["explicit-euler", "runge-kutta-4", "rectangle"])
 def test_a_bounded_motion_that_a_method_blows_up_is_its_failure(rule):
     scene = SPRING.with_values(step="5") if rule != "explicit-euler" else SPRING
@@ -57,7 +57,7 @@ STEEP = Scene("steep", pair(1), lambda x, v, p: v[0] ** 2 / 2 + x[0] ** 4,
               x0=[1], v0=[1], step="0.01", duration=5)  # fmt: skip
 
 
-@pytest.mark.dear("scene3-momentum")
+@pytest.mark.dear("scene3-momentum", "energy", "scene2")
 @pytest.mark.parametrize(("scene", "study", "rule"), [
     (FALL, "energy", "trapezoidal"),  # which jumps over the centre, with a band of all the energy
     # beyond its duration, which ends before the fall does
@@ -74,6 +74,7 @@ def test_a_motion_that_leaves_every_bound_is_no_failure_of_a_step_either():
     assert found["verdict"] == "inconclusive" and "leaves every bound" in found["reason"]
 
 
+@pytest.mark.slow
 def test_a_method_that_stops_long_before_the_motion_does_is_to_blame():
     late = FALL.with_values(name="late", x0=[1, 0], step="1/4", duration=2)
 

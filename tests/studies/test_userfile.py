@@ -252,6 +252,7 @@ if __name__ == "__main__":
 )
 
 
+@pytest.mark.slow
 def test_what_a_script_makes_has_words_that_another_process_understands(file, monkeypatch):
     name = file(SCRIPT, "made.py")
     done = subprocess.run([sys.executable, name], capture_output=True, text=True)

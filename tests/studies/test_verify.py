@@ -91,6 +91,7 @@ def test_one_rule_or_scene_of_the_file_is_named_as_it_or_its_variable_is(folder,
     assert [s.name for s in request.own_scenes()] == own
 
 
+@pytest.mark.slow
 def test_a_good_rule_passes_with_a_line_a_verdict_and_a_table(folder, ask):
     code, out, err = ask("verify", "both.py", "--scene", "both.py:my-pendulum",
                          "--scene", "kepler", *QUICK, "--json", "found.json")  # fmt: skip
@@ -236,6 +237,7 @@ def test_a_rule_that_some_scene_cannot_use_is_inconclusive_there(folder, ask):
     assert code == 2 and out.count("\n") <= 1 and "base.py, line 8" in err
 
 
+@pytest.mark.slow
 def test_a_bad_rule_beside_others_is_bad_input_unless_one_of_them_fails(folder, ask):
     text = RULE + RULE.replace("two_thirds", "broken").replace("return h", "return h * nothing")
     (folder / "several.py").write_text(text)

@@ -40,6 +40,7 @@ ENDS = [
 ]
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize(("words", "how"), ENDS)
 def test_what_ends_the_process_is_no_verdict(words, how, tmp_path):

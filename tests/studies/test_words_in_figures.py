@@ -75,6 +75,7 @@ def all_misplaced(study, cases):
     return {s.name: wrong for s in sketches(study, cases) if s.panels and (wrong := misplaced(s))}
 
 
+@pytest.mark.dear("order")
 @pytest.mark.parametrize("made", results(), ids=lambda made: made["study"])
 def test_words_of_made_up_results_are_inside(made):
     by_scene = {}
@@ -109,6 +110,7 @@ def test_a_word_that_is_cut_is_seen():
         canvas._laid_out = fitted
 
 
+@pytest.mark.slow
 def test_text_of_an_exported_figure_is_text():
     (made, *_) = results()
     (sketch, *_) = sketches(made["study"], made["cases"])

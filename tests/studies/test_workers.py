@@ -203,6 +203,7 @@ def test_a_process_that_is_ended_at_once_says_nothing_of_what_it_leaves(tmp_path
     assert "PYTHONWARNINGS" not in os.environ
 
 
+@pytest.mark.dear(but=("None",))
 @pytest.mark.parametrize("safe", [None, "", "1"])
 def test_processes_run_no_file_of_the_current_folder_in_place_of_a_module(
     safe, tmp_path, monkeypatch
@@ -217,6 +218,7 @@ def test_processes_run_no_file_of_the_current_folder_in_place_of_a_module(
     assert os.environ.get(SAFE) == safe
 
 
+@pytest.mark.slow
 def test_what_two_processes_measure_is_told_once(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "gone.py").write_text("from discmech import Scene, pair\n"

@@ -91,6 +91,7 @@ def test_translations_keep_fibres_and_carry_invariant_fields(name, scale):
         assert np.allclose(np.concatenate(again), np.concatenate([x, u]), rtol=0, atol=1e-12)
 
 
+@pytest.mark.dear("group(so(3))", "action(so(3))")
 @pytest.mark.parametrize("name", GROUPOIDS)
 def test_constant_sections_serve_all_but_local_groupoids(name):
     """A bisection of pairs is a translation of the base, one of a group the element."""

@@ -131,6 +131,7 @@ def planar_body(unit):
     )  # fmt: skip
 
 
+@pytest.mark.dear(but=("unit2",))
 @pytest.mark.parametrize("unit", [Fraction(10) ** n for n in (0, -9, 9)])
 def test_the_solutions_on_the_plane_are_as_many_in_any_unit_of_length(unit):
     flow = scheme_of(planar_body(unit), rectangle).flow(1, on_edge="bisect")

@@ -37,7 +37,7 @@ def test_bisections_of_another_step_or_groupoid_are_told():
             EvolutionOperator(of_body.flow(1).context, fit, other)
 
 
-@pytest.mark.dear("[0.05]")
+@pytest.mark.dear("[0.05]", "0.1]")
 @pytest.mark.parametrize("away", (0, 0.05, -0.1))
 def test_the_general_operator_at_any_element_of_the_group(away):
     """Moser–Veselov at rotations spread over SO(3); bisections through g₀ and h₀, and beside."""
@@ -107,6 +107,7 @@ def operators(name, x, u, step):
         yield EvolutionOperator(context, sigma, Bisection(g, y, arrows[1], step, slope=slopes[1]))
 
 
+@pytest.mark.dear(but=("body",))
 @pytest.mark.parametrize("name", [
     pytest.param(n, marks=pytest.mark.slow if n in ("heavy-top", "body-in-plane") else ())
     for n in CASES

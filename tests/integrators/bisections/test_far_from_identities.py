@@ -58,6 +58,7 @@ def test_momentum_is_kept_at_any_rotation_a_step(attitude_flow, turn):
     assert run.margin > 0
 
 
+@pytest.mark.slow
 def test_many_large_steps_change_charts_and_keep_the_momentum(attitude_flow):
     run = attitude_flow.trajectory(5000, every=100, element0=rotation(2.7, [1, 2, -2]))
     assert run.edges > 0 and set(run.translates) - {0}
@@ -84,6 +85,7 @@ def test_other_algebras_state_no_cover():
     assert not sl(3).cover and not sp(4).cover
 
 
+@pytest.mark.dear("4]")
 @pytest.mark.parametrize(("rule", "order"), [("own", 2), ("triple-jump:own", 4)])
 def test_compositions_of_what_is_given_on_the_group_have_their_order(rule, order):
     """Their substeps are of several sizes, and tr(gΛ) is kept by a map of one size only.

@@ -1,6 +1,7 @@
 """The fixed point stops component by component: a motion keeps its digits beside a larger one."""
 
 import numpy as np
+import pytest
 import sympy
 
 from discmech.integrators import Scene, Scheme, pair, rules
@@ -16,6 +17,7 @@ def two_pendulums(size):
     return Scene("two-pendulums", pair(2), lagrangian, x0=[1, 2 * size], v0=[0, 0], duration=20)
 
 
+@pytest.mark.slow
 def test_a_motion_keeps_its_digits_beside_one_of_another_size():
     """1e12 apart, to the digits that it has beside one of its own size."""
     rule, step, steps = rules.get("gauss-4"), "0.2", 100

@@ -192,6 +192,7 @@ def test_a_folder_of_somebody_else_stays_as_it_is(folder, tmp_path, place, days)
     check_untouched(tmp_path / place, before)
 
 
+@pytest.mark.slow
 def test_many_processes_make_the_mark_at_once(folder):
     """Nobody takes the cache of another one for a stranger's."""
     keep = "import sys; from discmech.integrators.compiler.cache import keep; sys.stdin.read();" \

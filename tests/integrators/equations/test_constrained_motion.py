@@ -115,6 +115,7 @@ def test_the_pivoted_body_moves_as_the_heavy_top_does():
     assert np.abs(runs[0].x[:, 9:] - runs[1].x).max() < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("steps", [1000, pytest.param(10**6, marks=pytest.mark.slow)])
 def test_the_pivot_stays_where_it_is(steps):
     """r = A χ and ṙ = A (Ω × χ), of the pivoted body."""

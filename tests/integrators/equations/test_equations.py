@@ -108,6 +108,24 @@ def all_close(found, wanted, digits=35):
 # -- from the definitions -------------------------------------------------------------------------
 
 
+@pytest.mark.dear(
+    but=(
+        "pendulum",
+        "kepler",
+        "affine",
+        "sl2-",
+        "own]",
+        "mass",
+        "imex",
+        "rotor",
+        "plane",
+        "henon",
+        "lagrange",
+        "harmonic",
+        "kirchhoff",
+        "body-rectangle",
+    )
+)
 @pytest.mark.sampled
 @every_scheme
 def test_written_out_it_is_the_rule(scene, rule):
@@ -148,6 +166,9 @@ def test_residual_is_the_equation_between_two_arrows(scene, rule):
     assert all_close(point.at(of.residual, v=v), wanted)
 
 
+@pytest.mark.dear(
+    but=("rectangle", "pendulum", "by-", "on-", "own]", "imex", "body", "plane", "charged")
+)
 @pytest.mark.sampled
 @every_scheme
 def test_FL_W_and_omega(scene, rule):

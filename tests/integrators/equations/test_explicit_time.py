@@ -145,7 +145,7 @@ def test_there_and_back(name):
     assert np.abs(y - run.base[2]).max() < 1e-13 and np.abs(u - run.u[1]).max() < 1e-11
 
 
-@pytest.mark.dear("kapitza-pendulum")
+@pytest.mark.dear("kapitza-pendulum", "damped")
 @pytest.mark.parametrize("name", ["kapitza-pendulum", "duffing", "damped-pendulum"])
 def test_energy_is_compared_with_the_work_that_is_done(name):
     found = measured("energy", name, "midpoint", steps=100)  # duffing is chaotic: at 400 it is 2.27

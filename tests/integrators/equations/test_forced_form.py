@@ -60,6 +60,7 @@ def test_the_form_changes_by_the_differential_of_the_forces_one_form(name, rule)
         assert 1 - 2 * n * 0.02 < float(made.numbers.det(M)) < 1
 
 
+@pytest.mark.dear(but=("2]",))
 @pytest.mark.sampled
 @pytest.mark.parametrize(("name", "rule"), CHANGED)
 def test_the_form_changes_by_the_work_on_every_groupoid(name, rule):

@@ -68,7 +68,7 @@ CLOSED = {
 }
 
 
-@pytest.mark.dear("ball-in-cylinder")
+@pytest.mark.dear("ball-in-cylinder", "hoop")
 @pytest.mark.parametrize("name", CLOSED)
 def test_references_and_steps_are_those_of_the_closed_form(name):
     closed_form, values = CLOSED[name]
@@ -102,7 +102,7 @@ ANYWHERE = [
 ]  # fmt: skip
 
 
-@pytest.mark.dear("by-constants", "pushed", "on-sphere")
+@pytest.mark.dear("by-constants", "pushed", "on-sphere", "2-")
 @pytest.mark.parametrize("scene", ANYWHERE, ids=lambda s: s.name)
 @pytest.mark.parametrize(("rule", "power"), [("midpoint", 2), ("trapezoidal", 2), ("rectangle", 1)])
 @pytest.mark.sampled
@@ -136,6 +136,7 @@ def test_a_run_goes_on_from_its_rows_at_their_times(name):
         made.trajectory(10, x0=run.x[10], mu0=run.mu[10] * 1.001, t0=made.step * 10)
 
 
+@pytest.mark.slow
 def test_a_declared_moving_energy_is_kept_and_the_energy_is_not():
     """Of the bead Jacobi's integral, in a band; a wrong rate is no integral."""
     scene = scenes.get("bead-on-hoop")

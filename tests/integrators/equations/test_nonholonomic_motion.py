@@ -16,6 +16,7 @@ from tests.objects import SCENES, exact_parameters, flow, scheme
 NONHOLONOMIC = ("suslov", "chaplygin-sleigh", "rolling-disc", "knife-edge", "contact-oscillator")
 
 
+@pytest.mark.dear(but=("edge", "sleigh"))
 @pytest.mark.parametrize("name", NONHOLONOMIC)
 def test_no_form_is_kept_where_constraints_are_not_holonomic(name):
     made = flow(name, "midpoint", SCENES[name].step)
@@ -91,6 +92,7 @@ def with_mean_multipliers(name, rule, step, steps, every):
     return run, mean_multipliers(there, run)
 
 
+@pytest.mark.dear(but=("midpoint", "chaplygin_sleigh"))
 @pytest.mark.parametrize("rule", ["midpoint", "trapezoidal"])
 @pytest.mark.parametrize(
     "closed_form", [suslov, chaplygin_sleigh, rolling_disc, knife_edge], ids=lambda f: f.__name__
@@ -120,6 +122,7 @@ def test_multipliers_are_of_first_order_and_their_mean_of_second():
     assert math.log2(mean[0] / mean[1]) == pytest.approx(2, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_rule_that_forces_one_end_has_its_multipliers_in_the_mean():
     """Gravity is all at one end of a step: λ is answered there, and half of it is not the force."""
     from discmech.reference import multipliers, solution

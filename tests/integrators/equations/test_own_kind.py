@@ -47,6 +47,7 @@ def held():
     return follower("servo", SERVO(lambda x, p, t: (*rows(x, t), [[1, 0]])))
 
 
+@pytest.mark.slow
 def test_rows_starts_and_references_follow_from_it():
     """Of order 2, place and multiplier; another force would hold it along another way."""
     scene = held()

@@ -71,7 +71,7 @@ def slopes_by(letter, column, point):
         return [(a - b) * 10**15 / 2 for a, b in zip(ahead, back, strict=True)]
 
 
-@pytest.mark.dear("carried-body", "skewed-body")
+@pytest.mark.dear("carried-body", "skewed-body", "3-", "plane")
 @pytest.mark.sampled
 @pytest.mark.parametrize("adjoint", [False, True])
 @pytest.mark.parametrize(("scene", "rule"), [

@@ -164,6 +164,7 @@ def run_by_hand(inertia, torque_start, torque_end, x, mu, u, h, steps):
     return x, mu
 
 
+@pytest.mark.slow
 @pytest.mark.sampled
 @pytest.mark.parametrize("scene", ["rigid-body", "rigid-body-by-hand"])
 @pytest.mark.parametrize("h", ["1/64", "1/4", "-1/8"])

@@ -36,6 +36,7 @@ def test_another_half_of_the_tolerance_costs_what_the_order_says():
     assert steps[1] / steps[0] == pytest.approx(10, rel=0.5)
 
 
+@pytest.mark.slow
 def test_with_more_digits_the_step_is_chosen_as_well():
     flow = Scheme(SCENES["pendulum"], rules.get("gauss-8")).flow(tolerance="1e-22", digits=30)
     assert flow.choice.error < 1e-22 and flow.choice.steps < 128
@@ -50,6 +51,7 @@ def test_a_step_whose_stages_do_not_contract_is_not_chosen(monkeypatch):
     assert run.solver == "fixed point" and flow.choice.error < 1e-2
 
 
+@pytest.mark.dear(but=("pendulum",))
 @pytest.mark.parametrize("name", ["heavy-top", "rigid-body", "pendulum"])
 def test_half_as_many_steps_again_need_no_fewer_sweeps_in_all(name):
     """But for a tenth. On the heavy top 12 steps take fewer than 8, and than 16."""

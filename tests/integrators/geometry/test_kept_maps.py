@@ -17,6 +17,7 @@ def step_of(rule, digits):
     return context, x, mu, u
 
 
+@pytest.mark.dear("2]")
 @pytest.mark.parametrize("rule", ["midpoint", "gauss-2"])  # without stages and with
 def test_what_was_asked_first_outside_the_arithmetic_has_all_digits(rule):
     context, x, mu, u = step_of(rule, 50)

@@ -38,6 +38,7 @@ def test_what_is_read_is_shown_and_derived_as_sympy_does(seed):
     assert close(Scope(graph).total([e], LETTERS), jacobian([e], LETTERS))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_held_nodes_are_differentiated_through(seed):
     """Twice, with letters for what is held and for rows of its derivatives."""

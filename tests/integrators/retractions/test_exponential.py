@@ -49,6 +49,7 @@ def test_closed_forms_are_the_general_construction(name, stratum):
     assert close(element(exponential, algebra, xi) - eye(algebra.real.size), general)
 
 
+@pytest.mark.slow
 def test_which_algebras_have_a_closed_form():
     assert [n for n, a in ALGEBRAS.items() if turnings(a)] == CLOSED
     assert [n for n, a in ALGEBRAS.items() if not turnings(a)] == GENERAL
@@ -76,6 +77,7 @@ def test_derivatives_of_every_order(name, stratum):
         e = slope
 
 
+@pytest.mark.dear(but=("se(2)",))
 @pytest.mark.parametrize("name", mostly_slow([*CLOSED, "sl(3)"], fast=("so(3)", "su(2)", "se(2)")))
 @pytest.mark.parametrize("stratum", ["near", "generic"])
 def test_the_logarithm_inverts_the_product(name, stratum):

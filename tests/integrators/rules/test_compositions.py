@@ -115,6 +115,7 @@ def test_the_adjoint_of_a_discrete_lagrangian_that_a_scene_gives(scene):
 # -- flows ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.dear("on-", "plane")
 @cases
 def test_a_step_is_its_substeps_one_by_one(scene, rule):
     f = flow_of(scene, rule)

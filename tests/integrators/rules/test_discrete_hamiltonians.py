@@ -44,6 +44,7 @@ KEPLER, SWIFT = scenes.get("kepler"), Scene(
     "swift", pair(1), hamiltonian=swift, x0=[1], mu0=["1/2"], duration=5, step="1/50")  # fmt: skip
 
 
+@pytest.mark.dear(but=("midpoint-kepler",))
 @pytest.mark.parametrize(
     ("rule", "known", "scene"),
     [(verlet, get("stoermer-verlet"), KEPLER), (verlet, get("stoermer-verlet"), SWIFT),

@@ -40,6 +40,7 @@ def test_exact_numbers_stay_as_they_are():
     assert rule.method.coefficients(30)[0] == 0.25
 
 
+@pytest.mark.dear("6]", "4]")
 @pytest.mark.parametrize(
     ("rule", "order"),
     [
@@ -97,6 +98,7 @@ def both(x, mu, p):
 FOREST_RUTH = [CUBE / 2, CUBE, (1 - CUBE) / 2, 1 - 2 * CUBE, (1 - CUBE) / 2, CUBE, CUBE / 2]
 
 
+@pytest.mark.dear("[16")
 @pytest.mark.parametrize("digits", [16, 40])
 def test_a_splitting_by_parts_of_h_is_that_of_the_lagrangian(digits):
     """One explicit map, of exact flows; potentials commute, so three parts are two."""

@@ -136,6 +136,7 @@ def test_stages_are_stationary(scene, rule):
             assert abs(L_d.slope(lambda e, one=one: (x, u, s + e * one))) < 1e-40
 
 
+@pytest.mark.dear("body", "on-")
 @every_case
 def test_legendre_maps_are_derivatives_along_arrows(scene, rule):
     """By the envelope theorem the stages may stay where they are."""

@@ -14,6 +14,7 @@ from discmech.integrators.scenes.abc_flow import field
 SLOW = {"argon", "pleiades", "water"}  # whose references take seconds
 
 
+@pytest.mark.dear(but=("mathews",))
 @pytest.mark.parametrize(
     "name",
     [

@@ -114,6 +114,7 @@ def sound_ones(seed: int, count: int) -> list[str]:
             for k in range(count)]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_drift_and_a_sound_method_of_each_kind():
     assert not [e for e in bad_ones(1, 2) if e.startswith("pass")]
     assert not [e for e in sound_ones(1, 2) if e.startswith("fail")]

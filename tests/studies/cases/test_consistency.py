@@ -34,7 +34,7 @@ CASES = [
 ]  # fmt: skip
 
 
-@pytest.mark.dear("[energy-pendulum")
+@pytest.mark.dear("[energy-pendulum", "200]")
 @pytest.mark.parametrize(("study", "scene", "rule", "steps"), CASES)
 def test_what_is_not_consistent_passes_nowhere(study, scene, rule, steps):
     case = measured(study, scene, rule, 16, steps)

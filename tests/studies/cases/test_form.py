@@ -35,6 +35,7 @@ def test_a_self_adjoint_map_is_so_where_it_moves_nothing(rule):
     assert Scheme(attacks.ball, rules.get(rule)).self_adjoint
 
 
+@pytest.mark.slow
 def test_no_coordinate_hides_another_ones_way_back():
     assert_reversible("midpoint", attacks.two_parts, digits=16)
     with pytest.raises(Missed, match="not the inverse"):

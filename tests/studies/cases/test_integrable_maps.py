@@ -73,6 +73,7 @@ def energy_of_top(x, mu, h):
 MAPS = [(mcmillan_suris, duffing, integral), (bobenko_suris, top, energy_of_top)]
 
 
+@pytest.mark.dear(but=("16]",))
 @pytest.mark.sampled
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.parametrize(("rule", "scene", "of"), MAPS)
@@ -88,6 +89,7 @@ def test_an_integral_is_kept_at_the_step_of_a_parameter_or_at_every_step(
     assert found["verdict"] == "pass", found["reason"]
 
 
+@pytest.mark.dear("top-")
 @pytest.mark.parametrize(("rule", "scene", "of"), MAPS)
 def test_one_of_the_step_is_asked_at_every_step(rule, scene, of):
     """It says that it takes the step, and holds the scene's."""
@@ -96,6 +98,7 @@ def test_one_of_the_step_is_asked_at_every_step(rule, scene, of):
     assert found["verdict"] == "fail" and "a place that was drawn" in found["reason"]
 
 
+@pytest.mark.dear("top-")
 @pytest.mark.parametrize(("rule", "scene", "of"), MAPS)
 def test_an_integral_of_another_step_fails(rule, scene, of):
     made = scene(lambda x, mu, p: of(x, mu, p.h * (1 + sympy.Rational(1, 10**9))))
@@ -103,6 +106,7 @@ def test_an_integral_of_another_step_fails(rule, scene, of):
     assert found["verdict"] == "fail"
 
 
+@pytest.mark.slow
 def test_a_short_step_does_not_hide_what_a_rule_loses():
     """At h = 10⁻⁴ the fourth order of Runge and Kutta changes L by less than 10⁻²⁷ a step."""
     scene = scenes.get("kepler").with_values(step="1/10000", duration="1/10")

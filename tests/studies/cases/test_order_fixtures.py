@@ -30,11 +30,13 @@ def test_a_slope_that_fits_buys_no_order(rule, scene, digits):
         assert_order(f"{ATTACKS}/{rule}", scene, 2, digits=digits)
 
 
+@pytest.mark.slow
 def test_what_is_not_consistent_does_not_converge():
     with pytest.raises(Missed, match="not consistent"):
         assert_converges(f"{ATTACKS}/order.py:heavy", "pendulum", digits=16)
 
 
+@pytest.mark.slow
 def test_the_order_that_a_sound_rule_has_is_no_failure():
     found = assert_order(f"{ATTACKS}/order.py:nested", "pendulum", 2)
     assert found["local"]["order"] == pytest.approx(2, abs=1e-3)

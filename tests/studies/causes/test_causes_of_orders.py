@@ -69,6 +69,7 @@ def order(scene, rule, digits=30, fault=None, steps=None):
     return made if fault is None else Broken(**vars(made), fault=fault)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["kepler", pytest.param("heavy-top", marks=pytest.mark.slow)])
 def test_a_wrong_discrete_lagrangian_is_told_with_its_own_order(scene):
     found = cause(order(scene, spoiled))
@@ -103,7 +104,7 @@ def test_the_mean_of_the_points_is_told_of_weighted_sums_on_the_straight_step(fo
     assert mean_of_points(Scheme(scenes.get("kepler"), discretisation(name="r")(formula))) == mean
 
 
-@pytest.mark.dear("double-pendulum")
+@pytest.mark.dear("double-pendulum", "duffing")
 @pytest.mark.parametrize(
     ("scene", "named"),
     [("kepler", "gauge"), ("double-pendulum", "discrete Lagrangian"), ("duffing", "discrete Lag")],
@@ -254,6 +255,7 @@ def test_floats_that_fractions_were_meant_by_are_said_and_are_no_failure(digits)
     assert {1 / 6, 2 / 3} <= set(found["local"]["floats"]["values"])
 
 
+@pytest.mark.slow
 def test_an_innocent_float_is_no_cause():
     """Beside an exact fault of 10⁻⁸ h²; a float of a fault is one that its last bits explain."""
 
@@ -277,6 +279,7 @@ def test_points_a_little_off_the_middle_are_no_round_off():
     assert found["cause"] == "gauge" and "lies at 0.500001 of the step" in found["sentence"]
 
 
+@pytest.mark.slow
 def test_weights_that_sum_to_1_are_not_told_to():
     @discretisation(order=2)
     def slow(L, G, x, u, h):

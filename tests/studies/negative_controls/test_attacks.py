@@ -48,6 +48,22 @@ def test_the_later_tables_are_read_whole():
     )
 
 
+@pytest.mark.dear(
+    "top ",
+    "body ",
+    "ball ",
+    "energy ",
+    "2 --digits 50]",
+    "rule order.py:cheat ",
+    "rule programs.py:talks",
+    "rule numbers.py:between",
+    "rule programs.py:seventh ",
+    "rule programs.py:quarters ",
+    "rule hamiltonian.py:slow_half ",
+    "rule form.py:symplectic_euler ",
+    "rule programs.py:DampsFromThere",
+    "discmech contact contact.py:pegs ",
+)
 @pytest.mark.parametrize(
     ("words", "answer"),
     [

@@ -21,6 +21,7 @@ def found_with(name, monkeypatch, wrong, digits=16):
     return measured("symplecticity", scene, "midpoint", digits, 8)
 
 
+@pytest.mark.slow
 @pytest.mark.dear("knife-edge")
 @pytest.mark.parametrize("name", ["cartesian-pendulum", "suslov", "knife-edge"])
 @pytest.mark.parametrize("digits", [16, 50])
@@ -31,6 +32,7 @@ def test_constraints_are_met_to_round_off(name, digits, monkeypatch):
     assert 0 <= found["measured"]["constraint"] < 10.0 ** (-15 if digits == 16 else -60)
 
 
+@pytest.mark.slow
 @pytest.mark.dear("knife-edge")
 @pytest.mark.parametrize(
     ("name", "wrong"),
@@ -73,6 +75,7 @@ def moved_otherwise(request, monkeypatch):
     return scenes.get(request.param).with_values(name=f"{request.param}-{part}")
 
 
+@pytest.mark.dear(but=("ball-on",))
 @pytest.mark.parametrize("moved_otherwise", MOVED_OTHERWISE, indirect=True)
 def test_what_moves_otherwise_than_the_constraint_is_caught(moved_otherwise):
     flow = Scheme(moved_otherwise, rules.get("midpoint")).flow(moved_otherwise.step)
@@ -113,6 +116,7 @@ def momentum(name, *quantities, rule="midpoint", **more):
     return measured("momentum", scene, rule, 16, 200)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "rule",
     ["midpoint", *(pytest.param(r, marks=pytest.mark.slow) for r in ("rectangle", "trapezoidal"))],
@@ -128,6 +132,7 @@ def test_a_nonholonomic_momentum_obeys_its_equation(rule):
     assert max(found["measured"]["drift"].values()) < 1e-15
 
 
+@pytest.mark.slow
 def test_a_wrong_reaction_breaks_the_momentum_equation(monkeypatch):
     right = constrained_equations.reaction_matrix
 
@@ -140,6 +145,7 @@ def test_a_wrong_reaction_breaks_the_momentum_equation(monkeypatch):
     assert found["measured"]["drift"]["along the blade"] > 1e-9
 
 
+@pytest.mark.dear(but=("not linear",))
 @pytest.mark.parametrize(
     ("formula", "said"),
     [

@@ -87,6 +87,7 @@ def rubbed(friction):
     return rule
 
 
+@pytest.mark.slow
 @pytest.mark.dear("1e-8-fail", "0-pass")
 @pytest.mark.parametrize(
     ("friction", "verdict"), [("0", "pass"), ("1e-7", "fail"), ("1e-8", "fail")]
@@ -108,6 +109,7 @@ def test_neighbours_that_follow_one_another_promise_no_slope():
     assert held["points"] <= 10 and held["batches"] >= 28
 
 
+@pytest.mark.slow
 @pytest.mark.dear("[2000]")
 @pytest.mark.parametrize("steps", [2000, 10000])
 def test_an_error_that_grows_exponentially_has_no_band(steps):

@@ -34,6 +34,7 @@ def at_the_start(self, name, s, force, own):
     return replace(kicks, plus=plus, whole=graph.plus(others, plus))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "place", "word", "fault"), [
     ("following", lattice_equations, "_force_of", twice),
     ("driven", LatticeEquations, "_kicks", at_the_start)])  # fmt: skip

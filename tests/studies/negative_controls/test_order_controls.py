@@ -30,7 +30,7 @@ def radau(L, G, x, u, h):
     return h * L(x, u) / 4 + 3 * h * L(G.target(x, u, sympy.Rational(2, 3) * h), u) / 4
 
 
-@pytest.mark.dear("kepler")
+@pytest.mark.dear("kepler", "below")
 @pytest.mark.sampled
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.parametrize(
@@ -68,6 +68,7 @@ def inconsistent(size):
     return discretisation(2, name=f"drifting-by-{float(size):g}")(formula)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", ["1/100000", pytest.param("1/1000000", marks=pytest.mark.slow)])
 def test_a_first_order_error_that_shows_late_is_no_round_off(size):
     found = result("order", "pendulum", inconsistent(sympy.Rational(size)))
@@ -136,6 +137,7 @@ def reference_of(scene):
     return lambda other, t, digits=50: solution(scene, t, digits)
 
 
+@pytest.mark.slow
 @pytest.mark.dear("1e-4")
 @pytest.mark.sampled
 @pytest.mark.parametrize("digits", [16, 50])
@@ -153,6 +155,7 @@ def in_one_component(L, G, x, u, h):
     return h * L(G.target(x, u, h / 2), u) + h**2 * sympy.sin(x[1]) / 10**9
 
 
+@pytest.mark.slow
 def test_a_component_does_not_hide_behind_the_others():
     found = result("order", "kepler", in_one_component, 50)
     assert found["verdict"] == "fail" and "mu[1]" in found["reason"]
@@ -174,6 +177,7 @@ def test_whole_periods_hide_nothing():
     assert found["verdict"] == "fail" and "one step is of order 1.00" in found["reason"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("power", [
     150, *(pytest.param(k, marks=pytest.mark.slow) for k in (-150, 10, -10))
 ])  # fmt: skip
@@ -199,6 +203,7 @@ def test_errors_beside_a_huge_momentum_are_not_called_exact(monkeypatch):
     assert "one step is of order 2.00" in found["reason"]
 
 
+@pytest.mark.slow
 def test_multipliers_of_a_lower_order_fail_though_the_motion_converges(monkeypatch):
     """Those that leave a row, without those that arrive there, are of first order."""
     at = "discmech.studies.order.multipliers.mean_multipliers"

@@ -76,7 +76,17 @@ NO_FLOORS = {
 }
 
 
-@pytest.mark.dear("[jitter]", "on a fine grid", "30 units", "a potential, on a grid")
+@pytest.mark.dear(
+    "[jitter]",
+    "on a fine grid",
+    "30 units",
+    "a potential, on a grid",
+    "a constant",
+    "a potential",
+    "whole numbers",
+    "jitter of 8 units",
+    "one number for all",
+)
 @pytest.mark.parametrize("attack", NO_FLOORS)
 def test_no_error_of_a_method_is_a_floor(attack):
     found = judged("order", "pendulum", NO_FLOORS[attack], causes=attack == "whole numbers")
@@ -86,6 +96,7 @@ def test_no_error_of_a_method_is_a_floor(attack):
         assert found["diagnosis"]["cause"] == "rounded"
 
 
+@pytest.mark.dear(but=("40]",))
 @pytest.mark.parametrize("words", {**GRIDS, **OTHER})
 def test_a_method_has_its_order_down_to_the_floor_of_its_numbers(words):
     found = judged("order", "pendulum", step_of({**GRIDS, **OTHER}[words]))
@@ -93,6 +104,7 @@ def test_a_method_has_its_order_down_to_the_floor_of_its_numbers(words):
     assert "down to a floor of its own of" in found["reason"]
 
 
+@pytest.mark.slow
 def test_a_grid_of_velocities_is_one_of_momenta():
     """The numbers that the program itself gives are looked at, before they become momenta."""
 
@@ -117,6 +129,7 @@ def test_a_floor_that_hides_the_order_is_inconclusive(decimals):
     assert found["diagnosis"]["cause"] == "rounded"
 
 
+@pytest.mark.slow
 def test_single_precision_has_to_be_said():
     found = judged("order", "pendulum", step_of(ALL[SINGLE]))
     assert found["verdict"] == "inconclusive" and 'say numbers="float32"' in found["reason"]

@@ -34,12 +34,14 @@ def of_run(box, scene="pendulum"):
     return along_run._of_run(case, scale_of(case.scheme), 0)
 
 
+@pytest.mark.slow
 def test_a_form_that_is_lost_after_many_steps_fails():
     found = judged("symplecticity", "pendulum", DampsLater, causes=False)
     assert found["verdict"] == "fail" and "single steps keep the form" in found["reason"]
     assert of_run(DampsLater).broken > 200
 
 
+@pytest.mark.slow
 def test_a_pass_says_how_many_steps_it_has_seen():
     found = judged("symplecticity", "pendulum", methods.verlet, causes=False)
     assert found["verdict"] == "pass"
@@ -47,6 +49,7 @@ def test_a_pass_says_how_many_steps_it_has_seen():
     assert steps > 200 and f"runs of up to {steps} steps" in found["reason"]
 
 
+@pytest.mark.dear("True")
 @pytest.mark.parametrize(("damped", "same"), [
     (lambda k, steps: 1.0, True),
     (lambda k, steps: 1.0 if k == steps else 1 - 1e-9, False),  # rows of another motion
@@ -73,6 +76,7 @@ class Plain(DampsLater.formula):
         return *kick_drift_kick(*state[:2], h, s), state[2] + 1
 
 
+@pytest.mark.dear("fail")
 @pytest.mark.parametrize(("formula", "verdict"), [(DampsLater.formula, "fail"), (Plain, "pass")])
 def test_a_program_that_remembers_goes_back_along_a_long_run(formula, verdict):
     box = black_box(order=2, reversible=True)(formula)
@@ -92,6 +96,7 @@ class DriftsLate(Plain):
         return q, p - h / 2 * late * s.gradient(q, p), k + 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("formula", "verdict"), [(DriftsLate, "fail"), (Plain, "pass")])
 def test_the_order_of_a_program_that_remembers_is_that_of_its_whole_run(formula, verdict):
     """Steps from drawn places begin anew, and so show nothing that comes late."""

@@ -27,6 +27,7 @@ from .judging import judged
 from .methods import kick_drift_kick
 
 
+@pytest.mark.slow
 def test_a_step_that_keeps_something_between_calls_is_no_map():
     calls = []
 
@@ -74,6 +75,7 @@ def test_a_method_that_keeps_no_form_is_a_map_in_its_runs_too():
     assert found["verdict"] == "measured"
 
 
+@pytest.mark.slow
 def test_a_run_that_ends_beside_its_row_is_told_in_words_for_runs(monkeypatch):
     monkeypatch.setattr(along_run, "MOST", 2**7)  # of 2048 it is seen, too, and takes long
 
@@ -110,6 +112,7 @@ def test_a_sound_method_without_a_verdict_has_no_cause():
     assert "--digits" not in found["reason"]
 
 
+@pytest.mark.slow
 def test_a_step_that_looks_at_h_is_seen_at_others():
     @black_box(order=2)
     def looking(q, p, h, s):
@@ -229,6 +232,7 @@ def test_other_bad_input_is_one_sentence():
         Scheme(scenes.get("pendulum"), methods.verlet).flow("0.1", digits=50)
 
 
+@pytest.mark.slow
 def test_a_momentum_that_is_kept_in_one_plane_alone_is_not_kept():
     import sympy
 
@@ -267,6 +271,7 @@ def of_each_state(q, p, h, s):
     return projected(*kick_drift_kick(q, p, h, s), s, s.H(q, p))
 
 
+@pytest.mark.dear("pass", "of_its_start")
 @pytest.mark.parametrize(
     ("step", "claim", "verdict"),
     [(of_its_start, "energy", "fail"), (kick_drift_kick, "energy", "fail"),
@@ -279,6 +284,7 @@ def test_a_claimed_energy_is_kept_from_every_state(step, claim, verdict):
     assert verdict == "pass" or "changes the energy by" in found["reason"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("digits", "verdict"), [(16, "pass"), (50, "fail")])
 def test_an_energy_that_a_quadrature_keeps_is_kept_in_doubles(digits, verdict):
     """Of six nodes, on a force that is no polynomial: exact to round-off, and not to 40 digits."""

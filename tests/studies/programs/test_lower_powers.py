@@ -39,6 +39,7 @@ def unequal_halves(q, p, h, s):
     return q, p - 0.49999999 * h * s.gradient(q, p)
 
 
+@pytest.mark.dear(but=("3e-",))
 @pytest.mark.sampled
 @pytest.mark.parametrize("size", [3e-5, 1e-5, 5e-6, 1e-7, 2e-8])
 @pytest.mark.parametrize("of_x", [False, True])
@@ -48,12 +49,14 @@ def test_a_small_error_of_first_order_is_seen(size, of_x):
     assert found.component == ("x[0]" if of_x else "mu[0]")
 
 
+@pytest.mark.slow
 def test_its_runs_of_second_order_are_denied():
     found = judged("order", "pendulum", of_first_order(1e-5), causes=False)
     assert found["verdict"] == "fail" and "one step is of order 1.00" in found["reason"]
     assert local_order("pendulum", black_box(order=2)(unequal_halves)).order < 1 + NEAR
 
 
+@pytest.mark.dear(but=("verlet",))
 @pytest.mark.sampled
 @pytest.mark.parametrize("scene", ["pendulum", "kepler"])
 @pytest.mark.parametrize("name", [
@@ -86,6 +89,7 @@ def test_what_is_no_sum_says_what_it_may_hide():
     assert found.first is None and 1e-10 < (found.hidden or 0) < 1e-6
 
 
+@pytest.mark.slow
 def test_a_program_that_jumps_is_not_passed():
     """Its errors are of order 2 down to 10⁻¹¹, where half of a lower power could lie."""
 

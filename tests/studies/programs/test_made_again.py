@@ -48,6 +48,7 @@ def interpolated(q, p, h, steps, every, s):
     return z[: len(q)].T, z[len(q) :].T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("changed", [
     lambda k, steps: 1.0 if 4 * k % steps == 0 else 1.01,  # right at the rows that order reads
     lambda k, steps: 1.01 if k == steps // 3 else 1.0,  # a single row, which is not smooth
@@ -56,6 +57,7 @@ def test_rows_of_another_run_are_seen(changed):
     assert departure(whole_runs(changed)).broken
 
 
+@pytest.mark.dear(but=("box2-pendulum", "box0-pendulum"))
 @pytest.mark.parametrize("scene", ["pendulum", "kepler"])
 @pytest.mark.parametrize("box", [
     methods.verlet, methods.rk4, methods.LateLeapfrog, methods.Beeman,
@@ -66,6 +68,7 @@ def test_a_sound_run_is_its_steps(box, scene):
     assert found.size is not None and not found.broken
 
 
+@pytest.mark.slow
 def test_a_step_that_depends_on_earlier_ones_fails_every_study():
     assert departure(of_state(1e-9)).broken and not departure(of_state(0.0)).broken
     found = judged("order", "pendulum", of_state(1e-12), causes=False)
@@ -87,6 +90,7 @@ def test_a_run_that_fails_is_no_pass():
     assert "beyond the table" in of_scheme(scheme).unscanned
 
 
+@pytest.mark.slow
 def test_how_far_a_change_grows_is_the_motion_s():
     """A program that enlarges every change buys no larger difference of its own rows."""
 

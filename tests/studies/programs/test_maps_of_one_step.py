@@ -55,6 +55,7 @@ def kicked(h):
     return step
 
 
+@pytest.mark.slow
 def test_the_form_of_another_motion_is_judged_alone():
     box = black_box(step="0.1", symplectic=True, reversible=True)(kicked(0.1))
     found = judged("symplecticity", "pendulum", box, causes=False)

@@ -28,6 +28,7 @@ def forgot_h(s, z, h):
 """
 
 
+@pytest.mark.dear(but=("z-", "left", "still", "squared", "doubled"))
 @pytest.mark.sampled
 @pytest.mark.parametrize("name", BROKEN)
 @pytest.mark.parametrize("form", FORMS)
@@ -38,6 +39,7 @@ def test_the_order_of_a_naive_map_fails(name, form):
     assert told.get("diagnosis", {}).get("cause") != "not found", told["reason"]
 
 
+@pytest.mark.dear("euler", "program")
 @pytest.mark.parametrize("name", SOUND)
 @pytest.mark.parametrize("form", FORMS)
 def test_the_order_of_a_right_map_passes(name, form):

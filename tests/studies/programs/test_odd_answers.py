@@ -53,6 +53,7 @@ ODD = {
 }  # fmt: skip
 
 
+@pytest.mark.dear(but=("ignores mu", "stands still", "starts from six digits"))
 @pytest.mark.parametrize("what", ODD)
 def test_no_program_passes_whose_single_steps_are_unknown_or_others(what, tmp_path):
     begin, end, wanted = ODD[what]
@@ -72,6 +73,7 @@ def shy(q, p, h, system):
     return kick_drift_kick(q, p, h, system)
 
 
+@pytest.mark.dear(but=("kepler",))
 @pytest.mark.parametrize(("study", "scene"), [
     ("order", "pendulum"), ("energy", "pendulum"), ("momentum", "kepler"),
 ])  # fmt: skip

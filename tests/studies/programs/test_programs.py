@@ -249,6 +249,7 @@ def jacobian(q, p, h, s):
     return kick[1] @ np.array([[1, h], [0, 1]]) @ kick[0]
 
 
+@pytest.mark.slow
 def test_a_derivative_of_ones_own_is_taken_in_place_of_differences():
     own = dataclasses.replace(methods.verlet, jacobian=jacobian)
     found = judged("symplecticity", "pendulum", own, causes=False)
@@ -261,6 +262,7 @@ def test_a_derivative_of_ones_own_is_taken_in_place_of_differences():
     assert found["verdict"] != "pass" and "its jacobian has the shape (2,)" in found["reason"]
 
 
+@pytest.mark.slow
 def test_a_derivative_of_ones_own_has_to_be_that_of_the_steps():
     """A shear keeps the form: only the steps themselves tell that it is not their derivative."""
     shear = np.array([[1, 1e-7], [0, 1]])

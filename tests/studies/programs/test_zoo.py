@@ -25,6 +25,7 @@ EVERY = {box.name: box for box in vars(methods).values() if hasattr(box, "claims
 SEPARABLE = ("pendulum", "harmonic", "kepler", "henon-heiles", "spring-pendulum")
 
 
+@pytest.mark.slow
 def test_what_a_method_is_worth():
     found = verdicts("pendulum", methods.verlet, "order", "symplecticity", "reversibility")
     assert found == ["pass"] * 3
@@ -56,6 +57,7 @@ def test_constraints_and_quaternions_of_ones_own():
 FAST = ("split-1", "LateLeapfrog", "own-step")
 
 
+@pytest.mark.dear("1]", "step")
 @pytest.mark.parametrize(("cause", "box"), [
     pytest.param(cause, box, id=box.name, marks=[] if box.name in FAST else [pytest.mark.slow])
     for cause, box in MISTAKES
@@ -67,6 +69,7 @@ def test_a_mistake_is_caught_with_its_cause(cause, box):
     assert found["diagnosis"]["cause"] == cause
 
 
+@pytest.mark.dear("p-", "-h")
 @pytest.mark.parametrize(("name", "words"), [
     ("split-0", "the kicks of a step cancel"), ("split-14", "is off by 1e-08 of it"),
     ("ignores-h", "the same for every h"), ("gives-p-first", "it gives (p, q)"),

@@ -57,6 +57,7 @@ def proven(rule, order=None, kind="time"):
 # -- what is right ---------------------------------------------------------------------------------
 
 
+@pytest.mark.dear(but=("midpoint", "2]", "heun", "verlet", "[trapezoidal"))
 @pytest.mark.parametrize("name", ["midpoint", "trapezoidal", "gauss-2", "lobatto-3", "heun",
                                   "runge-kutta-4", "implicit-midpoint", "stoermer-verlet",
                                   "discrete-gradient", "triple-jump:midpoint",
@@ -68,6 +69,7 @@ def test_orders_that_rules_state(name):
     assert answer.chance < 1e-15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["gauss-3", pytest.param("gauss-4", marks=slow),
                                   pytest.param("lobatto-5", marks=slow)])  # fmt: skip
 def test_high_orders_on_nodes_in_the_field(name):
@@ -103,6 +105,7 @@ def test_the_order_of_a_rule_that_states_none():
     assert prove(unstated, groupoid="time").order == 2
 
 
+@pytest.mark.slow
 def test_a_class_of_its_own():
     assert proven("imex", kind="fast")
 
@@ -145,6 +148,7 @@ def wrong_rules():
     return cases
 
 
+@pytest.mark.dear(but=("<lambda>1",))
 @pytest.mark.parametrize("make", wrong_rules())
 def test_wrong_rules_are_disproven(make):
     rule = make()
@@ -168,6 +172,7 @@ def test_wrong_maps_are_disproven(power):
 # -- what is not decided, and why ------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_decimals_are_said_to_be_decimals():
     (answer,) = prove("kahan-li-6:midpoint", groupoid="time").classes.values()
     assert answer.proven is None and answer.order == 2 and "decimals" in answer.why
@@ -248,6 +253,7 @@ def test_several_open_numbers():
     assert prove(ends, groupoid="time").conditions[2] == "2*a + b - 1 = 0"
 
 
+@pytest.mark.dear(but=("wanted3",))
 @pytest.mark.parametrize(("rule", "wanted"), [
     ("midpoint", {"v·L_xx v": Fraction(-1, 24), "f·M⁻¹f": Fraction(1, 24)}),
     ("trapezoidal", {"v·L_xx v": Fraction(1, 12), "f·M⁻¹f": Fraction(1, 24)}),
@@ -321,6 +327,7 @@ def test_the_fixture(assert_proven_order):
         assert_proven_order("midpoint", 3, groupoid="time")
 
 
+@pytest.mark.slow
 def test_dimensions_by_the_theorem_on_trees():
     (note,) = [e for e in prove(two_thirds, groupoid="pair").notes if "every n" in e]
     assert "order 2" in note
@@ -333,6 +340,7 @@ def test_dimensions_by_the_theorem_on_trees():
     assert found.proven and not any("every n" in e for e in found.notes)
 
 
+@pytest.mark.slow
 def test_a_rule_of_points_has_no_meaning_with_the_time_among_them():
     @discretisation(order=2, groupoids="pair")
     def verlet(L, G, x, u, h):
@@ -344,6 +352,7 @@ def test_a_rule_of_points_has_no_meaning_with_the_time_among_them():
     assert any("no meaning for L(x, v, t)" in e and "test_proof.py" in e for e in found.notes)
 
 
+@pytest.mark.dear(but=("[3",))
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_derivatives_that_a_rule_takes_itself_are_seen(count):
     """h² V‴ has no effect where V is a cubic."""
@@ -375,6 +384,7 @@ def test_the_table_of_leading_errors():
             assert [*of_rule(rules.get(name)).values()] == wanted
 
 
+@pytest.mark.slow
 def test_explain_has_the_leading_error():
     assert "h^3 ((-1/24) v·L_xx v + (1/24) f·M⁻¹f)" in explain("pendulum", "midpoint")
     assert "leading error" not in explain("rigid-body", "midpoint")

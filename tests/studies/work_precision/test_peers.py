@@ -22,6 +22,7 @@ OTHERS = ("harmonic", "charged-particle", "lagrange-top", "fpu")
 EVERY = ["rigid-body", *(pytest.param(n, marks=pytest.mark.slow) for n in OTHERS)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EVERY)
 def test_peers_solve_the_same_equations(name):
     """Each of scipy's methods comes to the reference; LSODA on fpu collects 5000 tolerances."""

@@ -37,6 +37,7 @@ def pendulum():
     return race("pendulum")
 
 
+@pytest.mark.slow
 def test_everybody_takes_part_and_comes_to_the_truth(pendulum):
     ours = {"rectangle", "midpoint", "trapezoidal", *HIGH_ORDER}
     assert set(pendulum) == {*ours, *SCIPY}
@@ -212,6 +213,7 @@ def test_the_characteristic_period_of_the_oscillator_is_its_period():
     assert found == pytest.approx(2 * math.pi, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_rules_of_high_order_begin_at_their_loose_end():
     """Else a race says nothing of what they cost at 10⁻⁴, where peers are slowest to beat."""
     problem, equations = race_on(scenes.get("kepler"))
@@ -233,6 +235,7 @@ def test_rules_with_stages_begin_where_these_contract(monkeypatch):
         RuleContestant(problem, discretisations.get("gauss-3"), first=4)
 
 
+@pytest.mark.slow
 def test_a_setting_that_fails_is_told_and_the_next_is_tried():
     """It must not end the race of all methods."""
     scene = scenes.get("rigid-body").with_values(duration=100)

@@ -81,6 +81,7 @@ def test_located_impacts_have_the_order_of_the_rule(rule, order):
     assert abs(np.log2(off[0] / off[1]) - order) < 0.2
 
 
+@pytest.mark.slow
 def test_stepped_impacts_have_order_one():
     """Late by 0 to 1 steps, and by half of one on average over starts: of no higher order.
 

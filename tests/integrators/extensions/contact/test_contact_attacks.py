@@ -45,6 +45,7 @@ def thrown(inertia):
     return attacks.rolling(inertia, "0.2", slope=(0, 1), v0=[1, 0, 0], impacts="located")
 
 
+@pytest.mark.slow
 @pytest.mark.dear("stepped")
 @pytest.mark.parametrize("impacts", MODES)
 def test_what_rolls_does_not_jam(impacts):
@@ -53,6 +54,7 @@ def test_what_rolls_does_not_jam(impacts):
         assert slope_misses(disc, 0.5, impacts, step) < 1e-13
 
 
+@pytest.mark.slow
 def test_the_end_of_a_slip_is_located_whatever_the_sign_of_its_round_off():
     sphere = Scheme(thrown(Fraction(2, 5)), midpoint)
     for step in (0.0142, 0.0149, 0.0184):
@@ -69,6 +71,7 @@ def test_a_slip_that_jams_sticks_at_once(impacts):
     assert abs(sliding / 1e-4 - 6.25) < 2e-3  # g/(1.6 − 1.2 κ)
 
 
+@pytest.mark.slow
 def test_a_puck_slides_along_its_line_and_stops_where_its_energy_is_spent():
     puck = attacks.puck
     assert abs(run(puck, "0.01", 500).x[-1] - [1, 4 / 3, 0]).max() < 1e-12  # v²/2κ = 5/3
@@ -111,6 +114,7 @@ def test_rolling_slipping_and_jamming_at_random_steps():
     assert not wrong, wrong
 
 
+@pytest.mark.slow
 def test_a_block_stops_whatever_the_scale_of_its_gap():
     found = run(attacks.blown, "0.01", 300)
     assert abs(found.x[-1] - [1, 0]).max() < 1e-12

@@ -73,6 +73,7 @@ def test_a_gap_that_no_motion_on_the_groupoid_changes():
         Scheme(top.with_values(contact=lambda x, p: [x.dot(x) - 1]), midpoint)
 
 
+@pytest.mark.slow
 def test_friction_in_a_plane_that_no_motions_span():
     """x itself has two directions across φ′ there, and a sphere one: no paradox of friction."""
     bare = scenes.get("spherical-pendulum").with_values(

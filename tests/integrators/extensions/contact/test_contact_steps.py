@@ -116,6 +116,7 @@ def test_rows_and_starts():
     assert flow.ensemble([[1], [2]], [[0], [0]], 10).x.shape == (2, 11, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.dear("stepped")
 @pytest.mark.parametrize("impacts", ["stepped", "located"])
 def test_a_run_goes_on_from_any_of_its_rows(impacts):
@@ -214,6 +215,7 @@ def test_a_gap_whose_impacts_accumulate_leaves_the_others_their_rebound():
     assert abs(found.mu[-1, 1] - 0.8) < 1e-13 and abs(found.x[-1, 1] - 0.24) < 1e-13
 
 
+@pytest.mark.dear(but=("cayley",))
 @pytest.mark.parametrize("retraction", ["cayley", "exponential"])
 def test_contact_on_an_action_groupoid(retraction):
     """A spherical pendulum that hits a plate: its attitude stays on the sphere."""

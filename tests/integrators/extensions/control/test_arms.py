@@ -65,6 +65,7 @@ def directly(duration, g):
     return found.fun
 
 
+@pytest.mark.dear(but=("-1",))
 @pytest.mark.parametrize(("duration", "g"), ARMS)
 def test_an_arm_has_the_cost_of_a_direct_optimisation(duration, g):
     """Of the same steps, which another solver meets from another start to its own tolerance."""
@@ -73,6 +74,7 @@ def test_an_arm_has_the_cost_of_a_direct_optimisation(duration, g):
     assert np.abs(best.x[-1] - END).max() < 1e-12 and np.abs(best.mu[-1]).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_costs_of_an_arm_converge():
     """With the order 2 of the rule, from starts for each number of steps of their own."""
     costs = [arm(1, "9.81").solve(N, midpoint).cost for N in (25, 50, 100)]

@@ -190,6 +190,7 @@ def test_the_costate_by_two_stages_is_the_gradient_too():
             assert abs(slope) < 1e-14
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [
     "low-thrust-transfer", pytest.param("upright-top", marks=pytest.mark.slow),
 ])  # fmt: skip

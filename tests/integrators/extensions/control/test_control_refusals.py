@@ -35,6 +35,7 @@ REST = scenes.get("rigid-body").with_values(v0=[0, 0, 0], symmetries=())
 HALF_TURN = [-1, 0, 0, 0, -1, 0, 0, 0, 1]
 
 
+@pytest.mark.dear("given9", "given8")
 @pytest.mark.parametrize(("given", "said"), [
     ((plane(), effort, ([1, 1], [0, 0]), lambda x, v, f, p: [f[0], 0], 1),
      r"cannot be reached: the inputs do not steer x\[1\]"),

@@ -28,6 +28,7 @@ def swing(length, time, of_mass):
     return Control(scene, lambda x, v, f, p: f.dot(f) / 2, ([length], [0]))
 
 
+@pytest.mark.dear(but=("(1/1000000000000, 1/1000000000000, 1)",))
 @pytest.mark.parametrize("units", [
     (ten(-12), ten(-12), 1), (ten(12), ten(12), 1), (1, 1, ten(-12)), (1, ten(12), 1),
     (ten(-50), 1, 1), (1, 1, ten(150)), (1, 1, ten(-150)),

@@ -49,6 +49,7 @@ def test_parameters_stay_parameters():
         file.begin(wieght=2.0)
 
 
+@pytest.mark.dear("top]", "double")
 @pytest.mark.parametrize("name", ["double-pendulum", "heavy-top", "kapitza-pendulum",
                                   "lotka-volterra", "mathews-lakshmanan"])  # fmt: skip
 def test_energy_and_momenta_are_those_of_the_bench(name):
@@ -89,6 +90,7 @@ def test_a_failed_step_leaves_the_state_as_it_was():
     assert math.isfinite(file.step(state, 0.01).x[0])
 
 
+@pytest.mark.slow
 @pytest.mark.dear("sl2-gauss-3")
 @pytest.mark.parametrize(("scene", "rule"), [
     ("heavy-top", "midpoint"), ("sl2", "gauss-3"), ("kirchhoff", "midpoint"),
@@ -103,6 +105,7 @@ def test_a_group_by_the_exponential_map_has_stumpff_s_functions(scene, rule):
     assert abs(xs - run.base).max(initial=0) <= 64 * 2.0**-53
 
 
+@pytest.mark.slow
 def test_stumpff_s_functions_are_their_series():
     """From z/4ⁿ, near 0 and on both sides of it, against the sums with 40 digits."""
     scene = scenes.get("rigid-body").with_retraction(retractions.get("exponential"))
@@ -140,6 +143,7 @@ def test_multipliers_are_those_of_the_run():
     assert not hasattr(module(Scheme(scenes.get("pendulum"), trapezoidal)), "multipliers")
 
 
+@pytest.mark.dear("rule1")
 @pytest.mark.parametrize("rule", [trapezoidal, midpoint])
 def test_a_lattice_is_written_site_by_site(rule):
     lattice = chain()
@@ -171,6 +175,7 @@ def test_what_cannot_be_exported_is_one_sentence_that_says_what_can(scene, rule,
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 def test_functions_of_matrices_cannot_be_exported():
     scene = Scene(name="sl3", groupoid=lie_group(sl(3), exponential), x0=[], v0=[1] + [0] * 7,
                   lagrangian=lambda x, v, p: v.dot(v) / 2, duration=1)  # fmt: skip

@@ -48,6 +48,7 @@ def test_a_program_runs_as_the_rule_that_it_is(request, language, scene):
     assert np.array_equal(run.x, again.x) and np.array_equal(run.mu, again.mu)
 
 
+@pytest.mark.slow
 def test_a_program_is_judged(in_c):
     for study in ("order", "symplecticity"):
         found = check(study, ["pendulum"], [in_c], digits=[16])

@@ -62,6 +62,7 @@ def test_another_gradient_is_refused(which):
         Scheme(swing(*WRONG[which]), verlet)
 
 
+@pytest.mark.dear("a table")
 @pytest.mark.parametrize("which", SOUND)
 def test_the_gradient_of_the_function_is_taken(which):
     assert Scheme(swing(*SOUND[which]), verlet).order == 2

@@ -47,7 +47,7 @@ def scheme(name):
     return Scheme(LATTICES[name](), trapezoidal)
 
 
-@pytest.mark.dear("tree")
+@pytest.mark.dear("tree", "16]")
 @pytest.mark.parametrize(("name", "digits"), [("rods", 16), ("tree", 16), ("rods", 50)])
 def test_a_killed_run_goes_on(tmp_path, monkeypatch, name, digits):
     flow = scheme(name).flow("1/50", digits=digits)
@@ -92,6 +92,7 @@ def test_bad_input_is_told_in_a_sentence(changes, said):
     assert "\n" not in str(told.value)
 
 
+@pytest.mark.slow
 def test_a_start_of_a_run_that_is_off_is_refused():
     flow = scheme("held at both ends").flow("1/50")
     with pytest.raises(BadInput, match="φ of the constraint of bond 0"):
@@ -116,6 +117,7 @@ def test_what_constraints_cannot_do_is_told():
         Scheme(lattice, compose(midpoint, "suzuki")).flow("1/50").poisson_defect(None, None)
 
 
+@pytest.mark.slow
 def test_a_pivot_of_0_is_named_and_a_list_gets_past_it():
     """The mass matrix is indefinite, with zeros on its diagonal."""
     lattice = masses("indefinite", HUNG[:3], constraint=lambda x, y, p: [(y - x).dot(y - x) - 1],
@@ -127,6 +129,7 @@ def test_a_pivot_of_0_is_named_and_a_list_gets_past_it():
     assert abs((np.diff(run.x, axis=1) ** 2).sum(axis=2) - 1).max() < ROUND_OFF
 
 
+@pytest.mark.dear(but=("chain",))
 @pytest.mark.parametrize("bonds", ["chain", [(0, 1)]], ids=str)
 def test_a_step_without_a_solution_is_told(bonds):
     """A rod of length 1 cannot span what the second end has moved away by in one step."""

@@ -33,6 +33,7 @@ def save_at_once(monkeypatch):
 OTHERS = [("systems.fput(12)", trapezoidal), ("systems.membrane(5, 4)", midpoint)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lattice", "rule"),
     [("systems.rotors(12)", midpoint), *(pytest.param(*e, marks=pytest.mark.slow) for e in OTHERS)],

@@ -71,6 +71,7 @@ def balls(count=5, moving=1, slack=0.05, restitution=1, **given):
     return Lattice("balls", pair(1), count, restitution=restitution, **values | given)
 
 
+@pytest.mark.dear(but=("[2",))
 @pytest.mark.parametrize("moving", [1, 2, 3])
 def test_as_many_balls_leave_as_came(moving):
     run = Scheme(balls(moving=moving), midpoint).flow("1/50").trajectory(150)
@@ -94,6 +95,7 @@ def test_balls_that_touch_are_struck_together():
     assert abs(run.mu[-1, :, 0] - np.array([-1, 2, 2]) / 3).max() < 1e-14
 
 
+@pytest.mark.slow
 def test_a_time_dependent_table_under_beads_runs_as_its_scene():
     shaken = beads("1/2", fixed=[1], on_site=lambda x, v, p, t: (1 + t / 9) * v[0] ** 2 / 2
                    - (p.g + sympy.sin(3 * t) / 2) * x[0])  # fmt: skip
@@ -153,6 +155,7 @@ def rebounding(self, gaps, h, part, restitution):
     BEGIN(self, gaps, h, part, 0.25)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("of", "name", "fault", "seen"),
     [(LatticeGaps, "impulses", pulling, "pull"),

@@ -13,6 +13,7 @@ from discmech.integrators.rules import gauss
 from tests.integrators.extensions.lattices.test_lattices import fput
 
 
+@pytest.mark.dear(but=("trapezoidal",))
 @pytest.mark.sampled
 @pytest.mark.parametrize("rule", [gauss(3), midpoint, trapezoidal], ids=lambda r: r.name)
 @pytest.mark.parametrize("bonds", ["chain", [(i, i + 1) for i in range(8)]], ids=["chain", "list"])

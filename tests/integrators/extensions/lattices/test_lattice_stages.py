@@ -31,6 +31,7 @@ def both(lattice, rule, step="1/20"):
     return flow, newton(flow)
 
 
+@pytest.mark.slow
 @pytest.mark.dear("action", "product")
 @pytest.mark.parametrize("kind", [*SITES])
 @pytest.mark.parametrize("rule", [gauss(2), slow(gauss(3))], ids=lambda r: r.name)
@@ -77,6 +78,7 @@ def stiff(k, sites=8):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_newton_takes_over_where_bonds_are_stiff():
     """No fixed point contracts at hω = 20; it is the same run."""
     flow, other = both(stiff(10**4), gauss(3), "1/10")
@@ -116,6 +118,7 @@ def colliding():
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_newton_takes_over_on_the_way(tmp_path, monkeypatch):
     """Rows before it are of the fixed point; a run goes on from a file as it would have gone on."""
     monkeypatch.setattr(checkpoints, "SECONDS", 0)
@@ -142,6 +145,7 @@ def test_newton_takes_over_on_the_way(tmp_path, monkeypatch):
     assert again.newton_since == run.newton_since
 
 
+@pytest.mark.dear(but=("lattice0",))
 @pytest.mark.parametrize("lattice", [fput(), fput("list", bonds=SCATTERED, parameters=LIST,
                                                   fixed=[0]), SITES["group"]()])  # fmt: skip
 def test_a_run_of_stages_goes_on_from_a_file(lattice, tmp_path, monkeypatch):
@@ -183,6 +187,7 @@ def test_a_step_that_nothing_finds_keeps_its_rows():
     assert len(failure.value.trajectory.t) == 3
 
 
+@pytest.mark.slow
 def test_a_parameter_may_have_any_name():
     for name, value in (("force_of_bonds", 3), ("force_of_bonds_0", 3), ("h", MASS), ("ww0_0", 2)):
         named = fput(parameters={"stiff": 1, "alpha": 0, name: value},

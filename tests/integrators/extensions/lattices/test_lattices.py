@@ -78,6 +78,7 @@ def test_momenta_that_do_not_tell_velocities_are_named():
                 velocities(flow, one, unit * other, 0 * other)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [1000, slow(10_000)])
 def test_a_list_of_stiff_bonds_solves_each_step_as_the_chain(stiffness):
     """Also the one in which the fixed point gives way to the factorisation."""
@@ -98,6 +99,7 @@ def test_sites_are_solved_by_themselves_where_bonds_are_asked_for_at_ends_only()
         assert Scheme(fput(), rule).local is alone
 
 
+@pytest.mark.dear("midpoint")
 @pytest.mark.parametrize("rule", [trapezoidal, midpoint], ids=lambda r: r.name)
 def test_fixed_ends_stay(rule):
     run = Scheme(fput(fixed_ends=True), rule).flow("1/20").trajectory(40)

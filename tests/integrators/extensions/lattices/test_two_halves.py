@@ -23,6 +23,7 @@ SHAPES = {"chain": {}, "fixed": {"fixed": [0]}, "ring": {"bonds": "ring"},
           "list": {"bonds": [(2, 0), (1, 2), (0, 1)]}}  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.sampled
 @pytest.mark.parametrize("shape", [*SHAPES])
 @pytest.mark.parametrize("kind", [*SITES])

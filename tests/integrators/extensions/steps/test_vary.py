@@ -53,6 +53,7 @@ def test_rows_have_the_physical_time(way):
     assert flow.trajectory(10, t0="1/2").t[0] == 0.5
 
 
+@pytest.mark.dear(but=("naive", "midpoint"))
 @pytest.mark.parametrize(
     ("rule", "way", "order", "sigma"),
     [("rectangle", "poincare", 1, square), ("trapezoidal", "poincare", 2, square),
