@@ -68,7 +68,7 @@ report: $(READY)  ## all studies, to reports/build/index.html
 		*) echo "report: stopped ($$code)" ;; esac >&2; exit $$code; }
 
 report-all: REPORT = --bench
-report-all: report  ## the same with the studies that test the bench itself
+report-all: report  ## the same with more digits on every scene, and what tests the bench itself
 
 docs: $(VENV)/.docs  ## the documentation as a site, to docs/_build/index.html
 	@$(BIN)/python -m sphinx -q -E -W --keep-going -c docs . docs/_build

@@ -171,7 +171,7 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     report.add_argument(
         "--bench",
         action="store_true",
-        help="with the studies that test the bench itself, and no method",
+        help="with the studies that test the bench itself, and with more digits on every scene",
     )
     add_look(report)
     add_own(report, (THOROUGH,))

@@ -30,6 +30,11 @@ if TYPE_CHECKING:
 #: panels from which drawing in parallel pays: another process takes two seconds to begin, a panel
 #: less than a tenth of one
 WORTH_DRAWING_TOGETHER = 60
+#: what a study's part of the page says of its precisions
+FEW = (
+    "More digits than a double's are for one scene of each kind here; the command of the study, "
+    "and `make report-all`, take them for every scene."
+)
 
 
 def make_report(
@@ -58,6 +63,8 @@ def make_report(
 
     history = None if store is None else History(store)
     whole = replace(choice, own=()) == Choice()
+    if few := whole and not bench and not choice.thorough:
+        choice = replace(choice, own=(*choice.own, ("few", True)))
     studies = [study for study in every_study().values()
                if (bench or not study.of_the_bench)
                and (study.usual or (study.of_the_bench and whole))]  # fmt: skip
@@ -66,6 +73,10 @@ def make_report(
     results = [replace(result, command=asked(result.study))  # with the choice
                if result.command == f"discmech {result.study}" else result
                for result in results]  # fmt: skip
+    if few:
+        results = [replace(result, notes=[*result.notes, FEW])
+                   if any(case.digits > 16 for case in result.cases) else result
+                   for result in results]  # fmt: skip
     progress("figures", 1.0)
     scenes = {scene.name: scene for scene, _ in plan.pairs}
     for (i, _), case in plan.places():

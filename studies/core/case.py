@@ -15,7 +15,7 @@ from discmech.integrators.scene import Scene, remembered
 
 from . import words
 from .family import DIGITS as OF_FAMILY
-from .family import FAMILY
+from .family import FAMILY, of_each_kind
 from .outcome import Measurement, Verdict, worst
 from .parts import parts_of, usual_lattices, usual_rules
 from .userfile import word_for_study
@@ -229,12 +229,16 @@ def silent(label: str, fraction: float) -> None:
 def plain_cases(
     study: str, choice: Choice, default_digits: Sequence[int], thorough: bool = False
 ) -> list[Case]:
-    """Return every chosen scene with every chosen rule at every precision."""
+    """Return every chosen scene with every chosen rule at every precision.
+
+    A choice of the `few` has precisions beyond a double's for one scene of each kind alone.
+    """
+    few = of_each_kind(scenes.all_scenes()) if choice.asked("few") else None
     return [
         Case(study, scene, rule, digits, choice.steps, thorough=thorough)
         for digits in choice.digits or default_digits
         for scene, rule in choice.pairs()
-        if rule.runs_at(digits)
+        if rule.runs_at(digits) and (few is None or digits == 16 or scene.name in few)
     ]
 
 

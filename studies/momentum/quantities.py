@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import random
+from contextlib import suppress
 from functools import cache
 from typing import Any
 
@@ -139,31 +140,47 @@ def of_growth(scheme: Scheme, formula: tuple[Any, ...], step: Any, digits: int) 
     the run's digits and with twice as many. No run has a part in it; it is 0 without such states,
     and for a program, whose sums are not known.
     """
-    if not scheme.rule.is_formula:
+    s, squares = scheme.s, list[float]()
+    if not (grown := _grown(scheme, step, digits)):
         return 0.0
+    numbers = grown[0][0].exactly.numbers
+    letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
+    f = numeric(letters, [list(formula), list(map(absolute_terms, formula))], numbers)
+    for context, after, off in grown:
+        try:
+            with numbers.working():
+                p = [numbers.number(v) for v in scheme.scene.parameter_values]
+                (there, terms), (moved, _) = (
+                    f(*np.split(at, [len(s.x)]), p) for at in (after, after + off)
+                )
+                change = max(abs(b - a) for a, b in zip(there, moved, strict=True))
+                size = max(terms) * context.numbers.eps
+                squares.append(float(change / size) ** 2 if size else 0.0)
+        except (DiscmechError, ArithmeticError):
+            continue
+    return math.sqrt(3 * sum(squares) / len(squares)) if squares else 0.0
+
+
+@cache
+def _grown(scheme: Scheme, step: Any, digits: int) -> list[tuple[Any, Any, Any]]:
+    """Return (context, end, its round-off) of steps from SAMPLES drawn states, for all quantities.
+
+    It is empty without such states, and for a program.
+    """
+    if not scheme.rule.is_formula:
+        return []
     try:
         context = scheme.flow(step, digits).context
         places = evidence_of(scheme).places
     except (ReferenceFailure, DiscmechError):
-        return 0.0
-    s, numbers, squares = scheme.s, context.exactly.numbers, list[float]()
-    letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
-    f = numeric(letters, [list(formula), list(map(absolute_terms, formula))], numbers)
+        return []
+    found: list[tuple[Any, Any, Any]] = []
     drawn = random.Random(scheme.scene.name)
     for place in itertools.islice(itertools.cycle(places), SAMPLES if places else 0):
         x, mu = (
             [e * (1 + drawn.uniform(-NEARBY, NEARBY)) for e in part] for part in (place.x, place.mu)
         )
-        try:
-            for after, off in growth_errors(context, s.with_time(x, place.t), mu, place.u):
-                with numbers.working():
-                    p = [numbers.number(v) for v in scheme.scene.parameter_values]
-                    (there, terms), (moved, _) = (
-                        f(*np.split(at, [len(s.x)]), p) for at in (after, after + off)
-                    )
-                    change = max(abs(b - a) for a, b in zip(there, moved, strict=True))
-                    size = max(terms) * context.numbers.eps
-                    squares.append(float(change / size) ** 2 if size else 0.0)
-        except (DiscmechError, ArithmeticError):
-            continue
-    return math.sqrt(3 * sum(squares) / len(squares)) if squares else 0.0
+        with suppress(DiscmechError, ArithmeticError):
+            ends = growth_errors(context, scheme.s.with_time(x, place.t), mu, place.u)
+            found += [(context, after, off) for after, off in ends]
+    return found

@@ -18,7 +18,9 @@ from discmech.studies import NAMES as ALL
 from discmech.studies import get
 from discmech.studies.command import report
 from discmech.studies.command.entry import main
-from discmech.studies.core.case import Verdict
+from discmech.studies.core.case import Choice, Verdict
+from discmech.studies.core.plan import Plan
+from discmech.studies.core.study import every_study
 from tests.studies.as_json import read
 
 WORDS = [
@@ -107,6 +109,20 @@ def test_a_case_that_fails_is_marked_and_the_exit_code_says_so(made):
     assert "discmech energy heavy-top" in made.out  # and no table of what passed
     assert "pendulum, midpoint" not in made.out
     assert made.text.index("Newton did not converge") < made.text.index("cases pass</summary>")
+
+
+def test_a_report_of_everything_leaves_out_digits_and_no_method():
+    """Whatever is measured of a study, a scene and a rule; a kind has one scene at 50 digits."""
+    studies = [study for study in every_study().values() if study.usual]
+    whole, few = (
+        [case for _, case in Plan.of_those_that_apply(studies, Choice(own=own)).places()]
+        for own in ((), (("few", True),))
+    )
+    ran, of_few = ({(c.study, c.scene.name, c.label) for c in cases} for cases in (whole, few))
+    in_doubles, of_few_in_doubles = (sum(c.digits == 16 for c in cases) for cases in (whole, few))
+    assert ran == of_few and in_doubles == of_few_in_doubles and len(few) < len(whole) - 100
+    kinds = {type(case.scene.groupoid) for case in whole if case.digits == 50}
+    assert kinds == {type(case.scene.groupoid) for case in few if case.digits == 50}
 
 
 def test_the_page_needs_nothing_but_itself(made):
