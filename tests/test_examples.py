@@ -64,6 +64,7 @@ def test_flying_spaghetti():
     assert abs(middles[-1] - middles[0]) < 0.5 * (max(highs) - min(lows))
 
 
+@pytest.mark.slow
 def test_three_bodies():
     """Known as bodies; at rest they have no momentum, and the centre of mass stays at 0."""
     scene = example("three_bodies").pythagorean

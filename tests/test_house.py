@@ -29,6 +29,7 @@ def test_the_mathematics_imports_nothing_else_of_ours():
     assert not offences(under("integrators"), others)
 
 
+@pytest.mark.slow
 def test_no_study_imports_a_test():
     assert not offences(under("studies"), ["tests"])
 
@@ -140,6 +141,7 @@ def test_no_file_imports_itself_over_others(folder):
     graphlib.TopologicalSorter(graph(folder)).prepare()  # CycleError names the circle
 
 
+@pytest.mark.slow
 def test_no_chain_of_imports_is_longer_than_fourteen_files():
     arrows, depth = graph("integrators"), {}
     for module in graphlib.TopologicalSorter(arrows).static_order():

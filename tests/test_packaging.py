@@ -82,6 +82,7 @@ def installed(request, built, tmp_path):
     return python, {}, []
 
 
+@pytest.mark.slow
 def test_a_wheel_holds_one_package(built):
     names = zipfile.ZipFile(built["wheel"]).namelist()
     assert {n.split("/")[0].split("-")[0] for n in names} == {"discmech"}

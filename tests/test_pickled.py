@@ -132,6 +132,7 @@ def test_a_pool_of_processes(method):
         assert (one == ends(flow)).all()
 
 
+@pytest.mark.slow
 def test_eight_threads():
     asked = [*flows()] * 4
     with ThreadPoolExecutor(8) as pool:

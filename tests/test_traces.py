@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 import subprocess
 
+import pytest
+
 from tests.imports import ROOT
 
 
@@ -34,6 +36,7 @@ TRACES = re.compile(
 )
 
 
+@pytest.mark.slow
 def test_no_file_holds_a_path_or_a_host_of_somebody_s_machine():
     found = []
     for path in tracked():

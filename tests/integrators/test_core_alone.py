@@ -72,6 +72,7 @@ def test_the_core_computes_the_same_without_its_extensions(alone):
     assert {name: alone[name] for name in whole} == whole
 
 
+@pytest.mark.slow
 def test_what_needs_an_extension_says_so(alone):
     assert alone["contact"] == "a scene with contact: that extension is not a part of this copy."
     assert not alone["names"]

@@ -35,6 +35,7 @@ def test_they_lie_where_the_environment_says(tmp_path, monkeypatch, named, cache
     assert os.listdir(tmp_path / cache) == [places.TAG]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("days", [0, 1000])
 def test_a_temporary_cache_takes_nothing_beside_it(tmp_path, monkeypatch, days):
     before = foreign_files(tmp_path, days)

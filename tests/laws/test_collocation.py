@@ -127,7 +127,7 @@ def test_stiff_scenes_go_on_by_newton():
     assert np.array_equal(run.mu, wanted.mu)
 
 
-@pytest.mark.dear("[20")
+@pytest.mark.slow
 @pytest.mark.parametrize("digits", [16, 20])
 def test_halved_steps_are_counted_as_newtons(digits):
     """At the edge of a chart, which no whole step of this size stays away from."""

@@ -21,6 +21,7 @@ def test_times_are_exact():
     assert 0 < abs(solution("harmonic", 0.1).x[0] - tenth.x[0]) < 1e-17
 
 
+@pytest.mark.slow
 def test_several_times_at_once_are_what_they_are_alone():
     times = [3, -1, "0.5", 3]
     together = solutions("lagrange-top", times, digits=31)
@@ -129,6 +130,7 @@ def test_one_time_and_several_are_asked_alike():
     assert one["proof"].default is True and one["attitude"].default is False
 
 
+@pytest.mark.slow
 def test_collision_is_named_with_its_time():
     """Kepler's problem from rest at distance 2a = 2/5: the centre is hit at pi sqrt(a^3)."""
     falling = scenes.get("kepler").with_values(v0=[0, 0])
@@ -149,6 +151,7 @@ def test_no_series_at_the_start_is_no_end_of_the_motion(potential):
     assert not isinstance(failure.value, MotionEnds)
 
 
+@pytest.mark.slow
 def test_a_motion_is_followed_to_its_end_and_no_further_than_so_many_steps():
     fall = scenes.get("kepler").with_values(v0=[0, 0])
     follow(fall, "1/4")

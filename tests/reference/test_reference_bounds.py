@@ -106,6 +106,7 @@ def test_jacobians_over_boxes_hold_those_at_points(name):
     contains_derivatives(equations, np.array([float(s) for s in equations.start]), size)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_proven_is_said(monkeypatch):
     """A logarithm has no remainder here: two settings agree. A dear proof is left at its defect."""
     scene = scenes.get("harmonic")

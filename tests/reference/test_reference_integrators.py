@@ -137,6 +137,7 @@ def test_a_step_is_within_the_radius_and_no_term_grows(order):
             assert safe_step([pole, broken], order, tolerance) is None
 
 
+@pytest.mark.slow
 def test_convergence_law():
     """The error is the tolerance times a factor of the problem, at every tolerance."""
     equations = equations_of(scenes.get("heavy-top"))

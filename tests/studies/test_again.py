@@ -108,6 +108,7 @@ def test_every_built_in_object_is_found_by_its_word():
     assert [thing.name for thing in things if not words.is_found(thing)] == []
 
 
+@pytest.mark.slow
 def test_what_no_word_finds_has_no_command():
     @discretisation(order=2)
     def inside(L, G, x, u, h):
@@ -149,6 +150,7 @@ BOTH = {"ours": midpoint, "mine": RULES[0]}
     assert lookup.scene(f"{file}:later").duration == 3
 
 
+@pytest.mark.slow
 def test_a_rule_of_a_list_in_a_module_is_named_by_its_file(tmp_path, monkeypatch):
     tmp_path.joinpath("family_of_mine.py").write_text(MINE)
     monkeypatch.syspath_prepend(tmp_path)

@@ -48,6 +48,7 @@ def test_every_start_goes_through_and_all_translates_are_used(found):
     assert all(0 < row["margin"] <= 1 for row in found["rows"])
 
 
+@pytest.mark.slow
 def test_the_chart_bound_method_aliases(found):
     """τ(hΩ) by Cayley turns by less than half a turn, and its method by less than that."""
     for row in found["rows"]:

@@ -81,6 +81,7 @@ def test_single_steps_have_the_order_of_the_rule(name, method):
     assert found.order == pytest.approx(scheme.order, abs=1e-3), found.unknown
 
 
+@pytest.mark.slow
 def test_the_exact_map_is_said_to_be_exact():
     @one_step(order=2, groupoids="pair")
     def turned(s, z, h):
@@ -94,6 +95,7 @@ def test_the_exact_map_is_said_to_be_exact():
     assert not is_linear(Scheme(scenes.get("pendulum"), midpoint).s)
 
 
+@pytest.mark.slow
 def test_the_form_beside_the_motion():
     found = evidence_of(Scheme(scenes.get("henon-heiles"), rule("runge-kutta-4"))).departure(FORM)
     assert found.broken and found.size > 1e-9
@@ -169,6 +171,7 @@ def test_a_narrow_part_of_the_scene_hides_no_fault_in_another():
         assert found.order == pytest.approx(0, abs=0.01) and found.laws["form"].broken, size
 
 
+@pytest.mark.slow
 def test_a_fault_of_a_high_power_of_the_step_in_a_narrow_part_is_found():
     """At the steps of the first run it is below round-off."""
     rule = in_a_part(1, sympy.Rational(1, 100), power=5)
@@ -176,6 +179,7 @@ def test_a_fault_of_a_high_power_of_the_step_in_a_narrow_part_is_found():
     assert found.order == pytest.approx(2, abs=0.01) and found.laws["form"].broken
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [5, sympy.Rational(9999, 1000)], ids=["within", "at the end"])
 def test_a_fault_in_a_narrow_part_of_the_time_is_found(at):
     driven = Scene(

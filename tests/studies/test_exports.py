@@ -149,6 +149,7 @@ def test_what_cannot_be_exported_is_one_sentence(words, said, capsys):
     assert lines[0].endswith(".")
 
 
+@pytest.mark.slow
 def test_an_entry_that_is_round_off_alone_hides_nothing(tmp_path):
     """The second momentum of a motion on a line is 0; a wrong first one is still seen."""
     line = Scene(name="line", groupoid=pair(2), step="0.1", duration=20, x0=[1, 0], v0=[0, 0],

@@ -53,6 +53,7 @@ OFTEN = ("charged-particle",)  # the others wait for the slow tests
 EVERY = [pytest.param(n, marks=() if n in OFTEN else pytest.mark.slow) for n in EXTREMES]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EVERY)
 def test_nothing_is_silent(name):
     """And with a step that resolves the motion a rule of second order is right or says so."""

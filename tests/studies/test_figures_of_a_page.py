@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from itertools import combinations, pairwise
 
+import pytest
 from matplotlib.axes import Axes
 
 from discmech.studies.report.alike import Share, shares
@@ -76,6 +77,7 @@ def panel(draw: Callable[[Axes], None]) -> tuple[str, dict[str, str]]:
     return drawing.panels[0], definitions
 
 
+@pytest.mark.slow
 def test_words_of_a_figure_reach_the_page_in_one_piece() -> None:
     shown, _ = panel(lambda axes: log_axis(axes, "y", (1e-5, 8e-5)))
     words = re.findall("<text[^>]*>(.*?)</text>", shown)

@@ -24,7 +24,7 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.dear("[groupoid", "scene")
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["rule", "scene", "groupoid"])
 def test_a_new_file_passes_as_it_is(kind, here, capsys):
     assert main(["new", kind, "my-own"]) == 0

@@ -93,7 +93,7 @@ def test_an_interrupt_ends_the_command_and_its_workers(words, tmp_path):
         process.wait()
 
 
-@pytest.mark.dear(but=("killed",))
+@pytest.mark.slow
 @linux
 @pytest.mark.parametrize("ending", ["one", "all", "killed"])
 def test_machine_code_that_hears_nothing_is_ended(ending, tmp_path):
@@ -115,6 +115,7 @@ def test_machine_code_that_hears_nothing_is_ended(ending, tmp_path):
         process.wait()
 
 
+@pytest.mark.slow
 def test_a_wait_for_a_reference_says_how_far_it_is(tmp_path, monkeypatch):
     monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path))  # in which nobody has left it
     told = []

@@ -93,6 +93,7 @@ def test_what_is_wanted_of_a_lattice_with_a_force_is_what_was_measured():
     assert STUDY.view.wanted(result_of("lattices", found)) == "residual ≤ 7.1×10⁻¹⁵"
 
 
+@pytest.mark.slow
 def test_arrays_of_a_lattice_are_in_its_fingerprint():
     def chain(mass):
         return Lattice("springs", pair(1), 3, {"m": mass}, lambda x, v, p: p.m * v[0] ** 2 / 2,

@@ -166,6 +166,7 @@ def test_of_many_sites_some_are_asked_and_the_ends():
     assert residual._asked(systems.fput(500)).sum() == 498
 
 
+@pytest.mark.slow
 def test_a_solver_that_ends_early_is_caught(monkeypatch):
     right = LatticeRun._task
 

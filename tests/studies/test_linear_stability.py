@@ -45,6 +45,7 @@ def test_midpoint_has_no_end(rule):
     assert resonances(problem.matrix)["1:4"] == pytest.approx(2, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_weighted_rule_has_the_end_that_its_weights_give():
     """Of w at the middle and 1 − w at the ends: stable to z = 2/√(1 − w)."""
 
@@ -77,6 +78,7 @@ def test_the_krein_signature_changes_with_the_sense_of_rotation():
     assert {s.krein for s in spectra(Oscillator(trapezoidal).matrix) if s.z < 1.99} == {1}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [
     "explicit Euler",
     pytest.param("classical Runge-Kutta", marks=pytest.mark.slow),
@@ -95,7 +97,7 @@ def test_a_symplectic_rule_in_the_place_of_a_control_is_missed(monkeypatch):
     assert found["verdict"] == "fail" and "not caught" in found["reason"]
 
 
-@pytest.mark.dear("1_6-")
+@pytest.mark.slow
 @pytest.mark.parametrize(("rule", "wrong"), [
     ("trapezoidal", [(1.5, 1000.0)]), ("newmark-0.5-1_6", []),
 ])  # fmt: skip

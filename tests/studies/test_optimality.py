@@ -21,7 +21,7 @@ def lopsided(L, G, x, u, h):
     return h * (2 * L(x, u) + 3 * L(G.target(x, u, h), u)) / 5
 
 
-@pytest.mark.dear("gauss-2")
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", [midpoint, gauss(2)], ids=lambda rule: rule.name)
 def test_all_that_is_sought_has_the_order_of_the_rule(rule):
     (case,) = check("optimality", scenes=["oscillator"], rules=[rule])["cases"]
@@ -32,6 +32,7 @@ def test_all_that_is_sought_has_the_order_of_the_rule(rule):
     assert case["command"] == f"discmech optimality oscillator --rule {rule.name} --digits 16"
 
 
+@pytest.mark.slow
 def test_a_cubic_is_exact_by_gauss():
     (case,) = check("optimality", scenes=["double-integrator"], rules=["gauss-2"])["cases"]
     assert case["verdict"] == "pass" and len(case["measured"]["exact"]) == 3
@@ -85,6 +86,7 @@ def test_what_has_no_problem_is_refused(capsys):
     assert "it needs a problem of optimal control" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_scene_of_a_problem_goes_into_other_studies():
     assert lookup.scene("oscillator") is problem("oscillator").scene
     (case,) = check("symplecticity", ["oscillator"], ["midpoint"], [16], steps=24)["cases"]

@@ -55,7 +55,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path / "here"
 
 
-@pytest.mark.dear(but=("steps', '2')",))
+@pytest.mark.slow
 @pytest.mark.parametrize(("words", "option"), UNSEEN, ids=str)
 def test_no_output_replaces_a_file_of_somebody_else(ask, folder, words, option):
     before = foreign_files(folder, 1000)

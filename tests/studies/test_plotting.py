@@ -102,6 +102,7 @@ def test_runs_that_coincide_are_both_seen():
     assert not any(line.is_dashed() for line in apart.lines)
 
 
+@pytest.mark.slow
 def test_the_sites_of_a_lattice_have_colours_and_a_scale(cradle):
     (axes,) = plot(cradle, "time").axes
     assert len({line.get_color() for line in axes.lines}) == len(axes.lines) == 6
@@ -138,6 +139,7 @@ def test_runs_of_other_sizes_are_not_drawn_together(cradle):
             plot([run_of("pendulum"), other])
 
 
+@pytest.mark.slow
 def test_fixed_sites_have_no_panel_and_many_have_nine():
     lattice = scenes.lattices.get("fput")
     run = Scheme(lattice, trapezoidal).flow(lattice.step).trajectory(50)

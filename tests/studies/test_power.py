@@ -176,6 +176,7 @@ def test_a_valid_rule_is_let_through(seed):
     assert not found["caught"], found["found"]
 
 
+@pytest.mark.slow
 def test_of_several_next_arrows_the_runs_own_is_taken(monkeypatch):
     """At its largest stable step Newton does not find one from the arrow before."""
     monkeypatch.setattr(measuring, "STUDIES", [("symplecticity", 16, 24)])

@@ -53,13 +53,14 @@ def test_rows_may_be_each_so_many_steps(tmp_path):
     assert order(tmp_path)["verdict"] == "pass"
 
 
+@pytest.mark.slow
 def test_another_start_has_its_own_reference(tmp_path):
     save(tmp_path, x0=[1.0])
     case = order(tmp_path)
     assert case["verdict"] == "pass" and case["measured"]["order"] == pytest.approx(2, abs=2e-3)
 
 
-@pytest.mark.dear("1.01]")
+@pytest.mark.slow
 @pytest.mark.parametrize("clock", [1.001, 1.01, 1.05])
 def test_runs_of_another_motion_fail(clock, tmp_path):
     """Their energy is that of the scene, and still they do not pass it."""
@@ -216,6 +217,7 @@ def test_rows_that_are_no_steps_of_one_method_never_pass(change, tmp_path):
         assert case["verdict"] in ("fail", "inconclusive"), study
 
 
+@pytest.mark.slow
 def test_a_row_of_one_run_alone_is_named(tmp_path):
     def move(held, finer):
         if len(held["t"]) == 161:
@@ -236,6 +238,7 @@ def test_sound_rows_are_steps_however_they_are_written(rule, every, form, tmp_pa
     assert steps is None or (not steps.unknown and steps.order == made.order)
 
 
+@pytest.mark.slow
 def test_few_long_rows_are_steps_of_their_order(tmp_path):
     """Errors cancel along a row, and the run with the fewest rows passes through small states."""
     save(tmp_path, levels=4, every=40)

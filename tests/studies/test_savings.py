@@ -19,6 +19,7 @@ def measured(scene, rule):
     return found, {row["variant"]: row for row in found["rows"]}
 
 
+@pytest.mark.slow
 def test_every_saving_of_the_pendulum_by_stormer_verlet():
     found, rows = measured("pendulum", trapezoidal)
     assert found["verdict"] == "pass", found["reason"]

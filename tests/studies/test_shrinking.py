@@ -6,6 +6,8 @@ import json
 import shlex
 from dataclasses import replace
 
+import pytest
+
 from discmech.integrators import discretisation, scenes
 from discmech.integrators.rules import midpoint
 from discmech.studies import get
@@ -52,6 +54,7 @@ def made_small(study, case):
     return smallest(study, case, result)
 
 
+@pytest.mark.slow
 def test_the_command_of_the_smallest_case_fails_too(tmp_path, capsys):
     file = tmp_path / "mine.py"
     file.write_text(LOPSIDED)
@@ -88,6 +91,7 @@ def test_what_fails_the_midpoint_rule_too_says_nothing_of_this_one(monkeypatch):
     assert run_case(study, Case("momentum", scene, midpoint, 16)).verdict == "pass"
 
 
+@pytest.mark.slow
 def test_a_smaller_case_fails_for_the_same_cause(monkeypatch):
     """heavy-top fails by the rule; what fails on smaller scenes is something else."""
     study = judged(monkeypatch, lambda case: case.rule is other)

@@ -96,6 +96,7 @@ def test_a_band_that_resolves_nothing_is_called_so():
         assert tables.short(result_of("energy", {"measured": {"band": band}})) == words
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("digits", [16, 50])
 def test_a_scene_at_rest_at_the_origin_is_exact(digits):
     """All of its numbers are 0, which no error is a part of: single steps beside it decide."""

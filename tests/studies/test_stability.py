@@ -218,7 +218,7 @@ def test_the_study_as_it_is_asked():
     assert get("stability").cases(Choice(scenes=(scenes.get("cartesian-pendulum"),))) == []
 
 
-@pytest.mark.dear(but=("[1.5",))
+@pytest.mark.slow
 @pytest.mark.parametrize("start", ["1.5", 2, 6])
 def test_midpoint_is_stable_at_rest_wherever_that_is(start):
     """At 2π, too, where a step from rest changes nothing but round-off."""

@@ -129,6 +129,7 @@ def test_an_order_ladder_that_fails_on_every_rung_fails(monkeypatch):
     assert "every run failed: Newton did not converge" in found["reason"]
 
 
+@pytest.mark.slow
 def test_a_run_that_overflows_is_a_verdict_without_warnings():
     scene = scenes.get("harmonic").with_values(step=3)  # beyond the limit 2 of Störmer–Verlet
     with warnings.catch_warnings():

@@ -121,6 +121,7 @@ def is_symplectic(scene, rule, digits, limit, steps, retraction=None):
     return tried
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene", "rule"), in_turn(8))
 def test_symplectic_in_double_precision(scene, rule):
     is_symplectic(scene, rule, 16, 1e-13, 8)
@@ -162,7 +163,7 @@ def test_momentum_over_ten_thousand_steps(scene, rule):
     keeps_its_momenta(scene, rule, 16, 1e-12, 10**4)
 
 
-@pytest.mark.dear("top-")
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene", "rule"), in_turn(1, with_quantities, 5))
 def test_momentum_at_50_digits(scene, rule):
     keeps_its_momenta(scene, rule, 50, 1e-46, None)

@@ -41,7 +41,7 @@ def test_a_motion_that_rolls_down_a_hill_is_no_failure():
     assert found["verdict"] == "inconclusive" and "leaves every bound" in found["reason"]
 
 
-@pytest.mark.dear("[rectangle]", "euler")
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", ["explicit-euler", "runge-kutta-4", "rectangle"])
 def test_a_bounded_motion_that_a_method_blows_up_is_its_failure(rule):
     scene = SPRING.with_values(step="5") if rule != "explicit-euler" else SPRING

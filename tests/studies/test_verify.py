@@ -180,6 +180,7 @@ def test_a_wrong_rule_fails_with_one_sentence_that_names_the_cause(folder, ask):
     assert "a-third: not self-adjoint on kepler." in told
 
 
+@pytest.mark.slow
 def test_the_command_that_is_printed_runs_for_a_rule_of_one_s_own(folder, ask):
     code, out, _ = ask(
         "order", "kepler", "--rule", "good.py:two-thirds", "--digits", "50", "--json", "-"
@@ -196,6 +197,7 @@ def test_json_on_standard_output_is_all_that_is_there(folder, ask):
     assert code == 0 and json.loads(out)["cases"]
 
 
+@pytest.mark.slow
 def test_what_an_earlier_run_measured_of_a_rule_of_one_s_own_is_counted(folder, ask):
     words = ("verify", "good.py", "--scene", "harmonic", *QUICK, "--json", "found.json")
     counts = []
@@ -250,6 +252,7 @@ def test_a_bad_rule_beside_others_is_bad_input_unless_one_of_them_fails(folder, 
     assert (code, err) == (1, "")
 
 
+@pytest.mark.slow
 def test_a_rule_without_machine_code_is_bad_input_to_verify_as_to_run(folder, ask):
     """At the edges of a scene too: that it is refused there says nothing of the edge."""
     text = RULE.replace("return h", "return sympy.gamma(x[0]) * h").replace(
@@ -280,6 +283,7 @@ def test_a_scene_that_no_study_can_use_is_bad_input_and_not_inconclusive(folder,
     assert code == 2 and "my-pendulum with midpoint: " in err and "kinetic energy" in err
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_goes_on_where_it_stopped(folder, ask, monkeypatch):
     from discmech.studies import get
 

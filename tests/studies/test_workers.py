@@ -84,6 +84,7 @@ def test_processes_have_one_thread_of_linear_algebra_each(monkeypatch, asked, fo
     assert seen == [found] and not {*SETTINGS} - {*asked} & {*os.environ}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks /proc what has ended")
 @pytest.mark.parametrize(
     "ending",
@@ -189,6 +190,7 @@ def test_a_race_is_one_task_and_other_times_have_the_machine_alone(monkeypatch):
     assert {chosen[i].name for t in on_others for i, _ in t.places} == {"energy"}
 
 
+@pytest.mark.slow
 def test_a_process_that_is_ended_at_once_says_nothing_of_what_it_leaves(tmp_path):
     script = tmp_path / "ended.py"
     script.write_text(
@@ -203,7 +205,7 @@ def test_a_process_that_is_ended_at_once_says_nothing_of_what_it_leaves(tmp_path
     assert "PYTHONWARNINGS" not in os.environ
 
 
-@pytest.mark.dear(but=("None",))
+@pytest.mark.slow
 @pytest.mark.parametrize("safe", [None, "", "1"])
 def test_processes_run_no_file_of_the_current_folder_in_place_of_a_module(
     safe, tmp_path, monkeypatch

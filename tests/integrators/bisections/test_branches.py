@@ -87,6 +87,7 @@ def test_each_step_is_the_same_in_every_translate_that_holds_it(moser_veselov):
     assert solved > 16
 
 
+@pytest.mark.slow
 def test_a_number_of_the_branch_without_a_value_at_some_half_turn_does_without_it():
     """log(1 + tr g), as in Bobenko and Suris's tops, is −∞ at all three half turns of the cover."""
 

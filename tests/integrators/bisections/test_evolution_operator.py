@@ -28,6 +28,7 @@ from discmech.integrators.groupoids import GroupChart
 from tests.objects import SCENES, affine_action
 
 
+@pytest.mark.slow
 def test_bisections_of_another_step_or_groupoid_are_told():
     of_body = scheme("rigid-body")
     group = of_body.scene.groupoid
@@ -37,7 +38,7 @@ def test_bisections_of_another_step_or_groupoid_are_told():
             EvolutionOperator(of_body.flow(1).context, fit, other)
 
 
-@pytest.mark.dear("[0.05]", "0.1]")
+@pytest.mark.slow
 @pytest.mark.parametrize("away", (0, 0.05, -0.1))
 def test_the_general_operator_at_any_element_of_the_group(away):
     """Moser–Veselov at rotations spread over SO(3); bisections through g₀ and h₀, and beside."""

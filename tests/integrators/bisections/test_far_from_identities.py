@@ -98,6 +98,7 @@ def test_compositions_of_what_is_given_on_the_group_have_their_order(rule, order
     assert [np.log2(a / b) for a, b in pairwise(gaps)] == pytest.approx([order] * 3, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_run_from_an_element_begins_at_the_x0_that_is_given():
     """An array's truth is no question of Python's, and an empty list is no x of a top."""
     top = Scene(

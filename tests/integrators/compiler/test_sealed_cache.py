@@ -50,6 +50,7 @@ def same(one, other):
     return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
 
 
+@pytest.mark.slow
 def test_a_flipped_bit_is_rebuilt_and_said(folder, caplog):
     wanted, chance = run(), random.Random(1)
     kept = {p: p.read_bytes() for p in folder.iterdir() if p.suffix in (".o", ".py")}

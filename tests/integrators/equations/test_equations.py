@@ -265,6 +265,7 @@ def test_free_body_is_the_paper_mended(rule):
     assert (of.residual[2] - step * as_printed).expand() != 0
 
 
+@pytest.mark.slow
 def test_heavy_top_rectangle_by_hand():
     """e←(L_d) − e→(L_d) with vectors: L_d = h(½Ω·IΩ − w Γ·e), and no matrix of the algebra.
 

@@ -68,7 +68,7 @@ CLOSED = {
 }
 
 
-@pytest.mark.dear("ball-in-cylinder", "hoop")
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CLOSED)
 def test_references_and_steps_are_those_of_the_closed_form(name):
     closed_form, values = CLOSED[name]

@@ -94,6 +94,7 @@ def test_what_is_singular_is_still_named(rule):
         Scheme(scene, rules.get(rule)).flow("0.05").trajectory(20)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", ["rectangle", pytest.param("trapezoidal", marks=pytest.mark.slow)])
 def test_a_pivot_of_a_regular_mass_matrix_may_be_zero(rule, monkeypatch):
     """Without constraints: M₀₀ = 4x₀ is 0 at the start, det M is -1 there."""

@@ -153,6 +153,7 @@ def test_a_composition_reports_the_margin_of_its_substeps(digits):
     assert run.margin < whole - 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [
     pytest.param(n, marks=() if n == "so(3)" else pytest.mark.slow) for n in TURNS if n != "so(5)"
 ])  # fmt: skip

@@ -9,7 +9,7 @@ from discmech.integrators.retractions import cayley
 x, y, z = symbols("xi1 xi2 xi0", real=True)  # names that the closed forms have, in another order
 
 
-@pytest.mark.dear("algebra0")
+@pytest.mark.slow
 @pytest.mark.parametrize("algebra", [so(3), sl(2)])
 def test_the_letters_of_a_closed_form_may_stand_in_what_it_is_asked_at(algebra):
     hat = algebra.hat(xi := Matrix([x, y, z]))

@@ -28,6 +28,7 @@ def same(one, other):
     return first_violation([a - b for a, b in zip(one, other, strict=True)]) is None
 
 
+@pytest.mark.slow
 def test_nothing_fast_is_the_trapezoidal_rule_and_everything_fast_is_midpoint():
     none = with_fast(lambda x, p: 0 * x[0])
     assert same(legendre(none, imex), legendre(none, trapezoidal))

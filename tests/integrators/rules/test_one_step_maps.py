@@ -188,6 +188,7 @@ def test_stoermer_verlet_and_gauss_are_the_variational_rules():
         assert size(state(one) - state(other)) < 1e-45
 
 
+@pytest.mark.slow
 def test_rows_that_say_their_unknowns_one_after_another_are_not_solved():
     """Störmer–Verlet compiles to what trapezoidal does, but for names; a mass of x stays a row."""
     solved = [scheme("kepler", e).flow("0.01").system.w for e in ("stoermer-verlet", "trapezoidal")]
@@ -198,6 +199,7 @@ def test_rows_that_say_their_unknowns_one_after_another_are_not_solved():
     assert len(scheme("double-pendulum", "stoermer-verlet").flow("0.01").system.w) == 4
 
 
+@pytest.mark.slow
 def test_a_negative_step_and_compositions():
     s = scheme("kepler", "implicit-midpoint")
     there = s.flow("0.01").trajectory(20)

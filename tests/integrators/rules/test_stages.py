@@ -183,6 +183,7 @@ def test_symplectic_poisson_and_inverse(scene, rule):
         assert close([*x, *u], [*run.x[0], *run.u[0]], 1e-43)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", [
     "pendulum", *(pytest.param(s, marks=pytest.mark.slow) for s in ("rigid-body", "heavy-top"))
 ])  # fmt: skip

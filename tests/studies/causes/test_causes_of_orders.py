@@ -78,6 +78,7 @@ def test_a_wrong_discrete_lagrangian_is_told_with_its_own_order(scene):
     assert found["evidence"]["order_of_points"] == pytest.approx(1, abs=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["kepler", pytest.param("heavy-top", marks=pytest.mark.slow)])
 def test_a_gauge_term_moves_the_momenta_alone(scene):
     found = cause(order(scene, start_only))
@@ -216,6 +217,7 @@ def test_discrete_lagrangian_and_legendre_maps_have_one_order(name):
     assert slope(found.steps, found.lagrangian) == pytest.approx(2, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("formula", "order_found"), [
     (lambda L, G, x, u, h: h * L(G.target(x, u, h / 2), 2 * u), 0),
     (lambda L, G, x, u, h: L(G.target(x, u, h / 2), u), -1),

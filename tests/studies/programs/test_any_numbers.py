@@ -30,6 +30,7 @@ def test_another_potential_in_doubles_alone_is_seen(off):
     assert order.component == "mu[0] in double precision"
 
 
+@pytest.mark.slow
 def test_the_same_method_in_both_kinds_has_its_order():
     order = evidence_of(Scheme(scenes.get("pendulum"), verlet_off_in_doubles(0))).order
     assert order.order == pytest.approx(2, abs=1e-6) and "double" not in order.component

@@ -76,17 +76,7 @@ NO_FLOORS = {
 }
 
 
-@pytest.mark.dear(
-    "[jitter]",
-    "on a fine grid",
-    "30 units",
-    "a potential, on a grid",
-    "a constant",
-    "a potential",
-    "whole numbers",
-    "jitter of 8 units",
-    "one number for all",
-)
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", NO_FLOORS)
 def test_no_error_of_a_method_is_a_floor(attack):
     found = judged("order", "pendulum", NO_FLOORS[attack], causes=attack == "whole numbers")

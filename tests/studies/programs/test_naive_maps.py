@@ -48,6 +48,7 @@ def test_the_order_of_a_right_map_passes(name, form):
     assert run_case(get("order"), Case("order", HARMONIC, rule, 16))["verdict"] == "pass"
 
 
+@pytest.mark.slow
 def test_the_command_answers_for_a_map_that_forgot_h(tmp_path, capsys):
     file = tmp_path / "mine.py"
     file.write_text(FORGOT_H)

@@ -96,6 +96,7 @@ def test_a_run_that_begins_elsewhere_fails_as_itself(off):
         flow.trajectory(4)
 
 
+@pytest.mark.slow
 def test_a_program_of_high_order_is_judged_by_its_runs():
     """Its errors are round-off before they show their power of the step."""
 

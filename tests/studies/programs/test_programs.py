@@ -134,6 +134,7 @@ def test_a_small_coordinate_is_seen_beside_a_large_one():
     assert abs(found.value[0, 0] - 1e3) <= found.error[0, 0] < 1e-3
 
 
+@pytest.mark.slow
 def test_a_momentum_of_0_has_the_round_off_of_what_it_becomes():
     found = evidence_of(Scheme(scenes.get("pendulum"), methods.yoshida)).order
     assert found.order == pytest.approx(4, abs=0.1)

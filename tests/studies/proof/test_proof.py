@@ -352,7 +352,7 @@ def test_a_rule_of_points_has_no_meaning_with_the_time_among_them():
     assert any("no meaning for L(x, v, t)" in e and "test_proof.py" in e for e in found.notes)
 
 
-@pytest.mark.dear(but=("[3",))
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_derivatives_that_a_rule_takes_itself_are_seen(count):
     """h² V‴ has no effect where V is a cubic."""

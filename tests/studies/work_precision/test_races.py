@@ -47,6 +47,7 @@ def test_everybody_takes_part_and_comes_to_the_truth(pendulum):
         assert case["command"].startswith("discmech work-precision pendulum --peer DOP853")
 
 
+@pytest.mark.slow
 def test_without_peers_the_same_equations_run_as_python(pendulum):
     """And give the same floors, without compiling."""
     problem, compiled = race_on(scenes.get("pendulum"))
@@ -127,6 +128,7 @@ def test_of_some_methods_of_a_race_the_measurements_are_there():
     assert alone["midpoint"]["measured"]["ratio"]["1e-04"] is None  # it is to peers that were asked
 
 
+@pytest.mark.slow
 def test_a_method_that_solves_other_equations_is_found_out(monkeypatch):
     """Gravity a thousandth stronger: the peer converges, to something else."""
     scene = scenes.get("pendulum").with_values(parameters={"gravity": "1.001"})
@@ -143,6 +145,7 @@ def test_a_method_that_solves_other_equations_is_found_out(monkeypatch):
     assert found["LSODA"]["verdict"] == found["midpoint"]["verdict"] == "pass"
 
 
+@pytest.mark.slow
 def test_a_rule_of_one_s_own_joins_by_being_named():
     @discretisation()
     def third(L, G, x, u, h):
@@ -153,6 +156,7 @@ def test_a_rule_of_one_s_own_joins_by_being_named():
     assert {case["verdict"] for case in found.values()} == {"pass"}
 
 
+@pytest.mark.slow
 def test_a_rule_with_stages_runs_by_tolerance_too():
     """Its rows are tolerances, like a peer's: the errors keep them, and the pilot stands apart."""
     rules = tuple(map(discretisations.get, ("midpoint", "gauss-4")))
@@ -407,6 +411,7 @@ def test_a_start_of_zeros_is_moved_too():
     assert len({start.tobytes() for start in problem.starts}) == len(problem.starts)
 
 
+@pytest.mark.slow
 def test_a_rule_that_is_not_consistent_is_not_ranked():
     """V too large by 10⁻¹⁰: its errors sink to that, below every limit of a race."""
 

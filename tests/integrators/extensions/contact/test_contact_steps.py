@@ -160,6 +160,7 @@ def test_impacts_gain_no_energy_where_the_momentum_is_not_affine_in_the_velocity
     assert abs(gain if kept else after[1] + float(e) * before[1]) < 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.sampled
 @pytest.mark.parametrize("impacts", ["stepped", "located"])
 @pytest.mark.parametrize("rule", ["midpoint", "rectangle"])
@@ -177,6 +178,7 @@ def test_what_lands_slides_on_whatever_its_kinetic_energy_is(rule, impacts):
         assert abs(slide[-1, 0] - (2 - 0.2 * 4)) < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("power", [-10, pytest.param(10, marks=pytest.mark.slow)])
 def test_contact_in_other_units_of_length(power):
     """Of 1e-10 and 1e10 m: an angle stands beside lengths."""

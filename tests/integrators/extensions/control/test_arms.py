@@ -65,7 +65,7 @@ def directly(duration, g):
     return found.fun
 
 
-@pytest.mark.dear(but=("-1",))
+@pytest.mark.slow
 @pytest.mark.parametrize(("duration", "g"), ARMS)
 def test_an_arm_has_the_cost_of_a_direct_optimisation(duration, g):
     """Of the same steps, which another solver meets from another start to its own tolerance."""

@@ -146,6 +146,7 @@ def test_the_costate_is_the_gradient_of_the_discrete_cost(name):
         assert abs(slope) < 1e-14
 
 
+@pytest.mark.slow
 def test_the_costate_by_two_stages_is_the_gradient_too():
     """The cost as the momentum of a mass that C pushes, which steps weigh as they do a force."""
     steps, scene = 4, scenes.get("pendulum").with_values(duration=1, symmetries=())
@@ -240,6 +241,7 @@ def turning(found):
     return py * x - px * y + pv * u - pu * v
 
 
+@pytest.mark.slow
 def test_a_symmetry_of_the_problem_has_a_momentum_map():
     kepler = problem("low-thrust-transfer")
     for rule in (midpoint, gauss(2)):

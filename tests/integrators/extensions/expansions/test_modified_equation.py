@@ -117,6 +117,7 @@ FREQUENCIES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "rule", ["trapezoidal", *(pytest.param(name, marks=slow) for name in ("midpoint", "gauss-2"))]
 )

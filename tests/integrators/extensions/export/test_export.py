@@ -36,6 +36,7 @@ def test_a_step_changes_the_state_in_place_and_a_run_has_rows():
     assert file.step(state, 0.02) is state
 
 
+@pytest.mark.slow
 def test_parameters_stay_parameters():
     scene = scenes.get("heavy-top")
     file = module(Scheme(scene, midpoint))
@@ -143,7 +144,7 @@ def test_multipliers_are_those_of_the_run():
     assert not hasattr(module(Scheme(scenes.get("pendulum"), trapezoidal)), "multipliers")
 
 
-@pytest.mark.dear("rule1")
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", [trapezoidal, midpoint])
 def test_a_lattice_is_written_site_by_site(rule):
     lattice = chain()
@@ -200,6 +201,7 @@ def test_whole_numbers_that_no_int_holds_are_floats(language):
     assert not re.search(r"(?<![\d.e])\d{11,}(?![\d.e])", text)
 
 
+@pytest.mark.slow
 def test_a_scene_of_ones_own_is_exported():
     scene = Scene(name="mine", groupoid=pair(2), parameters={"a": "0.5", "h": 3, "lambda_": [1, 2]},
                   lagrangian=lambda x, v, p: v.dot(v) / 2 - p.a * x[0] ** 4 - p.h * x[1] ** 2,

@@ -56,6 +56,7 @@ def test_doubles_come_and_go_unchanged(made):
     assert all(row.tobytes() == values.tobytes() for row in x)
 
 
+@pytest.mark.slow
 def test_it_is_started_once_and_told_all(made):
     program = made("n = n + 1\nasked.update(rows(asked)); loud(n, sorted(asked)); "
                    "say(json.dumps(asked)) if n < 500 else say(1)", "n = 0")  # fmt: skip

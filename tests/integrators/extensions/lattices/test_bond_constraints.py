@@ -129,7 +129,7 @@ def test_a_pivot_of_0_is_named_and_a_list_gets_past_it():
     assert abs((np.diff(run.x, axis=1) ** 2).sum(axis=2) - 1).max() < ROUND_OFF
 
 
-@pytest.mark.dear(but=("chain",))
+@pytest.mark.slow
 @pytest.mark.parametrize("bonds", ["chain", [(0, 1)]], ids=str)
 def test_a_step_without_a_solution_is_told(bonds):
     """A rod of length 1 cannot span what the second end has moved away by in one step."""

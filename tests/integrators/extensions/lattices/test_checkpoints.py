@@ -53,6 +53,7 @@ def test_a_killed_run_goes_on(tmp_path, lattice, rule):
     assert np.array_equal(np.load(f"{path}.x.npy"), whole.x)
 
 
+@pytest.mark.slow
 def test_checkpoints_of_other_runs_are_refused(tmp_path):
     path = tmp_path / "run.npz"
     scheme = Scheme(systems.fput(12), trapezoidal)
@@ -70,6 +71,7 @@ def test_checkpoints_of_other_runs_are_refused(tmp_path):
             run()
 
 
+@pytest.mark.slow
 def test_a_chain_is_not_gone_on_with_as_a_list_of_its_bonds(tmp_path):
     chain = replace(systems.fput(12), fixed_ends=False, fixed=[0, 11])
     for lattice, refused in ((chain, False), (replace(chain, bonds=chain.pairs), True)):

@@ -71,7 +71,7 @@ def balls(count=5, moving=1, slack=0.05, restitution=1, **given):
     return Lattice("balls", pair(1), count, restitution=restitution, **values | given)
 
 
-@pytest.mark.dear(but=("[2",))
+@pytest.mark.slow
 @pytest.mark.parametrize("moving", [1, 2, 3])
 def test_as_many_balls_leave_as_came(moving):
     run = Scheme(balls(moving=moving), midpoint).flow("1/50").trajectory(150)
@@ -125,6 +125,7 @@ def test_the_free_steps_of_a_step_do_not_grow_with_the_sites(rule):
     assert max(asked) < 8 and asked[-1] < asked[0] + 0.1
 
 
+@pytest.mark.slow
 def test_fixed_sites_stay_and_meet_nothing():
     lattice = beads(fixed_ends=True, x0=[[-1.0], [0.5], [0.2], [0.4], [-1.0]])
     run = Scheme(lattice, midpoint).flow("1/50").trajectory(100)

@@ -43,6 +43,7 @@ def test_a_site_of_the_second_half_is_named(monkeypatch):
         Scheme(leaving, trapezoidal).flow("1/50").trajectory(20, 20)
 
 
+@pytest.mark.slow
 def test_a_site_whose_first_step_is_not_found_is_named():
     """Its step ends where its mass is infinite, before a row is shown."""
     x0, v0 = np.zeros((9, 1)), np.zeros((9, 1))
@@ -55,6 +56,7 @@ def test_a_site_whose_first_step_is_not_found_is_named():
         Scheme(ending, trapezoidal).flow("1/4").trajectory(20)
 
 
+@pytest.mark.slow
 def test_a_site_without_a_velocity_is_named_at_once():
     """One of no mass has a row of no numbers."""
     masses = np.array([1.0, 1, 1, 0, 1])

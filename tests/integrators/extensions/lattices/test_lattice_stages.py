@@ -88,6 +88,7 @@ def test_newton_takes_over_where_bonds_are_stiff():
     assert run.newton_max >= wanted.newton_max
 
 
+@pytest.mark.slow
 def test_newton_does_what_it_does_faster():
     """Of three unknowns a site along a chain, where the first step takes many sweeps."""
     lattice = stiff(1)
@@ -163,12 +164,14 @@ def test_a_run_of_stages_goes_on_from_a_file(lattice, tmp_path, monkeypatch):
     assert np.array_equal(again.x, whole.x) and np.array_equal(again.mu, whole.mu)
 
 
+@pytest.mark.slow
 def test_rows_do_not_tell_how_a_run_goes_on():
     flow, _ = both(colliding(), gauss(3), "1/4")
     ends = [flow.trajectory(24, every).x[-1] for every in (1, 3, 24)]
     assert np.array_equal(ends[0], ends[1]) and np.array_equal(ends[0], ends[2])
 
 
+@pytest.mark.slow
 def test_energy_does_not_drift_where_sweeps_end_too_early():
     """With a lax end of the sweeps 2e-13 of it goes astray in 60,000 steps."""
     flow, _ = both(fput(parameters={"mass": 1, "stiff": 1, "alpha": "1/4"}), gauss(4))

@@ -99,7 +99,7 @@ def test_sites_are_solved_by_themselves_where_bonds_are_asked_for_at_ends_only()
         assert Scheme(fput(), rule).local is alone
 
 
-@pytest.mark.dear("midpoint")
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", [trapezoidal, midpoint], ids=lambda r: r.name)
 def test_fixed_ends_stay(rule):
     run = Scheme(fput(fixed_ends=True), rule).flow("1/20").trajectory(40)

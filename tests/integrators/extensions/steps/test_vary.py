@@ -156,6 +156,7 @@ def test_where_the_motion_is_at_a_time():
         scheme(sigma=lambda x, mu, p: x[0]).flow("1/10").until(5, most=200)
 
 
+@pytest.mark.slow
 def test_the_scene_in_its_own_time_is_a_scene():
     """K = σ (H − E₀) by a Hamiltonian and L̃ by a Lagrangian are one motion."""
     own = in_own_time(KEPLER, square)
@@ -176,6 +177,7 @@ def test_the_scene_in_its_own_time_is_a_scene():
     assert kept.name == "angular momentum"
 
 
+@pytest.mark.slow
 def test_the_poincare_way_is_the_rule_on_the_scene_in_its_own_time():
     run = scheme("gauss-2", "poincare").flow("1/10").trajectory(40)
     own = Scheme(in_own_time(KEPLER, square), get("gauss-2")).flow("1/10").trajectory(40)
@@ -183,6 +185,7 @@ def test_the_poincare_way_is_the_rule_on_the_scene_in_its_own_time():
     assert np.all(np.diff(run.t) > 0) and not np.allclose(run.t, own.t)
 
 
+@pytest.mark.slow
 def test_it_takes_forces_and_times_and_groups_in_the_reversible_way():
     for name in ("heavy-top", "duffing"):
         scene = scenes.get(name)
