@@ -50,8 +50,8 @@ def runnable(module: Any, node: ast.FunctionDef, text: str, function: FunctionTy
         return FunctionType(function.__code__, module.names)
     node, often, yields = _read(text, node.name)
     if yields:
-        return lambda *arguments: partial(Scope(module, node, often).call, arguments)
-    return lambda *arguments: Scope(module, node, often).call(arguments)
+        return lambda *arguments: partial(module.scope(module, node, often).call, arguments)
+    return lambda *arguments: module.scope(module, node, often).call(arguments)
 
 
 @lru_cache(maxsize=512)
@@ -317,14 +317,8 @@ def _assigned_often(node: ast.FunctionDef) -> set[str]:
 def chosen(test: Operand, yes: Callable[[], Operand], no: Callable[[], Operand]) -> Operand:
     """Return `yes() if test else no()`; if the test is not known yet, compute both and select."""
     if isinstance(test, Value):
-        return mapped(partial(_select, test), yes(), no())
+        return mapped(partial(test.routine.select, test), yes(), no())
     return yes() if test else no()
-
-
-def _select(test: Value, yes: Operand, no: Operand) -> Value:
-    kind = register(yes).kind if register(yes).kind == register(no).kind else "f"
-    one, other = (test.routine.operand(kind, v) for v in (yes, no))
-    return test.routine.get(kind, f"select i1 {test.name}, {one}, {other}")
 
 
 def combined(both: bool, *parts: Operand) -> Operand:
@@ -333,21 +327,20 @@ def combined(both: bool, *parts: Operand) -> Operand:
     if any(bool(p) is not both for p in parts if not isinstance(p, Value)):
         return not both
     word = "and" if both else "or"
-    return reduce(lambda a, b: a.routine.get("b", f"{word} i1 {a.name}, {b.name}"),
-                  values) if values else both  # fmt: skip
+    return reduce(lambda a, b: a.routine.joint(word, a, b), values) if values else both
 
 
 def negated(test: Operand) -> Operand:
     """Return `not test`."""
     if isinstance(test, Value):
-        return test.routine.get("b", f"xor i1 {test.name}, true")
+        return test.routine.negated(test)
     return not test
 
 
 def whole(number: Operand) -> Operand:
     """Return `int(number)`."""
     if isinstance(number, Value):
-        return number.routine.get("i", f"fptosi {number.routine.operand('f', number)} to i64")
+        return number.routine.whole(number)
     return int(number)
 
 

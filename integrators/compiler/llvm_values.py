@@ -129,6 +129,24 @@ class Routine:
         self.declared[place] = f"declare {float_} {place}({types})"
         return self.get("f", f"call {self.fast}{float_} {place}({given})")
 
+    def select(self, test: Value, yes: Operand, no: Operand) -> Value:
+        """Return `yes` if the test holds, else `no`."""
+        kind = register(yes).kind if register(yes).kind == register(no).kind else "f"
+        one, other = (self.operand(kind, v) for v in (yes, no))
+        return self.get(kind, f"select i1 {test.name}, {one}, {other}")
+
+    def joint(self, word: str, one: Value, other: Value) -> Value:
+        """Return `one and other`, or `or`."""
+        return self.get("b", f"{word} i1 {one.name}, {other.name}")
+
+    def negated(self, test: Value) -> Value:
+        """Return `not test`."""
+        return self.get("b", f"xor i1 {test.name}, true")
+
+    def whole(self, number: Value) -> Value:
+        """Return `int(number)`."""
+        return self.get("i", f"fptosi {self.operand('f', number)} to i64")
+
     def spread(self, kind: str, number: Value) -> Value:
         """Return a vector with the number in all lanes."""
         type_, count = TYPES[kind], int(kind[1:])

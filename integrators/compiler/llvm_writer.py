@@ -20,7 +20,7 @@ from .layout import STATUSES
 from .llvm_lanes import PRIMITIVES
 from .llvm_matrices import MATRICES
 from .llvm_sines import LARGEST  # noqa: F401 - with it sine and cosine are known
-from .llvm_statements import CONDITIONS, mathematical, parsed, runnable, whole
+from .llvm_statements import CONDITIONS, Scope, mathematical, parsed, runnable, whole
 from .llvm_values import (
     TYPES,
     Array,
@@ -53,11 +53,12 @@ class Module:
     """
 
     loops = False
+    scope = Scope  # what runs a function whose path depends on numbers
 
     def __init__(self, text: str, names: Mapping[str, Any]) -> None:
         self.written = list[str]()
         self.declared: dict[str, str] = {}
-        self.routine = Routine(self.declared)
+        self.routine = self.new_routine()
         self._shared: dict[str, tuple[str, str, Operand]] = {}
         functions = {n: mathematical(n, getattr(math, n)) for n, f in names.items()
                      if callable(f) and getattr(math, n, None) is f}  # fmt: skip
@@ -71,6 +72,10 @@ class Module:
                     self.names[node.name] = self._function(node, part, names.get(node.name))
                 else:
                     exec(compile(ast.Module([node], []), "<kernels>", "exec"), self.names)
+
+    def new_routine(self) -> Any:
+        """Return what instructions of a new function are written into."""
+        return Routine(self.declared)
 
     def _function(self, node: ast.FunctionDef, part: str, function: Any) -> Function:
         """Return the function that writes the instructions of a function of the text."""
@@ -132,7 +137,7 @@ class Module:
         caller, given = self.routine, flat(arguments)
         key = f"{name} {form(arguments)}"
         if key not in self._shared:
-            routine = self.routine = Routine(self.declared)
+            routine = self.routine = self.new_routine()
             inner = [replace(v, name=f"%a{i}", routine=routine) for i, v in enumerate(given)]
             returned = function(*filled(arguments, inner))
             results = flat(returned, known=False)

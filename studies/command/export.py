@@ -49,7 +49,7 @@ def add_to(commands: Any) -> None:
 
 def _export(options: argparse.Namespace) -> int:
     from discmech.integrators import Scheme
-    from discmech.integrators.extensions.export import export, straightened
+    from discmech.integrators.extensions.export import export, exportable
 
     from ..user import exports
 
@@ -58,7 +58,8 @@ def _export(options: argparse.Namespace) -> int:
             f"a file computes with doubles, so {options.digits} digits cannot be exported: leave "
             f"--digits out, or say discmech run --digits {options.digits}."
         )
-    scheme = straightened(Scheme(scene_asked(options, lattices=True), lookup.rule(options.rule)))
+    scheme = Scheme(scene_asked(options, lattices=True), lookup.rule(options.rule))
+    scheme = exportable(scheme, options.language != "jax")
     said = [f"Command: {_typed(options)}"]
     verdict = "pass"
     with progress_shown("deriving") as show:
@@ -71,7 +72,9 @@ def _export(options: argparse.Namespace) -> int:
                 box = exports.boxed(scheme, exports.built(tried, options.language, Path(folder)))
                 run = exports.beside(scheme, box, progress=show)
                 lines = [_of_run(run)]
-                found = exports.verdicts(scheme, box, show) if options.check else []
+                # the studies ask programs for runs of scenes
+                asked = options.check and not hasattr(scheme, "lattice")
+                found = exports.verdicts(scheme, box, show) if asked else []
                 lines += map(_of_study, found)
                 if options.check:
                     lines.append(_of_cost(*exports.cost(scheme, box)))

@@ -21,8 +21,8 @@ import numpy as np
 
 from discmech.integrators import BadInput, Scheme, StepFailure, external
 from discmech.integrators.errors import CouldNotRun
+from discmech.integrators.extensions.lattices.lattice_run import LatticeRun
 from discmech.integrators.flows import Start
-from discmech.integrators.numbers import flatten
 from discmech.integrators.runs import run
 
 from ..core.case import Progress, silent
@@ -101,15 +101,14 @@ class Beside:
     bound: float
 
 
-def beside(scheme: Scheme, box: Any, steps: int = STEPS, progress: Progress = silent) -> Beside:
+def beside(scheme: Any, box: Any, steps: int = STEPS, progress: Progress = silent) -> Beside:
     """Compare the run of an exported file with that of its scheme, step by step.
 
     A difference may be as large as round-off makes it (TIMES, FLOOR), and is looked at while that
     is less than SEEN of the state.
     """
-    step = scheme.scene.step
     try:
-        one = scheme.flow(step).trajectory(steps)
+        one = _flow(scheme).trajectory(steps)
     except StepFailure as failure:
         if failure.trajectory is None or len(failure.trajectory.t) < 2:
             raise
@@ -120,7 +119,8 @@ def beside(scheme: Scheme, box: Any, steps: int = STEPS, progress: Progress = si
     progress("round-off of the original", 0.4)
     own = _rows(one)
     scale = _sizes(one)
-    restarted = _restarted(scheme, own, one.u, steps, scale)
+    again = _lattice_steps if _lattice(scheme) else _scene_steps
+    restarted = _restarted(again(scheme, one.u), own, steps, scale)
     count = len(restarted)
     off = _over(np.abs(restarted - own[:count]), scale)
     bound = TIMES * np.maximum.accumulate(off) + FLOOR
@@ -140,21 +140,36 @@ def beside(scheme: Scheme, box: Any, steps: int = STEPS, progress: Progress = si
     return Beside("pass", "", *found)
 
 
-def _asked_for(scheme: Scheme, box: Any) -> Callable[[int, int], tuple[np.ndarray, np.ndarray]]:
+def _lattice(scheme: Any) -> Any:
+    """Return the lattice of a scheme, or None if it is one of a scene."""
+    return getattr(scheme, "lattice", None)
+
+
+def _flow(scheme: Any) -> Any:
+    return scheme.flow((_lattice(scheme) or scheme.scene).step)
+
+
+def _asked_for(scheme: Any, box: Any) -> Callable[[int, int], tuple[np.ndarray, np.ndarray]]:
     """Return a function of steps and every: rows x, mu of the file, from the scheme's own start.
 
     The program is asked itself: constraints that have no reference refuse boxes, but have runs.
     """
-    at, s = scheme.flow(scheme.scene.step).starting.own, scheme.s
-    values = {name: np.reshape([float(e) for e in flatten(value)], np.shape(value)).tolist()
-              for name, value in scheme.scene.parameters.items()}  # fmt: skip
-    t = 0.0 if s.clocked else None
-    start, h, name = (at.x[: s.n], at.mu), float(scheme.scene.step), scheme.scene.name
-    return lambda steps, every: box.formula.program.run(*start, h, steps, every, name, values, t)
+    system, flow = _lattice(scheme) or scheme.scene, _flow(scheme)
+    if _lattice(scheme):
+        start, timed = [e.ravel() for e in flow.own_start], scheme.timed
+    else:
+        own, timed = flow.starting.own, scheme.s.clocked
+        start = own.x[: scheme.s.n], own.mu
+    parts = system.split_parameters if _lattice(scheme) else {"shared": system.parameters}
+    values = {name: np.array(value, dtype=float).tolist()
+              for part in parts.values() for name, value in part.items()}  # fmt: skip
+    h, t = float(system.step), 0.0 if timed else None
+    program = box.formula.program
+    return lambda steps, every: program.run(*start, h, steps, every, system.name, values, t)
 
 
 def _rows(found: Any) -> np.ndarray:
-    return np.concatenate([found.x, found.mu], axis=1)
+    return np.concatenate([e.reshape(len(e), -1) for e in (found.x, found.mu)], axis=1)
 
 
 def _sizes(found: Any) -> np.ndarray:
@@ -163,7 +178,7 @@ def _sizes(found: Any) -> np.ndarray:
     An entry that is 0 but for the round-off of terms that cancel has no size of its own.
     """
     parts = found.x, found.mu
-    return np.concatenate([np.full(e.shape[1], np.abs(e).max(initial=0)) for e in parts])
+    return np.concatenate([np.full(e[0].size, np.abs(e).max(initial=0)) for e in parts])
 
 
 def _over(differences: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -173,23 +188,52 @@ def _over(differences: np.ndarray, scale: np.ndarray) -> np.ndarray:
 
 
 def _restarted(
-    scheme: Scheme, own: np.ndarray, us: np.ndarray, steps: int, scale: np.ndarray
+    again: Callable[[int], np.ndarray], own: np.ndarray, steps: int, scale: np.ndarray
 ) -> np.ndarray:
-    """Return rows of a run that forgets at each step all but its rounded state."""
-    flow = scheme.flow(scheme.scene.step)
-    at = flow.starting.own
+    """Return rows of a run that forgets at each step all but its rounded state.
+
+    again: returns the row after step k, from the row that it returned before.
+    """
     rows = [own[0]]
     for k in range(steps):
-        near = us[k] if flow.context.equations.arrows is not None else at.guess
         try:
-            done = run(flow.stepper(Start(at.x, at.mu, near, t0=at.t0)), 1)
+            rows.append(again(k))
         except StepFailure:
             break
-        at = at._replace(x=done.base[-1], mu=done.mu[-1])
-        rows.append(np.concatenate([done.x[-1], done.mu[-1]]))
         if TIMES * _over(np.abs(rows[-1:] - own[k + 1]), scale)[0] > SEEN:
             break
     return np.array(rows)
+
+
+def _scene_steps(scheme: Any, us: np.ndarray) -> Callable[[int], np.ndarray]:
+    """Return `again` (`_restarted`) of a scene; us: where Newton's method begins."""
+    flow = _flow(scheme)
+    at = flow.starting.own
+
+    def again(k: int) -> np.ndarray:
+        nonlocal at
+        near = us[k] if flow.context.equations.arrows is not None else at.guess
+        done = run(flow.stepper(Start(at.x, at.mu, near, t0=at.t0)), 1)
+        at = at._replace(x=done.base[-1], mu=done.mu[-1])
+        return np.concatenate([done.x[-1], done.mu[-1]])
+
+    return again
+
+
+def _lattice_steps(scheme: Any, us: np.ndarray) -> Callable[[int], np.ndarray]:
+    """Return `again` (`_restarted`) of a lattice; us: where Newton's method begins."""
+    flow = _flow(scheme)
+    made = LatticeRun(flow, *flow.own_start)
+
+    def again(k: int) -> np.ndarray:
+        for w in () if made.by_stages else made.past:
+            w[:, : us.shape[2]] = us[k]
+        made.mu[~made.free] = 0
+        made.begin()
+        made.stepped()
+        return np.concatenate([made.x.ravel(), made.mu.ravel()])
+
+    return again
 
 
 @dataclass(frozen=True)
@@ -207,8 +251,10 @@ class Verdicts:
         return self.exported in ("pass", "measured") or self.exported == self.original
 
 
-def boxed(scheme: Scheme, command: Sequence[str]) -> Any:
+def boxed(scheme: Any, command: Sequence[str]) -> Any:
     """Return an exported file as a program that claims what its rule has."""
+    if _lattice(scheme):
+        return external(list(command), order=scheme.order, files=(), name="exported", seconds=300)
     kept = [q.name for q in scheme.scene.symmetries if q.to_roundoff and not q.attitude]
     forced = scheme.scene.force is not None
     variational = scheme.equations.arrows is not None or bool(scheme.scene.all_constraints)
@@ -243,14 +289,13 @@ def _asked(study: str, scene: Any, rule: Any) -> tuple[str, str]:
     return worst["verdict"], worst.get("reason") or ""
 
 
-def cost(scheme: Scheme, box: Any, least: float = 0.2) -> tuple[float, float]:
+def cost(scheme: Any, box: Any, least: float = 0.2) -> tuple[float, float]:
     """Return seconds a step of the exported file, and of the scheme's own kernels.
 
     Each is the difference of a run and of one of twice the steps, which are many enough to take
     `least` seconds; starting a run and speaking JSON cost the same in both.
     """
-    asked, flow = _asked_for(scheme, box), scheme.flow(scheme.scene.step)
-    return _seconds(asked, least), _seconds(flow.trajectory, least)
+    return _seconds(_asked_for(scheme, box), least), _seconds(_flow(scheme).trajectory, least)
 
 
 def _seconds(made: Callable[[int, int], Any], least: float) -> float:

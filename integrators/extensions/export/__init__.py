@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from .exported import straightened
+from .exported import exportable
 from .writing import LANGUAGES, as_written, export
 
-__all__ = ["LANGUAGES", "as_written", "export", "straightened"]
+__all__ = ["LANGUAGES", "as_written", "export", "exportable"]

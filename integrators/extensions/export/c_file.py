@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from textwrap import fill
 
 from .exported import STATUSES, Exported
-from .heads import constants, head, start_of
+from .heads import constants, head
 from .printer import Printer
 
 FILE = """/*
@@ -167,7 +167,7 @@ def c_file(given: Exported, said: Sequence[str], harness: bool) -> str:
     for name, (kind, lengths) in given.fields.items():
         size = "".join(f"[{max(1, e)}]" for e in lengths)
         fields.append(f"    {'double' if kind == 'float' else 'int'} {name}{size};")
-    x, mu = start_of(given)
+    x, mu = given.start
     values = [e for parameter in given.parameters for e in parameter.values]
     text = FILE.format(
         head="\n".join(f" * {line}".rstrip() for line in head(given, "C", said)),

@@ -41,6 +41,7 @@ STATUSES = {
     "SINGULAR": "a correction is infinite or no number", "EDGE":
     "the step is at or beyond the edge of its chart", "STRAYED":
     "the step is on another branch of solutions than the one before",
+    "GAVE_WAY": "corrections site by site do not fade: take a smaller step",
 }  # fmt: skip
 EPS = 2.0**-53
 #: results of the functions that are no kernels, as in `statements.RESULTS`
@@ -60,10 +61,12 @@ class Parameter:
     values: tuple[float, ...]
 
 
-def straightened(scheme: Any) -> Any:
-    """Return the scheme whose step is straight-line text: a lattice's is that of its whole scene.
+def exportable(scheme: Any, loops: bool = True) -> Any:
+    """Return the scheme that a file holds: itself, or the scene of a small lattice.
 
-    Raises `CannotMeasure` for what has no such step.
+    loops: True if the language has a lattice's loops over sites. Constraints of bonds, and bonds
+    whose equations need a sparse factorisation, are solved as those of one scene. Raises
+    `CannotMeasure` for what no file can hold.
     """
     from ...flows import Scheme
     from ..lattices import LatticeScheme, scene_of
@@ -78,14 +81,32 @@ def straightened(scheme: Any) -> Any:
         what = f"{name} has contact, whose impacts are searched in each step"
     elif type(scheme) not in (Scheme, LatticeScheme) or scene is None:
         what = f"{name} is made by loops of its own (a control, steps that vary)"
-    elif lattice is not None and lattice.sites > MOST_SITES:
-        what = f"{name} has {lattice.sites} sites, and a file writes each of at most {MOST_SITES}"
+    elif lattice is not None:
+        why = "" if loops else "this language has no loops over sites"
+        if scheme.constraints:
+            why = "its bonds have constraints"
+        elif loops and not scheme.local and lattice.shape == "list" and not _relaxes(scheme):
+            why = "its bonds need a sparse factorisation"
+        if not why:
+            return scheme
+        if lattice.sites <= MOST_SITES:
+            return Scheme(scene_of(lattice), rule)
+        what = f"{name} has {lattice.sites} sites, and {why}, so a file writes at most {MOST_SITES}"
     if what:
         raise CannotMeasure(
-            f"{what}, so it cannot be exported: a scene or a small lattice without contact, by a "
-            "rule, a composition or a one-step map can."
+            f"{what}, so it cannot be exported: a scene or a lattice without contact, by a rule, a "
+            "composition or a one-step map can."
         )
-    return scheme if lattice is None else Scheme(scene_of(lattice), rule)
+    return scheme
+
+
+def _relaxes(scheme: Any) -> bool:
+    """Return True if a lattice's first step is solved site by site."""
+    from ..lattices.lattice_run import LatticeRun
+
+    flow = scheme.flow(scheme.lattice.step)
+    run = LatticeRun(flow, *flow.own_start)
+    return run.by_stages or (run.sparse is not None and run.sparse.relaxing)
 
 
 class Exported:
@@ -95,7 +116,6 @@ class Exported:
     """
 
     def __init__(self, scheme: Any, lanes: int) -> None:
-        scheme = straightened(scheme)
         self.lanes = lanes
         self.scheme, self.scene, self.s = scheme, scheme.scene, scheme.equations.s
         self.flow = scheme.flow(self.scene.step)
@@ -165,13 +185,10 @@ class Exported:
                 **flat, "LAST_OF_MOMENTUM": last}  # fmt: skip
 
     @cached_property
-    def over_factorials(self) -> dict[str, Any]:
-        """The numbers of Stumpff's functions, as many as the kernels need."""
-        words = {e for f in [*self.kernels, *self.of_stages, *self.more] for e in ast.walk(f)
-                 if isinstance(e, ast.Call) and ast.unparse(e.func) == "stumpff"}  # fmt: skip
-        most = max((ast.literal_eval(e.args[1]) for e in words), default=0)
-        terms = next(n for n in range(99) if 4 * factorial(2) < EPS * factorial(2 * n + 4))
-        return {"TERMS": terms, "OVER": [1 / factorial(n) for n in range(2 * terms + most + 1)]}
+    def start(self) -> tuple[list[float], list[float]]:
+        """x, with the time, and μ of the scene's own start."""
+        own = self.flow.starting.own
+        return [float(e) for e in own.x], [float(e) for e in own.mu]
 
     # -- energy, velocity, momenta -----------------------------------------------------------------
 
@@ -322,7 +339,8 @@ class Exported:
             if self.scheme.equations.arrows is not None else [float(e) for e in self.scene.v0],
         }  # fmt: skip
         several = {} if len({*self.affine}) == 1 else {"AFFINE": [int(e) for e in self.affine]}
-        return numbers | self.at_nodes | self.over_factorials | several
+        return numbers | self.at_nodes | several | over_factorials(
+            [*self.kernels, *self.of_stages, *self.more])  # fmt: skip
 
     @cached_property
     def fields(self) -> dict[str, tuple[str, tuple[int, ...]]]:
@@ -408,7 +426,7 @@ class Exported:
     def functions(self) -> list[ast.FunctionDef]:
         """The functions of a file, each after those that it calls."""
         words = {"correct": "solver", **{e: e for e in RESULTS if e != "solver"}}
-        driver = [f for f in source_of(*_driver())]
+        driver = source_of(over, steepness) + functions_of(stepping) + functions_of(staging)
         for f in driver:
             for e in ast.walk(f):
                 if isinstance(e, ast.Call) and isinstance(e.func, ast.Name) and e.func.id in words:
@@ -446,8 +464,16 @@ def written_kernels(text: KernelText) -> list[ast.FunctionDef]:
     return found
 
 
-def _driver() -> list[Any]:
-    """Return the functions of the driver, with the rule by which Newton's method ends."""
-    own = [e for part in (stepping, staging) for e in vars(part).values()
-           if getattr(e, "__module__", "") == part.__name__ and callable(e)]  # fmt: skip
-    return [over, steepness, *own]
+def functions_of(part: Any) -> list[ast.FunctionDef]:
+    """Return the functions of a text of ours, a module."""
+    own = [e for e in vars(part).values() if getattr(e, "__module__", "") == part.__name__]
+    return source_of(*filter(callable, own))
+
+
+def over_factorials(functions: Sequence[ast.FunctionDef]) -> dict[str, Any]:
+    """Return the numbers of Stumpff's functions, as many as these functions need."""
+    words = {e for f in functions for e in ast.walk(f)
+             if isinstance(e, ast.Call) and ast.unparse(e.func) == "stumpff"}  # fmt: skip
+    most = max((ast.literal_eval(e.args[1]) for e in words), default=0)
+    terms = next(n for n in range(99) if 4 * factorial(2) < EPS * factorial(2 * n + 4))
+    return {"TERMS": terms, "OVER": [1 / factorial(n) for n in range(2 * terms + most + 1)]}

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from .exported import STATUSES, Exported
-from .heads import constants, head, start_of
+from .heads import constants, head
 from .numpy_file import nested
 from .printer import Printer
 
@@ -168,7 +168,7 @@ def julia_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
         fields.append(f"    {name}::{kinds[len(lengths)]}")
         zero = f"zeros({one}, {lengths[-1]})" if lengths else f"zero({one})"
         zeros.append(f"[{zero} for _ in 1:{lengths[0]}]" if len(lengths) == 2 else zero)
-    x, mu = start_of(given)
+    x, mu = given.start
     printer = Julia()
     functions = [printer.function(f) for f in given.functions]
     values = "\n".join(f"const {k} = {written(v)}" for k, v in constants(given))

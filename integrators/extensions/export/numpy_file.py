@@ -5,11 +5,11 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Sequence
-from textwrap import fill, indent
+from textwrap import fill, indent, wrap
 from typing import Any, ClassVar
 
 from .exported import STATUSES, Exported, Parameter
-from .heads import constants, head, start_of
+from .heads import constants, head
 from .printer import WIDTH, Printer
 
 OWN = {"advance": "_advance", "rows_of_run": "_rows", "momenta": "_momenta", "energy": "_energy",
@@ -50,6 +50,11 @@ class Python(Printer):
     def about(self, text: str) -> None:
         """Keep what a function does until its head is written."""
         self.said = " ".join(text.split())
+
+    def comment(self, text: str) -> None:
+        """Write a word about the statements that follow."""
+        first = "    " * self.depth + "# "
+        self.lines += wrap(text, WIDTH, initial_indent=first, subsequent_indent=first)
 
     def head(self, f: ast.FunctionDef) -> None:
         """Write the first line of a function, and what it does."""
@@ -205,7 +210,7 @@ def nested(parameter: Parameter) -> Any:
 
 def python_parts(given: Exported) -> dict[str, str]:
     """Return the parts that all files in Python have."""
-    x, mu = start_of(given)
+    x, mu = given.start
     rows = [f'    "{p.name}": {nested(p)!r},' for p in given.parameters]
     return {"x": repr(x), "mu": repr(mu), "parameters": "\n".join(rows),
             "quantities": repr(given.quantities), "told": repr([*STATUSES.values()])}  # fmt: skip

@@ -36,7 +36,8 @@ class Printer:
     end: ClassVar[str] = "}"
     heads: ClassVar[dict[str, str]] = {"if": "if ({}) {{", "else": "}} else {{",
                                        "while": "while ({}) {{"}  # fmt: skip
-    names: ClassVar[dict[str, str]] = {"abs": "fabs", "advance": "step", "rows_of_run": "run"}
+    names: ClassVar[dict[str, str]] = {"abs": "fabs", "int": "(int)", "advance": "step",
+                                       "rows_of_run": "run"}  # fmt: skip
     public: ClassVar[tuple[str, ...]] = ("start", "step", "run", "energy", "momenta", "multipliers")
     words: ClassVar[dict[type, str]] = {
         ast.And: "&&", ast.Or: "||", ast.Not: "!", ast.Add: "+", ast.Sub: "-", ast.Mult: "*",
@@ -167,6 +168,12 @@ class Printer:
         """Write what a function does."""
         self.lines += wrap(f"/* {' '.join(text.split())} */", WIDTH, subsequent_indent="   ")
 
+    def comment(self, text: str) -> None:
+        """Write a word about the statements that follow."""
+        first = "    " * self.depth
+        self.lines += wrap(f"/* {text} */", WIDTH, initial_indent=first,
+                           subsequent_indent=f"{first}   ")  # fmt: skip
+
     def head(self, f: ast.FunctionDef) -> None:
         """Write the first line of a function."""
         kinds = {"float": "double ", "int": "int ", "bool": "int ", "State": "state *",
@@ -202,6 +209,9 @@ class Printer:
         return {"float": "double {}", "int": "int {}", "bool": "int {}"}[kind]
 
     def _expr(self, s: ast.Expr) -> None:
+        if isinstance(s.value, ast.Constant):  # a word about what follows
+            self.comment(" ".join(str(s.value.value).split()))
+            return
         self.put(f"{self.of(s.value)}{self.stop}")
 
     def _return(self, s: ast.Return) -> None:

@@ -11,7 +11,8 @@ from typing import Any
 from ...compiler import digest
 from ...errors import arguments_checked, unknown
 from .c_file import c_file
-from .exported import Exported
+from .exported import Exported, exportable
+from .exported_lattice import ExportedLattice
 from .jax_file import jax_file
 from .julia_file import julia_file
 from .numpy_file import numpy_file
@@ -35,7 +36,10 @@ def export(scheme: Any, language: str, harness: bool = False, said: Sequence[str
     """
     if language not in LANGUAGES:
         raise unknown("language", language, LANGUAGES)
-    text = LANGUAGES[language](Exported(scheme, LANES[language]), [said_by_us(), *said], harness)
+    scheme = exportable(scheme, language != "jax")
+    given: Any = ExportedLattice(scheme) if hasattr(scheme, "lattice") else Exported(
+        scheme, LANES[language])  # fmt: skip
+    text = LANGUAGES[language](given, [said_by_us(), *said], harness)
     return text.replace(SEAL, digest(text.strip())[: len(SEAL)], 1)
 
 

@@ -132,6 +132,13 @@ class LatticeFlow:
             x = np.array(x0, dtype=object).reshape(x.shape) if self.numbers.dtype is object else x
         return self.exact(x), mu
 
+    @property
+    def own_start(self) -> tuple[np.ndarray, np.ndarray]:
+        """x (N, n) and μ (N, m) of the lattice's own start; fixed sites have no μ."""
+        x, mu = self._start(None, None)
+        mu[~self.lattice.free] = 0
+        return x, mu
+
     @cached_property
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """The lattice's start, x (N, n) and v (N, m), as numbers of the flow.

@@ -55,7 +55,7 @@ class LatticeScheme:
         return self  # a scheme is immutable
 
     def export(self, language: str, harness: bool = False) -> str:
-        """Return one file of code, in which each site is written out (`scene_of`)."""
+        """Return one file of code, with loops over sites and bonds."""
         return str(source_text(self, language, harness))
 
     @property

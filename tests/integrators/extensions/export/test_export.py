@@ -144,20 +144,63 @@ def test_multipliers_are_those_of_the_run():
     assert not hasattr(module(Scheme(scenes.get("pendulum"), trapezoidal)), "multipliers")
 
 
-@pytest.mark.slow
+#: of lattices: explicit, with the adjoint, by elimination along a chain and round a ring, site by
+#: site, with the time, a composition, stages; some with fixed ends and parameters of their own
+LATTICES = [
+    ("suzuki:rectangle", {"bonds": "ring"}), ("midpoint", {"fixed": [0, 3]}),
+    *(pytest.param(*e, marks=pytest.mark.slow) for e in (
+        ("trapezoidal", {}), ("midpoint", {"bonds": "ring"}), ("triple-jump:midpoint", {}),
+        ("midpoint", {"bonds": [(0, 1), (0, 2), (2, 3), (1, 3)]}),
+        ("midpoint", {"force": lambda x, v, p, t: [sympy.cos(2 * t) - v[0] / 8]}),
+        ("gauss-2", {}), ("gauss-3", {"bonds": "ring"}),
+    )),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("rule", "more"), LATTICES)
+def test_a_lattice_runs_as_its_flow(rule, more):
+    scheme = Scheme(chain(**more), get(rule))
+    run, file = scheme.flow("0.1").trajectory(20), module(scheme)
+    xs, mus = file.run(file.begin(), 0.1, 20)
+    sizes = slice(0, run.x[0].size)  # the time comes after the sites
+    assert abs(xs[:, sizes] - run.x.reshape(21, -1)).max() < 1e-14
+    assert abs(mus - run.mu.reshape(21, -1)).max() < 1e-14
+
+
 @pytest.mark.parametrize("rule", [trapezoidal, midpoint])
-def test_a_lattice_is_written_site_by_site(rule):
-    lattice = chain()
-    scheme = Scheme(lattice, rule)
-    run = scheme.flow("0.1").trajectory(20)
-    xs, _ = module(scheme).run(module(scheme).begin(), 0.1, 20)
+def test_a_lattice_has_loops_whose_text_does_not_grow_with_its_sites(rule):
+    lines = {sites: Scheme(chain(sites), rule).export("c").count("\n") for sites in (20, 40)}
+    assert lines[20] + 4 >= lines[40] - 40 // 4  # but for the start, some entries a line
+
+
+def test_a_lattice_s_own_parameters_stay_parameters():
+    lattice = chain(mass=np.array([1.0, 2.0, 3.0, 4.0]))
+    other = chain(mass=np.array([2.0, 1.0, 5.0, 1.0]), stiffness=3)
+    run = Scheme(other, midpoint).flow("0.1").trajectory(20)
+    file = module(Scheme(lattice, midpoint))
+    mu = [0.0, *run.mu[0].ravel()[1:]]
+    xs, _ = file.run(file.begin(mu=mu, mass=[2.0, 1.0, 5.0, 1.0], stiffness=3.0), 0.1, 20)
     assert abs(xs - run.x.reshape(21, -1)).max() < 1e-14
 
 
-def chain(sites=3):
-    return Lattice(name="chain", site=pair(1), sites=sites, on_site=lambda x, v, p: v[0] ** 2 / 2,
-                   on_bond=lambda x, y, p: -((y[0] - x[0]) ** 2) / 2, bonds="chain",
-                   x0=[[0.1]] + [[0]] * (sites - 1), v0=[[0]] * sites, duration=1)  # fmt: skip
+def test_a_failed_step_leaves_a_lattice_as_it_was():
+    file = module(Scheme(chain(), midpoint))
+    state = file.begin()
+    file.step(state, 0.1)
+    before = list(state.x), list(state.mu)
+    with pytest.raises(file.StepFailed):
+        file.step(state, math.nan)
+    assert (state.x, state.mu) == before
+    assert math.isfinite(file.step(state, 0.1).x[0])
+
+
+def chain(sites=4, mass=1, stiffness=1, **more):
+    return Lattice(name="chain", site=pair(1), sites=sites,
+                   parameters={"mass": mass, "stiffness": stiffness},
+                   on_site=lambda x, v, p: p.mass * v[0] ** 2 / 2,
+                   on_bond=lambda x, y, p: p.stiffness * sympy.cos(y[0] - x[0]),
+                   **{"bonds": "chain", "x0": [[0.1 * (i % 3)] for i in range(sites)],
+                      "v0": [[0]] * sites, "duration": 1, **more})  # fmt: skip
 
 
 @black_box(order=1)
@@ -168,7 +211,8 @@ def euler(q, p, h, system):
 @pytest.mark.parametrize(("scene", "rule", "said"), [
     (scenes.get("bouncing-ball"), midpoint, "bouncing-ball has contact"),
     (scenes.get("pendulum"), euler, "euler is a program"),
-    (chain(100), trapezoidal, "chain has 100 sites"),
+    (chain(100, constraint=lambda x, y, p: [y[0] - x[0]], x0=[[0]] * 100), trapezoidal,
+     "chain has 100 sites, and its bonds have constraints"),
 ], ids=["contact", "program", "lattice"])  # fmt: skip
 def test_what_cannot_be_exported_is_one_sentence_that_says_what_can(scene, rule, said):
     with pytest.raises(BadInput, match=f"{said}.* can\\.$") as error:
