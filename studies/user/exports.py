@@ -156,7 +156,8 @@ def _asked_for(scheme: Any, box: Any) -> Callable[[int, int], tuple[np.ndarray, 
     """
     system, flow = _lattice(scheme) or scheme.scene, _flow(scheme)
     if _lattice(scheme):
-        start, timed = [e.ravel() for e in flow.own_start], scheme.timed
+        x, mu = flow.own_start
+        start, timed = (x.ravel(), mu.ravel()), scheme.timed
     else:
         own, timed = flow.starting.own, scheme.s.clocked
         start = own.x[: scheme.s.n], own.mu

@@ -2,8 +2,7 @@
 
 The compiler's own writer runs the text (`compiler.llvm_writer`); here its numbers write statements
 instead of instructions. Tuples, records and what Python knows exist only during this writing. Each
-result first gets a name of its own; `settled` puts those that are used once back where they are
-used, and leaves out what nothing needs.
+result first gets a name of its own (`settling`).
 """
 
 from __future__ import annotations
@@ -11,10 +10,8 @@ from __future__ import annotations
 import ast
 import math
 import re
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from keyword import iskeyword
 from typing import Any
 
 from ...compiler import texts_of
@@ -22,22 +19,14 @@ from ...compiler.llvm_statements import Scope, loaded
 from ...compiler.llvm_values import ARITHMETIC, Array, Value, mapped
 from ...compiler.llvm_writer import Module
 from ...numbers.types import Function
-from .statements import KNOWN, last_of
+from .settling import FRESH, KINDS, Block, settled
+from .statements import last_of
 
-Block = list[ast.stmt]
 OPERATORS: dict[str, Any] = {
     "add": ast.Add, "sub": ast.Sub, "mul": ast.Mult, "truediv": ast.Div, "floordiv": ast.FloorDiv,
     "mod": ast.Mod, "lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE, "eq": ast.Eq,
     "ne": ast.NotEq,
 }  # fmt: skip
-KINDS = {"f": "float", "i": "int", "b": "bool"}
-ZEROS: dict[str, Any] = {"f": 0.0, "i": 0, "b": False}
-FRESH = re.compile(r"[tv]\d+_$")  # the names of results, and of variables, before `named`
-#: words of some language, which no letter may be called by
-RESERVED = {"end", "double", "int", "float", "long", "short", "char", "const", "static", "void",
-            "do", "switch", "case", "default", "struct", "union", "enum", "function", "begin",
-            "let", "local", "module", "using", "s", "N", "M", "state", "signed", "auto", "goto",
-            "register", "extern", "inline", "restrict", "typedef", "sizeof", *KNOWN}  # fmt: skip
 
 
 def tree(number: Any) -> ast.expr:
@@ -421,241 +410,7 @@ class Specialised(Module):
             writer.do(ast.Return(tree(result)))
         (made,) = ast.parse(f"{head}\n    pass").body
         assert isinstance(made, ast.FunctionDef)
-        made.body = settled(writer, {a.arg for a in made.args.args})
+        made.body = settled(
+            writer.block, writer.variables, writer.hints, {a.arg for a in made.args.args}
+        )
         return ast.fix_missing_locations(made)
-
-
-# -- from a name for each result to a text that one reads ------------------------------------------
-
-
-def settled(writer: Writer, taken: Iterable[str]) -> Block:
-    """Return the statements without what nothing needs, each result where it is used, named."""
-    block = writer.block
-    while True:
-        read = Counter(_read(block))
-        lean = _lean(block, read)
-        if _count(lean) == _count(block):
-            break
-        block = lean
-    block = _Placing(read).block(block)
-    beyond = _beyond(block, set())
-    block = [_Outside(beyond, writer.variables).visit(s) for s in block]
-    kept = {n for s in block for e in ast.walk(s) if isinstance(e, ast.Name) for n in [e.id]}
-    first: Block = [
-        ast.AnnAssign(ast.Name(name), ast.Name(KINDS[kind]), ast.Constant(ZEROS[kind]), 1)
-        for name, kind in writer.variables.items() if name in kept
-    ]  # fmt: skip
-    return _named(first + block, writer.hints, {*taken})
-
-
-def _count(block: Block) -> int:
-    return sum(isinstance(e, ast.stmt) for s in block for e in ast.walk(s))
-
-
-def _beyond(block: Block, known: set[str]) -> set[str]:
-    """Return the results that are used outside the block in which they get their names."""
-    here, found = set(known), set[str]()
-    for s in block:
-        found |= {n for n in _own(s) if n.startswith("t") and FRESH.match(n)} - here
-        if isinstance(s, ast.AnnAssign):
-            here |= {ast.unparse(s.target)}
-        inner = here | ({ast.unparse(s.target)} if isinstance(s, ast.For) else set())
-        for part in (getattr(s, "body", []), getattr(s, "orelse", [])):
-            found |= _beyond(part, inner)
-        if isinstance(s, ast.While):
-            found |= {n for n in _names(s.test) if n.startswith("t") and FRESH.match(n)} - here
-    return found
-
-
-class _Outside(ast.NodeTransformer):
-    """Makes variables of results that are used outside their block."""
-
-    def __init__(self, names: set[str], variables: dict[str, str]) -> None:
-        self.names, self.variables = names, variables
-
-    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.stmt:
-        name = ast.unparse(node.target)
-        if name not in self.names or node.value is None:
-            return node
-        kinds = {word: kind for kind, word in KINDS.items()}
-        self.variables[name] = kinds[ast.unparse(node.annotation)]
-        return ast.Assign([node.target], node.value)
-
-
-def _read(block: Sequence[ast.AST]) -> list[str]:
-    """Return the names that are read, once for each time."""
-    found = []
-    for s in block:
-        written = [*s.targets] if isinstance(s, ast.Assign) else []
-        written += [s.target] if isinstance(s, (ast.AnnAssign, ast.For)) else []
-        names = {id(e) for e in written if isinstance(e, ast.Name)}
-        for e in ast.iter_child_nodes(s):
-            if isinstance(e, ast.stmt):
-                found += _read([e])
-            elif id(e) not in names:
-                found += [n.id for n in ast.walk(e) if isinstance(n, ast.Name)]
-    return found
-
-
-def _lean(block: Block, read: Mapping[str, int]) -> Block:
-    """Return the statements without results and variables that are never read."""
-    found: Block = []
-    for s in block:
-        target = s.targets[0] if isinstance(s, ast.Assign) else getattr(s, "target", None)
-        own = isinstance(s, (ast.Assign, ast.AnnAssign)) and isinstance(target, ast.Name)
-        if own and FRESH.match(target.id) and not read.get(target.id):  # type: ignore[union-attr]
-            continue
-        if isinstance(s, ast.If):
-            yes, no = _lean(s.body, read), _lean(s.orelse, read)
-            if yes or no:
-                test = s.test if yes else ast.UnaryOp(ast.Not(), s.test)
-                found.append(ast.If(test, yes or no, no if yes else []))
-        elif isinstance(s, (ast.While, ast.For)):
-            body = _lean(s.body, read)
-            if isinstance(s, ast.While):
-                found.append(ast.While(s.test, body, []))
-            elif any(not (isinstance(e, ast.Expr) and isinstance(e.value, ast.Constant))
-                     for e in body):  # fmt: skip
-                found.append(ast.For(s.target, s.iter, body, []))
-        else:
-            found.append(s)
-    return found
-
-
-class _Placing(ast.NodeTransformer):
-    """Puts results that are used once into the place of their use, if nothing writes between."""
-
-    def __init__(self, read: Mapping[str, int]) -> None:
-        self.read = read
-        self.waiting: dict[str, tuple[ast.AnnAssign, set[str]]] = {}
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        if node.id not in self.waiting:
-            return node
-        found, _ = self.waiting.pop(node.id)
-        assert found.value is not None
-        return found.value
-
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
-        """Leave two signs out."""
-        self.generic_visit(node)
-        inner = node.operand
-        if isinstance(node.op, ast.USub) and isinstance(inner, ast.UnaryOp):
-            return inner.operand if isinstance(inner.op, ast.USub) else node
-        return node
-
-    def block(self, block: Block) -> Block:
-        """Return the statements of a block."""
-        found: Block = []
-        outer, self.waiting = self.waiting, {}
-        uses = [Counter(_own(s)) for s in block]
-        for k, s in enumerate(block):
-            if isinstance(s, ast.AnnAssign) and isinstance(s.target, ast.Name) and not _zeros(s):
-                reads = {r for n in _names(s.value) if n in self.waiting
-                         for r in self.waiting[n][1]} | _kept(s.value)  # fmt: skip
-                s = ast.AnnAssign(s.target, s.annotation, self.visit(s.value), 1)  # type: ignore[arg-type]
-                once = self.read.get(s.target.id, 0) == 1  # type: ignore[union-attr]
-                if once and any(u[s.target.id] for u in uses[k + 1 :]):  # type: ignore[union-attr]
-                    self.waiting[s.target.id] = (s, reads)  # type: ignore[union-attr]
-                else:
-                    found.append(s)
-                continue
-            written = _written([s])
-            now = {*_own(s)}
-            for name, (waits, reads) in [*self.waiting.items()]:
-                if name not in now and reads & written:
-                    found.append(waits)
-                    del self.waiting[name]
-            found.append(self._whole(s))
-        found += [waits for waits, _ in self.waiting.values()]
-        self.waiting = outer
-        return found
-
-    def _whole(self, s: ast.stmt) -> ast.stmt:
-        if isinstance(s, ast.If):
-            return ast.If(_plain(self.visit(s.test)), self.block(s.body), self.block(s.orelse))
-        if isinstance(s, ast.For):
-            return ast.For(s.target, self.visit(s.iter), self.block(s.body), [])
-        if isinstance(s, ast.While):
-            body, test = self.block(s.body), s.test
-            first = body[0] if body else None
-            if isinstance(first, ast.If) and not first.orelse and isinstance(
-                first.body[0], ast.Break
-            ):  # fmt: skip
-                test, body = _plain(ast.UnaryOp(ast.Not(), first.test)), body[1:]
-            return ast.While(test, body, [])
-        made: ast.stmt = self.visit(s)
-        return made
-
-
-def _own(s: ast.stmt) -> list[str]:
-    """Return the names that a statement reads itself, not in its blocks."""
-    if isinstance(s, ast.While):
-        return []
-    if isinstance(s, (ast.If, ast.For)):
-        return _names(s.test if isinstance(s, ast.If) else s.iter)
-    return _read([s])
-
-
-def _names(e: ast.AST | None) -> list[str]:
-    return [n.id for n in ast.walk(e) if isinstance(n, ast.Name)] if e is not None else []
-
-
-def _zeros(s: ast.AnnAssign) -> bool:
-    return isinstance(s.value, ast.BinOp) and isinstance(s.value.left, ast.List)
-
-
-def _kept(e: ast.AST | None) -> set[str]:
-    """Return the arrays and variables that an expression reads."""
-    arrays = {ast.unparse(n.value) for n in ast.walk(e) if isinstance(n, ast.Subscript)}  # type: ignore[arg-type]
-    return arrays | {n for n in _names(e) if FRESH.match(n) and n.startswith("v")}
-
-
-def _written(block: Sequence[ast.stmt]) -> set[str]:
-    """Return the arrays and variables that statements write."""
-    found = set[str]()
-    for s in block:
-        for e in ast.walk(s):
-            if isinstance(e, ast.Assign):
-                (target,) = e.targets
-                inner = target.value if isinstance(target, ast.Subscript) else target
-                found.add(ast.unparse(inner))
-            elif isinstance(e, ast.Expr) and isinstance(e.value, ast.Call):
-                found |= {n for a in e.value.args for n in _names(a)}
-    return found
-
-
-OPPOSITE: dict[type, type] = {ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
-
-
-def _plain(test: ast.expr) -> ast.expr:
-    """Return a condition without two negations; a negated order stays, since NaN has none."""
-    if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
-        inner = test.operand
-        if isinstance(inner, ast.UnaryOp) and isinstance(inner.op, ast.Not):
-            return _plain(inner.operand)
-        if isinstance(inner, ast.Compare) and type(inner.ops[0]) in OPPOSITE:
-            return ast.Compare(inner.left, [OPPOSITE[type(inner.ops[0])]()], inner.comparators)
-    return test
-
-
-def _named(block: Block, hints: Mapping[str, str], taken: set[str]) -> Block:
-    """Return the statements with names that the text has, each used for one thing."""
-    seen = Counter[str]()
-    found: dict[str, str] = {}
-
-    class Naming(ast.NodeTransformer):
-        def visit_Name(self, node: ast.Name) -> ast.expr:
-            if FRESH.match(node.id) and node.id not in found:
-                word = hints.get(node.id) or node.id[0]
-                while True:
-                    number, seen[word] = seen[word], seen[word] + 1
-                    name = f"{word}_{number}" if number or word in RESERVED or iskeyword(word) \
-                        else word  # fmt: skip
-                    if name not in taken:
-                        break
-                taken.add(name)
-                found[node.id] = name
-            return ast.Name(found.get(node.id, node.id))
-
-    return [Naming().visit(s) for s in block]
