@@ -63,6 +63,12 @@ _CHANGING = frozenset((
 _OF_FILES = frozenset((
     "fromfile", "genfromtxt", "load", "loadmat", "loadtxt", "memmap", "random",
 ))  # fmt: skip
+#: the precision that these take from where they are called, beside their arguments
+_PRECISION: dict[str, Callable[[Any], object]] = {
+    "mpmath": lambda mpmath: mpmath.mp.prec,
+    "decimal": lambda decimal: (decimal.getcontext().prec, decimal.getcontext().rounding),
+    "gmpy2": lambda gmpy2: gmpy2.get_context().precision,
+}
 _SLOTS = (GetSetDescriptorType, MemberDescriptorType)
 #: what the class of an object of C has in place of functions
 _OF_C = (MethodDescriptorType, WrapperDescriptorType)
@@ -267,11 +273,15 @@ class _Reader:
                     self.known(held.__name__, _attributes(thing.__code__, name))
 
     def known(self, name: str, asked: Set[str] = frozenset()) -> None:
-        """Check an object that is known only by its name; raises `Opaque` if that is not enough.
+        """Add the precision that it is called with, since nothing but its name is known.
+
+        Raises `Opaque` if that is not enough.
 
         asked: the attributes of it that are read.
         """
         package = name.partition(".")[0]
+        if package in _PRECISION and package in sys.modules:
+            self.say("precision", _PRECISION[package](sys.modules[package]))
         if package in _CHANGING or (self.pure and package not in _PURE):
             raise Opaque(f"{name}, of which nothing but the name is known")
         if package in ("numpy", "scipy") and (read := asked & _OF_FILES):

@@ -5,16 +5,20 @@ from __future__ import annotations
 import collections
 import ctypes
 import dataclasses
+import decimal
 import functools
 import importlib
 import sys
 import weakref
 from types import FunctionType, ModuleType
 
+import gmpy2
+import mpmath
 import numpy as np
 import pytest
 import scipy.interpolate
 import sympy
+from mpmath import mp
 
 from discmech import Scene, Scheme, midpoint, pair
 from discmech.integrators.scene import Opaque, reads, remembered
@@ -262,6 +266,23 @@ class Unasked:
 def test_a_callable_that_raises_for_its_signature_is_called():
     scene = Scene("s", pair(1), Unasked(), x0=[1], v0=[0], duration=1)
     assert Scheme(scene, midpoint).flow("1/10").trajectory(1).x.shape == (2, 1)
+
+
+PRECISIONS = {
+    "mpmath": (lambda: mpmath.sqrt(2), lambda: mpmath.workdps(30)),
+    "mpmath's context": (lambda: mp.dps, lambda: mpmath.workdps(30)),
+    "decimal": (lambda: 1 / decimal.Decimal(3), lambda: decimal.localcontext(prec=40)),
+    "gmpy2": (lambda: gmpy2.sqrt(2), lambda: gmpy2.context(precision=99)),
+}
+
+
+@pytest.mark.parametrize("package", PRECISIONS)
+def test_a_precision_that_is_taken_from_outside_is_noticed(package):
+    function, changed = PRECISIONS[package]
+    before = reads(function)
+    with changed():
+        assert reads(function) != before
+    assert reads(function) == before
 
 
 @pytest.mark.skipif(sys.version_info < (3, 14), reason="annotations are evaluated at once")
