@@ -100,8 +100,11 @@ class Double:
         """Return the names with which generated text computes on columns of numbers, by numpy."""
 
         def array(entries: Numbers, *shape: int) -> np.ndarray:
-            rows = np.array(np.broadcast_arrays(*entries))  # a constant entry is one number
-            return rows.reshape(*shape, *rows.shape[1:])
+            of_each = np.broadcast_shapes(*map(np.shape, entries))  # a constant is one number
+            rows = np.empty((len(entries), *of_each))
+            for k, entry in enumerate(entries):
+                rows[k] = entry
+            return rows.reshape(*shape, *of_each)
 
         functions = _functions(np, asin="arcsin", acos="arccos", atan="arctan", atan2="arctan2")
         return {**functions, "R": float, "PI": math.pi, "constant": self.constant,

@@ -379,13 +379,16 @@ class Scene:
 
         Reconstruction A_{k+1} = A_k τ(hu_k) is the target map of the group's action on itself; for
         a complex group it is on the real form, 2N×2N. The result is remembered, so that its
-        equations are derived once. Raises `BadInput` unless the groupoid is a Lie group.
+        equations are derived once; it is its own scene with the attitude. Raises `BadInput` unless
+        the groupoid is a Lie group.
         """
         return self._attitude_as_base
 
     @cached_property
     def _attitude_as_base(self) -> Scene:
         group = self.groupoid
+        if isinstance(group, RowAction) and group.rows == group.algebra.size:
+            return self
         if not isinstance(group, LieGroup):
             raise BadInput(
                 f"{self.name}: only a scene on a Lie group has an attitude to reconstruct."

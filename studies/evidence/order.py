@@ -274,9 +274,7 @@ def _round_off(flow: Flow, place: Place) -> list[Any]:
     if not flow.scheme.rule.is_formula:  # a program rounds one operation, beside its start
         unit = flow.scheme.rule.unit(flow.digits)
         sizes = [[abs(e) for e in part] for part in (place.x, place.mu)]
-        if getattr(flow.scheme.rule, "read", None) is not None:
-            # coordinates of its own, such as quaternions: a rounding there changes all entries
-            # alike
+        if flow.scheme.rule.own_coordinates:  # a rounding there changes all entries alike
             sizes = [[max(part)] * len(part) if part else part for part in sizes]
         return [2 * unit * e for part in sizes for e in part]
     with flow.numbers.working():

@@ -135,7 +135,7 @@ def measure(case: Case, progress: Progress = silent) -> Found:
     worst = {name: float(drift.max()) for name, drift in series.items()}
     told = Measured(worst, {name: fault.change for name, fault in faults.items()})
     return Found(rows, told, steps, units, faults, _over(case, steps), walks,
-                 local=single_steps(case, *laws_of(kept)))  # fmt: skip
+                 local=single_steps(case, *laws_of(case.scheme, kept)))  # fmt: skip
 
 
 def measure_more(case: Case, measurement: Measurement, said: Verdict) -> dict[str, Any]:

@@ -45,7 +45,7 @@ def measured_in(case: Case) -> list[Any]:
     rule = case.rule
     composed = rule.method is not None or not (rule.asks_lagrangian and rule.is_formula)
     exact = [q for q in case.scene.symmetries if q.to_roundoff]
-    if not case.rule.is_formula:  # a program moves x and μ, and no attitude beside them
+    if not (case.rule.is_formula or case.scheme.s.n):  # a program of μ alone moves no attitude
         exact = [q for q in exact if not q.attitude]
     if case.rule.is_recorded:  # no steps can be made that start anew
         exact = [q for q in exact if q.stretch is None]

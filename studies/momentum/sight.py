@@ -115,10 +115,10 @@ def keeps(quantity: Conserved) -> Keeps:
     return Keeps(quantity)
 
 
-def laws_of(quantities: Sequence[Any]) -> list[Keeps]:
-    """Return the laws of the quantities that need no attitude beside the state."""
-    return [keeps(q) for q in quantities
-            if isinstance(q, Conserved) and not q.attitude and q.stretch is None]  # fmt: skip
+def laws_of(scheme: Scheme, quantities: Sequence[Any]) -> list[Keeps]:
+    """Return the laws of the quantities that need no attitude beside the scheme's state."""
+    return [keeps(q) for q in quantities if isinstance(q, Conserved) and q.stretch is None
+            and (scheme.s.n or not q.attitude)]  # fmt: skip
 
 
 def _digits(scheme: Scheme, place: Place, step: Fraction) -> int:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar, TypeVar
 
-from ...errors import BadInput, arguments_checked, check_name, shown
+from ...errors import BadInput, CannotMeasure, arguments_checked, check_name, shown
 from ...groupoids import pair
 from ...numbers import exact_rational
 from ...numbers.types import Exact, Function, Given, Vector
@@ -17,11 +17,10 @@ from ...rules.discretisation import checked
 from ...scene import Scene, reads
 from .box_scheme import BoxScheme
 from .signatures import METHODS, check_arguments, functions_of
+from .states import STATES, State
 
 _Given = TypeVar("_Given")
 
-#: the states that a box may take and return, beside the scene's x
-STATES = ("qp", "qv")
 #: the numbers that a box computes with: they determine its unit of round-off and its digits
 NUMBERS = ("double", "any", "float32")
 
@@ -60,6 +59,16 @@ class BlackBox(Discretisation):
         """The claims and options of its author, as text."""
         return repr((self.claims, self.state, self.runs, self.numbers, self.vectorised, self.step,
                      self.states))  # fmt: skip
+
+    @property
+    def form(self) -> State:
+        """The form of its states (`STATES`)."""
+        return STATES[self.state]
+
+    @property
+    def own_coordinates(self) -> bool:
+        """True if its numbers are other ones than x and μ, such as those of a quaternion."""
+        return self.read is not None or self.form.has_attitude
 
     @property
     def only_step(self) -> Exact | None:
@@ -115,10 +124,15 @@ class BlackBox(Discretisation):
                 f"{scene.name} has only a discrete Lagrangian, so there is no motion that the "
                 f"black box {self.name} could approximate."
             )
-        return super().refusal(scene)
+        return super().refusal(scene) or self.form.refusal(scene)
 
     def discretise(self, scene: Scene) -> BoxScheme:
-        """Return the box on a scene, the result of `Scheme(scene, box)`, with a map's own step."""
+        """Return the box on a scene, the result of `Scheme(scene, box)`, with a map's own step, and
+        with the attitude where it is a part of its state.
+        """
+        if refusal := self.refusal(scene):
+            raise CannotMeasure(refusal)
+        scene = self.form.scene(scene)
         return BoxScheme(scene if self.step is None else scene.with_values(step=self.step), self)
 
     def __call__(self, *given: Any) -> Any:
@@ -158,7 +172,10 @@ def black_box(
     keeps: some of "energy" (by each step), "energy band", "volume" and names of the scene's own
     quantities.
 
-    state="qv": the box takes and returns velocities in place of momenta. runs=True: the function is
+    state="qv": the box takes and returns velocities in place of momenta; "Rp", "Rv", "quaternion p"
+    and "quaternion v": on a scene of `lie_group(so(3))` it moves the body's attitude too, R (3, 3)
+    from the body to space, or the unit quaternion (w, x, y, z), beside p or v in the body; then
+    `system` takes R or the quaternion for q. runs=True: the function is
     (q, p, h, steps, every, system) → arrays (rows, n) and (rows, m); the first row is the start,
     then there is one row every `every` steps. numbers="any": the box also works on mpmath numbers
     in object arrays, and is judged at 50 digits as well; "float32": it computes in single
@@ -186,6 +203,10 @@ def black_box(
             raise BadInput(f"black_box({word}=...): {word} is a function, not {shown(function)}.")
     if (read is None) != (write is None):
         raise BadInput("black_box: give both read= and write=, the way back and the way there.")
+    if jacobian is not None and STATES[state].has_attitude:
+        raise BadInput(
+            "black_box(jacobian=...): an attitude has no derivative by (q, p): leave it out."
+        )
     only = _only_step(step, order, runs)
     corners = _corners(states, only)
     claims = Claims.of("black_box", symplectic, reversible, keeps)
@@ -238,7 +259,7 @@ def _corners(states: Any, step: Exact | None) -> tuple[tuple[Exact, ...], ...]:
     return low, high
 
 
-def _one_of(word: str, given: object, known: Sequence[str]) -> None:
+def _one_of(word: str, given: object, known: Iterable[str]) -> None:
     if not isinstance(given, str) or given not in known:
         choices = " or ".join(map(repr, known))
         raise BadInput(f"black_box({word}={shown(given)}): {word} is {choices}.")

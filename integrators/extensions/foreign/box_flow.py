@@ -73,7 +73,7 @@ class BoxFlow:
             h = self._public([size])[0]
         #: a float of Python, as users write it, or of the numbers that they ask for
         self.h = h if self.kind is object else (single or float)(h)
-        self._calls = Calls(box, self.system, self.h, self.kind, scheme.scene.name)
+        self._calls = Calls(box, box.form.asked(self.system), self.h, self.kind, scheme.scene.name)
 
     # -- runs ------------------------------------------------------------------------------------
 
@@ -123,7 +123,8 @@ class BoxFlow:
     def questions(self) -> int:
         """Return how often a step of the box asks the scene for more than its data."""
         heard = _Heard(self.system)
-        calls = Calls(self.scheme.rule, heard, self.h, self.kind, self.scheme.scene.name)
+        box = self.scheme.rule
+        calls = Calls(box, box.form.asked(heard), self.h, self.kind, self.scheme.scene.name)
         x, mu, t0 = self._start(None, None, 0)
         with self.numbers.user_working(), suppress(BadInput, BoxRaised):
             q, p = self._written(x, mu, t0)
@@ -133,15 +134,16 @@ class BoxFlow:
     @property
     def answer(self) -> Vector:
         """The box's last numbers, in its own coordinates (q, p)."""
-        return np.concatenate(self._last[:2])
+        return np.concatenate([part.ravel() for part in self._last[:2]])
 
     def moved_by(self, sizes: Vector) -> Vector:
         """Return by how much (x, μ) change if each number of `answer` changes by its size."""
-        last, answer, n = self._last, self.answer, len(self._last[0])
+        last, answer, q = self._last, self.answer, self._last[0]
         own, found = np.concatenate(self._read(*last)), np.zeros(self.system.n + self.system.m)
         for i in np.flatnonzero(sizes):
             moved = answer + sizes[i] * (np.arange(len(answer)) == i)
-            found += np.abs(np.concatenate(self._read(moved[:n], moved[n:], *last[2:])) - own)
+            parts = moved[: q.size].reshape(q.shape), moved[q.size :]
+            found += np.abs(np.concatenate(self._read(*parts, *last[2:])) - own)
         self._last = last
         return found
 
@@ -243,8 +245,9 @@ class BoxFlow:
         """Return (x, μ) in the box's own coordinates and numbers."""
         box = self.scheme.rule
         self._at(0, t0)
-        second = self.system.velocity(x, mu) if box.state == "qv" else mu
-        q, p = (x, second) if box.write is None else _checked(box, "write", box.write(x, second))
+        p = self.system.velocity(x, mu) if box.form.second == "v" else mu
+        q = box.form.written(x)
+        q, p = (q, p) if box.write is None else _checked(box, "write", box.write(q, p))
         return np.array(q, dtype=self.kind), np.array(p, dtype=self.kind)
 
     def _read(self, q: Vector, p: Vector, k: int, t0: Exact) -> tuple[Vector, Vector]:
@@ -253,6 +256,7 @@ class BoxFlow:
         self._last = q, p, k, t0
         if box.read is not None:
             q, p = _checked(box, "read", box.read(q.copy(), p.copy()))
+        q = box.form.read(q)
         if q.shape[:1] != (self.system.n,) or p.shape[:1] != (self.system.m,):
             raise BadInput(
                 f"the black box {box.name}: read gives shapes {q.shape} and {p.shape}, but x and μ "
@@ -260,7 +264,7 @@ class BoxFlow:
             )
         if self.kind is np.float32:
             q, p = q.astype(float), p.astype(float)
-        if box.state == "qv":
+        if box.form.second == "v":
             if self.scheme.s.clocked:
                 self._at(k, t0)
             p = self.system.momentum(q, p)

@@ -88,7 +88,7 @@ class Calls:
     ) -> None:
         function, last = self.box.formula, self._given
         shapes, kind = (q.shape, p.shape), self.kind
-        plain, several = kind == DOUBLE and q.ndim == 1, q.ndim == 2
+        plain, several = kind == DOUBLE and p.ndim == 1, p.ndim == 2
         q, p = q.copy(), p.copy()
         timed = self.system._clocked
         for k in range(steps):
@@ -105,7 +105,7 @@ class Calls:
                     and (q.shape, p.shape) == shapes):  # fmt: skip
                 q, p = self._arrays(q, p, shapes)
             q, p = q.copy(), p.copy()  # the answer may be a view, or a buffer of the box
-            if several or (plain and not math.isfinite(q.dot(q) + p.dot(p))):
+            if several or (plain and not math.isfinite(np.vdot(q, q) + p.dot(p))):
                 self._check_finite(k, q, p)
             if (k + 1) % every == 0:
                 row(k + 1, q, p)
@@ -161,8 +161,8 @@ class Calls:
     ) -> tuple[Vector, Vector]:
         """Return answers as arrays of the given shapes; raises `BadInput` for anything else."""
         found = []
-        for name, given, shape in zip("qv" if self.box.state == "qv" else "qp",
-                                      (q, p), shapes, strict=True):  # fmt: skip
+        names = self.box.form.first, self.box.form.second
+        for name, given, shape in zip(names, (q, p), shapes, strict=True):
             if not isinstance(given, np.ndarray):
                 raise BadInput(
                     f"{self.what} gives {name} as {_kind(given)}, but must give an array of numpy "

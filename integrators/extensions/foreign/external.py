@@ -30,7 +30,9 @@ class Runs:
         """Return arrays (rows, n) and (rows, m); raises `ProgramFailure` without any."""
         t = float(system.t) if system._clocked else None
         parameters = vars(system.parameters)
-        return self.program.run(q, p, h, steps, every, system.name, parameters, t)
+        name = system.name
+        qs, ps = self.program.run(q.ravel(), p, h, steps, every, name, parameters, t)
+        return qs.reshape(-1, *q.shape), ps
 
 
 class External(BlackBox):
@@ -74,7 +76,7 @@ def external(
 
     Raises `BadInput` for a command that cannot be run and for claims of another kind.
     """
-    second = "v" if claims.get("state") == "qv" else "mu"
+    second = "v" if str(claims.get("state")).endswith("v") else "mu"
     program = Program(command, folder_of_caller(), seconds, restarts, files, second)
     made = black_box(
         order, runs=True, name=name or _name(program), **{"source": program.label, **claims}

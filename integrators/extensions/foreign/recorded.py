@@ -133,7 +133,7 @@ class RecordedScheme(BoxScheme):
         if self.s.clocked:
             system.t = first.t[0]
         with numbers.working():
-            of_v = rule.state == "qv"
+            of_v = rule.form.second == "v"
             if scene.in_numbers:  # it begins at a momentum
                 begins = {"mu0": system.momentum(x, second) if of_v else second}
             else:
@@ -168,7 +168,7 @@ class RecordedScheme(BoxScheme):
         for run in self.rule.recordings:
             flow = BoxFlow(self, run.step)
             mus = run.mu
-            if self.rule.state == "qv":
+            if self.rule.form.second == "v":
                 flow.system.t = run.t[0]
                 mus = np.array([flow.system.momentum(*row) for row in zip(run.x, mus, strict=True)])
             found.append(flow._rows(run.x, mus, run.steps, run.every, run.start))
