@@ -9,9 +9,11 @@ from __future__ import annotations
 import itertools
 import random
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
+
+import numpy as np
 
 from discmech.integrators import Scene, action, exponential, lie_group, pair, product, sl, so
 from discmech.integrators.algebras import MatrixAlgebra
@@ -20,7 +22,8 @@ from discmech.integrators.numbers import sympy
 
 MOST_LETTERS = 500  # coefficients of a class, which take some ten seconds
 #: the kinds by which classes are asked for
-KINDS = ("pair", "separable", "time", "force", "lie_group", "action", "product", "fast")
+KINDS = ("pair", "separable", "symmetric", "cubic", "time", "force", "lie_group", "action",
+         "product", "fast")  # fmt: skip
 Powers = tuple[int, ...]
 
 
@@ -37,7 +40,9 @@ r3 = MatrixAlgebra("r3", [[[2, 3, 0], [5, -1, 0], [0, 0, 0]], _unit(3, 0, 2), _u
 class SceneClass:
     """A class: a groupoid, and which monomials in (x, v), or (x, μ), its function has.
 
-    part: "" for all monomials, "separable" for T(v) − V(x), "quadratic" for v·Mv/2 − V(x).
+    part: "" for all monomials, "separable" for T(v) − V(x), "quadratic" for v·Mv/2 − V(x), "moved"
+    for those without x_0, "turned" for those in |x|², x·v and |v|², "cubic" for those of degree 3.
+    keeps: the name of a quantity that is constant then, and its value of (x, μ).
     """
 
     name: str
@@ -52,6 +57,7 @@ class SceneClass:
     further: int = 0
     #: how much longer it takes than others with as many coefficients
     dear: int = 1
+    keeps: tuple[str, Callable[[Sequence[Any]], Any]] | None = None
 
     def powers(self, degree: int) -> list[Powers]:
         """Return the exponents of the monomials, of x, t and then v."""
@@ -60,8 +66,11 @@ class SceneClass:
             "": lambda a, b: True,
             "separable": lambda a, b: not (sum(a) and sum(b)),
             "quadratic": lambda a, b: (sum(a) == 0 and sum(b) == 2) or sum(b) == 0,
+            "moved": lambda a, b: a[0] == 0,
+            "turned": lambda a, b: True,
+            "cubic": lambda a, b: sum(a) + sum(b) <= 3,
         }
-        every = _exponents(n + self.groupoid.dim_u, degree)
+        every = _exponents(3 if self.part == "turned" else n + self.groupoid.dim_u, degree)
         return [e for e in every if chosen[self.part](e[:n], e[n:])]
 
     def count(self, degree: int) -> int:
@@ -72,7 +81,8 @@ class SceneClass:
     def linear(self, degree: int) -> list[bool]:
         """Return for each coefficient whether it stays where a step of length 0 is linear in v."""
         n = self.groupoid.dim_x + self.timed
-        own = [sum(e[n:]) <= 2 for e in self.powers(degree)]
+        in_v = [0, 1, 2] if self.part == "turned" else [0] * n + [1] * self.groupoid.dim_u
+        own = [np.dot(in_v, e) <= 2 for e in self.powers(degree)]
         return own + [True] * (self.count(degree) - len(own))
 
     def _fast(self, degree: int) -> list[Powers]:
@@ -111,7 +121,8 @@ class SceneClass:
         def value(x: Any, v: Any, p: Any) -> Any:
             c = list(p.c)
             fast = of(c[len(c) - len(rest) :], list(x), rest) if rest else 0
-            return of(c[:first], [*x, *v], powers) - fast
+            place = (x.dot(x), x.dot(v), v.dot(v)) if self.part == "turned" else (*x, *v)
+            return of(c[:first], place, powers) - fast
 
         def timed(x: Any, v: Any, p: Any, t: Any) -> Any:
             return of(list(p.c)[:first], [*x, t, *v], powers)
@@ -146,6 +157,14 @@ def _pairs(hamiltonian: bool) -> list[SceneClass]:
     found = [SceneClass(f"{letter}(x, {moving}), n = {n}", "pair", pair(n)) for n in (1, 2, 3)]
     found += [SceneClass(f"{e}, n = 2", "separable", pair(2), part)
               for e, part in zip(parts, ("separable", "quadratic"), strict=True)]  # fmt: skip
+    found += [
+        SceneClass(f"{letter}(x, {moving}) without x_0, n = 2", "symmetric", pair(2), "moved",
+                   keeps=("μ_0", lambda z: z[2])),
+        SceneClass(f"{letter} of |x|², x·{moving}, |{moving}|², n = 2", "symmetric", pair(2),
+                   "turned", keeps=("x ∧ μ", lambda z: z[0] * z[3] - z[1] * z[2])),
+    ]  # fmt: skip
+    if hamiltonian:
+        found += [SceneClass("H(x, μ) of degree 3, n = 2", "cubic", pair(2), "cubic")]
     found += [SceneClass(f"{letter}(x, {moving}, t), n = 1", "time", pair(1), timed=True)]
     found += [SceneClass(f"{letter}(x, {moving}, t) and a force f(x, v, t), n = 1", "force",
                          pair(1), timed=True, forced=True)]  # fmt: skip
@@ -156,7 +175,8 @@ def _groups(hamiltonian: bool) -> list[SceneClass]:
     of = "H(μ)" if hamiltonian else "L(ξ)"
     both = "H(x, μ)" if hamiltonian else "L(x, ξ)"
     found = [
-        SceneClass(f"{of} on so(3), Cayley", "lie_group", lie_group(so(3))),
+        SceneClass(f"{of} on so(3), Cayley", "lie_group", lie_group(so(3)),
+                   keeps=("|μ|²", lambda z: z[0] * z[0] + z[1] * z[1] + z[2] * z[2])),
         SceneClass(f"{of} on gl(2), Cayley", "lie_group", lie_group(gl2)),
         SceneClass(f"{of} on sl(2), exponential", "lie_group", lie_group(sl(2), exponential)),
         SceneClass(f"{of} on r3, exponential", "lie_group", lie_group(r3, exponential),
@@ -173,8 +193,6 @@ def classes_of(hamiltonian: bool, splits: bool) -> list[SceneClass]:
 
     splits: True for a rule that treats a fast potential apart.
     """
-    from dataclasses import replace
-
     if splits:
         return [SceneClass(f"L(x, v) with a fast V(x), n = {n}", "fast", pair(n), fast=True)
                 for n in (1, 2)]  # fmt: skip

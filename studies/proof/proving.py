@@ -21,10 +21,11 @@ from ..core import lookup
 from .classes import KINDS, MOST_LETTERS, SceneClass, classes_of
 from .conditions import conditions_of
 from .constants import decimals_in, numbers_for
+from .laws import LAWS, Law, laws_of
 from .leading import leading_error
 from .letters import Told, lettered
 from .result import Answer, Result
-from .steps import Comparison
+from .steps import Comparison, Gaps
 
 MOST_ORDER = 12
 DRAWS = 2
@@ -37,6 +38,8 @@ CONTENT = 10**6
 SHARE = 1 / 1000
 #: order ↦ the coefficients of classes that are looked at without being asked for
 USUAL = {2: MOST_LETTERS, 4: 130, 6: 120, MOST_ORDER: 60}
+#: what a step and the flow differ by, beside the laws
+ORDER = Law(Comparison.gaps)
 Progress = Callable[[str, float | None], None]
 
 
@@ -50,6 +53,7 @@ def prove(
     order: int | None = None,
     *,
     groupoid: str | Sequence[str] = (),
+    laws: str | Sequence[str] = LAWS,
     progress: Progress = _silent,
 ) -> Result:
     """Return what is proven of a rule's order, class by class, for every Lagrangian of the class.
@@ -57,14 +61,17 @@ def prove(
     rule: an object, or a word such as midpoint or FILE.py:NAME. order: to be proven, by default
     what the rule states on each class; of a rule that states none it is found. groupoid: the kinds
     of classes (`classes.KINDS`), by default all that the rule has a meaning on, as far as they take
-    seconds. progress: called with a label and a share of the work. Raises `BadInput` for a program,
-    an order above 12, unknown kinds, and a rule that cannot be evaluated.
+    seconds. laws: what is asked beside the order, some of `laws.LAWS`, by default all. progress:
+    called with a label and a share of the work. Raises `BadInput` for a program, an order above 12,
+    unknown kinds and laws, and a rule that cannot be evaluated.
     """
     given = lookup.rule_given(rule)
     kinds = (groupoid,) if isinstance(groupoid, str) else tuple(groupoid)
-    for kind in kinds:
-        if kind not in KINDS:
-            raise unknown("kind of class", kind, KINDS)
+    asked_laws = (laws,) if isinstance(laws, str) else tuple(laws)
+    for words, what, known in ((kinds, "kind of class", KINDS), (asked_laws, "law", LAWS)):
+        for word in words:
+            if word not in known:
+                raise unknown(what, word, known)
     if order is not None and (type(order) is not int or not 1 <= order <= MOST_ORDER):
         raise BadInput(f"order is {shown(order)}: give a whole number from 1 to {MOST_ORDER}.")
     if not given.is_formula or not given.composes or given.formula is None:
@@ -120,7 +127,19 @@ def prove(
         first = answers[pairs[0].name]
         exact = None if first.at_least or first.proven is None else first.order
         leading = leading_error(asked, told.open, exact, pairs[-1], draw)
-    return Result(given.name, stated, answers, conditions, leading, notes)
+    kept = dict[str, dict[str, Answer]]()
+    if not told.open:
+        progress("laws", None)
+        reached = min((a.order for a in answers.values() if a.order), default=stated)
+        kept = laws_of(
+            asked_laws,
+            asked,
+            chosen,
+            min(reached, stated),
+            lambda e, law, power: _answer(e, asked, power, power, draw, power, law),
+        )
+    claimed = ("symplectic",) if given.claims is not None and given.claims.symplectic else ()
+    return Result(given.name, stated, answers, conditions, leading, notes, kept, claimed)
 
 
 def _usual(order: int) -> int:
@@ -177,13 +196,16 @@ def _found(e: SceneClass, rule: Discretisation, draw: random.Random) -> int:
 
 def _answer(
     e: SceneClass, rule: Discretisation, order: int | None, stated: int, draw: random.Random,
-    power: int | None = None,
+    power: int | None = None, law: Law = ORDER,
 ) -> Answer:  # fmt: skip
-    """Return what is proven on a class; raises `BadInput` for a rule without a meaning there."""
+    """Return what is proven of a law on a class.
+
+    Raises `BadInput` for a rule without a meaning there.
+    """
     begun = time.process_time()
     power = stated + 1 if power is None else power
     try:
-        answer = _drawn(e, rule, order, power, draw)
+        answer = _drawn(e, rule, order, power, draw, law)
     except CannotMeasure as error:
         answer = Answer(None, None, _sentence(error))
     except RecursionError:
@@ -212,10 +234,12 @@ def _parameter(error: BadInput) -> str:
 
 
 def _drawn(
-    e: SceneClass, rule: Discretisation, order: int | None, power: int, draw: random.Random
-) -> Answer:
+    e: SceneClass, rule: Discretisation, order: int | None, power: int, draw: random.Random,
+    law: Law,
+) -> Answer:  # fmt: skip
     comparison = Comparison(e.scene(power), rule)
-    wanted = comparison.scheme.order if order is None or order == rule.order else order
+    stated = law is ORDER and order in (None, rule.order)
+    wanted = comparison.scheme.order if stated else order
     wanted = min(wanted or power - 1, power)
     seen, unknown_numbers, reduced = power, False, False
     gaps = None
@@ -223,13 +247,13 @@ def _drawn(
         every = [c for part in comparison.constants for c in part]
         numbers = numbers_for(every, comparison.scheme, draw)
         try:
-            gaps = _gaps(comparison, numbers, draw, power, None)
+            gaps = _gaps(law, comparison, numbers, draw, power, None)
         except NotConsistent as error:
             return Answer(0, False, f"it is not consistent: {_sentence(error)}", power=1)
         except NotExpanded:
             # where L is quadratic in the velocity a step of length 0 is the solution of a linear
             # system: a disproof there is one for the class
-            gaps, reduced = _gaps(comparison, numbers, draw, power, e.linear(power)), True
+            gaps, reduced = _gaps(law, comparison, numbers, draw, power, e.linear(power)), True
         seen, unknown_numbers = min(seen, gaps.order), bool(numbers.unknown)
         if seen < wanted:
             break
@@ -241,7 +265,8 @@ def _drawn(
         return Answer(seen, None, "proven for L quadratic in v alone: for others a step of length "
                       "0 is no rational function", **about)  # fmt: skip
     if seen >= wanted:
-        chance, told = chance_of_error(comparison, power), told and f"the next power, {told}"
+        chance = chance_of_error(comparison, power, law.times)
+        told = told and f"the next power, {told}"
         return Answer(seen, True, told, chance=chance, **about)
     if said := decimals_in(rule):
         return Answer(seen, None, f"as written {told}: {said}", **about)
@@ -251,13 +276,15 @@ def _drawn(
     return Answer(seen, False, told, **about)
 
 
-def _gaps(comparison: Comparison, numbers: Any, draw: random.Random, power: int, kept: Any) -> Any:
+def _gaps(
+    law: Law, comparison: Comparison, numbers: Any, draw: random.Random, power: int, kept: Any
+) -> Gaps:
     """Return the gaps of a draw, and of another where a denominator happens to be 0."""
     numbers.values = _OpenValues(numbers, draw)
     try:
-        return comparison.gaps(numbers, draw, power, kept)
+        return law.defect(comparison, numbers, draw, power, kept)
     except ZeroDivisionError:  # a random matrix is singular with a chance of 1/p
-        return comparison.gaps(numbers, draw, power, kept)
+        return law.defect(comparison, numbers, draw, power, kept)
 
 
 class _OpenValues(dict[str, Any]):
@@ -272,14 +299,14 @@ class _OpenValues(dict[str, Any]):
         return self[name]
 
 
-def chance_of_error(comparison: Comparison, power: int) -> float:
+def chance_of_error(comparison: Comparison, power: int, times: int = 1) -> float:
     """Return the bound of the chance that errors vanish in all draws and not always.
 
-    docs/proofs.md: the numerator of an error is of a degree below C(2K − 1) with C = (m + 1)(2K +
-    2)r, r the degree of the rows of a step, and at most `CONTENT`/`BITS` primes divide all its
-    coefficients.
+    times: the degree of what is to vanish, by that of an error. docs/proofs.md: the numerator of an
+    error is of a degree below C(2K − 1) with C = (m + 1)(2K + 2)r, r the degree of the rows of a
+    step, and at most `CONTENT`/`BITS` primes divide all its coefficients.
     """
     m = len(comparison.s.u) + len(comparison.s.stages)
-    degree = (2 * power - 1) * (m + 1) * (2 * power + 2) * MOST_DEGREE
+    degree = times * (2 * power - 1) * (m + 1) * (2 * power + 2) * MOST_DEGREE
     primes = 2.0 ** (BITS - 1) / (BITS * 0.7 * 4) * SHARE
     return float((degree / 2.0 ** (BITS - 1) + CONTENT / BITS / primes) ** DRAWS)

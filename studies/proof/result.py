@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
+
+from ..report.wording import said_of_law
 
 WORDS = {True: "proven", False: "disproven", None: "not decided"}
 
@@ -43,7 +45,8 @@ class Result:
     order: the order that was asked for, or what the rule states, or what was found; classes: name ↦
     `Answer`; conditions: order ↦ the condition on the rule's open numbers under which it has that
     order; leading: name of an elementary term ↦ its coefficient in the leading error
-    (docs/proofs.md has the terms); notes: sentences.
+    (docs/proofs.md has the terms); notes: sentences; laws: law ↦ class ↦ `Answer`, whose order is
+    the last power of h to which it holds; claimed: the laws that the rule's author claims.
     """
 
     rule: str
@@ -52,11 +55,14 @@ class Result:
     conditions: dict[int, str] = field(default_factory=dict)
     leading: dict[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    laws: dict[str, dict[str, Answer]] = field(default_factory=dict)
+    claimed: tuple[str, ...] = ()
 
     @property
     def proven(self) -> bool | None:
         """True if proven of every class, False if disproven of one, None if one is not decided."""
-        told = [answer.proven for answer in self.classes.values()]
+        every = [self.classes, *(self.laws.get(law, {}) for law in self.claimed)]
+        told = [answer.proven for answers in every for answer in answers.values()]
         if False in told:
             return False
         return None if None in told or not told else True
@@ -70,14 +76,10 @@ class Result:
         """Return it as JSON can hold it; fractions are text."""
         return {
             "command": "prove", "rule": self.rule, "order": self.order, "verdict": self.verdict,
-            "classes": {
-                name: {"order": a.order, "at_least": a.at_least, "proven": a.proven, "why": a.why,
-                       "power": a.power, "missed": list(a.missed), "chance": a.chance,
-                       "seconds": round(a.seconds, 3)}
-                for name, a in self.classes.items()
-            },
+            "classes": _as_json(self.classes),
             "conditions": {str(order): text for order, text in self.conditions.items()},
             "leading": {name: str(c) for name, c in self.leading.items()}, "notes": self.notes,
+            "laws": {law: _as_json(told) for law, told in self.laws.items()},
         }  # fmt: skip
 
     def text(self) -> str:
@@ -92,4 +94,19 @@ class Result:
         if self.leading:
             lines.append("  leading error " + " + ".join(
                 f"({c}) {name}" for name, c in self.leading.items()))  # fmt: skip
+        lines += [f"  {law}: {e}" for law, told in self.laws.items()
+                  for e in said_of_law(_as_json(told))]  # fmt: skip
+        every = [a.chance or 0.0 for told in (self.classes, *self.laws.values())
+                 for a in told.values()]  # fmt: skip
+        if max(every, default=0.0):
+            lines.append(f'each "proven" has a chance of {max(every):.0e} at most to be wrong.')
         return "\n".join([*lines, *self.notes])
+
+
+def _as_json(answers: Mapping[str, Answer]) -> dict[str, Any]:
+    return {
+        name: {"order": a.order, "at_least": a.at_least, "proven": a.proven, "why": a.why,
+               "power": a.power, "missed": list(a.missed), "chance": a.chance,
+               "seconds": round(a.seconds, 3)}
+        for name, a in answers.items()
+    }  # fmt: skip

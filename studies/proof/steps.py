@@ -7,6 +7,7 @@ whole class.
 
 from __future__ import annotations
 
+import itertools
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -53,6 +54,13 @@ class Gaps:
     def order(self) -> int:
         """The last power of h up to which all components are 0."""
         return next((k for k, row in enumerate(self.rows) if any(row_of(row))), len(self.rows)) - 1
+
+    @classmethod
+    def of(cls, names: Sequence[str], gaps: Sequence[Any], field: PrimeField, power: int) -> Gaps:
+        """Return the gaps of series, up to a power."""
+        return cls(
+            tuple(names), [[field.number(_at(e, k)) for e in gaps] for k in range(power + 1)]
+        )
 
     @property
     def missed(self) -> tuple[str, ...]:
@@ -126,37 +134,58 @@ class Comparison:
         kept: the coefficients of the class that are not 0. Raises `NotExpanded` where a step of
         length 0 is not found, `NotRational` for what is not in the field.
         """
+        p, exact, at = self.drawn(numbers, draw, power, kept)
+        z, _ = self.stepped(numbers, p, at, power)
+        flow = [Series(e, 0, power + 1) for e in exact]
+        gaps = [a - b for a, b in zip(z, flow, strict=True)]
+        return Gaps.of(self.names, gaps, numbers.field, power)
+
+    def drawn(
+        self, numbers: Numbers, draw: random.Random, power: int, kept: Sequence[bool] | None = None
+    ) -> tuple[Row, list[Row], list[Row]]:
+        """Return random coefficients, the flow from a random state, and (state, ξ, rates)."""
         field, s = numbers.field, self.s
         p = field.random(len(s.parameter_list), draw)
         p = [e if e_kept else field.number(0) for e, e_kept in zip(p, kept or [True] * len(p),
                                                                    strict=True)]  # fmt: skip
         x, other = field.random(len(s.x), draw), field.random(len(s.u), draw)
         exact, xi = Flow.of(s, field)(x, other, p, power)
-        z = self._stepped(numbers, p, [[e[0] for e in exact], xi, [e[1] for e in exact]], power)
-        rows = [[field.number(_at(a, k)) - b[k] for a, b in zip(z, exact, strict=True)]
-                for k in range(power + 1)]  # fmt: skip
-        return Gaps(self.names, rows)
+        return p, exact, [[e[0] for e in exact], xi, [e[1] for e in exact]]
 
-    def _stepped(
-        self, numbers: Numbers, p: Row, at: Sequence[Row], power: int
-    ) -> list[Series | Residue]:
-        """Return the state after a step as series; at: the state, its velocity, its rates."""
+    def stepped(
+        self, numbers: Numbers, p: Row, at: Sequence[Row], power: int,
+        signs: Sequence[int] = (1,), slopes: bool = False,
+    ) -> tuple[list[Series | Residue], Any]:  # fmt: skip
+        """Return the state after steps ±h as series, and, with slopes, its derivative by the start.
+
+        at: the state, its velocity, its rates.
+        """
         for lost in range(MOST_LOST):
             try:
-                return self._with(numbers, p, at, power, lost)
+                return self._with(numbers, p, at, power, lost, signs, slopes)
             except NotKnown:
                 continue
-        return self._with(numbers, p, at, power, MOST_LOST)
+        return self._with(numbers, p, at, power, MOST_LOST, signs, slopes)
 
-    def _with(self, numbers: Numbers, p: Row, at: Sequence[Row], power: int, lost: int) -> Any:
-        z, n = list(at[0]), len(self.s.x)
+    def _with(
+        self, numbers: Numbers, p: Row, at: Sequence[Row], power: int, lost: int,
+        signs: Sequence[int], slopes: bool,
+    ) -> Any:  # fmt: skip
+        z, n, derivative = list(at[0]), len(self.s.x), None
         h = Series.variable(power + lost + 1, numbers.field.number(1))
         sizes = numbers.sizes(self.scheme, self.substeps)
-        for part, constants, size in zip(self.parts, self.constants, sizes, strict=True):
-            q = [h * size, *p, *map(numbers, constants)]
-            x, mu, _ = self._part(StepSeries(part, numbers.field), z[:n], z[n:], q, at, power, lost)
+        every = [*zip(self.parts, self.constants, sizes, strict=True)]
+        for sign, (part, constants, size) in itertools.product(signs, every):
+            q, steps = (
+                [h * (size * sign), *p, *map(numbers, constants)],
+                StepSeries(part, numbers.field),
+            )
+            x, mu, w = self._part(steps, z[:n], z[n:], q, at, power, lost)
+            if slopes:
+                own = steps.derivative(z[:n], z[n:], w, q, power)
+                derivative = own if derivative is None else own @ derivative
             z = [*x, *mu]
-        return z
+        return z, derivative
 
     def _part(
         self, steps: StepSeries, x: Row, mu: Row, q: Any, at: Sequence[Row], power: int, lost: int

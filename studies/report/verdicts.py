@@ -12,7 +12,7 @@ from ..core.result import NONE, AnyResult, Result, StudyResult
 from ..core.study import view_of
 from .advising import times
 from .tables import COLOURS, got, rich_table, short, wanted
-from .wording import duration, scientific, whys
+from .wording import duration, said_of_law, scientific, whys
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -136,6 +136,8 @@ def proofs(result: StudyResult) -> list[str]:
             said.append(f"proven for every Lagrangian of {_classes(sure)}")
         if unsure := places[None]:
             said.append(f"not decided for {_first(unsure)}")
+        form = said_of_law(told["laws"].get("symplectic", {}), _first)
+        said += [f"the form is {e}" for e in form]
         order = f"order {told['order']}" if told["order"] else "its order"
         lines.append(f"{told['rule']}: {order} is {'; '.join(said)} ({told['command']}).")
     return lines

@@ -109,7 +109,7 @@ def assert_proven_order(
     beside = more.pop("beside", None)
     more.pop("pictures", None)
     check_names("the assertion of a proven order", more, ("order", "groupoid"))
-    found = prove(_in_folder(rule, beside), order, groupoid=groupoid)
+    found = prove(_in_folder(rule, beside), order, groupoid=groupoid, laws=())
     if not found.proven:
         raise Missed(_relative(found.text(), beside), found.to_json(), None)
     return found.to_json()

@@ -215,7 +215,7 @@ def proofs_of(
 
 
 def _proof(rule: Discretisation) -> dict[str, Any]:
-    return prove(rule).to_json()
+    return prove(rule, laws="symplectic").to_json()
 
 
 def _claims_of_nothing(choice: Choice) -> list[str]:

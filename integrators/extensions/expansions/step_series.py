@@ -85,6 +85,17 @@ class StepSeries:
         after = [_polynomial(a + b, power, end) for a, b in zip((*x, *mu), grown, strict=True)]
         return after[: self.n], after[self.n :], w
 
+    def derivative(self, x: Scalars, mu: Scalars, w: Scalars, q: Scalars, power: int) -> np.ndarray:
+        """Return ∂(x′, μ′)/∂(x, μ) up to a power, (n+m)×(n+m), of the step with the unknowns w."""
+        text = _function(self.equations, "one_step", self.numbers)
+        found = (np.array(e, dtype=object) for e in text(x, mu, w, q))
+        _, slope, by_start, _, by_w, by_z = found
+        inverse = _inverted([[_constant(e) for e in row] for row in slope], self.numbers)
+        moved = 0 * by_start  # −∂w/∂z; each correction is right to one power more
+        for _ in range(power + 1):
+            moved = moved + inverse @ (by_start - slope @ moved)
+        return np.eye(len(by_z), dtype=int).astype(object) + by_z - by_w @ moved
+
     def _newton(self, x: Scalars, mu: Scalars, q: Scalars, w: list[Scalar]) -> list[Scalar]:
         before = np.inf
         for _ in range(MOST):

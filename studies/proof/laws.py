@@ -1,0 +1,134 @@
+"""Laws of a step as series in h that vanish: the form, the adjoint, and a momentum.
+
+The step Φ from a random state of a random scene is a series in h, and so are its derivative M by
+the state and what a law says to be 0. The first power that does not vanish is a certain disproof;
+it is one more than the pseudo-symplectic order of a map, say (Aubry, Chartier, BIT 38 (1998), 439).
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Discretisation
+from discmech.integrators.equations import poisson_tensor
+from discmech.integrators.extensions.expansions import series_namespace
+from discmech.integrators.numbers import PrimeField, numeric_text, run_text
+from discmech.integrators.numbers.types import Function
+
+from .classes import SceneClass
+from .constants import Numbers
+from .result import Answer
+from .steps import Comparison, Gaps
+
+MOST_LETTERS = 130  # coefficients of a class with which a law is looked at
+MOST_POWER = 7  # of h, to which a law is looked at where the order does not ask for more
+BY_A_THEOREM = "by a theorem, as it has a discrete Lagrangian"
+
+
+@dataclass(frozen=True)
+class Law:
+    """What vanishes. defect: of a comparison, in numbers, with random letters, to a power of h.
+
+    further: the degrees by which a scene's polynomials exceed the power. least: the powers beyond
+    the order of a map that are looked at, at least. times: how many times the degree of a step its
+    numerators may have.
+    """
+
+    defect: Callable[..., Gaps]
+    further: int = 0
+    least: int = 1
+    times: int = 1
+
+
+def form(
+    c: Comparison, numbers: Numbers, draw: random.Random, power: int,
+    kept: Sequence[bool] | None = None,
+) -> Gaps:  # fmt: skip
+    """Return M Π(z) Mᵀ − Π(Φ(z)) above its diagonal, Π the Poisson tensor."""
+    p, exact, at = c.drawn(numbers, draw, 1, kept)
+    z, M = c.stepped(numbers, p, at, power, slopes=True)
+    n, tensor = len(c.s.x), _bracket(c.s, numbers.field)
+    before, after = (np.array(tensor(e[:n], e[n:], p), dtype=object) for e in (at[0], z))
+    gap, places = M @ before @ M.T - after, [*zip(*np.triu_indices(len(z), 1), strict=True)]
+    names = [f"{{{c.names[i]}, {c.names[j]}}}" for i, j in places]
+    return Gaps.of(names, [gap[e] for e in places], numbers.field, power)
+
+
+@lru_cache(maxsize=64)
+def _bracket(s: Any, field: PrimeField) -> Function:
+    letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
+    text = numeric_text(letters, [poisson_tensor(s, s.x, s.mu)])
+    return run_text(text, series_namespace(field))["function"]
+
+
+def adjoint(
+    c: Comparison, numbers: Numbers, draw: random.Random, power: int,
+    kept: Sequence[bool] | None = None,
+) -> Gaps:  # fmt: skip
+    """Return Φ₋ₕ(Φₕ(z)) − z."""
+    p, _, at = c.drawn(numbers, draw, 1, kept)
+    z, _ = c.stepped(numbers, p, at, power, signs=(1, -1))
+    gaps = [a - b for a, b in zip(z, at[0], strict=True)]
+    return Gaps.of(c.names, gaps, numbers.field, power)
+
+
+def momentum(e: SceneClass) -> Law:
+    """Return the law of the quantity that the scenes of a class keep."""
+    assert e.keeps
+    name, value = e.keeps
+
+    def defect(
+        c: Comparison, numbers: Numbers, draw: random.Random, power: int,
+        kept: Sequence[bool] | None = None,
+    ) -> Gaps:  # fmt: skip
+        p, _, at = c.drawn(numbers, draw, 1, kept)
+        z, _ = c.stepped(numbers, p, at, power)
+        return Gaps.of([name], [value(z) - value(at[0])], numbers.field, power)
+
+    return Law(defect, times=2)
+
+
+FORM, ADJOINT = Law(form, further=1, times=6), Law(adjoint, least=2, times=3)
+#: the words by which laws are asked for
+LAWS = ("symplectic", "self-adjoint", "momentum")
+
+
+def laws_of(
+    laws: Iterable[str], rule: Discretisation, classes: Sequence[SceneClass], order: int,
+    answer: Callable[[SceneClass, Law, int], Answer],
+) -> dict[str, dict[str, Answer]]:  # fmt: skip
+    """Return {law: {class: answer}}.
+
+    order: of the rule. answer: of a class, a law, and the last power that is to be looked at.
+    """
+    found: dict[str, dict[str, Answer]] = {}
+    for name in laws:
+        told = found.setdefault(name, {})
+        for e in classes:
+            if name == "symplectic" and rule.asks_lagrangian and not e.forced:
+                told[e.name] = Answer(None, True, BY_A_THEOREM)
+                continue
+            law = _law(name, e)
+            if law is None:
+                continue
+            e, least = replace(e, further=e.further + law.further), order + law.least
+            most = max(least, min(2 * order + 1, MOST_POWER))
+            powers = [k for k in range(least, most + 1) if e.dear * e.count(k) <= MOST_LETTERS]
+            if powers:
+                told[e.name] = answer(e, law, powers[-1])
+    return found
+
+
+def _law(name: str, e: SceneClass) -> Law | None:
+    """Return the law of that name on a class, or None if it is none there."""
+    if name == "momentum":
+        return momentum(e) if e.keeps else None
+    if name == "symplectic":
+        return None if e.forced else FORM
+    return ADJOINT

@@ -1,0 +1,162 @@
+"""Laws of a step: to which power of h a map is symplectic, self-adjoint, and keeps a momentum."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+
+import pytest
+
+from discmech import one_step, prove
+from discmech.integrators import rules
+from discmech.integrators.rules import MAPS, METHODS
+from discmech.studies.command import main
+from discmech.studies.proof.constants import decimals_in
+
+slow = pytest.mark.slow
+HALF, OFF = Fraction(1, 2), Fraction(1, 10**9)
+CUBIC = "H(x, μ) of degree 3, n = 2"
+
+
+def explicit(rows, weights, order):
+    """An explicit Runge–Kutta method."""
+
+    @one_step(order=order)
+    def method(s, z, h):
+        k = []
+        for row in rows:
+            parts = (Fraction(c) * e for c, e in zip(row.split(), k, strict=True))
+            k.append(s.f(z + h * sum(parts, 0 * z)))
+        parts = (Fraction(b) * e for b, e in zip(weights.split(), k, strict=True))
+        return z + h * sum(parts, 0 * z)
+
+    return method
+
+
+def kicks_and_drifts(*shares, first=0):
+    """Kicks and drifts in turn; the first is a kick, or a drift for first=1."""
+
+    @one_step(order=2, groupoids="pair")
+    def leapfrog(s, z, h):
+        for i, share in enumerate(shares):
+            parts = [0 * e for e in s.split(z)]
+            which = (i + first + 1) % 2
+            parts[which] = h * share * s.split(s.f(z))[which]
+            z = z + s.join(*parts)
+        return z
+
+    return leapfrog
+
+
+@one_step(order=2, implicit=True)
+def kahan(s, z, Z, h):
+    """Kahan's method as a Runge–Kutta one (Celledoni, McLachlan, Owren, Quispel 2013)."""
+    return Z - z - h * (2 * s.f((z + Z) / 2) - (s.f(z) + s.f(Z)) / 2)
+
+
+@one_step(order=2, implicit=True)
+def trapezoidal(s, z, Z, h):
+    return Z - z - h * (s.f(z) + s.f(Z)) / 2
+
+
+#: Aubry, Chartier: order 3, pseudo-symplectic of order 5; as in OrdinaryDiffEq.jl, PSRK3p5q4
+PSEUDO_SYMPLECTIC = explicit(
+    ["", "3/8", "11/12 -2/3", "-1/12 11/6 -3/4"], "1/9 8/9 -2/9 2/9", order=3
+)
+
+
+def reached(rule, law, kind, name=None):
+    """Return the last power of h to which a law holds, or None if no power differs."""
+    told = prove(rule, groupoid=kind, laws=law).laws[law]
+    a = told[name] if name else min(told.values(), key=lambda a: a.order)
+    assert a.proven is a.at_least and (a.power is None) == a.at_least
+    assert not a.proven or 0 < a.chance < 1e-15
+    return None if a.proven else a.order
+
+
+@pytest.mark.parametrize(("rule", "symplectic", "self_adjoint"), [
+    ("explicit-euler", 1, 1),
+    ("heun", 3, 3),
+    pytest.param("runge-kutta-4", 4, 5, marks=slow),
+    (PSEUDO_SYMPLECTIC, 5, 3),
+    ("implicit-midpoint", None, None),
+    (kahan, 2, None),
+    (trapezoidal, 2, None),
+])  # fmt: skip
+def test_powers_of_the_form_and_of_the_adjoint(rule, symplectic, self_adjoint):
+    assert reached(rule, "symplectic", "cubic") == symplectic
+    assert reached(rule, "self-adjoint", "cubic") == self_adjoint
+
+
+@pytest.mark.parametrize(("rule", "order", "self_adjoint"), [
+    (kicks_and_drifts(HALF, 1, HALF), 2, None),
+    (kicks_and_drifts(HALF, 1, HALF + OFF), 0, 1),  # a kick that is too strong
+    (kicks_and_drifts(HALF / 2, 1, 3 * HALF / 2, first=1), 1, 1),  # at the wrong place
+    (kicks_and_drifts(1, 1), 1, 1),  # the symplectic Euler method
+])  # fmt: skip
+def test_wrong_kicks_keep_the_form_alone(rule, order, self_adjoint):
+    found = prove(rule, groupoid="separable")
+    assert {a.order for a in found.classes.values()} == {order}
+    form, adjoint = found.laws["symplectic"], found.laws["self-adjoint"]
+    assert form and all(a.proven and a.order > order for a in form.values())
+    assert {None if a.proven else a.order for a in adjoint.values()} == {self_adjoint}
+
+
+@pytest.mark.parametrize(("rule", "kind", "power"), [
+    ("implicit-midpoint", "symmetric", None), ("explicit-euler", "symmetric", 1),
+    ("rectangle", "symmetric", None), ("midpoint", "lie_group", None),
+    pytest.param(PSEUDO_SYMPLECTIC, "symmetric", 5, marks=slow),
+    ("explicit-euler", "lie_group", 1),
+])  # fmt: skip
+def test_momenta(rule, kind, power):
+    assert reached(rule, "momentum", kind) == power
+
+
+def test_a_cyclic_momentum_is_kept_by_every_map_of_the_field():
+    assert reached("explicit-euler", "momentum", "symmetric", "H(x, μ) without x_0, n = 2") is None
+
+
+def test_a_canonical_method_is_no_poisson_map_on_a_group():
+    name = "H(μ) on so(3), Cayley"
+    assert reached("implicit-midpoint", "symplectic", "lie_group", name) == 2
+
+
+@slow
+@pytest.mark.parametrize("name", [e for e, m in MAPS.items() if not m.one_form
+                                  and "lie_group" not in m.groupoids])  # fmt: skip
+def test_what_built_in_maps_keep(name):
+    found = prove(name, groupoid="separable").laws
+    said = {"implicit-midpoint", "dual-gauss-2", "dual-gauss-3", "stoermer-verlet"}
+    assert {a.proven for a in found["symplectic"].values()} == {name in said}
+    own = {*said, "average-vector-field", "discrete-gradient", "newmark"}
+    assert {a.proven for a in found["self-adjoint"].values()} == {name in own}
+
+
+def test_a_discrete_lagrangian_needs_no_series():
+    found = prove("rectangle", groupoid=["time", "force"], laws="symplectic").laws["symplectic"]
+    (answer,) = [a for name, a in found.items() if "force" not in name]
+    assert answer.proven and "theorem" in answer.why
+    assert not any(a.why == answer.why for name, a in found.items() if "force" in name)
+
+
+def test_a_claim_is_part_of_the_answer(capsys):
+    formula = rules.get("heun").formula
+    claimed = one_step(order=2, symplectic=True)(formula)
+    assert prove(claimed, groupoid="cubic", laws="symplectic").proven is False
+    assert prove(claimed, groupoid="cubic", laws=()).proven
+    assert main(["prove", "heun", "--groupoid", "cubic"]) == 0
+    assert re.search(r"symplectic: kept to h\^3 only for .*degree 3", capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_published_decimals_are_said_to_be_decimals(method):
+    said = decimals_in(rules.get(f"{method}:midpoint"))
+    assert bool(said) == (method not in ("triple-jump", "suzuki"))
+    assert not said or float(said.split("by ")[1]) < 1e-12
+
+
+@pytest.mark.parametrize("method", ["triple-jump:rectangle",
+                                    pytest.param("suzuki:trapezoidal", marks=slow)])  # fmt: skip
+def test_compositions_with_adjoint_substeps_are_self_adjoint(method):
+    found = prove(method, groupoid="separable", laws="self-adjoint")
+    assert found.proven and all(a.proven for a in found.laws["self-adjoint"].values())
