@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
+import linecache
 import re
 import sys
 import traceback
@@ -206,8 +208,23 @@ def check_progress(progress: object) -> None:
 
 
 def brief_name(thing: object) -> str:
-    """Return the name of a wrong argument for a message, or the argument as it is written."""
-    return getattr(thing, "__name__", None) or getattr(thing, "name", None) or shown(thing)
+    """Return a thing's name for a message, or the thing as it is written, as a lambda in a file."""
+    name = getattr(thing, "__name__", None) or getattr(thing, "name", None) or shown(thing)
+    return name if name != "<lambda>" else _text_of_lambda(thing) or "of a lambda"
+
+
+def _text_of_lambda(function: Any) -> str:
+    """Return the text of a lambda in quotation marks, in one line; "" if no file has it."""
+    code = function.__code__
+    with suppress(SyntaxError, AttributeError):
+        for node in ast.walk(ast.parse("".join(linecache.getlines(code.co_filename)))):
+            if isinstance(node, ast.Lambda) and node.lineno == code.co_firstlineno:
+                one = node.body
+                place = one.lineno, one.end_lineno, one.col_offset, one.end_col_offset
+                if place in code.co_positions():
+                    text = ast.unparse(node)
+                    return f'"{text}"' if len(text) <= LISTED else f'"{text[:LISTED]}…"'
+    return ""
 
 
 _STEPS = "steps=, how many: the time over the flow's step"

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..core.result import NONE, Result
 from ..report import plot_convergence
+from ..report.alike import shares
 from ..report.canvas import Panel, Sheet, log_axis, log_limits
 from ..report.grouping import by_scene
 from ..report.labels import end_labels
-from ..report.palette import MUTED, Mark
+from ..report.palette import MUTED, SHORT, Mark
 from ..report.plot_convergence import Line, Point
 from ..report.view import Sketch, Titles, View, measured_column
 from ..report.wording import scientific
@@ -125,26 +127,27 @@ def _costs(marks: dict[str, Mark], title: str, cases: Sequence[Case]) -> Panel:
     """Return the panel of time per site and step against the number of sites; beside C if known."""
 
     def draw(axes: Axes) -> None:
-        curves: list[tuple[list[tuple[float, float]], str, dict[str, Any]]] = []
+        curves: list[tuple[list[tuple[float, float]], str, Mark, bool]] = []
         for case in cases:
             mark = marks[case.method]
-            style: dict[str, Any] = {"color": mark.colour, "marker": mark.marker}
-            style |= {"ms": 3.6, "lw": 0.9}
             words = "\n".join(filter(None, (case.method, _slope(case))))
             rows = _of_kind(case, "cost")
             curves.append(([(r.sites, r.nanoseconds) for r in rows if r.sites and r.nanoseconds],
-                           words, style))  # fmt: skip
+                           words, mark, False))  # fmt: skip
             if in_c := [(row.sites, row.c) for row in rows if row.sites and row.c]:
-                style = {**style, "ls": (0, (2.0, 1.2)), "mfc": "none"}
-                curves.append((in_c, f"{case.method}, C", style))
-        points = [point for curve, _, _ in curves for point in curve]
+                curves.append((in_c, f"{case.method}, C", replace(mark, dash=SHORT), True))
+        points = [point for curve, *_ in curves for point in curve]
         log_axis(axes, "x", log_limits((n for n, _ in points), 0.05))
         log_axis(axes, "y", log_limits((t for _, t in points), 0.1))
         labels = []
-        for curve, words, style in curves:
-            axes.plot(*zip(*curve, strict=True), **style)
-            colour = MUTED if words.endswith(", C") else style["color"]
-            labels.append((*curve[-1], words, colour))
+        drawn = [curve for curve, *_ in curves]
+        for (curve, words, mark, in_c), share in zip(curves, shares(axes, drawn), strict=True):
+            own = share.marks(3.6) | ({"mfc": "none", "mec": mark.colour} if in_c else {})
+            line = share.line(mark, 0.9)
+            axes.plot(
+                *zip(*curve, strict=True), color=mark.colour, marker=mark.marker, **own, **line
+            )
+            labels.append((*curve[-1], words, MUTED if in_c else mark.colour))
         end_labels(axes, labels)
 
     spoken = f"{title}: nanoseconds of a site and step against the number of sites. "

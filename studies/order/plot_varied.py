@@ -39,7 +39,7 @@ def _panels(curve: Curve) -> Iterator[Panel]:
         def draw(axes: Axes, points: Any = points, zero: bool = points is sizes) -> None:
             axes.plot(*zip(*points, strict=True), "o-", ms=3, lw=0.9, color="C0")
             chosen = [point for point in points if point[0] == best]
-            axes.plot(*zip(*chosen, strict=True), "o", ms=7, mfc="none", color="C3")
+            axes.plot(*zip(*chosen, strict=True), "o", ms=7, mfc="none", color="C1")
             if zero:
                 axes.axhline(0, lw=0.5, color=MUTED)
             else:  # the digits behind the whole number are those of the fit

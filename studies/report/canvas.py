@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
-from .palette import GRID, INK, MUTED, PAPER
+from .palette import CYCLE, GRID, INK, MUTED, PAPER
 from .svg import inline_panels
 from .wording import in_tens
 
@@ -35,6 +35,7 @@ _RC: Any = {
     "font.family": ["STIXGeneral", "DejaVu Serif"],
     "text.parse_math": False,
     "font.size": 8.5,
+    "axes.prop_cycle": f"cycler(color={CYCLE})",
     "axes.linewidth": 0.6,
     "axes.edgecolor": MUTED,
     "text.color": INK,

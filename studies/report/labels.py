@@ -10,12 +10,19 @@ from .palette import GRID, WORDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+
+Place = tuple[float, float]
+NEAR = 3.0  # points of type from a curve's end within which its leader may touch it
 
 
 def end_labels(
     axes: Axes, labels: Sequence[tuple[float, float, str, str]], gap: float = 8.6, indent: float = 9
 ) -> None:
-    """Write words (x, y, text, colour) right of the axes beside the line ends, without overlap."""
+    """Write words (x, y, text, colour) right of the axes beside the line ends, without overlap.
+
+    A leader line joins words to their end, unless it would cross a curve: then the colour tells.
+    """
     if not labels:
         return
     height = axes.bbox.height * 72 / axes.figure.dpi
@@ -23,13 +30,15 @@ def end_labels(
     to_axes = axes.transData + axes.transAxes.inverted()
     ends = [to_axes.transform((x, y)) for x, y, _, _ in labels]
     starts = [(x * width + 3.5, min(max(y, 0.0), 1.0) * height) for x, y in ends]
+    curves = [_in_points(axes, line) for line in axes.get_lines()]
     heights = [gap * (1 + words.count("\n")) for _, _, words, _ in labels]
     for k, spot in uncrossed(starts, heights, width + indent, (-4, height + 4)):
         _, _, words, colour = labels[k]
         start, where = starts[k], (width + indent, spot)
         points: dict[str, Any] = {"xycoords": "axes points", "annotation_clip": False}
         line = {"arrowstyle": "-", "color": GRID, "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0}
-        if abs(where[1] - start[1]) > 2 or where[0] - start[0] > 12:
+        far = abs(where[1] - start[1]) > 2 or where[0] - start[0] > 12
+        if far and not any(_meets((start, where), curve) for curve in curves):
             axes.annotate("", xy=start, xytext=(where[0] - 1.5, spot), arrowprops=line, **points)
         axes.annotate(
             words,
@@ -40,6 +49,29 @@ def end_labels(
             color=WORDS.get(colour, colour),
             **points,
         )
+
+
+def _in_points(axes: Axes, line: Line2D) -> Any:
+    """Return the points of a line from the lower left corner of the axes, in points of type."""
+    places: Any = line.get_path().transformed(line.get_transform()).vertices
+    return (places - axes.bbox.p0) * 72 / axes.figure.dpi
+
+
+def _meets(leader: tuple[Place, Place], curve: Any) -> bool:
+    """True if a curve (points, 2) crosses a straight line beyond `NEAR` of its start."""
+    import numpy as np
+
+    start, end = (np.array(place) for place in leader)
+    way = end - start
+    start = start + way * min(NEAR / float(np.hypot(*way)), 1.0)
+
+    def side(points: Any, at: Any, along: Any) -> Any:
+        off = points - at
+        return np.sign(along[..., 0] * off[..., 1] - along[..., 1] * off[..., 0])
+
+    parts = np.diff(curve, axis=0)
+    over = side(curve[:-1], start, way) * side(curve[1:], start, way) < 0
+    return bool((over & (side(start, curve[:-1], parts) * side(end, curve[:-1], parts) < 0)).any())
 
 
 def uncrossed(

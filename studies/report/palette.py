@@ -43,6 +43,8 @@ _PEERS = {
 }
 #: looks of other rules: a colour that is free, then a mark and a dash that are free in it
 _COLOURS = (VERMILLION, PURPLE, SKY, INK, BLUE, GREEN, ORANGE)
+#: colours in turn of curves and bodies that are no rules
+CYCLE = (BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE, INK)
 _MARKERS = ("D", "v", "P", "X", "<", ">", "h", "p")
 Dash: TypeAlias = str | tuple[int, tuple[float, ...]]
 SHORT, LONG, DOTS = (0, (2.0, 1.2)), (0, (4.0, 1.6)), (0, (1.0, 1.2))

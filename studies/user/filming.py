@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 MOST_FRAMES, TRAIL = 120, 40  # frames of a film, and of them those that a trail shows
 MOST_TRAILS = 12
+MARKS = "osD^v<>P"
 INCHES = 3.6
 EXAMPLE = "lambda x: [[0, 0], [sin(x[0]), -cos(x[0])]]"
 
@@ -49,7 +50,7 @@ def film(
         def _repr_html_(self) -> str:
             return str(self.to_jshtml(default_mode="loop"))
 
-    from ..report.palette import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, VERMILLION
+    from ..report.palette import CYCLE, MUTED
     from .drawing import subject_of
 
     if (subject := subject_of(run)) is None:
@@ -87,13 +88,14 @@ def film(
         getattr(axes, f"set_{name}label")(names[k], fontsize=8, color=MUTED)
     axes.tick_params(labelsize=7, colors=MUTED)
     axes.locator_params(nbins=5)
-    colours = [BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE, INK]
-    if lattice and bodies is None:  # its bonds are one body
-        colours = [BLUE]
-    own = [colours[k % len(colours)] for k in range(len(frames[0]))]
-    marks: dict[str, Any] = {"ms": 2.5 if len(every) > 60 * len(frames) else 4, "lw": 1.5}
-    lines = [axes.plot(*points.T, "o-", color=colour, **marks)[0]
-             for points, colour in zip(frames[0], own, strict=True)]  # fmt: skip
+    # bodies of one colour differ in their marks; a lattice's bonds are one body
+    looks = [(colour, mark) for mark in MARKS for colour in CYCLE]
+    looks = looks[: 1 if lattice and bodies is None else None]
+    looks = [looks[k % len(looks)] for k in range(len(frames[0]))]
+    own = [colour for colour, _ in looks]
+    size_of: dict[str, Any] = {"ms": 2.5 if len(every) > 60 * len(frames) else 4, "lw": 1.5}
+    lines = [axes.plot(*points.T, "-", color=colour, marker=mark, **size_of)[0]
+             for points, (colour, mark) in zip(frames[0], looks, strict=True)]  # fmt: skip
     follows = (not lattice if trail is None else trail) and len(own) <= MOST_TRAILS
     trails = [axes.plot(*points[-1:].T, "-", color=colour, lw=0.8, alpha=0.5, zorder=1)[0]
               for points, colour in zip(frames[0], own, strict=True) if follows]  # fmt: skip

@@ -50,6 +50,13 @@ def half(digits):
     return mpmath.mpf("0.5") + (mpmath.mpf("1e-9") if digits < 40 else 0)
 
 
+def of_constant(number):
+    """Run a rule at a point of the step that this number gives."""
+    made = discretisation(order=2, name="by-digits")(
+        lambda L, G, x, u, h: h * L(G.target(x, u, h * G.constant(number)), u))  # fmt: skip
+    return Scheme(plain(), made).flow("0.1").trajectory(1)
+
+
 def plain(**changes):
     return Scene(**{"name": "bad", "groupoid": pair(1), "lagrangian": kinetic,
                     "x0": [1], "v0": [0], **changes})  # fmt: skip
@@ -106,10 +113,15 @@ CASES = {
     "no Lagrangian": (lambda: plain(lagrangian=None), "either lagrangian= or discrete_lagr"),
     "two Lagrangians": (lambda: plain(discrete_lagrangian=kinetic), "give either lagrangian="),
     "a constant that is another number in doubles": (
-        lambda: Scheme(plain(), discretisation(order=2, name="by-digits")(
-            lambda L, G, x, u, h: h * L(G.target(x, u, h * G.constant(half)), u))).flow("0.1")
-        .trajectory(1),
+        lambda: of_constant(half),
         "constant half is off by 1e-09 if 36 digits"),
+    **{f"a constant {word}": (lambda f=given: of_constant(f), said) for word, given, said in (
+        ("in a lambda", lambda digits: mpmath.mpf(3) ** -digits,
+         r'line \d+: the constant "lambda digits: mpmath.mpf\(3\) \*\* \(-digits\)" is off by'),
+        ("that is no number", lambda digits: "half",
+         r"""line \d+: the constant "lambda digits: 'half'" could not be computed to """),
+        ("that is a number", 0.5, r"a constant is 0.5; give a function of \(digits\)"),
+    )},
     "duration": (lambda: plain(duration=-1), "bad: duration and step must be positive"),
     "duration inf": (lambda: plain(duration=INF), "bad: duration is inf"),
     "scene's step": (lambda: plain(step=0), "duration and step must be positive"),

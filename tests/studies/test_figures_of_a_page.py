@@ -8,10 +8,11 @@ from itertools import combinations, pairwise
 
 import pytest
 from matplotlib.axes import Axes
+from pytest import approx
 
 from discmech.studies.report.alike import Share, shares
 from discmech.studies.report.canvas import Panel, Sheet, log_axis, render
-from discmech.studies.report.labels import _cross, spread, uncrossed
+from discmech.studies.report.labels import _cross, end_labels, spread, uncrossed
 from discmech.studies.report.palette import Mark
 
 
@@ -61,6 +62,24 @@ def test_leader_lines_do_not_cross() -> None:
         order = sorted(range(7), key=lambda k: starts[k][1])
         met += [k for k, _ in placed] != order
     assert met > 10  # in the order of their ends some would cross
+
+
+def test_a_leader_line_crosses_no_curve() -> None:
+    """Where a curve ends within others, the words' colour alone tells whose they are."""
+    from math import cos, pi, sin
+
+    from matplotlib.figure import Figure
+
+    axes = Figure().add_subplot()
+    axes.set(xlim=(-2, 2), ylim=(-2, 2))
+    for turns, size in ((0.25, 1.0), (1.0, 1.2), (1.02, 1.9)):
+        points = [2 * pi * turns * k / 200 for k in range(201)]
+        axes.plot([size * cos(a) for a in points], [size * sin(a) for a in points])
+    ends = [tuple(line.get_xydata()[-1]) for line in axes.lines]
+    end_labels(axes, [(*end, f"curve {k}", "#0072b2") for k, end in enumerate(ends)])
+    leaders = [note.xy[1] for note in axes.texts if not note.get_text()]
+    height = (ends[2][1] + 2) / 4 * axes.bbox.height * 72 / axes.figure.dpi
+    assert leaders == [approx(height)]  # that of the outermost curve
 
 
 def test_labels_keep_apart() -> None:

@@ -292,6 +292,8 @@ def test_each_mass_is_a_body_of_its_own():
     axes = drawn(film(run_of("pleiades"), trail=False), 3)
     assert [len(line.get_xdata()) for line in axes.lines] == [1] * 7
     assert len({line.get_color() for line in axes.lines}) == 7
+    apart = drawn(film(run_of("pendulum"), lambda x: [[[k, x[0]]] for k in range(20)]), 1).lines
+    assert len({(line.get_color(), line.get_marker()) for line in apart}) == 20
 
 
 @pytest.mark.slow
