@@ -22,6 +22,10 @@ from ..evidence import Place, evidence_of
 
 #: steps at a place, relative to the time for which the motion is a short polynomial
 PARTS = [Fraction(1, 2**k) for k in range(4, 10)]
+SEEN = 1e-6  # largest error of an extrapolated entry, relative to the rate of the motion
+NOISE = SEEN / 10  # usual error of an extrapolated entry
+Told = tuple[str, str]  # cause, sentence
+SAME = 1e-4  # largest relative difference of factors at all places that count as one factor
 
 
 @dataclass(frozen=True)
@@ -79,18 +83,9 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
     ends = [f(z + s * d * field + d**2 / 2 * second, time + s * d) for s in (1, -1)]
     third = (ends[0] - 2 * field + ends[1]) / d**2
     of_time = (f(z, time + d) - f(z, time - d)) / (2 * d)
-    q, p = z[:n], z[n:]
-    potential = -system.gradient(q, p, time)
-    anchor, velocity = system.tensor(q, p), system.velocity(q, p, time)
-    zero = np.zeros(n)
-    parts = {
-        "the motion of x": np.concatenate([field[:n], 0 * p]),
-        "the gradient of the potential": np.concatenate([zero, anchor[:n, n:].T @ potential]),
-        "the bracket of momenta": np.concatenate([zero, anchor[n:, n:] @ velocity]),
-        "the force": np.concatenate([zero, system.force(q, p, time)]),
-    }  # fmt: skip
+    parts = parts_of(system, z, time)
     others = {}
-    if n == len(p):
+    if len(z) == 2 * n:
         others = _in_other_coordinates(system, z, time, d)
     if scheme.s.clocked:
         others |= {"time frozen": f(z, 0.0), "time doubled": f(z, 2 * time)}
@@ -103,6 +98,21 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
                      _at_zero(sizes, three / sizes[:, None]),
                      parts, others, span, (images[0] - z, images[-1] - z),
                      _grown(sizes, one / span), one[-1])  # fmt: skip
+
+
+def parts_of(system: Any, z: Vector, time: float) -> dict[str, Vector]:
+    """Return the terms of the field of a `SceneInNumbers` at a state by name, (n+m,) each."""
+    n = system.n
+    q, p = z[:n], z[n:]
+    potential = -system.gradient(q, p, time)
+    anchor, velocity = system.tensor(q, p), system.velocity(q, p, time)
+    zero = np.zeros(n)
+    return {
+        "the motion of x": np.concatenate([system.f(q, p, time)[0], 0 * p]),
+        "the gradient of the potential": np.concatenate([zero, anchor[:n, n:].T @ potential]),
+        "the bracket of momenta": np.concatenate([zero, anchor[n:, n:] @ velocity]),
+        "the force": np.concatenate([zero, system.force(q, p, time)]),
+    }  # fmt: skip
 
 
 def _grown(sizes: Vector, errors: np.ndarray) -> float:
@@ -151,3 +161,27 @@ def _in_other_coordinates(system: Any, z: Vector, time: float, d: float) -> dict
     found["momentum for velocity"] = np.concatenate([p, system.f(q, p, time)[1]])
     found["q and p exchanged"] = np.concatenate(system.f(p, q, time)[::-1])
     return found
+
+
+def factor(
+    found: list[Beginning], got: Any, of: Any, same: float = SAME, noise: float = NOISE
+) -> float | None:
+    """Return the one c with got = c·of at all places and in all entries, or None."""
+    a = np.concatenate([got(b) / b.span for b in found])
+    return factor_of(a, np.concatenate([of(b) / b.span for b in found]), same, noise)
+
+
+def factor_of(a: Vector, e: Vector, same: float, noise: float) -> float | None:
+    """Return the one c with a = c·e in all entries, or None."""
+    if not e @ e > 1e-12:
+        return None
+    c = float(a @ e / (e @ e))
+    off = np.abs(a - c * e)
+    return c if bool((off <= max(same * np.abs(a).max(), noise)).all()) else None
+
+
+def only(values: Vector, part: slice) -> Vector:
+    """Return the entries of a part of the state, with zeros elsewhere."""
+    kept = np.zeros_like(values)
+    kept[part] = values[part]
+    return kept

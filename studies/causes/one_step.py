@@ -22,13 +22,11 @@ from discmech.integrators.numbers import Vector
 from ..core.case import Case
 from ..evidence import NEAR, Floor, Grid, evidence_of
 from ..evidence.laws import AGAIN
-from .first_terms import PARTS, Beginning, beginnings
+from .first_terms import PARTS, SAME, SEEN, Beginning, Told, beginnings, factor, only
+from .no_step import of_no_step
 
-SEEN = 1e-6  # largest error of an extrapolated entry, relative to the rate of the motion
 WHOLE = 1e-3  # largest error, in turns, of the shortest step beside whole turns
-SAME = 1e-4  # largest relative difference of factors at all places that count as one factor
 ALIKE = 0.01  # the same of factors beside 1 that are smaller than `SEEN`
-NOISE = SEEN / 10  # usual error of an extrapolated entry
 SINGLE = 2.0**-24
 MOST_DECIMALS = 13  # with fewer decimals it is no chance that all numbers of a step are round
 #: a coefficient of a low power of h below this share of the Taylor remainder comes from rounded
@@ -41,7 +39,6 @@ FACTORS = {
     -1.0: "its sign is flipped", 0.0: "it is missing", 2.0: "it is doubled", 0.5: "it is halved",
     2 / 3: "a factor 2/3 is on it", 1.5: "a factor 3/2 is on it",
 }  # fmt: skip
-Told = tuple[str, str]
 
 
 def of_step(case: Case, order: bool = True, finest: float | None = None) -> dict[str, Any] | None:
@@ -105,19 +102,6 @@ def _vanishes(found: list[Beginning], entries: Any) -> bool:
     return all(bool((np.abs(entries(b)) <= SEEN * b.span).all()) for b in found)
 
 
-def _factor(
-    found: list[Beginning], got: Any, of: Any, same: float = SAME, noise: float = NOISE
-) -> float | None:
-    """Return the one c with got = c·of at all places and in all entries, or None."""
-    a = np.concatenate([got(b) / b.span for b in found])
-    e = np.concatenate([of(b) / b.span for b in found])
-    if not e @ e > 1e-12:
-        return None
-    c = float(a @ e / (e @ e))
-    off = np.abs(a - c * e)
-    return c if bool((off <= max(same * np.abs(a).max(), noise)).all()) else None
-
-
 def _wrapped(found: list[Beginning], n: int) -> Told | None:
     """Return the cause if coordinates are off by whole turns, at places beyond one turn."""
     turns = [(b.shortest[:n] if b.shortest is not None else np.zeros(n)) / (2 * math.pi)
@@ -143,8 +127,8 @@ def _late(found: list[Beginning], n: int) -> Told | None:
     parts = {"x": slice(0, n), "mu": slice(n, None)}
     late = {}
     for name, part in parts.items():
-        c = _factor(found, lambda b, s=part: _at(b.first_error, s),
-                    lambda b, s=part: _at(b.f, s))  # fmt: skip
+        c = factor(found, lambda b, s=part: only(b.first_error, s),
+                    lambda b, s=part: only(b.f, s))  # fmt: skip
         if c is not None and abs(c) > SEEN:
             late[name] = c
     if not late:
@@ -172,18 +156,14 @@ def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
     if _vanishes(found, lambda b: b.first_error):
         return None
     if all(b.grown > float(PARTS[0] / PARTS[-1]) / 2 for b in found):  # D(h) does not sink with h
-        return _of_no_step(found, n) or (
-            "no step",
-            "a step moves the state also as h goes to 0, where it has to leave it as it is: look "
-            "for a factor h that is missing, or for one too many of the state.",
-        )
+        return of_no_step(found, n)
     for word, sentence in _NAMED.items():
         known = all(word in b.others for b in found)
         if known and _explains(found, lambda b, w=word: b.others[w]):
             return word, sentence
-    whole = _factor(found, lambda b: b.first_error, lambda b: b.f)
+    whole = factor(found, lambda b: b.first_error, lambda b: b.f)
     if whole is not None:
-        return _all_by(1 + whole)
+        return all_by(1 + whole)
     own = [1 + float(b.first_error @ b.f / (b.f @ b.f)) for b in found]
     off = max(float(np.abs(b.first_error / b.span).max()) for b in found)
     if all(bool((np.abs(b.first_error - (c - 1) * b.f) <= 1e-3 * min(off, 1) * b.span).all())
@@ -200,29 +180,13 @@ def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
     for name in found[0].parts:
         if max(float(np.abs(b.parts[name] / b.span).max()) for b in found) <= SEEN:
             continue
-        c = _factor(found, lambda b: b.first_error, lambda b, k=name: b.parts[k])
+        c = factor(found, lambda b: b.first_error, lambda b, k=name: b.parts[k])
         if c is not None and abs(c) > SEEN:
-            return _said_of(name, 1 + c)
-    drag = _factor(found, lambda b: b.first_error, lambda b: np.concatenate([0 * b.z[:n], b.z[n:]]))
+            return said_of(name, 1 + c)
+    drag = factor(found, lambda b: b.first_error, lambda b: np.concatenate([0 * b.z[:n], b.z[n:]]))
     if drag is not None:
         return "drag", f"a force of {drag:.4g} times the momentum acts, which the scene has not."
     return _of_entries(case, found, n)
-
-
-def _of_no_step(found: list[Beginning], n: int) -> Told | None:
-    """Return the cause if a step is the same for every h, or gives p where q belongs."""
-    if all(np.abs(a - e).max() <= SEEN * np.abs(e).max() for a, e in (b.moved for b in found)):
-        return "no step", (
-            "a step moves the state by the same for every h: h is not used, or a step size of its "
-            'own is; a map of one step size says so by @black_box(step="0.1").'
-        )
-    if len(found[0].z) != 2 * n:
-        return None
-    gaps = [np.abs(b.z + b.moved[1] - np.roll(b.z, n)).max() / np.abs(b.z - np.roll(b.z, n)).max()
-            for b in found]  # fmt: skip
-    if max(gaps) <= 0.1:  # a short step moves the state by less
-        return "q and p exchanged", "it gives (p, q) where (q, p) is asked for: exchange the two."
-    return None
 
 
 def _cancels(found: list[Beginning], n: int) -> bool:
@@ -232,7 +196,7 @@ def _cancels(found: list[Beginning], n: int) -> bool:
     def others(b: Beginning) -> Vector:
         return b.f - b.parts["the motion of x"] - b.parts[name]
 
-    c = _factor(found, lambda b: b.first_error, lambda b: b.parts[name])
+    c = factor(found, lambda b: b.first_error, lambda b: b.parts[name])
     free = not any(others(b).any() for b in found)
     if c is None or abs(c + 1) > 1e-3 or not free:
         return False
@@ -251,7 +215,7 @@ _NAMED = {
 }
 
 
-def _all_by(c: float) -> Told:
+def all_by(c: float) -> Told:
     """Return the cause if everything moves by a factor."""
     if abs(c - 1) < 1e-2:
         return "few digits", (
@@ -266,7 +230,8 @@ def _all_by(c: float) -> Told:
     )
 
 
-def _said_of(name: str, c: float) -> Told:
+def said_of(name: str, c: float) -> Told:
+    """Return the cause if a part of the field comes c times."""
     near = next((k for k in FACTORS if abs(k - c) < 1e-3), None)
     if near == 0.0:
         return f"missing {name.removeprefix('the ')}", f"{name} is missing in the step."
@@ -295,8 +260,8 @@ def _of_entries(case: Case, found: list[Beginning], n: int) -> Told | None:
     told = []
     for i in wrong:
         one = slice(i, i + 1)
-        more = _factor(found, lambda b, s=one: _at(b.first_error, s),
-                       lambda b, s=one: _at(b.f, s))  # fmt: skip
+        more = factor(found, lambda b, s=one: only(b.first_error, s),
+                       lambda b, s=one: only(b.f, s))  # fmt: skip
         if more is not None:
             c = 1 + more
             word = FACTORS.get(next((k for k in FACTORS if abs(k - c) < 1e-3), math.nan), "")
@@ -380,10 +345,10 @@ def _of_small_factor(case: Case, found: list[Beginning]) -> Told | None:
     if order is None or order > 1 - NEAR or not _vanishes(found, lambda b: b.first_error):
         return None
     for name in ("every step", *found[0].parts):
-        c = _factor(found, lambda b: b.first_error,
+        c = factor(found, lambda b: b.first_error,
                     lambda b, k=name: b.parts.get(k, b.f), ALIKE, 0.0)  # fmt: skip
         if c:
-            return _all_by(1 + c) if name == "every step" else _said_of(name, 1 + c)
+            return all_by(1 + c) if name == "every step" else said_of(name, 1 + c)
     return None
 
 
@@ -406,7 +371,7 @@ def _of_second(
             "look at the coefficients, their signs, and the order of substeps.",
         )  # fmt: skip
     if found[0].of_time.any():
-        c = _factor(found, lambda b: b.second_error, lambda b: b.of_time)
+        c = factor(found, lambda b: b.second_error, lambda b: b.of_time)
         if c is not None and abs(c + 0.5) < 1e-2:
             return "time frozen", (
                 "the time stands still within a step: stages ask for the field at the step's start."
@@ -416,8 +381,8 @@ def _of_second(
         if not _block(found, part):
             blocks.append(None)
             continue
-        got = _factor(found, lambda b, s=part: _at(b.second_error, s),
-                      lambda b, s=part: _at(b.second, s))  # fmt: skip
+        got = factor(found, lambda b, s=part: only(b.second_error, s),
+                      lambda b, s=part: only(b.second, s))  # fmt: skip
         quiet = all(bool((np.abs(b.second_error[part]) <= 1e-4 * np.abs(b.second[part]).max(
             initial=1e-300)).all()) for b in found)  # fmt: skip
         blocks.append(0.0 if quiet else got)
@@ -484,13 +449,6 @@ def _rounded_share(case: Case, found: list[Beginning], finest: float | None) -> 
     pairs = [(b.second_error, b.second / 2) if low else (b.third_error, b.third / 6) for b in found]
     share = max(float(np.abs(e).max() / max(np.abs(d).max(), 1e-300)) for e, d in pairs)
     return share if share < FEW else None
-
-
-def _at(values: Vector, part: slice) -> Vector:
-    """Return the entries of a part of the state, with zeros elsewhere."""
-    kept = np.zeros_like(values)
-    kept[part] = values[part]
-    return kept
 
 
 def _small(found: list[Beginning]) -> bool:

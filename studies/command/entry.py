@@ -216,7 +216,7 @@ def _report(options: argparse.Namespace) -> int:
     with progress_shown("loading") as show:
         choice = choice_of(options)
         store = Store(options.fresh)
-        asked = choice, absolute(folder), show, jobs(options), store, look_of(options, choice)
+        asked = choice, absolute(folder), show, jobs(options), store, look_of(options, choice.rules)
         results, page = make_report(
             *asked,
             command=page_of(options, as_typed(options)),

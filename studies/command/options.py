@@ -15,6 +15,7 @@ from ..core.options import Option, digits_in, values_of, whole
 
 if TYPE_CHECKING:
     from discmech.integrators import Scene
+    from discmech.integrators.rules import Discretisation
 
     from ..core.case import Choice
     from ..core.cluster import Cluster
@@ -76,6 +77,15 @@ def add_fresh(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_folder(parser: argparse.ArgumentParser) -> None:
+    """Declare the options for a page with its files, and for the look of its figures."""
+    parser.add_argument(
+        "--folder", metavar="DIR",
+        help="write a page here, with figures (SVG, PDF, PNG) and tables (CSV, TeX, JSON)",
+    )  # fmt: skip
+    add_look(parser)
+
+
 def add_look(parser: argparse.ArgumentParser) -> None:
     """Declare the options for the look of figures; `look_of` reads them."""
     parser.add_argument(
@@ -85,7 +95,7 @@ def add_look(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--style", metavar="FILE", help="a style file of matplotlib, for figures")
 
 
-def look_of(options: argparse.Namespace, choice: Choice) -> Look:
+def look_of(options: argparse.Namespace, rules: Sequence[Discretisation]) -> Look:
     """Return the requested look of figures.
 
     Raises `BadInput` for a label without "=" or with a rule that was not chosen, and for an
@@ -99,8 +109,8 @@ def look_of(options: argparse.Namespace, choice: Choice) -> Look:
         if not (rule and equals and text):
             raise BadInput(f"--label {given} names no rule and text: write --label midpoint=Gauss.")
         labels[rule] = text
-    if choice.rules:
-        drawing.known_rules(labels, [rule.name for rule in choice.rules])
+    if rules:
+        drawing.known_rules(labels, [rule.name for rule in rules])
     return drawing.look_of(labels, options.style and absolute(options.style))
 
 
@@ -176,10 +186,11 @@ def scene_asked(options: argparse.Namespace, lattices: bool = False) -> Scene:
 
 def page_of(options: argparse.Namespace, command: str) -> str:
     """Return the command that makes the page again, with its folder and the look of its figures."""
-    words = [command, *(["--bench"] if getattr(options, "bench", False) else [])]
-    words += ["--folder", shlex.quote(options.folder)] if options.folder else []
-    words += [f"--label {shlex.quote(label)}" for label in options.labels]
-    return " ".join([*words, *([f"--style {shlex.quote(options.style)}"] if options.style else [])])
+    words = ["--bench"] if getattr(options, "bench", False) else []
+    words += ["--folder", options.folder] if options.folder else []
+    words += [word for label in options.labels for word in ("--label", label)]
+    words += ["--style", options.style] if options.style else []
+    return " ".join([command, *map(shlex.quote, words)])
 
 
 def as_typed(options: argparse.Namespace) -> str:

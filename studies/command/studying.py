@@ -12,7 +12,7 @@ from ..core.environment import absolute
 from ..core.store import Store
 from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
-from .options import add_choices, add_look, add_own, as_typed, choice_of, jobs, look_of, page_of
+from .options import add_choices, add_folder, add_own, as_typed, choice_of, jobs, look_of, page_of
 from .output import EXIT, console, exit_code, progress_shown, write_json
 
 
@@ -32,11 +32,7 @@ def add_to(commands: Any, word: str = "") -> None:
         add_choices(asked, of_scenes=study.of_systems)
         add_own(asked, study.options)
         asked.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
-        asked.add_argument(
-            "--folder", metavar="DIR",
-            help="write a page here, with figures (SVG, PDF, PNG) and tables (CSV, TeX, JSON)",
-        )  # fmt: skip
-        add_look(asked)
+        add_folder(asked)
         add_baselines(asked)
         asked.set_defaults(action=run, study=name)
 
@@ -50,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
     study = study_called(options.study)
     with progress_shown(f"{study.name}: loading") as show:
         choice = choice_of(options)
-        look = look_of(options, choice)
+        look = look_of(options, choice.rules)
         before = earlier(options)
         result = run_study(study, choice, show, store=Store(options.fresh), jobs=jobs(options))
         result = replace(result, command=as_typed(options))

@@ -13,15 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 from discmech.integrators import BadInput, retractions
 
+from ..core.environment import absolute
 from ..core.options import digits_in, whole
 from ..core.store import Store
 from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
-from .options import RULE_HELP, add_fresh, add_jobs, jobs, typed
+from .options import RULE_HELP, add_folder, add_fresh, add_jobs, jobs, look_of, page_of, typed
 from .output import EXIT, console, exit_code, progress_shown, write, write_json
 
 if TYPE_CHECKING:
     from ..core.result import AnyResult, StudyResult
+    from ..report.figures import Look
 
 EPILOG = "A bar shows the progress; after Ctrl-C the same command continues where it stopped. "
 EPILOG += "Exit codes: 0 pass or only measured, 1 a verdict failed, 2 bad input, 3 inconclusive, "
@@ -71,7 +73,8 @@ def _add_selection(parser: argparse.ArgumentParser) -> None:
     add_jobs(parser)
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
     add_fresh(parser)
-    parser.add_argument("--html", metavar="FILE", help="write a page with figures")
+    parser.add_argument("--html", metavar="FILE", help="write a page with figures inside")
+    add_folder(parser)
 
 
 def _answer(options: argparse.Namespace) -> int:
@@ -97,8 +100,10 @@ def _answer(options: argparse.Namespace) -> int:
     # a bar counts the cases, so lines are printed only for cases that did not pass
     barred = sys.stderr.isatty()
     reasons: set[str] = set()
+    done: list[AnyResult] = []
 
     def told(case: AnyResult) -> None:
+        done.append(case)
         if barred and not case.is_trouble:
             return
         if not quiet and not case.unusable:  # these are reported once, at the end
@@ -108,19 +113,26 @@ def _answer(options: argparse.Namespace) -> int:
     ask = {"verify": verify, "compare": compare}[options.name]
     begun = time.perf_counter()
     with progress_shown("loading") as show:
-        result = ask(request, show, told, jobs(options), Store(options.fresh))
+        look = look_of(options, request.rules())
+        try:
+            result = ask(request, show, told, jobs(options), Store(options.fresh))
+        except KeyboardInterrupt as stop:
+            if done and not quiet:
+                _show_stopped(options.name, done, stop)
+            raise
         result = replace(result, command=_typed(options, options.studies))
         result, notes = beside_baseline(options, result, before)
         if options.json:
             write_json(options.json, result.to_json())
-        if options.html:
+        page = None
+        if options.html or options.folder:
             show("figures", None)
-            write(options.html, _page(request, result, options))
+            page = _write_pages(request, result, options, look)
         if options.badge:
             write(options.badge, badge(result))
     if not quiet:
         _show(result, time.perf_counter() - begun)
-        for note in notes:
+        for note in (*notes, *([f"page: {page}"] if page else [])):
             print(note)
     code = exit_code(result, told=not quiet)
     return EXIT["fail"] if is_worse(result) else code
@@ -140,6 +152,19 @@ def _show(result: StudyResult, seconds: float) -> None:
     print(f"{verdicts.summary(result)} ({seconds:.0f} s)")
 
 
+def _show_stopped(name: str, done: Sequence[AnyResult], stop: KeyboardInterrupt) -> None:
+    """Print the table of the cases that are judged, and how many are not."""
+    from ..core.case import worst
+    from ..core.result import StudyResult
+    from ..report import verdicts
+
+    order = sorted(done, key=lambda case: (str(case.rule), str(case.scene)))
+    verdict = worst(("inconclusive", *(case.verdict for case in done)))  # the others may fail
+    result = StudyResult(study=name, verdict=verdict, cases=order)
+    console().print(verdicts.table(result))
+    print(*getattr(stop, "__notes__", ()), sep="\n", flush=True)
+
+
 def _typed(options: argparse.Namespace, studies: Sequence[str]) -> str:
     """Return the command again, with these studies."""
     given = {
@@ -152,22 +177,33 @@ def _typed(options: argparse.Namespace, studies: Sequence[str]) -> str:
     return typed((options.name, *options.rules), given, own, options.steps)
 
 
-def _page(request: Any, result: StudyResult, options: argparse.Namespace) -> str:
+def _write_pages(
+    request: Any, result: StudyResult, options: argparse.Namespace, look: Look
+) -> Path | None:
+    """Write the page of --html and that of --folder, with its files; return the latter's path."""
     from ..report import advising, verdicts
-    from ..report.page import About, lone_page
+    from ..report.page import About, lone_page, write_report
     from .methods import about_methods
     from .report import about
 
     pairs = list(request.choice().pairs())
-    scenes = {scene.name: scene for scene, _ in pairs}
+    described = [about(scene) for scene in {scene.name: scene for scene, _ in pairs}.values()]
     tables = [verdicts.overview(result)]
     if result.comparison is not None:
         advice = [advising.recommendation(result.advice)] if result.advice else []
         tables = [*advice, verdicts.comparison(result), *tables]
     studies = verdicts.by_study(result, lambda study: _typed(options, [study]))
-    command = f"{result.command} --html {shlex.quote(options.html)}"
     asked = {"verify": "{} verified", "compare": "{} compared"}[result.study]
     title = asked.format(", ".join(Path(word).name for word in request.files))
-    about_page = About(title, methods=about_methods(pairs))
-    described = [about(scene) for scene in scenes.values()]
-    return lone_page(studies, described, command, tables, about_page)
+    page = About(title, methods=about_methods(pairs))
+    html = f" --html {shlex.quote(options.html)}" if options.html else ""
+    command = page_of(options, result.command + html)
+    if options.html:
+        write(options.html, lone_page(studies, described, command, tables, page, look))
+    if not options.folder:
+        return None
+    folder = absolute(options.folder)
+    written = write_report(
+        studies, [], described, folder, command, look=look, about=page, tables=tables
+    )
+    return Path(options.folder) / written.name

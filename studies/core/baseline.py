@@ -202,7 +202,8 @@ def _line(
     assert case is not None
     named = (case.scene, case.rule, case.retraction, case.digits)
     answer, why = _answer(then, now, elsewhere)
-    return Line(", ".join(map(str, filter(None, named))), key[1], answer, why)
+    name = f"{case.study}: {', '.join(map(str, filter(None, named)))}"
+    return Line(name, key[1], answer, why)
 
 
 def _answer(then: AnyResult | None, now: AnyResult | None, elsewhere: bool) -> tuple[str, str]:

@@ -63,6 +63,7 @@ def told_of(
         extras={key: extras[key] for key in DETAILS if key in extras},
         diagnosis=cause or None,
         unusable=verdict.unusable or None,
+        why=verdict.why or None,
         seconds=found.seconds,
         measured_at=found.measured_at,
     )

@@ -11,6 +11,11 @@ from .records import decoded, encoded
 
 #: the words of a verdict, worst first. What nothing was demanded of is "measured", and no pass.
 VERDICTS = ("fail", "inconclusive", "measured", "pass")
+#: what decides a verdict, in words that judges after it read: single steps alone, so that the
+#: figure of the runs is within its limit (tables show these words in its place), or how errors run
+OF_STEPS = NOT_CONSISTENT, STEPS_ARE_OFF = "not consistent", "single steps are off"
+ABOVE, GOING_AWAY, NOT_CONVERGING = "above the expected order", "away from it", "not converging"
+ROUND_OFF, MORE_STEPS = "only round-off", "more steps are needed"
 Row = Mapping[str, Any]
 
 
@@ -60,7 +65,8 @@ class Verdict:
     A judge that demands nothing of a property gives the reason in expected["not_demanded"], and
     names in expected["demanded"] what it demands all the same, if there is something.
     unusable: True if the input is bad, so that nothing can be judged. measured: numbers that
-    judging adds to those of the measurement; rows: rows that are shown in place of its own.
+    judging adds to those of the measurement; rows: rows that are shown in place of its own. why:
+    what decides, in a few fixed words, where judges or tables ask for it.
     """
 
     verdict: str
@@ -69,6 +75,7 @@ class Verdict:
     unusable: bool = False
     measured: Mapping[str, Any] = field(default_factory=dict)
     rows: Sequence[Row] | None = None
+    why: str = ""
 
     def expecting(self, **more: Any) -> Verdict:
         """Return this verdict with more expected numbers."""

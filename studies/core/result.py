@@ -94,8 +94,9 @@ class Result(Generic[Measured, Expected, Row]):
     the runs or points of which the figures were made, and what else is shown, each by the names
     that it has in JSON. `measured`, `expected`, `rows` and `details` are the same as records, the
     first three as those of the study's view (mappings if it has none), where numbers that are not
-    finite are None. study_command: the command of all cases of the study; remembered: True if the
-    case was measured by an earlier run.
+    finite are None. why: in a few fixed words what decides, if single steps alone do, or how errors
+    run. study_command: the command of all cases of the study; remembered: True if the case was
+    measured by an earlier run.
     """
 
     study: str = field(default="unnamed", metadata=HIDDEN)
@@ -113,6 +114,7 @@ class Result(Generic[Measured, Expected, Row]):
     extras: Json = field(default_factory=dict, metadata=SPREAD)
     diagnosis: Json | None = field(default=None, metadata=OPTIONAL)
     unusable: bool | None = field(default=None, metadata=OPTIONAL)
+    why: str | None = field(default=None, metadata=OPTIONAL)
     seconds: float = 0.0
     measured_at: Made = field(default_factory=Made)
     smallest: Smallest | None = field(default=None, metadata=OPTIONAL)

@@ -102,7 +102,8 @@ def run_plan(
     by name; studies of times, except races, run alone afterwards, here. `told` is called with each
     case as it is finished.
 
-    Raises `BadInput` if no case can use what was chosen.
+    Raises `BadInput` if no case can use what was chosen. An interruption passes on with a note, how
+    many cases are judged.
     """
     studies, choice = plan.studies, plan.choice
     found: dict[Place, AnyResult] = {}
@@ -130,15 +131,19 @@ def run_plan(
         extras = _stored_answers(plan, also, store) if also else {}
     answered = set(extras) if also else set(range(len(plan.pairs)))
     tasks = plan.tasks(set(found), answered, isinstance(jobs, Cluster))
-    for places, results, extra in finished(plan, tasks, jobs, also, within, store, heard):
-        done(places, results)
-        extras |= extra
-        if places:
-            case = plan.case(places[-1])
-            within(f"{case.scene.name} {case.label}", 0.0)
-    for place, case in plan.places():
-        if place not in found:  # a study that needs the machine alone
-            done([place], [measured(studies[place[0]], case, within, store)])
+    try:
+        for places, results, extra in finished(plan, tasks, jobs, also, within, store, heard):
+            done(places, results)
+            extras |= extra
+            if places:
+                case = plan.case(places[-1])
+                within(f"{case.scene.name} {case.label}", 0.0)
+        for place, case in plan.places():
+            if place not in found:  # a study that needs the machine alone
+                done([place], [measured(studies[place[0]], case, within, store)])
+    except KeyboardInterrupt as stop:
+        stop.add_note(f"{len(found)} of {total} cases are judged, {total - len(found)} are not.")
+        raise
     if found and all(result.unusable for result in found.values()):
         raise BadInput(next(iter(found.values())).reason)
     progress("the smallest that fails", 1.0)

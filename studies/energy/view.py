@@ -32,7 +32,9 @@ def _wanted(case: Case) -> str:
         return f"energy less work: order ≥ {expected.balance_order}"
     if expected.slope_limit is None:
         return pairs(case.wanted)
-    return f"no drift: at most {scientific(expected.slope_limit)} per unit of time"
+    if (duration := case.details.duration) is None:
+        return f"no drift: a slope of at most {scientific(expected.slope_limit)} per unit of time"
+    return f"no drift: at most {scientific(expected.slope_limit * duration)} over the run"
 
 
 def _edges(case: Case) -> str:

@@ -7,6 +7,7 @@ So this judge stands at the end of each study's own.
 from __future__ import annotations
 
 from ..core.case import Measurement, Verdict
+from ..core.outcome import NOT_CONSISTENT, STEPS_ARE_OFF
 from ..core.records import decoded
 from ..core.single_steps import Departure, SingleSteps
 from . import NEAR
@@ -62,7 +63,8 @@ def judge(
     for law in (*laws, AGAIN.name, ARROW.name) if verdict.verdict != "fail" else ():
         one = local.laws.get(law)
         if one is not None and one.broken:
-            return Verdict("fail", broken(law, one, local.seed, what), verdict.expected)
+            said = broken(law, one, local.seed, what)
+            return Verdict("fail", said, verdict.expected, why=STEPS_ARE_OFF)
     verdict = _of_order(local, verdict, wanted, asks_order, what)
     if verdict.verdict == "pass" and local.unscanned:
         said = "faults in narrow parts of the motion were not looked for, since no run was made"
@@ -88,7 +90,8 @@ def _of_order(
     said = lower(local, wanted, what)
     if not asks_order and verdict.verdict == "pass":
         said = f"the runs keep what is asked of them, but {said}"
-    return Verdict("fail", said, verdict.expected)
+    why = NOT_CONSISTENT if local.order < 1 - NEAR else STEPS_ARE_OFF
+    return Verdict("fail", said, verdict.expected, why=why)
 
 
 def lower(local: SingleSteps, wanted: int | None, what: str = "") -> str:

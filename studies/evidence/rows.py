@@ -46,7 +46,8 @@ class Defects:
     """Defects of rows over the time `span`, (r,) each: they are relative to the size of the motion.
 
     at: the times where they begin. off, floor: the defect and its round-off; moved: the way of the
-    exact motion. row: the number of the row where each ends.
+    exact motion. row: the number of the row where each ends. start, gap: the states (x, μ) where
+    they begin, and by how much the states where they end are off, (r, n+m).
     """
 
     name: str
@@ -57,6 +58,8 @@ class Defects:
     floor: np.ndarray
     moved: np.ndarray
     row: np.ndarray
+    start: np.ndarray
+    gap: np.ndarray
 
     @property
     def least(self) -> np.ndarray:
@@ -176,7 +179,8 @@ def _defects(
     off[~np.isfinite(off)] = np.inf
     floor[~np.isfinite(floor)] = np.inf
     times, name = first + at * float(recording.interval), recording.path.name
-    return Defects(name, float(recording.step), span, times, off, floor, moved, at + rows)
+    step, row = float(recording.step), at + rows
+    return Defects(name, step, span, times, off, floor, moved, row, start, end - exact)
 
 
 def velocities(scheme: RecordedScheme, run: Any) -> np.ndarray:
@@ -220,6 +224,30 @@ def _largest(values: np.ndarray, reach: int) -> np.ndarray:
     """Return the largest of each value and so many neighbours on each side."""
     padded = np.pad(values, reach, mode="edge")
     return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).max(axis=1))
+
+
+def errors_of_no_step(
+    scheme: RecordedScheme,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Return (times, states, errors) of short rows: what of an error does not sink with the step.
+
+    Over equal times the defects of the two finest runs are (e + C hᵖ) times the time; the errors
+    are e, (r, n+m). None if no rows are short and of equal times, or e is the lesser part of the
+    finest defects: then it may be what a higher power of h leaves. Raises `ReferenceFailure`.
+    """
+    index = len(scheme.runs) - 1
+    if index < 1:
+        return None
+    coarse, fine = _defects(scheme, index - 1), _defects(scheme, index)
+    same = _at_equal_times(scheme, coarse, fine, index)
+    if same is None or not len(same.at):
+        return None
+    rates = [run.gap[: len(same.at)] / run.span for run in (same, coarse)]
+    ratio = (coarse.step / fine.step) ** (scheme.order or 1)
+    errors = (ratio * rates[0] - rates[1]) / (ratio - 1)
+    seen = _short(_lengths(scheme), same.at, same.span) & np.isfinite(errors).all(axis=1)
+    clear = seen.any() and np.abs(errors[seen]).max() > np.abs(rates[0][seen]).max() / 2
+    return (same.at[seen], same.start[seen], errors[seen]) if clear else None
 
 
 # -- rows that are no steps ------------------------------------------------------------------------
@@ -289,9 +317,16 @@ def _over_the_same(
     time tell a power of the step over equal times alone. None where all are short, or no rows of
     the fine run make up one of the coarse.
     """
+    if _short(lengths, coarse.at, coarse.span).all():
+        return None
+    return _at_equal_times(scheme, coarse, fine, index)
+
+
+def _at_equal_times(
+    scheme: RecordedScheme, coarse: Defects, fine: Defects, index: int
+) -> Defects | None:
     rows = round(coarse.span / fine.span)
-    whole = abs(coarse.span - rows * fine.span) <= 1e-9 * coarse.span
-    if not whole or _short(lengths, coarse.at, coarse.span).all():
+    if abs(coarse.span - rows * fine.span) > 1e-9 * coarse.span:
         return None
     begins = (coarse.row - 1) * rows
     return _defects(scheme, index, rows, begins[begins + rows < len(scheme.runs[index].t)])
@@ -339,6 +374,6 @@ def _told(run: Defects, k: int, times: float, other: Defects | None) -> str:
     return (
         f"row {run.row[k]} of {run.name} (t = {run.at[k] + run.span:.4g}) is no step from the row "
         f"before, as far as the others are steps: it is off the motion by {run.off[k]:.1g}, "
-        f"{times:.3g} times what {beside}, so rows were moved, mixed or smoothed, or the method "
-        "remembers more than a row"
+        f"{times:.3g} times what {beside}, so rows were moved, mixed or smoothed, the motion is "
+        "another by a little, or the method remembers more than a row"
     )

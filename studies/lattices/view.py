@@ -141,13 +141,13 @@ def _costs(marks: dict[str, Mark], title: str, cases: Sequence[Case]) -> Panel:
         log_axis(axes, "y", log_limits((t for _, t in points), 0.1))
         labels = []
         drawn = [curve for curve, *_ in curves]
-        for (curve, words, mark, in_c), share in zip(curves, shares(axes, drawn), strict=True):
-            own = share.marks(3.6) | ({"mfc": "none", "mec": mark.colour} if in_c else {})
+        for (curve, words, mark, loops), share in zip(curves, shares(axes, drawn), strict=True):
+            own = share.marks(3.6) | ({"mfc": "none", "mec": mark.colour} if loops else {})
             line = share.line(mark, 0.9)
             axes.plot(
                 *zip(*curve, strict=True), color=mark.colour, marker=mark.marker, **own, **line
             )
-            labels.append((*curve[-1], words, MUTED if in_c else mark.colour))
+            labels.append((*curve[-1], words, MUTED if loops else mark.colour))
         end_labels(axes, labels)
 
     spoken = f"{title}: nanoseconds of a site and step against the number of sites. "

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 from ..core.case import Case, Measurement, Verdict
+from ..core.outcome import ABOVE, MORE_STEPS, NOT_CONVERGING, ROUND_OFF
 from ..core.records import decoded
 from ..core.single_steps import SingleSteps
 from ..evidence import NEAR as BESIDE
@@ -50,25 +51,26 @@ def _judge_runs(case: Case, found: Found) -> Verdict:
     fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
     rows, certain, known = found.rows, found.trusted, found.certain
     if rows and rows[-1].cause == BLEW_UP:  # whatever longer steps do
-        return fail(
-            f"the run at the finest step, {rows[-1].step:.3g}, does not converge: {BLEW_UP}."
-        )
+        said = f"the run at the finest step, {rows[-1].step:.3g}, does not converge: {BLEW_UP}."
+        return fail(said, why=NOT_CONVERGING)
     if order is None:
         failed = [row for row in rows if row.why_not == "failed"]
         if len(failed) == len(rows):
             return fail(f"every run failed: {failed[0].cause}.")
         if wrong := departure(case, rows, certain):
-            return fail(wrong)
+            return fail(wrong[1], why=wrong[0])
         if max(row.error for row in rows if row.error is not None) <= floor(case, certain):
             return unknown(
                 "every error is round-off: the method is exact on this scene, which says nothing "
-                "of its order; take another scene."
+                "of its order; take another scene.",
+                why=ROUND_OFF,
             )
         more = 50 if case.digits == 16 else case.digits + 30
         digits = f", or judge it by --digits {more}" if case.rule.runs_at(more) else ""
         return unknown(
             "fewer than four step sizes lie on a straight line above round-off; start the ladder "
-            f"elsewhere with --steps (the reference has {known:.3g} certain digits){digits}."
+            f"elsewhere with --steps (the reference has {known:.3g} certain digits){digits}.",
+            why=MORE_STEPS,
         )
     if expected["order"] is None:
         return Verdict("pass", "", {**expected, "not_demanded": "the rule declares no order"})
@@ -86,7 +88,8 @@ def _judge_runs(case: Case, found: Found) -> Verdict:
     if approaches(case, rows, order, tolerance):
         return unknown(
             f"order {order:z.3f} still comes nearer to the expected {expected['order']} at the "
-            "finest steps: take more --steps."
+            "finest steps: take more --steps.",
+            why=MORE_STEPS,
         )
     program = not case.rule.is_formula
     if (
@@ -96,17 +99,23 @@ def _judge_runs(case: Case, found: Found) -> Verdict:
     ):
         return unknown(
             f"order {order:z.3f} is beside the expected {expected['order']}, but the error at the "
-            f"finest step is {rows[-1].error:.1g} still: take more --steps."
+            f"finest step is {rows[-1].error:.1g} still: take more --steps.",
+            why=MORE_STEPS,
         )
     side = "below" if order < expected["order"] else "above"
     return fail(
-        f"order {order:z.3f} is {side} the expected {expected['order']} by more than {tolerance}."
+        f"order {order:z.3f} is {side} the expected {expected['order']} by more than {tolerance}.",
+        why=ABOVE if side == "above" else "",
     )
 
 
 def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
     """Return the cause of an order below the expected one, or of errors that stop sinking too
     early."""
+    if case.rule.is_recorded:
+        from ..causes import recorded
+
+        return recorded.of_rows(case)
     found = decoded(Found, measurement)
     local = found.local or SingleSteps()
     of_step = local.order
@@ -120,7 +129,7 @@ def diagnose(case: Case, measurement: Measurement) -> dict[str, Any] | None:
         return {"cause": "the processed order", "sentence": local.effective.cause + "."}
     order, wanted = found.measured.order, case.order
     rows = [(row.step, row.error) for row in found.rows if row.error is not None]
-    if wanted is None or len(rows) < 2 or case.rule.is_recorded:
+    if wanted is None or len(rows) < 2:
         return None
     if order is not None and order > wanted and (of_step is None or of_step > wanted - BESIDE):
         return None
@@ -148,21 +157,22 @@ def _with_multipliers(case: Case, found: Found, verdict: Verdict) -> Verdict:
     verdict = verdict.expecting(multipliers=least)
     slope, known = found.measured.multipliers, multipliers.known(found.rows)
     if slope is not None and not math.isnan(slope):
-        wrong = slope < least - allowed(case.digits)
+        wrong, why = slope < least - allowed(case.digits), ""
         said = f"are of order {slope:.3f}, below {least}"
     else:
         slope = None
         sure = [(step, error) for step, error in errors if not math.isnan(error)]
-        wrong = bool(not_converging(sure, least))
+        wrong, why = bool(not_converging(sure, least)), NOT_CONVERGING
         said = f"do not converge, with errors of {', '.join(f'{e:.2g}' for e in known)}"
     if wrong and verdict.verdict != "fail":
         said += ", though (x, μ) converges: the force of constraint is another."
-        return Verdict("fail", f"the multipliers of the constraints {said}", verdict.expected)
+        said = f"the multipliers of the constraints {said}"
+        return Verdict("fail", said, verdict.expected, why=why)
     exact = bool(known) and max(known) <= floor(case, found.certain)
     if slope is None and verdict.verdict == "pass" and not exact:
         said = "(x, μ) has its order, but fewer than four errors of the multipliers of the "
         said += "constraints lie on a straight line above round-off: take more --steps."
-        return Verdict("inconclusive", said, verdict.expected)
+        return Verdict("inconclusive", said, verdict.expected, why=MORE_STEPS)
     return verdict
 
 
@@ -189,13 +199,13 @@ def _of_recorded(case: Case, found: Found, verdict: Verdict) -> Verdict:
         return Verdict("inconclusive", said, verdict.expected)
     least = (case.order or math.inf) - LIMITS["rows: power"]
     steps = local.order is not None and local.order > least
-    enlarged, large = found.grown or 1.0, "converge" in verdict.reason
+    enlarged, large = found.grown or 1.0, verdict.why == NOT_CONVERGING
     if verdict.verdict == "fail" and steps and large and enlarged >= LIMITS["rows: enlarged"]:
         said = f"the steps from row to row are of order {local.order:.2f}, as declared, and the "
         said += f"motion enlarges a change of its start {enlarged:.2g} times until the last row, "
         said += "so no error is small there: record shorter runs."
         return Verdict("inconclusive", said, verdict.expected)
-    if "--steps" in verdict.reason:
+    if verdict.why == MORE_STEPS:
         return verdict.because(
             "fewer than four of the recorded steps have errors on a straight line above round-off: "
             "record runs at other steps."

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..core.case import Case, Verdict
+from ..core.outcome import ABOVE, GOING_AWAY, ROUND_OFF
 from ..core.single_steps import SingleSteps
 from ..evidence import NEAR
 from ..evidence.judging import judge as judge_evidence
@@ -25,11 +26,11 @@ def judge(case: Case, found: Found, local: SingleSteps, verdict: Verdict) -> Ver
     verdict = _with_floor(local, verdict)
     if order is None or wanted is None:
         return verdict
-    if verdict.verdict == "fail" and "above" in verdict.reason:
+    if verdict.why == ABOVE:
         return _of_higher(found, local, verdict, wanted)
     if verdict.verdict == "fail" and (why := _unresolved(case, found, local)):
         return Verdict("inconclusive", why, verdict.expected)
-    if verdict.reason.startswith("every error is round-off"):
+    if verdict.why == ROUND_OFF:
         return verdict.because(
             "every error of the runs is round-off beside the largest component, which says nothing "
             f"of the order; one step is of order {order:.2f} in {local.component}: take another "
@@ -90,7 +91,7 @@ def _of_floats(local: SingleSteps, verdict: Verdict) -> Verdict:
     )
     if verdict.verdict == "pass":
         return Verdict("pass", f"{said}; above it the order is as expected.", verdict.expected)
-    if verdict.verdict == "fail" and "go" in verdict.reason:
+    if verdict.why == GOING_AWAY:
         hint = "write them exactly, or judge the rule by --digits 16."
         return Verdict("inconclusive", f"{said}; {hint}", verdict.expected)
     return verdict

@@ -17,6 +17,7 @@ from ..core.fitting import (
     marks,
     orders_between,
 )
+from ..core.outcome import GOING_AWAY, NOT_CONVERGING
 from .records import Found, Measured, Row
 
 #: in double precision or not: a ladder ends when its order is so near to the expected one
@@ -81,9 +82,9 @@ def _local_orders(rows: Sequence[Row]) -> list[float]:
     return orders_between(*zip(*known, strict=True)) if known else []
 
 
-def departure(case: Case, rows: Sequence[Row], certain: float) -> str:
-    """Return why errors beside a straight line cannot be those of the expected order; "" if they
-    can.
+def departure(case: Case, rows: Sequence[Row], certain: float) -> tuple[str, str] | None:
+    """Return why errors beside a straight line cannot be those of the expected order, as a word of
+    `core.outcome` and a sentence; None if they can.
 
     Local orders of a method of order p approach p at ever smaller steps. Three that miss it and go
     away, or agree with each other, belong to another order; so do errors that no step reduced.
@@ -93,20 +94,20 @@ def departure(case: Case, rows: Sequence[Row], certain: float) -> str:
     clear = [row for row in rows if row.error is not None
              and row.error > bent and not is_bent(case, row)]  # fmt: skip
     if order is None or len(clear) < 4:
-        return ""
+        return None
     if stuck := not_converging([(row.step, row.error) for row in clear], order):
-        return f"the runs {stuck}"
+        return NOT_CONVERGING, f"the runs {stuck}"
     local = _local_orders(clear[-4:])
     missed = [abs(p - order) for p in local]
     one_side = len({p > order for p in local}) == 1  # round-off goes to both sides
     away = one_side and missed[0] <= missed[1] <= missed[2]
     settled = max(local) - min(local) < min(missed) / 4
     if min(missed) > AWAY and (away or settled):
-        return (
+        return GOING_AWAY if away else "", (
             f"the local order {'goes away from' if away else 'settles beside'} the expected "
             f"{order}: {', '.join(f'{p:.2f}' for p in local)} at the finest steps."
         )
-    return ""
+    return None
 
 
 def finest_order(case: Case, found: Found) -> float | None:

@@ -48,12 +48,14 @@ def write_report(
     past: Past = unknown_past,
     look: Look | None = None,
     about: About | None = None,
+    tables: Sequence[Mapping[str, Any]] = (),
 ) -> Path:
     """Write index.html, figures/, tables/ (and equations/ for the longest) into a folder.
 
     An older report in the folder stays complete until this one is finished, and also if this one
     fails. remembered: returns stored figures of the same numbers (`figures.plates`). past: the
-    findings of the last runs for a case, newest last. look: labels and style of figures.
+    findings of the last runs for a case, newest last. look: labels and style of figures. tables:
+    those above the studies, each {"title", "about", "heads", "lines"}, a line being its cells.
     """
     from discmech.integrators.files import encoded
 
@@ -75,7 +77,7 @@ def write_report(
         files = {study.study: write_tables(study, new / "tables", labels) for study in studies}
         formulae = _schemes(equations, titles, new / "equations")
         words = (results, studies, drawn, definitions, scenes, command, files, formulae)
-        text = _page(*words, past=past, about=about)
+        text = _page(*words, tables=tables, past=past, about=about)
         (new / "index.html").write_bytes(encoded(text))
     return Path(folder) / "index.html"
 
@@ -86,18 +88,15 @@ def lone_page(
     command: str,
     tables: Sequence[Mapping[str, Any]] = (),
     about: About | None = None,
+    look: Look | None = None,
 ) -> str:
-    """Return the page of some results by itself: figures inside, no files beside it.
-
-    tables: those above the studies, each {"title", "about", "heads", "lines"}, a line being a list
-    of cells.
-    """
-    from .figures import plates
+    """Return the page of some results by itself, as of `write_report`: figures inside, no files."""
+    from .figures import anew, plates
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
     studies = merged(results)
     definitions: dict[str, str] = {}
-    drawn = plates(studies, titles, definitions)
+    drawn = plates(studies, titles, definitions, anew, look)
     words = (results, studies, drawn, definitions, scenes, command)
     return _page(*words, tables=tables, about=about)
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.outcome import VERDICTS
+from ..core.outcome import OF_STEPS, VERDICTS
 from ..core.result import NONE, AnyResult, StudyResult, study_result_of
 from ..core.study import view_of
 from .view import Column
@@ -71,7 +71,9 @@ def got(case: AnyResult) -> str:
 
 
 def short(case: AnyResult) -> str:
-    """Return the deciding figure of a verdict."""
+    """Return the deciding figure of a verdict, or the reason if no figure decides it."""
+    if case.verdict == "fail" and case.why and case.why in OF_STEPS:
+        return case.why
     view = view_of(case.study)
     return (view.short or view.got)(case) if case.figures else NONE
 

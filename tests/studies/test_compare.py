@@ -87,6 +87,22 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     }
     page = (tmp_path / "found.html").read_text()
     assert "Side by side" in page and page.count("<svg") > 1
+    named = [
+        *words[: words.index("--html")],
+        "--folder",
+        "out",
+        "--label",
+        "midpoint=The Gauss rule",
+    ]
+    assert main(named) == 0 and "page: out/index.html" in capsys.readouterr().out
+    assert {path.suffix for path in (tmp_path / "out/figures").iterdir()} == {
+        ".svg",
+        ".pdf",
+        ".png",
+    }
+    assert {"order.csv", "order-paper.tex"} <= {p.name for p in (tmp_path / "out/tables").iterdir()}
+    page = (tmp_path / "out/index.html").read_text()
+    assert "Side by side" in page and "The Gauss rule" in page and "--folder out --label" in page
 
 
 def umask():

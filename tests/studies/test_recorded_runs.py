@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from discmech import Scene, Scheme, pair, recorded, scenes, trapezoidal
+from discmech import Scene, Scheme, black_box, pair, recorded, scenes, trapezoidal
 from discmech.integrators import BadInput
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get
@@ -19,7 +19,8 @@ def save(folder, rule="trapezoidal", scene="pendulum", levels=5, x0=None, every=
     made = scenes.get(scene)
     for k in range(levels):
         steps = made.steps_for(made.step) * 2**k
-        run = Scheme(made, get(rule)).flow(made.duration / steps).trajectory(steps, every, x0=x0,
+        rule = get(rule) if isinstance(rule, str) else rule
+        run = Scheme(made, rule).flow(made.duration / steps).trajectory(steps, every, x0=x0,
               mu0=None if x0 is None else [0.3])  # fmt: skip
         if form == "npz":
             np.savez(folder / f"run{k}.npz", t=run.t, q=run.x, p=run.mu)
@@ -73,6 +74,28 @@ def test_runs_of_another_motion_fail(clock, tmp_path):
     rule = recorded([str(tmp_path / "*.npz")], 2, symplectic=True, keeps=("energy",))
     (case,) = check("energy", ["pendulum"], [rule], digits=[16])["cases"]
     assert case["verdict"] == "inconclusive" and "the motion is another" in case["reason"]
+
+
+@pytest.mark.parametrize(("of", "factors", "words"), [
+    ("pendulum", (1.0001, 1), "the gradient of the potential is off by 0.0001"),
+    ("pendulum", (1, 0.99), "the motion of x comes 0.99 times"),
+    ("henon-heiles", (1.001, 1.001), "every step is 0.001 of it too long"),
+    ("pendulum", (1, 1), ""),
+])  # fmt: skip
+def test_runs_of_another_motion_are_told_which(of, factors, words, tmp_path):
+    """Kick and drift of a leapfrog times a factor each."""
+    kick, drift = factors
+
+    @black_box(order=2)
+    def leapfrog(q, p, h, system):
+        p = p - h / 2 * kick * system.gradient(q, p)
+        q = q + h * drift * system.velocity(q, p)
+        return q, p - h / 2 * kick * system.gradient(q, p)
+
+    save(tmp_path, leapfrog, of)
+    case = order(tmp_path, scene=of)
+    assert (case["verdict"] == "pass") is (not words)
+    assert words in case["reason"] and ("Cause" in case["reason"]) is bool(words)
 
 
 def test_few_runs_or_few_digits_are_inconclusive(tmp_path):

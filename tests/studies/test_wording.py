@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from discmech.studies.core.outcome import NOT_CONSISTENT, STEPS_ARE_OFF
 from discmech.studies.core.result import AnyResult, result_of
 from discmech.studies.report import formulas, plot_drift, tables, wording
 from discmech.studies.report.summary import headline, merged
@@ -175,3 +176,20 @@ def test_a_cause_is_told_once_whatever_its_figures_are() -> None:
                  case("e", "order 1.3. Cause: weights, of 3."), case("f", "")])  # fmt: skip
     assert said[2:] == ["order 1.2. Cause: as of a, r, 16 digits.", "As b, r, 16 digits.",
                         "order 1.3. Cause: weights, of 3.", ""]  # fmt: skip
+
+
+@pytest.mark.parametrize(("why", "words"), [
+    (NOT_CONSISTENT, NOT_CONSISTENT), (STEPS_ARE_OFF, STEPS_ARE_OFF), (None, "5.0×10⁻¹⁶"),
+])  # fmt: skip
+def test_a_cross_stands_beside_what_it_is_for(why, words):
+    """A figure within its limit is not the reason why a verdict fails."""
+    case = {"verdict": "fail", "reason": "a sentence", "why": why, "measured": {"pullback": 5e-16}}
+    assert tables.short(result_of("symplecticity", case)) == words
+
+
+def test_the_drift_that_is_wanted_has_the_unit_of_the_one_that_is_measured():
+    case = {"measured": {"drift": 9.5e-7, "band": 1e-3}, "expected": {"slope_limit": 8.1e-8},
+            "duration": 100.0}  # fmt: skip
+    shown = result_of("energy", case)
+    assert tables.wanted(shown) == "no drift: at most 8.1×10⁻⁶ over the run"
+    assert "a drift of 9.5×10⁻⁷" in tables.got(shown)

@@ -8,6 +8,7 @@ import pytest
 from discmech import midpoint, scenes
 from discmech.studies import get
 from discmech.studies.core.case import Case, Choice, Measurement, Verdict
+from discmech.studies.core.outcome import NOT_CONSISTENT
 from discmech.studies.evidence.judging import demand_consistency
 from discmech.studies.evidence.measuring import single_steps
 from tests.studies.cached_results import measured
@@ -39,7 +40,7 @@ CASES = [
 def test_what_is_not_consistent_passes_nowhere(study, scene, rule, steps):
     case = measured(study, scene, rule, 16, steps)
 
-    assert case["verdict"] == "fail" and "not consistent" in case["reason"]
+    assert case["verdict"] == "fail" and case["why"] == NOT_CONSISTENT
     assert "from an exact state (" in case["reason"] and ", seed " in case["reason"]
 
 

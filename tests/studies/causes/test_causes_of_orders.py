@@ -23,7 +23,7 @@ from discmech.integrators import (
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
-from discmech.studies.causes import one_step
+from discmech.studies.causes import first_terms, one_step
 from discmech.studies.causes.diagnosis import _start_gap as start_gap
 from discmech.studies.causes.exact_path import slope, truncation
 from discmech.studies.causes.first_terms import Beginning
@@ -425,7 +425,7 @@ def test_a_small_fault_is_not_taken_for_a_factor_of_one():
     """A field that is off by 2e-6 was called one of too few digits, or a step of its own."""
     fields = [(1.0, 0.0), (0.5, 1.0), (-0.7, 2.0)]
     odd = [beginning(f, 2e-6 * np.array([0.0, f[1] ** 2])) for f in fields]
-    assert one_step._factor(odd, lambda b: b.first_error, lambda b: b.f) is None
+    assert first_terms.factor(odd, lambda b: b.first_error, lambda b: b.f) is None
     longer = [beginning(f, 2e-6 * np.array(f)) for f in fields]
-    found = one_step._factor(longer, lambda b: b.first_error, lambda b: b.f)
+    found = first_terms.factor(longer, lambda b: b.first_error, lambda b: b.f)
     assert found == pytest.approx(2e-6)

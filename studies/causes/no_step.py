@@ -1,0 +1,54 @@
+"""The cause of a step that moves the state also as h goes to 0, where it has to leave it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .first_terms import SEEN, Beginning, Told, factor, only
+
+
+def of_no_step(found: list[Beginning], n: int) -> Told:
+    """Return the cause of a step that moves the state by what does not sink with h."""
+    return _exchanged(found, n) or _without_h(found, n) or (
+        "no step",
+        "a step moves the state also as h goes to 0, where it has to leave it as it is: look for a "
+        "factor h that is missing, or for one too many of the state.",
+    )  # fmt: skip
+
+
+def _exchanged(found: list[Beginning], n: int) -> Told | None:
+    """Return the cause if a step is the same for every h, or gives p where q belongs."""
+    if all(np.abs(a - e).max() <= SEEN * np.abs(e).max() for a, e in (b.moved for b in found)):
+        return "no step", (
+            "a step moves the state by the same for every h: h is not used, or a step size of its "
+            'own is; a map of one step size says so by @black_box(step="0.1").'
+        )
+    if len(found[0].z) != 2 * n:
+        return None
+    gaps = [np.abs(b.z + b.moved[1] - np.roll(b.z, n)).max() / np.abs(b.z - np.roll(b.z, n)).max()
+            for b in found]  # fmt: skip
+    if max(gaps) <= 0.1:  # a short step moves the state by less
+        return "q and p exchanged", "it gives (p, q) where (q, p) is asked for: exchange the two."
+    return None
+
+
+def _without_h(found: list[Beginning], n: int) -> Told | None:
+    """Return the cause if one part of a step, or a half of it, moves the state without its h.
+
+    A second half is of a place that is off by O(h), or by the first half: a twentieth is allowed.
+    """
+    parts = (("the gradient of the potential", "kick", slice(n, None)),
+             ("the motion of x", "drift", slice(0, n)))  # fmt: skip
+    for name, word, part in parts:
+        if not all(name in b.parts for b in found):
+            continue
+        c = factor(found, lambda b, s=part: only(b.moved[1], s),
+                    lambda b, k=name, s=part: only(b.parts[k], s), same=0.05)  # fmt: skip
+        if c is not None and min(abs(c - 1), abs(c - 0.5)) < 0.05:
+            of = "" if abs(c - 1) < 0.05 else "a half of "
+            return "no step", (
+                f"h is missing in {of}the {word}: as h goes to 0 a step still moves "
+                f"{'the momentum' if word == 'kick' else 'x'} by {c:.3g} of {name}, where it has "
+                "to be h times that."
+            )
+    return None
