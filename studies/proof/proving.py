@@ -14,7 +14,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, pair
 from discmech.integrators.errors import CannotMeasure, arguments_checked, shown, unknown
-from discmech.integrators.extensions.expansions import NotConsistent, NotExpanded
+from discmech.integrators.extensions.expansions import NotConsistent, NotExpanded, NotKnown
 from discmech.integrators.numbers import BITS, NotRational
 
 from ..core import lookup
@@ -208,6 +208,8 @@ def _answer(
         answer = _drawn(e, rule, order, power, draw, law)
     except CannotMeasure as error:
         answer = Answer(None, None, _sentence(error))
+    except NotKnown:
+        answer = Answer(None, None, "quotients 0/0 in it take too many powers of h away")
     except RecursionError:
         answer = Answer(None, None, "its formulas are too long for these Lagrangians")
     except (NotRational, ZeroDivisionError) as error:

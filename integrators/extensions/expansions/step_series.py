@@ -86,10 +86,20 @@ class StepSeries:
         return after[: self.n], after[self.n :], w
 
     def derivative(self, x: Scalars, mu: Scalars, w: Scalars, q: Scalars, power: int) -> np.ndarray:
-        """Return ∂(x′, μ′)/∂(x, μ) up to a power, (n+m)×(n+m), of the step with the unknowns w."""
+        """Return ∂(x′, μ′)/∂(x, μ) up to a power, (n+m)×(n+m), of the step with the unknowns w.
+
+        Raises `NotKnown` where quotients 0/0 take powers away (`__call__`: lost), and `NotExpanded`
+        where it has a pole at h = 0.
+        """
         text = _function(self.equations, "one_step", self.numbers)
-        found = (np.array(e, dtype=object) for e in text(x, mu, w, q))
-        _, slope, by_start, _, by_w, by_z = found
+        _, slope, by_start, _, by_w, by_z = text(x, mu, w, q)
+        found = [slope, by_start, by_w, by_z]
+        if any(_has_pole(e) for matrix in found for row in matrix for e in row):
+            raise self._refused("the derivative of a step has a pole at h = 0.")
+        slope, by_start, by_w, by_z = (
+            np.array([[_regular(e, power) for e in row] for row in matrix], dtype=object)
+            for matrix in found
+        )
         inverse = _inverted([[_constant(e) for e in row] for row in slope], self.numbers)
         moved = 0 * by_start  # −∂w/∂z; each correction is right to one power more
         for _ in range(power + 1):
@@ -190,6 +200,13 @@ def _polynomial(e: Scalar, power: int, end: int) -> Scalar:
     if not isinstance(e, Series):
         return e
     return Series([e.coefficient(j) for j in range(power + 1)], 0, end)
+
+
+def _regular(e: Scalar, power: int) -> Scalar:
+    """Return a series without a pole up to a power; raises `NotKnown` if it is known to less."""
+    if not isinstance(e, Series):
+        return e
+    return Series([e.coefficient(k) for k in range(power + 1)], 0, power + 1)
 
 
 def _until(e: Scalar, end: int) -> Scalar:
