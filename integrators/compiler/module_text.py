@@ -159,7 +159,7 @@ class KernelText:
         names += ["branch"] if step.branch is not None else []
         facts = {"affine": self.affine, "watched": bool(step.extents),
                  "branched": step.branch is not None,
-                 "width": len(self.coefficients.values)}  # fmt: skip
+                 "moving": step.moving, "width": len(self.coefficients.values)}  # fmt: skip
         entries = {name: f"{name}{self.suffix}" for name in names} | facts
         return f"Record({', '.join(f'{k}={v}' for k, v in entries.items())})"
 

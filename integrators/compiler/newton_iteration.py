@@ -6,7 +6,7 @@ a second try, and `unseen(problem)`, the size of corrections that do not move x.
 if it is in memory.
 """
 
-# ruff: noqa: F821, B905, SIM102 (names are supplied; no strict=; `and` would compute `unseen`)
+# ruff: noqa: F821, B905 (names are supplied; the compiled language has no strict=)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 from .decorators import aside
@@ -31,10 +31,10 @@ def newton(problem, w, kappa, scale, age):
         if fine and total == 1 and age % 16 != 0 and MARGIN * kappa * size * size <= EPS * scale:
             trusted, status = 0 < 1, OK
             break
-        status, kappa = judge(size, before, here, scale, kappa, count)
-        if status == NOT_CONVERGED and count > 2 and size > before / 2:
-            if moved <= problem.unseen(problem):
-                status = OK
+        still = 1 < 0
+        if count > 2:
+            still = moved <= problem.unseen(problem)
+        status, kappa = judge(size, before, here, scale, kappa, count, still)
         if status == OK and (fine or ended):
             break
         ended = status == OK
@@ -46,12 +46,16 @@ def newton(problem, w, kappa, scale, age):
     return w, here, kappa, total, size, status, trusted
 
 
-def judge(size, before, here, scale, kappa, count):
-    """Return the status after a correction of this size, and the estimate of κ so far."""
+def judge(size, before, here, scale, kappa, count, still):
+    """Return the status after a correction of this size, and the estimate of κ so far.
+
+    A correction that is not half of the one before is round-off of the rows if it is small beside
+    w, or if x stands `still`.
+    """
     noise = EPS * (here if here > scale else scale)
     kappa = steepness(size, before, noise, kappa, count)
     following = MARGIN * kappa * size * size if count > 1 else HUGE
-    small = count > 2 and size < ROOT_EPS * noise / EPS
+    small = still or (count > 2 and size < ROOT_EPS * noise / EPS)
     ended = over(size, before, noise, following, small)
     return SINGULAR if not size < HUGE else OK if ended else NOT_CONVERGED, kappa
 
@@ -70,10 +74,12 @@ def correct_site(site, w):
     A lattice's small components are not examined: bodies by the trapezoidal rule took 1.06 times as
     long.
     """
-    dw, size = site.system.solver(site.x, w, site.mu, site.k, site.c, *site.own)
+    system = site.system
+    dw, size = system.solver(site.x, w, site.mu, site.k, site.c, *site.own)
     better = plus(w, dw)
     here = norm(better)
-    return better, size, size, here, not hidden(dw, better, here) if ALONE else True
+    moved = norm(tuple([dw[i] for i in system.moving]))
+    return better, size, moved, here, not hidden(dw, better, here) if ALONE else True
 
 
 def start_again(site):
