@@ -1,11 +1,13 @@
 """The judge of optimal control, contact, savings and races: at its limits and beside them."""
 
 import math
+from types import SimpleNamespace
 
 import pytest
 
 from discmech.studies.contact import judging as contact
 from discmech.studies.contact.measuring import MODES
+from discmech.studies.steps.limits import LIMITS as OF_STEPS
 from discmech.studies.work_precision.limits import LIMITS as OF_RACES
 from discmech.tests.bench.savings.limits import LIMITS as OF_SAVINGS
 from tests.studies.judges.by_hand import ABOVE, case, judged
@@ -159,6 +161,40 @@ def test_a_control_of_contact_breaks_a_law_a_thousandfold():
     for law, value in (("pull", least), ("pull", 0.0), ("slip", 0.125), ("slip", 0.1)):
         told = judged("contact", of, measured={law: value})
         assert told[0] == "fail" and "not caught" in told[1]
+
+
+HONEST, SILENT = SimpleNamespace(reversible=True), SimpleNamespace(reversible=None)
+
+
+def varied(way="poincare", back=1e-31, form=1e-26, order=2.0, control=None, claims=None, **more):
+    base = SimpleNamespace(name="midpoint", claims=claims)
+    rule = SimpleNamespace(way=way, base=base, claims=None)
+    measured = {"order": order, "back": back, "form": form, "lost": more.pop("lost", None)}
+    found = {"orders": [1.5, order], "self_adjoint": True, "energy": {}, "local": None} | more
+    return judged("steps", case(rule=rule, control=control), measured=measured, **found)
+
+
+@pytest.mark.parametrize(("wrong", "verdict", "word"), [
+    ({}, "pass", ""), ({"order": 2.09}, "pass", ""), ({"order": 1.89}, "inconclusive", "below"),
+    ({"order": 2.2, "orders": [2.2, 2.2]}, "fail", "above"),
+    ({"order": None}, "inconclusive", "round-off"),
+    ({"back": OF_STEPS["back"]}, "pass", ""), ({"back": OF_STEPS["back"] * ABOVE}, "fail", "miss"),
+    ({"back": None}, "inconclusive", "way back"), ({"lost": "stops"}, "inconclusive", "stops"),
+    ({"back": 1.0, "self_adjoint": False}, "pass", ""),
+    ({"back": 1.0, "self_adjoint": False, "claims": HONEST}, "fail", "miss"),
+    ({"back": 1.0, "self_adjoint": False, "claims": SILENT}, "pass", ""),
+    ({"form": OF_STEPS["form"]}, "pass", ""), ({"form": OF_STEPS["form"] * ABOVE}, "fail", "form"),
+    ({"form": None}, "inconclusive", "form"), ({"form": 1.0, "way": "reversible"}, "pass", ""),
+    ({"way": "naive", "back": 1e-29}, "fail", "another one on the way back"),
+    ({"way": "naive", "back": 1e-29, "self_adjoint": False}, "inconclusive", "not self-adjoint"),
+    ({"energy": {"failed": "it stops"}}, "inconclusive", "it stops"),
+    ({"energy": {"failed": "it stops"}, "way": "reversible"}, "pass", ""),
+    ({"control": "naive", "way": "naive", "back": 1e-29}, "fail", "by its energy"),
+    ({"control": "naive", "way": "naive", "back": 0.0}, "fail", "by the way back"),
+])  # fmt: skip
+def test_steps_that_vary_keep_what_their_way_keeps(wrong, verdict, word):
+    said = varied(**wrong)
+    assert said[0] == verdict and word in said[1], said
 
 
 def test_savings_change_no_digit():
