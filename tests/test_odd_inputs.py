@@ -216,6 +216,7 @@ PLACES |= {
     "newmark": lambda v: discmech.integrators.rules.newmark(v, v),
 }  # fmt: skip
 CLAIMS = ("order", "symplectic", "reversible", "keeps", "state", "runs", "numbers", "jacobian",
+          "gradient", "scalar",
           "vectorised", "read", "write", "name", "source", "groupoids")  # fmt: skip
 RUN = "t,q1,p1\n" + "".join(f"{k / 10},{1 - k**2 / 200},{-k / 10}\n" for k in range(12))
 

@@ -9,10 +9,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from discmech.integrators import BadInput, StepFailure
+from discmech.integrators import StepFailure
 from discmech.integrators.extensions.foreign import (
     Defect,
-    Derivative,
     constrained_parameters,
     derivative,
     form_defect,
@@ -29,8 +28,9 @@ from discmech.integrators.numbers import Matrix, Vector
 
 from ..core.case import Case, Progress
 from .limits import LIMITS
+from .own_derivatives import of_run, of_step
 from .places import Look, looks, more_looks
-from .records import FoundOfNumbers, MeasuredOfNumbers, OfNumbers, Volume
+from .records import FoundOfNumbers, Held, MeasuredOfNumbers, OfNumbers, Volume
 
 #: share of the defect of a method of that order: a smaller defect is none
 RESOLVED = 1e-9
@@ -113,11 +113,13 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> OfNumbers:
     noise = noise_of(around, 0 * reach, reach, scheme.rule.unit(16), seed + k)
     again = _again(g, look.z, after, scale)
     rough = np.maximum(noise.jump, noise.level * (noise.level > SMOOTH * np.abs(after).max()))
-    volume = loop = jacobian = None
+    volume = loop = None
+    own: list[Held] = []
     if case.scene.all_constraints:
         defects = [_restricted(n, g, embed, reach, noise)]
     else:
-        of, jacobian = _derivative(flow, g, look, scale, noise)
+        of, own = of_step(flow, g, look, scale, noise)
+        own += of_run(flow, look, scale, seed + k)
         tensors = (flow.system.tensor(z[:n], z[n:]) for z in (look.z, after))
         defects = [form_defect(of, *tensors)]
         volume = Volume(**vars(volume_defect(of)))
@@ -133,8 +135,8 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> OfNumbers:
     return replace(
         row, certain=certain, poisson=max(certain, min(d.measured for d in defects)),
         resolution=min(d.resolution for d in defects), left=left_by(case, look), loop=loop,
-        volume=volume, again=again, jacobian=jacobian, noise=float((rough / scale).max()),
-        entry=entry,
+        volume=volume, again=again, derivatives=own, noise=float((rough / scale).max()),
+        entry=entry, jacobian=next((e.off for e in own if e.what == "jacobian"), None),
     )  # fmt: skip
 
 
@@ -167,29 +169,6 @@ def curve_defect(
     if _leaves(case):
         return leaf_defect(f, tensor, z, scale, curve - z, noise)
     return loop_defect(f, curve, n, noise)
-
-
-def _derivative(
-    flow: Any, g: Any, look: Look, scale: Vector, noise: Any
-) -> tuple[Derivative, float | None]:
-    """Return the user's own derivative of a step, or one by differences, and how far they differ.
-
-    The distance is that beyond all errors, in units of the motion; None without an own derivative.
-    """
-    own, n = flow.scheme.rule.jacobian, flow.system.n
-    seen = derivative(shifted(g, look.z), len(look.z), scale, noise)
-    if own is None or look.count > 1:
-        return seen, None
-    given = np.asarray(own(look.z[:n], look.z[n:], flow.h, flow.system), dtype=float)
-    if given.shape != (len(look.z),) * 2:
-        raise BadInput(
-            f"the black box {flow.scheme.rule.name}: its jacobian has the shape {given.shape}, but "
-            f"the derivative of a step is {len(look.z)}×{len(look.z)}."
-        )
-    rounding = 64 * 2.0**-53 * np.abs(given)
-    with np.errstate(all="ignore"):
-        off = (np.abs(given - seen.value) - seen.error - rounding) * scale / scale[:, None]
-    return Derivative(given, rounding), float(np.nan_to_num(off, nan=np.inf).max().clip(0))
 
 
 def free_states(case: Case, system: Any, z: Vector, scale: Vector) -> tuple[Any, Vector]:

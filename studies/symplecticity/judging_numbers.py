@@ -7,6 +7,7 @@ is not symplectic. All other cases are inconclusive.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,7 +17,11 @@ from ..core.case import Case, Verdict
 from ..core.claims import not_claimed
 from .in_numbers import ENOUGH, decisive, resolved, rounded
 from .limits import LIMITS
+from .own_derivatives import STEPS
 from .records import FoundOfNumbers, OfNumbers
+
+#: what an own derivative may hide, in resolutions of the form: an error of 10⁻⁶ has to show
+HIDDEN = 100
 
 
 def judge(case: Case, found: FoundOfNumbers) -> Verdict:
@@ -41,15 +46,15 @@ def judge(case: Case, found: FoundOfNumbers) -> Verdict:
             said += "motion beside that row: it keeps something from an earlier run, is random, "
             said += "or its rows are interpolated. A row is the end of a run of so many steps."
         return Verdict("fail", said, expected)
-    if wrong := _jacobian(case, rows):
+    if wrong := _wrong(case, rows):
         return Verdict("fail", wrong, expected)
     unkept = _volume(case, rows)
     if unkept and (reason or certain == 0):
         return Verdict("fail", unkept, expected)
     if reason:
-        if unknown := _volume_unknown(case, rows):
+        if unknown := _volume_unknown(case, rows) or _unseen(case, rows):
             return Verdict("inconclusive", unknown, expected)
-        demanded = ["volume"] if _claims_volume(case) else []
+        demanded = [*(["volume"] if _claims_volume(case) else []), *_given_by(case)]
         return Verdict("pass", "", {**expected, "not_demanded": reason, "demanded": demanded})
     rough = ""
     if noise:
@@ -77,6 +82,8 @@ def judge(case: Case, found: FoundOfNumbers) -> Verdict:
             said = "single steps keep the form, and closed curves of starts tell nothing of it "
             said += f"after more than {run.seen} steps of {run.step:.3g} of the motion"
             return Verdict("inconclusive", f"{said}{rough}.", expected)
+        if unknown := _unseen(case, rows):
+            return Verdict("inconclusive", unknown, expected)
         told = f"the form is kept in single steps and in runs of up to {run.seen} steps"
         told += "; the motion of a map of one step is not held against a scene's" * is_map
         return Verdict("pass", f"{told}.", {**expected, "steps": run.seen})
@@ -100,16 +107,39 @@ def _closed_force(case: Case) -> bool:
     return all(sympy.simplify(e) == 0 for e in [*by_u, *(by_x - by_x.T)])
 
 
-def _jacobian(case: Case, rows: Sequence[OfNumbers]) -> str:
-    """Return why the program's own jacobian is no derivative of its steps, a sentence; or ""."""
-    row = max(rows, key=lambda each: each.jacobian or 0.0)
-    if not (row.jacobian or 0.0) > rounded(case):
+def _given_by(case: Case) -> list[str]:
+    """Return the names of the derivatives that a program gives."""
+    return [word for word in ("jacobian", "gradient") if getattr(case.rule, word, None) is not None]
+
+
+def _wrong(case: Case, rows: Sequence[OfNumbers]) -> str:
+    """Return why a program's own derivative is none of its steps, a sentence; or ""."""
+    found = [(each.off, k, each) for k, row in enumerate(rows) for each in row.derivatives]
+    off, k, worst = max(found, key=lambda each: each[0], default=(0.0, 0, None))
+    if worst is None or not off > rounded(case):
         return ""
+    of = "step" if worst.what == "jacobian" else f"run of {STEPS} steps by {worst.by}"
     return (
-        f"its jacobian is not the derivative of its step: an entry is off by {row.jacobian:.2g} of "
-        f"the motion, beyond every error of the differences, at step {row.step:.3g}, "
-        f"t = {row.time:.3g}."
+        f"its {worst.what} is not the derivative of its {of}: an entry is off by {off:.2g} of the "
+        f"motion, beyond every error of the differences, at step {rows[k].step:.3g}, "
+        f"t = {rows[k].time:.3g}."
     )
+
+
+def _unseen(case: Case, rows: Sequence[OfNumbers]) -> str:
+    """Return why a derivative that is not wrong is not known to be right; or ""."""
+    best: dict[tuple[str, str], float] = {}
+    for each in (each for row in rows for each in row.derivatives):
+        key = each.what, each.by
+        best[key] = min(best.get(key, math.inf), each.hidden)
+    allowed = min(0.01, HIDDEN * resolved(case))
+    for (what, by), hidden in best.items():
+        if not hidden <= allowed:
+            said = f"its {what} by {by} is that of its steps as far as differences see: an error "
+            return f"{said}of {hidden:.1g} of the motion could be hidden."
+    if missing := [word for word in _given_by(case) if word not in {what for what, _ in best}]:
+        return f"its {missing[0]} was not held against its steps: no place has such a run."
+    return ""
 
 
 def _volume(case: Case, rows: Sequence[OfNumbers]) -> str:

@@ -45,6 +45,20 @@ class Volume:
 
 
 @dataclass(frozen=True, slots=True)
+class Held:
+    """How far a derivative that a program gives is off, beyond the errors of differences.
+
+    what: "jacobian", that of a step, or "gradient", that of a run; by the start, or by a parameter
+    of that name. hidden: what these errors may hide. Both are in units of the motion.
+    """
+
+    what: str = ""
+    by: str = ""
+    off: float = 0.0
+    hidden: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class OfNumbers:
     """The defects of a step of a program from a place, or the reason why it makes none there.
 
@@ -65,6 +79,7 @@ class OfNumbers:
     volume: Volume | None = None
     again: float | None = None
     jacobian: float | None = field(default=None, metadata=OPTIONAL)
+    derivatives: Sequence[Held] = field(default=(), metadata=OPTIONAL)
     noise: float = 0.0
     residual: float | None = None
     why_not: str = ""

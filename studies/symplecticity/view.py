@@ -34,7 +34,8 @@ CONTROLS = (
 
 NAMES = {"pullback": "pullback", "poisson": "Poisson", "change": "change less dθ_f",
          "volume": "volume", "residual": "residual", "constraint": "constraint",
-         "hidden": "hidden constraint",         "contraction": "contraction rate"}  # fmt: skip
+         "hidden": "hidden constraint", "contraction": "contraction rate",
+         "jacobian": "its jacobian", "gradient": "its gradient"}  # fmt: skip
 
 
 def _got(case: Case) -> str:

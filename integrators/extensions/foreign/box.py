@@ -39,6 +39,8 @@ class BlackBox(Discretisation):
     runs: bool = False
     numbers: str = "double"
     jacobian: Function | None = None
+    gradient: Function | None = None
+    scalar: Function | None = None
     read: Callable[[Vector, Vector], tuple[Vector, Vector]] | None = None
     write: Callable[[Vector, Vector], tuple[Vector, Vector]] | None = None
     vectorised: bool = False
@@ -52,7 +54,8 @@ class BlackBox(Discretisation):
 
         Raises `Opaque` if it may read something that is not in any Python object.
         """
-        return f"{self.said} {reads(self.formula, self.jacobian, self.read, self.write, pure=True)}"
+        functions = (self.formula, self.jacobian, self.gradient, self.scalar, self.read, self.write)
+        return f"{self.said} {reads(*functions, pure=True)}"
 
     @property
     def said(self) -> str:
@@ -151,6 +154,8 @@ def black_box(
     runs: bool = False,
     numbers: str = "double",
     jacobian: Function | None = None,
+    gradient: Function | None = None,
+    scalar: Function | None = None,
     vectorised: bool = False,
     step: Given | None = None,
     states: Sequence[Sequence[Given]] | None = None,
@@ -180,13 +185,16 @@ def black_box(
     then there is one row every `every` steps. numbers="any": the box also works on mpmath numbers
     in object arrays, and is judged at 50 digits as well; "float32": it computes in single
     precision. jacobian(q, p, h, system): the derivative of the step, (n+m, n+m), in place of
-    differences. vectorised=True: the box also takes arrays q (n, k) and p (m, k), k states at once
-    as columns, as `system` does; this is used where many states are needed, for differences and
-    closed curves. step=0.1: it is a map of one step alone, such as the turn of a ring or a learned
-    map, and the function is (q, p, system); its form, its way back and its volume are judged, and
-    not whether its motion is the scene's. states=(lowest, highest): two lists of (q, p), between
-    which such a map without any scene is judged. write(x, mu) → (q, p) and read(q, p) → (x, mu)
-    convert to and from the box's own coordinates.
+    differences. gradient(q, p, h, steps, system): the derivative of the end of a run, (n+m, n+m) by
+    its start, or a dict of derivatives by "start" and by the names of parameters (n+m, …); with
+    scalar(q, p), a number, that of this number of the end. vectorised=True: the box also takes
+    arrays q (n, k) and p (m, k), k states at once as columns, as `system` does; this is used where
+    many states are needed, for differences and closed curves. step=0.1: it is a map of one step
+    alone, such as the turn of a ring or a learned map, and the function is (q, p, system); its
+    form, its way back and its volume are judged, and not whether its motion is the scene's.
+    states=(lowest, highest): two lists of (q, p), between which such a map without any scene is
+    judged. write(x, mu) → (q, p) and read(q, p) → (x, mu) convert to and from the box's own
+    coordinates.
 
     A class has start(q, p, h, system) → state, step(state, h, system) → state and read(state,
     system) → (q, p). Raises `BadInput` for claims and functions of another kind.
@@ -198,15 +206,20 @@ def black_box(
     for word, given in flags.items():
         if not isinstance(given, bool):
             raise BadInput(f"black_box({word}=...): {word} is True or False, not {shown(given)}.")
-    for word, function in (("jacobian", jacobian), ("read", read), ("write", write)):
+    functions = {"jacobian": jacobian, "gradient": gradient, "scalar": scalar, "read": read,
+                 "write": write}  # fmt: skip
+    for word, function in functions.items():
         if function is not None and not callable(function):
             raise BadInput(f"black_box({word}=...): {word} is a function, not {shown(function)}.")
     if (read is None) != (write is None):
         raise BadInput("black_box: give both read= and write=, the way back and the way there.")
-    if jacobian is not None and STATES[state].has_attitude:
-        raise BadInput(
-            "black_box(jacobian=...): an attitude has no derivative by (q, p): leave it out."
-        )
+    if scalar is not None and gradient is None:
+        raise BadInput("black_box(scalar=...): it is what gradient= derives: give that too.")
+    for word in ("jacobian", "gradient"):
+        if functions[word] is not None and STATES[state].has_attitude:
+            raise BadInput(
+                f"black_box({word}=...): an attitude has no derivative by (q, p): leave it out."
+            )
     only = _only_step(step, order, runs)
     corners = _corners(states, only)
     claims = Claims.of("black_box", symplectic, reversible, keeps)
@@ -218,8 +231,8 @@ def black_box(
         about = source or (inspect.getdoc(formula) or "")
         return BlackBox(
             label, formula, order, about, groupoids=where, claims=claims, state=state, runs=runs,
-            numbers=numbers, jacobian=jacobian, read=read, write=write, vectorised=vectorised,
-            step=only, states=corners,
+            numbers=numbers, jacobian=jacobian, gradient=gradient, scalar=scalar, read=read,
+            write=write, vectorised=vectorised, step=only, states=corners,
         )  # fmt: skip
 
     return make

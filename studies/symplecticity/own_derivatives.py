@@ -1,0 +1,145 @@
+"""The derivatives that a program gives itself, held against differences of its own steps.
+
+Each entry of a difference has a bound of its truncation and round-off (`foreign.differences`). What
+is off beyond it is certain, and the bound says what could be hidden.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from discmech.integrators import BadInput
+from discmech.integrators.errors import RAISED, shown, unknown
+from discmech.integrators.extensions.foreign import (
+    Derivative,
+    Noise,
+    derivative,
+    guarded,
+    noise_of,
+    shifted,
+)
+from discmech.integrators.numbers import Matrix, Vector
+
+from .places import Look
+from .records import Held
+
+#: a `BoxFlow` or a `BlackBox`
+Flow: TypeAlias = Any
+Rule: TypeAlias = Any
+
+START = "start"  # the name of the state at which a run begins, beside those of parameters
+STEPS = 16  # steps of the run whose gradient is asked
+PART = 1 / 8  # share of a parameter's size over which it is varied: its sign stays
+ROUNDINGS = 64  # of one step's derivative, in units of its largest entry
+
+
+def of_step(
+    flow: Flow, f: Any, look: Look, scale: Vector, noise: Noise
+) -> tuple[Derivative, list[Held]]:
+    """Return the program's own derivative of a step, or one by differences, and their distance."""
+    rule, size = flow.scheme.rule, len(look.z)
+    seen = derivative(shifted(f, look.z), size, scale, noise)
+    if rule.jacobian is None or look.count > 1:
+        return seen, []
+    given = _array(rule, "jacobian", _asked(flow, "jacobian", look), (size, size))
+    rounding = ROUNDINGS * rule.unit(16)
+    off, hidden = _distance(given, seen, scale, scale, rounding)
+    own = Derivative(given, rounding * np.abs(given))
+    return own, [Held("jacobian", START, off, hidden)]
+
+
+def of_run(flow: Flow, look: Look, scale: Vector, seed: int) -> list[Held]:
+    """Return the distances of the program's gradient of a run, by the start and by parameters."""
+    if flow.scheme.rule.gradient is None or look.count == 1:
+        return []
+    given = _asked(flow, "gradient", look, STEPS)
+    by_name = given if isinstance(given, dict) else {START: given}
+    return [_by(flow, look, scale, seed, *entry) for entry in by_name.items()]
+
+
+def _by(flow: Flow, look: Look, scale: Vector, seed: int, by: str, given: object) -> Held:
+    rule, n, size = flow.scheme.rule, flow.system.n, len(look.z)
+    run, ways, shape = _arguments(flow, look, scale, by)
+
+    def scalar(y: Vector) -> Vector:
+        end = run(y)
+        return np.array([rule.scalar(end[:n], end[n:])], dtype=float)
+
+    of_state = rule.scalar is None
+    f, count = guarded(run if of_state else scalar, size if of_state else 1), len(ways)
+    noise = noise_of(f, 0 * ways, ways, rule.unit(16), seed)
+    seen = derivative(f, size if of_state else 1, ways, noise)
+    array = _array(rule, "gradient", given, (size, *shape) if of_state else shape)
+    sizes = scale if of_state else np.abs(seen.value * ways).max(axis=1)
+    off, hidden = _distance(
+        array.reshape(-1, count), seen, ways, np.where(sizes > 0, sizes, 1.0),
+        STEPS * ROUNDINGS * rule.unit(16),
+    )  # fmt: skip
+    return Held("gradient", by, off, hidden)
+
+
+def _arguments(
+    flow: Flow, look: Look, scale: Vector, by: str
+) -> tuple[Callable[[Vector], Vector], Vector, tuple[int, ...]]:
+    """Return (change of the argument ↦ end of the run, the size of each change, its shape)."""
+    scheme, t0 = flow.scheme, look.time
+    if by == START:
+        run = flow.map_of(STEPS, t0=t0)
+        return (lambda y: run(look.z + y)), scale, scale.shape
+    known = vars(flow.system.parameters)
+    if by not in known:
+        raise unknown("parameter", by, [START, *known])
+    value = np.array(known[by], dtype=float)
+    size = np.abs(value).max(initial=0.0) or 1.0
+
+    def changed(y: Vector) -> Vector:
+        moved = scheme.at(parameters={by: (value + y.reshape(value.shape)).tolist()})
+        end: Vector = moved.flow(flow.step).map_of(STEPS, t0=t0)(look.z)
+        return end
+
+    ways = PART * np.where(value == 0, size, np.abs(value)).reshape(-1)
+    return changed, ways, value.shape
+
+
+def _distance(
+    given: Matrix, seen: Derivative, ways: Vector, sizes: Vector, rounding: float
+) -> tuple[float, float]:
+    """Return how far a derivative (k, l) is certainly off, and what differences may hide.
+
+    Both are in units of the motion: arguments vary over ways (l,), values over sizes (k,).
+    rounding: that of the given derivative, relative to its largest entry.
+    """
+    unit = ways / sizes[:, None]
+    with np.errstate(all="ignore"):
+        unsure = seen.error * unit + rounding * np.abs(given * unit).max(initial=0.0)
+        off = np.nan_to_num(np.abs(given - seen.value) * unit - unsure, nan=-np.inf)
+    off = np.where(np.isfinite(given), off, np.inf)
+    return float(off.max(initial=0.0).clip(0)), float(unsure.max(initial=0.0))
+
+
+def _asked(flow: Flow, word: str, look: Look, *steps: int) -> Any:
+    """Return what a function of the program answers at a place; raises `BadInput` if it raises."""
+    rule, n = flow.scheme.rule, flow.system.n
+    flow.system.t = float(look.time)
+    try:
+        return getattr(rule, word)(look.z[:n], look.z[n:], flow.h, *steps, flow.system)
+    except RAISED as error:
+        raise BadInput(
+            f"the black box {rule.name}: its {word} raises {type(error).__name__}: {error}."
+        ) from error
+
+
+def _array(rule: Rule, word: str, given: object, shape: tuple[int, ...]) -> Matrix:
+    try:
+        found = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise BadInput(f"the black box {rule.name}: its {word} gives {shown(given)}.") from None
+    if found.shape != shape:
+        raise BadInput(
+            f"the black box {rule.name}: its {word} has the shape {found.shape}, but the "
+            f"derivative of a {'step' if word == 'jacobian' else 'run'} has {shape}."
+        )
+    return found
