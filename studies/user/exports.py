@@ -222,11 +222,19 @@ def _scene_steps(scheme: Any, us: np.ndarray) -> Callable[[int], np.ndarray]:
 
 
 def _lattice_steps(scheme: Any, us: np.ndarray) -> Callable[[int], np.ndarray]:
-    """Return `again` (`_restarted`) of a lattice; us: where Newton's method begins."""
-    flow = _flow(scheme)
+    """Return `again` (`_restarted`) of a lattice; us: where Newton's method begins.
+
+    Its steps round as the run's do, so each begins beside the state by a unit in the last place, as
+    a program of other roundings would: stiff bonds make much of that.
+    """
+    flow, drawn = _flow(scheme), np.random.default_rng(0)
     made = LatticeRun(flow, *flow.own_start)
 
     def again(k: int) -> np.ndarray:
+        for part in made.x, made.mu:
+            part[made.free] = np.nextafter(part, drawn.choice((-np.inf, np.inf), part.shape))[
+                made.free
+            ]
         for w in () if made.by_stages else made.past:
             w[:, : us.shape[2]] = us[k]
         made.mu[~made.free] = 0

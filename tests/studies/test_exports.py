@@ -7,6 +7,7 @@ import sympy
 
 from discmech import Scene, Scheme, pair, rectangle, scenes
 from discmech.integrators import BadInput, StepFailure
+from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.studies.command.entry import main
 from discmech.studies.core import lookup
 from discmech.studies.user import exports
@@ -41,6 +42,16 @@ def test_a_file_runs_as_its_scheme(scene, rule, tmp_path):
         found = exports.beside(scheme, box, 150)
         assert found.verdict == "pass", (language, found)
         assert found.steps > exports.FEWEST
+
+
+@pytest.mark.slow
+def test_a_stiff_lattice_runs_as_its_flow(tmp_path):
+    """A beam's forces are differences of nearly equal bends, which round otherwise in each file."""
+    scheme = Scheme(systems.get("beam"), lookup.rule("midpoint"))
+    found = exports.beside(
+        scheme, made(scheme.export("numpy", True), "numpy", tmp_path, scheme), 150
+    )
+    assert found.verdict == "pass" and found.bound < 1e-11, found
 
 
 def spoiled(text):
