@@ -24,9 +24,13 @@ def open_numbers(parameters: object) -> dict[str, Any]:
     Raises `BadInput` for what are no names, and for values that are no numbers.
     """
     given: Any = (parameters,) if isinstance(parameters, str) else parameters
-    if not isinstance(given, list | tuple | Mapping) or not all(
-        isinstance(e, str) and e.isidentifier() and e not in _LETTERS for e in given
-    ):
+    several = isinstance(given, list | tuple | Mapping)
+    if several and (taken := [e for e in given if e in _LETTERS]):
+        raise BadInput(
+            f"the parameters of a rule are {shown(parameters)}, but {taken[0]} is one of the "
+            f"letters of rules ({', '.join(_LETTERS)}): choose another name for it."
+        )
+    if not several or not all(isinstance(e, str) and e.isidentifier() for e in given):
         raise BadInput(
             f"the parameters of a rule are {shown(parameters)}: give names of numbers that stay "
             'open, such as parameters=("w",), or their values, parameters={"w": "1/6"}.'

@@ -105,7 +105,9 @@ def look_of(options: argparse.Namespace, rules: Sequence[Discretisation]) -> Loo
 
     labels = {}
     for given in options.labels:
-        rule, equals, text = given.partition("=")
+        names = [e.name for e in rules if given.startswith(f"{e.name}=")]  # one may have an "="
+        rule = max(names, key=len, default=given.partition("=")[0])
+        equals, text = given[len(rule) :][:1], given[len(rule) + 1 :]
         if not (rule and equals and text):
             raise BadInput(f"--label {given} names no rule and text: write --label midpoint=Gauss.")
         labels[rule] = text

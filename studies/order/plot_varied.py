@@ -32,14 +32,14 @@ def sketches(cases: Sequence[Any]) -> Iterator[Sketch]:
 def _panels(curve: Curve) -> Iterator[Panel]:
     orders = [(float(value), case.measured.order) for value, case in curve.cases]
     sizes = [(float(value), constant(case.rows, curve.usual)) for value, case in curve.cases]
-    best = float(curve.best[0])
+    best = None if curve.is_flat else float(curve.best[0])
     title = f"{curve.of} on {curve.place}, {curve.digits} digits"
     for what, points in (("order", orders), (f"C of error ≈ C {raised(curve.usual)}", sizes)):
 
         def draw(axes: Axes, points: Any = points, zero: bool = points is sizes) -> None:
             axes.plot(*zip(*points, strict=True), "o-", ms=3, lw=0.9, color="C0")
-            chosen = [point for point in points if point[0] == best]
-            axes.plot(*zip(*chosen, strict=True), "o", ms=7, mfc="none", color="C1")
+            for point in (point for point in points if point[0] == best):
+                axes.plot(*point, "o", ms=7, mfc="none", color="C1")
             if zero:
                 axes.axhline(0, lw=0.5, color=MUTED)
             else:  # the digits behind the whole number are those of the fit

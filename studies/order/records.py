@@ -138,10 +138,20 @@ class Curve:
             -(constant(pair[1].rows, pair[1].measured.order) or 0.0)))  # fmt: skip
 
     @property
+    def is_flat(self) -> bool:
+        """True if all values have the same order and constant, to the digits that are shown."""
+        shown = {(round(case.measured.order), _shown(case)) for _, case in self.cases}
+        return len(shown) == 1
+
+    @property
     def sentence(self) -> str:
         """What the curve says, in a sentence."""
         value, case = self.best
         order = round(case.measured.order)
+        where = f"{self.of} on {self.place}, {self.digits} digits:"
+        if self.is_flat:
+            return (f"{where} {self.name} makes no difference, as all of {len(self.cases)} values "
+                    f"have the order {order} and the error constant {_shown(case)}.")  # fmt: skip
         same = sum(round(each.measured.order) == order for _, each in self.cases)
         rest = len(self.cases) - same
         said = f"has the order {order}"
@@ -150,11 +160,17 @@ class Curve:
                 f", which {same} of them {'has' if same == 1 else 'have'}, and most of the others"
             )
             said += f" {self.usual}" if self.usual != order else " less"
-        least = f"{constant(case.rows, case.measured.order):.3g}"
+        ends = value in (self.cases[0][0], self.cases[-1][0])
+        beyond = "It is an end of the range: beyond it may be a better one." if ends else ""
         return (
-            f"{self.of} on {self.place}, {self.digits} digits: of {len(self.cases)} values of "
-            f"{self.name} the best, {self.name} = {value}, {said}; its error constant is {least}."
+            f"{where} of {len(self.cases)} values of {self.name} the best, {self.name} = {value}, "
+            f"{said}; its error constant is {_shown(case)}. {beyond}".rstrip()
         )
+
+
+def _shown(case: Any) -> str:
+    """Return the error constant of a case as it is shown."""
+    return f"{constant(case.rows, case.measured.order):.3g}"
 
 
 def curves(cases: Iterable[Any]) -> list[Curve]:

@@ -109,6 +109,17 @@ def test_the_best_value_has_the_highest_order_and_then_the_least_constant():
     assert constant(few[0].rows, None) is None
 
 
+@pytest.mark.parametrize(("sizes", "word"), [
+    ((0.1, 0.1, 0.1001), "w makes no difference, as all of 3 values have the order 2"),
+    ((0.1, 0.2, 0.3), "w = 0, has the order 2; its error constant is 0.1. It is an end of the ra"),
+    ((0.2, 0.1, 0.3), "w = 1, has the order 2; its error constant is 0.1."),
+])  # fmt: skip
+def test_a_best_value_at_the_end_and_none_at_all_are_said(sizes, word):
+    (curve,) = curves(case(str(w), 2, size) for w, size in enumerate(sizes))
+    assert word in curve.sentence
+    assert ("an end" in curve.sentence) == ("an end" in word)
+
+
 def test_an_order_is_shown_as_a_curve_with_the_best_value(mine, tmp_path, capsys):
     words = ["order", "harmonic", "--rule", f"{mine}:mixed", "--vary", "w=1/3,1/2,2/3"]
     folder = tmp_path / "figure"
@@ -118,6 +129,28 @@ def test_an_order_is_shown_as_a_curve_with_the_best_value(mine, tmp_path, capsys
     assert "Error constant" in told
     assert (folder / "figures" / "order-varied.svg").is_file()
     assert "--vary w=1/3,1/2,2/3" in (folder / "index.html").read_text("utf-8")
+
+
+def test_a_rule_with_a_value_has_a_label(mine, tmp_path):
+    words = [
+        "order",
+        "harmonic",
+        "--rule",
+        f"{mine}:mixed:w=1/2",
+        "--digits",
+        "16",
+        "--steps",
+        "64",
+    ]
+    words += ["--label", "mixed:w=1/2=the middle = 1/2", "--folder", str(tmp_path / "figure")]
+    assert main(words) == 0
+    assert "the middle = 1/2" in (tmp_path / "figure" / "index.html").read_text("utf-8")
+
+
+@pytest.mark.parametrize("name", ["c", "L"])
+def test_a_letter_of_rules_is_no_name_of_an_open_number(name):
+    with pytest.raises(BadInput, match=f"but {name} is one of the letters"):
+        discretisation(parameters=("w", name))(lambda L, G, x, u, h: h * L(x, u))
 
 
 def test_a_modified_hamiltonian_has_the_letter_of_an_open_number(mine, capsys):
