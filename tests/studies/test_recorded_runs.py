@@ -79,6 +79,7 @@ def test_runs_of_another_motion_fail(clock, tmp_path):
 @pytest.mark.parametrize(("of", "factors", "words"), [
     ("pendulum", (1.0001, 1), "the gradient of the potential is off by 0.0001"),
     ("pendulum", (1, 0.99), "the motion of x comes 0.99 times"),
+    ("pendulum", (-1, 1), "wrong sign"),
     ("henon-heiles", (1.001, 1.001), "every step is 0.001 of it too long"),
     ("pendulum", (1, 1), ""),
 ])  # fmt: skip
