@@ -33,6 +33,7 @@ Rule: TypeAlias = Any
 START = "start"  # the name of the state at which a run begins, beside those of parameters
 STEPS = 16  # steps of the run whose gradient is asked
 PART = 1 / 8  # share of a parameter's size over which it is varied: its sign stays
+HALF = 2.0**-26  # half of the digits of a double
 ROUNDINGS = 64  # of one step's derivative, in units of its largest entry
 
 
@@ -73,12 +74,22 @@ def _by(flow: Flow, look: Look, scale: Vector, seed: int, by: str, given: object
     noise = noise_of(f, 0 * ways, ways, rule.unit(16), seed)
     seen = derivative(f, size if of_state else 1, ways, noise)
     array = _array(rule, "gradient", given, (size, *shape) if of_state else shape)
-    sizes = scale if of_state else np.abs(seen.value * ways).max(axis=1)
+    sizes = scale if of_state else np.array([_size_of(rule, run(0 * ways), n, scale)])
     off, hidden = _distance(
-        array.reshape(-1, count), seen, ways, np.where(sizes > 0, sizes, 1.0),
-        STEPS * ROUNDINGS * rule.unit(16),
-    )  # fmt: skip
+        array.reshape(-1, count), seen, ways, sizes, STEPS * ROUNDINGS * rule.unit(16)
+    )
     return Held("gradient", by, off, hidden)
+
+
+def _size_of(rule: Rule, end: Vector, n: int, scale: Vector) -> float:
+    """Return the unit of a program's scalar: its largest change over the size of the motion.
+
+    One that keeps half of its digits everywhere there does not change, and its value is the unit.
+    """
+    around = [end + sign * way for sign in (-1, 1) for way in np.diag(scale)]
+    there, *values = (float(rule.scalar(z[:n], z[n:])) for z in (end, *around))
+    change = max(abs(v - there) for v in values)
+    return change if change > HALF * abs(there) else abs(there) or 1.0
 
 
 def _arguments(

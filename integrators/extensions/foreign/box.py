@@ -185,16 +185,16 @@ def black_box(
     then there is one row every `every` steps. numbers="any": the box also works on mpmath numbers
     in object arrays, and is judged at 50 digits as well; "float32": it computes in single
     precision. jacobian(q, p, h, system): the derivative of the step, (n+m, n+m), in place of
-    differences. gradient(q, p, h, steps, system): the derivative of the end of a run, (n+m, n+m) by
-    its start, or a dict of derivatives by "start" and by the names of parameters (n+m, …); with
-    scalar(q, p), a number, that of this number of the end. vectorised=True: the box also takes
-    arrays q (n, k) and p (m, k), k states at once as columns, as `system` does; this is used where
-    many states are needed, for differences and closed curves. step=0.1: it is a map of one step
-    alone, such as the turn of a ring or a learned map, and the function is (q, p, system); its
-    form, its way back and its volume are judged, and not whether its motion is the scene's.
-    states=(lowest, highest): two lists of (q, p), between which such a map without any scene is
-    judged. write(x, mu) → (q, p) and read(q, p) → (x, mu) convert to and from the box's own
-    coordinates.
+    differences, of a program on (q, p) alone. gradient(q, p, h, steps, system): the derivative of
+    the end of a run, (n+m, n+m) by its start, or a dict of derivatives by "start" and by the names
+    of parameters (n+m, …); with scalar(q, p), a number, that of this number of the end.
+    vectorised=True: the box also takes arrays q (n, k) and p (m, k), k states at once as columns,
+    as `system` does; this is used where many states are needed, for differences and closed curves.
+    step=0.1: it is a map of one step alone, such as the turn of a ring or a learned map, and the
+    function is (q, p, system); its form, its way back and its volume are judged, and not whether
+    its motion is the scene's. states=(lowest, highest): two lists of (q, p), between which such a
+    map without any scene is judged. write(x, mu) → (q, p) and read(q, p) → (x, mu) convert to and
+    from the box's own coordinates.
 
     A class has start(q, p, h, system) → state, step(state, h, system) → state and read(state,
     system) → (q, p). Raises `BadInput` for claims and functions of another kind.
@@ -216,9 +216,10 @@ def black_box(
     if scalar is not None and gradient is None:
         raise BadInput("black_box(scalar=...): it is what gradient= derives: give that too.")
     for word in ("jacobian", "gradient"):
-        if functions[word] is not None and STATES[state].has_attitude:
+        if functions[word] is not None and (state != "qp" or read is not None):
             raise BadInput(
-                f"black_box({word}=...): an attitude has no derivative by (q, p): leave it out."
+                f"black_box({word}=...): it is a derivative by (q, p), and this program has a "
+                "state or coordinates of its own: write the program on (q, p), or leave it out."
             )
     only = _only_step(step, order, runs)
     corners = _corners(states, only)

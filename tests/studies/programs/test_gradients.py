@@ -100,6 +100,13 @@ def test_another_derivative_fails(gradient, scalar, by):
     assert f"its gradient is not the derivative of its run of 16 steps by {by}" in reason
 
 
+@pytest.mark.parametrize(("slope", "verdict"), [(0.0, "pass"), (1e-6, "fail")])
+def test_a_scalar_that_does_not_change_has_a_gradient_of_0(slope, verdict):
+    """Its differences are noise alone, and no unit."""
+    constant = lambda q, p: 1.0 + 1e-16 * q[0]  # noqa: E731
+    assert said(lambda *a: np.full(2, slope), constant)[0] == verdict
+
+
 def test_what_differences_cannot_see_is_inconclusive():
     def rough(q, p, h, system):
         q, p = methods.verlet.formula(q, p, h, system)
@@ -124,8 +131,11 @@ def test_bad_arguments_are_refused():
         black_box(scalar=square)
     with pytest.raises(BadInput, match=r"gradient is a function"):
         black_box(gradient=1)
-    with pytest.raises(BadInput, match=r"gradient=.*leave it out"):
-        black_box(gradient=whole, state="Rp")
+    ways = {"read": lambda q, p: (q, p), "write": lambda q, p: (q, p)}
+    for own in ({"state": "Rp"}, {"state": "qv"}, ways):
+        for word in ("gradient", "jacobian"):
+            with pytest.raises(BadInput, match=rf"{word}=.*leave it out"):
+                black_box(**own, **{word: whole})
 
 
 def test_a_gradient_is_demanded_of_a_program_that_claims_nothing_else():
