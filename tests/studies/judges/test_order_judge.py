@@ -38,6 +38,15 @@ def test_order_is_judged_from_both_sides(digits, tolerance):
         assert f"order {outside + side * 0.2:.3f}" in reason and str(tolerance) in reason
 
 
+@pytest.mark.parametrize(("order", "found", "digits", "verdict"), [
+    (8, 8.07, 16, "inconclusive"), (8, 8.49, 16, "inconclusive"), (8, 8.51, 16, "fail"),
+    (8, 7.93, 16, "fail"), (8, 8.07, 50, "fail"), (4, 4.07, 16, "fail"),
+])  # fmt: skip
+def test_a_high_order_in_doubles_may_be_that_of_a_sum_of_powers(order, found, digits, verdict):
+    said = order_of(found, case(digits, order=order), ladder([]))
+    assert said[0] == verdict and ("of both powers" in said[1]) == (verdict == "inconclusive")
+
+
 def test_as_far_as_the_tolerance_is_near_enough():
     assert order_of(0.05, case(order=0))[0] == "pass" and tolerance(16) == 0.05
     assert order_of(0.05 * ABOVE, case(order=0), ladder([]))[0] == "fail"
