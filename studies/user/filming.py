@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
 
 MOST_FRAMES, TRAIL = 120, 40  # frames of a film, and of them those that a trail shows
+BETWEEN = 16  # most points of a trail from frame to frame: a path has no corners of the film's own
 MOST_TRAILS = 12
 MARKS = "osD^v<>P"
 INCHES = 3.6
@@ -33,9 +34,9 @@ def film(
 
     By default x itself is a point (n = 2, 3); with parameters `masses` it is a point for each of
     them; a body in a field (an action, n = 3) is a line from the origin, and an attitude
-    (`with_attitude`) is three axes at the body's place. The sites of a lattice stand at their x
-    (n = 2, 3, or the place of a pose), joined along its bonds, or side by side at the height x
-    (n = 1). seconds: the length of the film; it has at most 120 frames. trail: True to leave behind
+    (`with_attitude`, or beside a place) is three axes at the body's place. The sites of a lattice stand at their x
+    (n = 2, 3, or the place of a pose), joined along its bonds, or those of a chain side by side at
+    the height x (n = 1). seconds: the length of the film; it has at most 120 frames. trail: True to leave behind
     each row's last point its path of the last third of the film (default: not for a lattice).
 
     Raises `BadInput` for anything else than a run, if bodies is missing and x is no place, and for
@@ -100,10 +101,13 @@ def film(
     trails = [axes.plot(*points[-1:].T, "-", color=colour, lw=0.8, alpha=0.5, zorder=1)[0]
               for points, colour in zip(frames[0], own, strict=True) if follows]  # fmt: skip
     title = axes.set_title("", fontsize=9)
+    fine = np.unique(np.linspace(0, len(run.t) - 1, BETWEEN * MOST_FRAMES).astype(int))
+    path = [[row[-1] for row in _polylines(shape, x[k])] for k in fine if trails]
 
     def draw(frame: int) -> list[Any]:
-        past = frames[max(0, frame - TRAIL) : frame + 1]
-        behind = [np.array([each[k][-1] for each in past]) for k in range(len(trails))]
+        first, last = (np.searchsorted(fine, rows[k]) for k in (max(0, frame - TRAIL), frame))
+        past = path[first : last + 1]
+        behind = [np.array([each[k] for each in past]) for k in range(len(trails))]
         for line, points in zip([*lines, *trails], [*frames[frame], *behind], strict=True):
             line.set_data(*points.T[:2])
             if size == 3:
@@ -136,11 +140,13 @@ def _pose(groupoid: Any, n: int) -> int:
 def _usual(scene: Any, n: int) -> Callable[..., Any]:
     """Return the default function for the bodies of a scene."""
     groupoid = scene.groupoid
-    if size := _pose(groupoid, n):
+    parts = [*getattr(groupoid, "parts", ())]  # a body in space: its place beside its attitude
+    beside = [p.dim_x for p in parts] == [3, 9] and parts[0].canonical and _pose(parts[1], 9)
+    if size := beside or _pose(groupoid, n):
 
         def axes(x: Any) -> Any:
-            pose = x.reshape(size, size)
-            place = pose[:3, 3] if size == 4 else np.zeros(3)
+            pose = x[3 if beside else 0 :].reshape(size, size)
+            place = x[:3] if beside else pose[:3, 3] if size == 4 else np.zeros(3)
             return [np.array([place, place + column]) for column in pose[:3, :3].T]
 
         return axes
