@@ -34,10 +34,11 @@ def film(
 
     By default x itself is a point (n = 2, 3); with parameters `masses` it is a point for each of
     them; a body in a field (an action, n = 3) is a line from the origin, and an attitude
-    (`with_attitude`, or beside a place) is three axes at the body's place. The sites of a lattice stand at their x
-    (n = 2, 3, or the place of a pose), joined along its bonds, or those of a chain side by side at
-    the height x (n = 1). seconds: the length of the film; it has at most 120 frames. trail: True to leave behind
-    each row's last point its path of the last third of the film (default: not for a lattice).
+    (`with_attitude`, or beside a place) is three axes at the body's place. The sites of a lattice
+    stand at their x (n = 2, 3, or the place of a pose), joined along its bonds, or those of a chain
+    side by side at the height x (n = 1). seconds: the length of the film; it has at most 120
+    frames. trail: True to leave behind each row's last point its path of the last third of the film
+    (default: not for a lattice).
 
     Raises `BadInput` for anything else than a run, if bodies is missing and x is no place, and for
     bodies that do not return such points.

@@ -21,6 +21,8 @@ Begin: TypeAlias = Callable[[int], None]
 Keep: TypeAlias = Callable[[int, Vector, Vector], None]
 
 DOUBLE = np.dtype(np.float64)
+#: what a compiled function says of an array that cannot be written to, though it only reads it
+NO_BUFFER = "buffer source array is read-only"
 
 
 class BoxRaised(Exception):
@@ -59,6 +61,7 @@ class Calls:
         self._last = {name: (system,) if takes_system(*part) else ()
                       for name, part in functions_of(
                           box.formula, box.runs, box.step is not None).items()}  # fmt: skip
+        self._by_copies = False  # True for a box that cannot read what must not be written to
         #: the arguments of a step after the state
         self._given = (*(() if box.step is not None else (h,)), *self._last.get("the function", ()))
 
@@ -86,7 +89,7 @@ class Calls:
     def _stepwise(
         self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep, made: list[int]
     ) -> None:
-        function, last = self.box.formula, self._given
+        function, last = self._unchanged, self._given
         shapes, kind = (q.shape, p.shape), self.kind
         plain, several = kind == DOUBLE and p.ndim == 1, p.ndim == 2
         q, p = q.copy(), p.copy()
@@ -95,8 +98,6 @@ class Calls:
             made[0] = k
             if timed:
                 at(k)
-            q.setflags(write=False)
-            p.setflags(write=False)
             given = function(q, p, *last)
             if type(given) is not tuple or len(given) != 2:
                 given = self._pair(given)
@@ -109,6 +110,33 @@ class Calls:
                 self._check_finite(k, q, p)
             if (k + 1) % every == 0:
                 row(k + 1, q, p)
+
+    def _unchanged(self, q: Vector, p: Vector, *last: Any) -> object:
+        """Return the answer for arrays that the box must not change.
+
+        They cannot be written to; but compiled functions refuse to read such ones (Cython's
+        buffers, as in scipy's Rotation). A box with them gets copies, which are looked at after it.
+        """
+        if not self._by_copies:
+            q.setflags(write=False)
+            p.setflags(write=False)
+            try:
+                return self.box.formula(q, p, *last)
+            except ValueError as error:
+                if not str(error).startswith(NO_BUFFER):
+                    raise
+            self._by_copies = True
+        own = q.copy(), p.copy()
+        given = self.box.formula(*own, *last)
+        if not all(map(np.array_equal, own, (q, p))):
+            raise BadInput(self._changes(at_line(self._asked)))
+        return given
+
+    def _changes(self, begun: str) -> str:
+        return (
+            f"{begun}the black box {self.box.name} changes its argument in place; work on a copy: "
+            "q = q + ..., not q += ...."
+        )
 
     def _with_memory(
         self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep, made: list[int]
@@ -199,10 +227,7 @@ class Calls:
         """Return the error for an exception that the box raised."""
         place, begun = line_of(self._asked, error), at_line(self._asked, error)
         if isinstance(error, ValueError) and str(error).endswith(" is read-only"):
-            return BadInput(
-                f"{begun}the black box {self.box.name} changes its argument in place; work on a "
-                "copy: q = q + ..., not q += ...."
-            )
+            return BadInput(self._changes(begun))
         where = f" ({place})" if place else ""
         if isinstance(error, ValueError) and self.system.n != self.system.m:
             where += (

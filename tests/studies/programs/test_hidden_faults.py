@@ -232,6 +232,27 @@ def test_other_bad_input_is_one_sentence():
         Scheme(scenes.get("pendulum"), methods.verlet).flow("0.1", digits=50)
 
 
+def needs_a_buffer(change):
+    """A step by compiled code that refuses arrays which it could not write to."""
+
+    @black_box(order=2)
+    def step(q, p, h, system):
+        if not (q.flags.writeable and p.flags.writeable):
+            raise ValueError("buffer source array is read-only")
+        p = p - h / 2 * system.gradient(q, p)
+        after = q + h * system.velocity(q, p)
+        q += change
+        return after, p - h / 2 * system.gradient(after, p)
+
+    return step
+
+
+def test_compiled_code_that_only_reads_its_arguments_may_have_them_as_copies():
+    assert judged("order", "pendulum", needs_a_buffer(0), causes=False)["verdict"] == "pass"
+    with pytest.raises(BadInput, match="changes its argument in place"):
+        Scheme(scenes.get("pendulum"), needs_a_buffer(1e-9)).flow("0.1").trajectory(1)
+
+
 @pytest.mark.slow
 def test_a_momentum_that_is_kept_in_one_plane_alone_is_not_kept():
     import sympy
