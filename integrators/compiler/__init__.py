@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from .layout import Entry, Layout, Status
     from .llvm_values import Array
     from .machine_code import address, compiled, cores
-    from .module_text import UNSEEN, KernelText, texts_of, with_names
+    from .module_text import KernelText, texts_of, with_names
     from .omissions import SAVINGS, is_affine, pivot_rows
     from .stage_system import LatticeStages, StageSource, StageSystem
-    from .stage_text import NoShortForm, text_of_stages
+    from .stage_text import UNSEEN, NoShortForm, text_of_stages
     from .stages_at_step import StagesAtStep, taken_over
     from .step import Kind, Step, kinds_of
 else:
@@ -46,10 +46,10 @@ else:
         layout="Entry Layout Status",
         llvm_values="Array",
         machine_code="address compiled cores",
-        module_text="UNSEEN KernelText texts_of with_names",
+        module_text="KernelText texts_of with_names",
         omissions="SAVINGS is_affine pivot_rows",
         stage_system="LatticeStages StageSource StageSystem",
-        stage_text="NoShortForm text_of_stages",
+        stage_text="UNSEEN NoShortForm text_of_stages",
         known_zeros="KNOWN_ZEROS",
         stages_at_step="StagesAtStep taken_over",
         step="Kind Step kinds_of",

@@ -129,7 +129,7 @@ def solve(system, x, mu, k, memo, c):
         return w, memo, 1, size, OK if size < HUGE else SINGULAR
     u1, u2, u3, u4, u5, order, age, kappa, scale = memo
     site = Record(
-        correct=correct_site, again=start_again, unseen=unseen_at_site, system=system, x=x, mu=mu,
+        correct=correct_site, again=start_again, still=moves_always, system=system, x=x, mu=mu,
         k=k, c=c, own=(), last=u1,
     )  # fmt: skip
     start = predict(order, u1, u2, u3, u4, u5)

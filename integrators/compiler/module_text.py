@@ -36,7 +36,6 @@ from .omissions import carried, has_pivots, is_affine, pivot_rows
 from .step import Step
 
 LONGEST = 1000  # a lattice's function with more operations is called instead of written in
-UNSEEN = 16  # corrections of w below so many round-offs of x/h do not move x
 SHORTEST = 40  # least number of operations of a function for which a call costs less than it saves
 
 
@@ -58,7 +57,6 @@ def module_text(step: Step, omit: frozenset[str] = frozenset()) -> str:
         "WIDTHS = dict(coefficients=LAYOUT.width, xs=LAYOUT.n, us=LAYOUT.row_width, mus=LAYOUT.m)",
         f"FAINT = 64 * EPS{' * EPS' if {'slope', 'impulse'} & {*step.kinds} else ''}",
         f"ALONE, SINGLE, MIXED, APART = True, {not step.composed}, {mixed}, {apart}",
-        f"UNSEEN = {UNSEEN}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), kernels)),  # noqa: B905
         f"SYSTEMS = RULE,{' ADJOINT' if mixed else ''}",
     ]
@@ -116,8 +114,6 @@ class KernelText:
         self.coefficients = coefficients or Coefficients(
             step.q, self.nodes.graph, plain="coefficients" in self.omit
         )
-        if not (self.affine or parts):  # where an iteration ends is told by h, the first one
-            self.coefficients.symbol(step.q[0])
         #: of the functions that kernels call: (name, what it uses of its caller, text)
         self._functions: dict[Hashable, tuple[str, dict[str, Node | None], str]] = {}
         self._calls: dict[str, int] = {}
@@ -159,7 +155,7 @@ class KernelText:
         names += ["branch"] if step.branch is not None else []
         facts = {"affine": self.affine, "watched": bool(step.extents),
                  "branched": step.branch is not None,
-                 "moving": step.moving, "width": len(self.coefficients.values)}  # fmt: skip
+                 "width": len(self.coefficients.values)}  # fmt: skip
         entries = {name: f"{name}{self.suffix}" for name in names} | facts
         return f"Record({', '.join(f'{k}={v}' for k, v in entries.items())})"
 

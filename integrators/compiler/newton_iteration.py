@@ -1,12 +1,11 @@
 """Newton's method of a step, and its rule of termination; text of every module, like `driver`.
 
-What is solved is a record: `correct(problem, w) → (w, size of the correction, of its part that
-moves x, size of w, True if no component hides a larger correction)`, `again(problem)`, the start of
-a second try, and `unseen(problem)`, the size of corrections that do not move x. w is a tuple, or ()
-if it is in memory.
+What is solved is a record: `correct(problem, w) → (w, size of the correction, size of w, True if no
+component hides a larger correction)`, `again(problem)`, the start of a second try, and
+`still(problem)`, True if corrections no longer move x. w is a tuple, or () if it is in memory.
 """
 
-# ruff: noqa: F821, B905 (names are supplied; the compiled language has no strict=)
+# ruff: noqa: F821, B905, SIM102 (names are supplied; no strict=; `and` would compute `still`)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 from .decorators import aside
@@ -26,15 +25,15 @@ def newton(problem, w, kappa, scale, age):
     """
     before, count, total, tries, ended, trusted = HUGE, 0, 0, 1, 1 < 0, 1 < 0
     while True:
-        w, size, moved, here, fine = problem.correct(problem, w)
+        w, size, here, fine = problem.correct(problem, w)
         count, total = count + 1, total + 1
         if fine and total == 1 and age % 16 != 0 and MARGIN * kappa * size * size <= EPS * scale:
             trusted, status = 0 < 1, OK
             break
-        still = 1 < 0
-        if count > 2:
-            still = moved <= problem.unseen(problem)
-        status, kappa = judge(size, before, here, scale, kappa, count, still)
+        status, kappa = judge(size, before, here, scale, kappa, count)
+        if status == NOT_CONVERGED and count > 2 and size > before / 2:
+            if problem.still(problem):
+                status = OK
         if status == OK and (fine or ended):
             break
         ended = status == OK
@@ -46,16 +45,12 @@ def newton(problem, w, kappa, scale, age):
     return w, here, kappa, total, size, status, trusted
 
 
-def judge(size, before, here, scale, kappa, count, still):
-    """Return the status after a correction of this size, and the estimate of κ so far.
-
-    A correction that is not half of the one before is round-off of the rows if it is small beside
-    w, or if x stands `still`.
-    """
+def judge(size, before, here, scale, kappa, count):
+    """Return the status after a correction of this size, and the estimate of κ so far."""
     noise = EPS * (here if here > scale else scale)
     kappa = steepness(size, before, noise, kappa, count)
     following = MARGIN * kappa * size * size if count > 1 else HUGE
-    small = still or (count > 2 and size < ROOT_EPS * noise / EPS)
+    small = count > 2 and size < ROOT_EPS * noise / EPS
     ended = over(size, before, noise, following, small)
     return SINGULAR if not size < HUGE else OK if ended else NOT_CONVERGED, kappa
 
@@ -74,12 +69,10 @@ def correct_site(site, w):
     A lattice's small components are not examined: bodies by the trapezoidal rule took 1.06 times as
     long.
     """
-    system = site.system
-    dw, size = system.solver(site.x, w, site.mu, site.k, site.c, *site.own)
+    dw, size = site.system.solver(site.x, w, site.mu, site.k, site.c, *site.own)
     better = plus(w, dw)
     here = norm(better)
-    moved = norm(tuple([dw[i] for i in system.moving]))
-    return better, size, moved, here, not hidden(dw, better, here) if ALONE else True
+    return better, size, here, not hidden(dw, better, here) if ALONE else True
 
 
 def start_again(site):
@@ -87,14 +80,9 @@ def start_again(site):
     return site.last
 
 
-def unseen_at_site(site):
-    """Return the size of corrections that move x by round-off alone: some round-offs of x/h.
-
-    The rows see the unknowns in points such as x + θhu. If a correction is smaller than that, those
-    points are the same numbers but for rounding, so the rows cannot tell its solution from the one
-    before. Near rest corrections are as large as the unknowns, and never fade beside them.
-    """
-    return UNSEEN * EPS * norm(site.x) / abs(site.c[0])
+def moves_always(site):
+    """Return False: the sum of |w| tells all of a single site."""
+    return False
 
 
 def hidden(dw, w, here):

@@ -29,8 +29,10 @@ from ..numbers.statements import Arguments
 from ..numbers.types import Letters
 from .elimination import solve
 from .layout import StageLayout
-from .module_text import UNSEEN, texts_of, with_names
+from .module_text import texts_of, with_names
 from .stage_system import LatticeStages, StageSystem
+
+UNSEEN = 16  # corrections of w below so many round-offs of x/h do not move x
 
 
 class NoShortForm(Exception):

@@ -97,15 +97,6 @@ class Step:
         )  # fmt: skip
 
     @property
-    def moving(self) -> list[int]:
-        """The places in w of what moves x: no multiplier, no impulse, no slope of μ."""
-        n, both = len(self.x), len(self.x) + len(self.mu)
-        held = {"multiplier", "impulse"}
-        kinds = self.kinds or ["velocity"] * len(self.w)
-        return [i for i, kind in enumerate(kinds)
-                if kind not in held and (kind != "slope" or i % both < n)]  # fmt: skip
-
-    @property
     def multipliers(self) -> int:
         """The number of multipliers that a run's rows hold."""
         return self.kinds.count("multiplier")

@@ -92,8 +92,8 @@ def collocated(a, weights, c):
     Sweeps are repeated until the next one would change less than round-off, or until changes are
     round-off and do not shrink. Changes are compared with the size of each component, which is one
     on the whole lattice; if one component is a thousandth of another, no component's change may
-    still shrink (`any_shrinks`). Near rest the changes are as large as w, and may be too small
-    to move x. π₀ − μ is corrected only if its error exceeds that of the stages: otherwise it
+    still shrink (`any_shrinks`). On a lattice at rest the changes are as large as w, and may be too
+    small to move x. π₀ − μ is corrected only if its error exceeds that of the stages: otherwise it
     would pass their errors on undamped.
     """
     totals = a.totals
@@ -125,7 +125,7 @@ def collocated(a, weights, c):
             ratio, apart = change / first, count - 2
         before = change
         if stale > 2 or count >= most or not change < HUGE:
-            settled = stale > 2 and (change < NOISE or still(a, moved))
+            settled = stale > 2 and (change < NOISE or (BONDED and still(a, moved)))
             status = OK if settled else NOT_CONVERGED if change < HUGE else SINGULAR
             going = False
         if settled or (RULE.shifted and change < gate):

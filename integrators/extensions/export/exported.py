@@ -14,7 +14,7 @@ from functools import cached_property
 from math import factorial, prod
 from typing import Any
 
-from ...compiler import UNSEEN, KernelText, Step, kinds_of
+from ...compiler import KernelText, Step, kinds_of
 from ...compiler.lanes import SWEEPS, tables
 from ...compiler.layout import INNER
 from ...compiler.stage_text import StageText
@@ -333,7 +333,6 @@ class Exported:
             "FAINT": 64 * EPS * (EPS if hidden else 1.0),
             "REACH": float(self.flow.edge.reach), "SLACK": float(self.flow.edge.slack)
             if step.branch is not None else 1e300,
-            "UNSEEN": UNSEEN, "MOVING": [float(i in step.moving) for i in range(m)],
             "KINDS": self.kinds, "SHARES": self.shares,
             "OF_RULE": [float(e) for e in self.flow.context.q[1 + len(s.parameter_list) :]],
             "V0": [float(e) for e in self.flow.starting.own.guess[: len(s.mu)]]

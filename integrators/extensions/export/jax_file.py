@@ -166,11 +166,7 @@ def substep(x, mu, ex, emu, w, q, kind):
     if affine:
         w = packed(solver(xs, mus, k, c))
     else:
-        def still(dw):  # x moves by some of its round-offs alone
-            moved = jnp.sum(jnp.array(MOVING) * jnp.abs(packed(dw)))
-            return moved * jnp.abs(q[0]) <= UNSEEN * EPS * jnp.sum(jnp.abs(x))
-
-        w = solved_by_newton(lambda w: solver(xs, tuple(w), mus, k, c), w, still)
+        w = solved_by_newton(lambda w: solver(xs, tuple(w), mus, k, c), w)
     dx, dmu, _ = update(xs, tuple(w), mus, k, tuple(ex), tuple(emu), c)
     good = jnp.all(jnp.isfinite(w))
     if extents is not None:
@@ -188,7 +184,7 @@ def accumulated(total, change, good):
     return new, lax.stop_gradient((new - total) - change)
 
 
-def solved_by_newton(correct, w, still=lambda dw: False):
+def solved_by_newton(correct, w):
     """Return the w at which correct(w) -> (dw, size) is round-off, from a start; else NaN."""
     def body(carry):
         w, before, kappa, count, scale, _, _ = carry
@@ -198,7 +194,7 @@ def solved_by_newton(correct, w, still=lambda dw: False):
         noise = EPS * jnp.maximum(here, scale)
         kappa = steepness(size, before, noise, kappa, count + 1)
         following = jnp.where(count > 0, MARGIN * kappa * size * size, LARGE)
-        small = (count > 1) & ((size < ROOT_EPS * noise / EPS) | still(dw))
+        small = (count > 1) & (size < ROOT_EPS * noise / EPS)
         done = over(size, before, noise, following, small)
         return w, size, kappa, count + 1, here, done, size < LARGE
 
@@ -344,8 +340,7 @@ def jax_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
     more += STUMPFF * turning
     numbers = dict(constants(given)) | {
         e: given.constants[e] for e in ("KINDS", "SHARES", "OF_RULE", "SUBSTEPS", "REACH", "EPS",
-                                        "ROOT_EPS", "LARGE", "MARGIN", "V0", "UNSEEN",
-                                        "MOVING")}  # fmt: skip
+                                        "ROOT_EPS", "LARGE", "MARGIN", "V0")}  # fmt: skip
     if turning:  # two more for each derivative
         numbers |= {
             "TERMS": given.constants["TERMS"],

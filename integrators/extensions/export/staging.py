@@ -77,7 +77,7 @@ def collocate(s: State) -> int:
         done = done and count > 1
         before = change
         if stale > 2 or count >= MOST_SWEEPS or not change < LARGE:
-            done = stale > 2 and (change < ROOT_EPS / 16 or largest(s.moved, M) <= unseen(s))
+            done = stale > 2 and change < ROOT_EPS / 16
             going = False
         status = OK if done else NOT_CONVERGED
         going = going and not done
@@ -90,20 +90,6 @@ def collocate(s: State) -> int:
     if status == OK and not size_of(s.end) + size_of(s.last) < LARGE:
         status = SINGULAR
     return status
-
-
-def unseen(s: State) -> float:
-    """Return the size of changes of w that do not move x: some round-offs of its largest entry."""
-    return UNSEEN * EPS * largest(s.x, N)
-
-
-def largest(values: Vector, count: int) -> float:
-    """Return the largest absolute value."""
-    most: float = 0.0
-    for i in range(count):
-        size: float = abs(values[i])
-        most = most if size <= most else size
-    return most
 
 
 def guess(s: State) -> None:

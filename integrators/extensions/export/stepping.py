@@ -62,17 +62,6 @@ def hidden(dw: Vector, w: Vector, here: float) -> bool:
     return False
 
 
-def still(s: State, j: int) -> bool:
-    """Tell whether a correction moves x by round-off alone: by some round-offs of x."""
-    moved: float = 0.0
-    for i in range(SOLVED):
-        moved = moved + MOVING[i] * abs(s.dw[i])
-    whole: float = 0.0
-    for i in range(N):
-        whole = whole + abs(s.x[i])
-    return moved * abs(s.h * SHARES[j]) <= UNSEEN * EPS * whole
-
-
 def newton(s: State, j: int) -> int:
     """Solve substep j for s.w by Newton's method, and remember the solution."""
     age: int = s.age[j]
@@ -103,7 +92,7 @@ def newton(s: State, j: int) -> int:
         noise: float = EPS * (here if here > scale else scale)
         kappa = steepness(size, before, noise, kappa, count)
         following: float = MARGIN * kappa * size * size if count > 1 else LARGE
-        small: bool = count > 2 and (size < ROOT_EPS * noise / EPS or still(s, j))
+        small: bool = count > 2 and size < ROOT_EPS * noise / EPS
         status = OK if over(size, before, noise, following, small) else NOT_CONVERGED
         if not size < LARGE:
             status = SINGULAR

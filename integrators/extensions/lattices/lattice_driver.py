@@ -183,7 +183,7 @@ def alone(system, a, c, i):
     if system.affine:
         return system.solver(here, given, (), c, own), 0, OK
     site = Record(
-        correct=correct_site, again=start_again, unseen=unseen_at_site, system=system, x=here,
+        correct=correct_site, again=start_again, still=moves_always, system=system, x=here,
         mu=given, k=(), c=c, own=(own,), last=row(a.w1, i, S),
     )  # fmt: skip
     w, size, kappa, count, change, status, trusted = newton(site, start, 0.0, norm(start), 0)

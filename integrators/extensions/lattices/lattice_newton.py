@@ -38,7 +38,7 @@ def tied_solution(j, a):
     totals = a.totals
     scale, age = totals[SCALE], int(totals[AGE])
     sites = Record(
-        correct=correct_sites, again=last_solution, unseen=unseen_at_sites, a=a, j=j,
+        correct=correct_sites, again=last_solution, still=sites_still, a=a, j=j,
         c=coefficients_of(a, j),
     )  # fmt: skip
     w, here, kappa, count, size, status, trusted = newton(sites, (), totals[KAPPA], scale, age)
@@ -55,7 +55,7 @@ def tied_solution(j, a):
 def correct_sites(sites, w):
     """Do one correction of all sites; their w are in memory."""
     size, here = by_kind(correction, sites.a, sites.j, sites.c)
-    return w, size, sites.a.totals[MOVED], here, True
+    return w, size, here, True
 
 
 def last_solution(sites):
@@ -65,9 +65,9 @@ def last_solution(sites):
     return ()
 
 
-def unseen_at_sites(sites):
-    """Return the size of corrections that do not move x."""
-    return unseen(sites.a, sites.c[0])
+def sites_still(sites):
+    """Return True if corrections no longer move x."""
+    return sites.a.totals[MOVED] <= unseen(sites.a, sites.c[0])
 
 
 def unseen(a, h):

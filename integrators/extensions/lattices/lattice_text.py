@@ -133,8 +133,7 @@ class _Kernels:
         s, system = self.suffix, self.system
         entries = {"prepare": f"prepare{s}", "affine": self.affine, "update": f"update{s}"}
         if system.kicks is not None:
-            moving = system.site.moving
-            entries |= {"solver": f"solver{s}", "potential": None, "moving": moving}
+            entries |= {"solver": f"solver{s}", "potential": None}
             for kick in system.kicks:
                 if kick is not None:
                     name = f"{kick.name}{s}"
