@@ -19,12 +19,12 @@ def times(a, b):
     return np.r_[a[0] * b[0] - a[1:] @ b[1:], a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])]
 
 
-def split(q, p, h, inertia, turn, rate=1.0, casimir=0.0):
-    """Turn about each axis in turn, there and back; then by a Casimir added to H."""
+def split(q, p, h, inertia, turn, rate=1.0, casimir=0.0, loss=0.0):
+    """Turn about each axis in turn, there and back; then by a Casimir added to H, and lose μ."""
     for i, part in ((0, 0.5), (1, 0.5), (2, 1), (1, 0.5), (0, 0.5)):
         w = part * h * p[i] / inertia[i] * np.eye(3)[i]
         p, q = Rotation.from_rotvec(w).as_matrix().T @ p, turn(q, rate * w)
-    return turn(q, casimir * h * p), p
+    return turn(q, casimir * h * p), p * (1 - loss)
 
 
 def turn_matrix(R, w):
@@ -35,7 +35,7 @@ def turn_quaternion(q, w):
     return -times(q, turned(w))  # the other sign is the same attitude
 
 
-CLAIMS = {"order": 2, "reversible": True, "keeps": "momentum"}
+CLAIMS = {"order": 2, "symplectic": True, "reversible": True, "keeps": "momentum"}
 
 
 def program(state, turn, name, **fault):
@@ -50,6 +50,7 @@ matrix = program("Rp", turn_matrix, "matrix")
 quaternion = program("quaternion p", turn_quaternion, "quaternion")
 fast = program("quaternion p", turn_quaternion, "fast", rate=1 + 1e-6)
 casimir = program("Rp", turn_matrix, "casimir", casimir=1e-6)
+lossy = program("Rp", turn_matrix, "lossy", loss=1e-6)
 
 
 @black_box(order=2, reversible=True, keeps=("energy", "momentum"), state="Rv")

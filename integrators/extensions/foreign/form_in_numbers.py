@@ -149,10 +149,13 @@ def _integral(rows: Matrix, n: int) -> tuple[float, float, float]:
     return float(terms.sum()), float(np.abs(terms).sum()), tail
 
 
-def slopes_and_tail(rows: Matrix) -> tuple[Matrix, float]:
+def slopes_and_tail(rows: Matrix, weights: Vector | None = None) -> tuple[Matrix, float]:
     """Return the derivative (r, l) along a closed curve (r, l) by its Fourier series.
 
-    The second result is the share of the curve at the highest frequencies.
+    The second result is the share of the curve at the highest frequencies: the largest of an entry,
+    or that of all entries together by their weights (l,) in an integral. In coordinates that are
+    more than the curve's dimensions an entry may move as the square of the curve, like a cosine
+    near 0: over so small a motion its round-off would be a large share.
     """
     r = len(rows)
     spectrum = np.fft.fft(rows, axis=0)
@@ -160,8 +163,10 @@ def slopes_and_tail(rows: Matrix) -> tuple[Matrix, float]:
     k[r // 2] = 0
     slopes = np.fft.ifft(1j * k[:, None] * spectrum, axis=0).real
     with np.errstate(all="ignore"):
-        high = np.abs(_highest(spectrum)).max(axis=0)
-        tail = np.nanmax(np.where(high > 0, high / np.abs(spectrum[1:]).max(axis=0), 0.0))
+        high, most = (np.abs(of).max(axis=0) for of in (_highest(spectrum), spectrum[1:]))
+        if weights is not None:
+            high, most = np.array([weights @ high]), np.array([weights @ most])
+        tail = np.nanmax(np.where(high > 0, high / most, 0.0))
     return slopes, float(tail)
 
 

@@ -85,9 +85,9 @@ class Leaf:
         frequencies, the curve itself (r, l)).
         """
         a, stages, end = self.motions(a, ends, nodes)
-        slopes, tail = slopes_and_tail(np.concatenate([*stages, end], axis=1))
-        slopes = slopes[:, : -len(self.z)].reshape(len(a), nodes, -1)
-        terms = a * np.tensordot(slopes, _gauss(nodes)[0], (1, 0)) * (2 * np.pi / len(a))
+        mean = np.tensordot(_gauss(nodes)[0], stages, 1)
+        slopes, tail = slopes_and_tail(mean, np.abs(a).max(axis=0))
+        terms = a * slopes * (2 * np.pi / len(a))
         return float(terms.sum()), float(np.abs(terms).sum()), tail, end
 
 

@@ -10,6 +10,8 @@ from discmech.studies.evidence import evidence_of
 from discmech.studies.evidence.order import NEAR
 from discmech.studies.momentum.quantities import measured_in
 from discmech.studies.momentum.sight import laws_of
+from discmech.studies.symplecticity import along_run
+from discmech.studies.symplecticity.places import scale_of
 from tests.imports import ROOT
 
 from . import methods
@@ -44,3 +46,16 @@ def test_quantities_of_the_attitude_are_held_where_it_is_a_part_of_the_state():
         assert ("spatial angular momentum" in {q.name for q in quantities}) == seen
         laws = {law.name for law in laws_of(case.scheme, quantities)}
         assert ("keeps spatial angular momentum" in laws) == seen and "keeps |μ|²" in laws
+
+
+@pytest.mark.parametrize(("name", "kept"), [
+    ("matrix", True), ("lossy", False), pytest.param("quaternion", True, marks=pytest.mark.slow),
+    pytest.param("fast", False, marks=pytest.mark.slow),
+])  # fmt: skip
+def test_the_form_along_a_run_is_that_of_the_attitude_and_its_momentum(name, kept, monkeypatch):
+    """A small closed curve moves some entries of R by its square, near to their round-off."""
+    monkeypatch.setattr(along_run, "MOST", 2**6)
+    case = Case("symplecticity", BODY, PROGRAMS[name], 16)
+    found = along_run._of_run(case, scale_of(case.scheme), 0)
+    assert found.steps == 64 and found.again < 1e-12
+    assert (found.broken == 0 and found.seen == 64) is kept
