@@ -27,6 +27,7 @@ from .result import Answer
 from .steps import Comparison, Gaps
 
 MOST_LETTERS = 130  # coefficients of a class with which a law is looked at
+TOO_MANY = f"a scene has more than {MOST_LETTERS} coefficients there"
 MOST_POWER = 7  # of h, to which a law is looked at where the order does not ask for more
 BY_A_THEOREM = "by a theorem, as it has a discrete Lagrangian"
 
@@ -120,8 +121,7 @@ def laws_of(
             e, least = replace(e, further=e.further + law.further), order + law.least
             most = max(least, min(2 * order + 1, MOST_POWER))
             powers = [k for k in range(least, most + 1) if e.dear * e.count(k) <= MOST_LETTERS]
-            if powers:
-                told[e.name] = answer(e, law, powers[-1])
+            told[e.name] = answer(e, law, powers[-1]) if powers else Answer(None, None, TOO_MANY)
     return found
 
 

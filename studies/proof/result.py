@@ -60,12 +60,17 @@ class Result:
 
     @property
     def proven(self) -> bool | None:
-        """True if proven of every class, False if disproven of one, None if one is not decided."""
-        every = [self.classes, *(self.laws.get(law, {}) for law in self.claimed)]
-        told = [answer.proven for answers in every for answer in answers.values()]
-        if False in told:
+        """True if proven of every class, False if disproven of one, None if one is not decided.
+
+        A law that is claimed has to be proven of one class at least, and disproven of none.
+        """
+        told = [answer.proven for answer in self.classes.values()]
+        claims = [{answer.proven for answer in self.laws[law].values()}
+                  for law in self.claimed if law in self.laws]  # fmt: skip
+        if False in told or any(False in answers for answers in claims):
             return False
-        return None if None in told or not told else True
+        decided = all(True in answers for answers in claims)
+        return None if None in told or not told or not decided else True
 
     @property
     def verdict(self) -> str:

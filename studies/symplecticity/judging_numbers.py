@@ -108,7 +108,12 @@ def _closed_force(case: Case) -> bool:
 
 
 def _given_by(case: Case) -> list[str]:
-    """Return the names of the derivatives that a program gives."""
+    """Return the names of the derivatives that a program gives, and that its steps are to have.
+
+    On constraints there are none: the program's map is not defined beside them.
+    """
+    if case.scene.all_constraints:
+        return []
     return [word for word in ("jacobian", "gradient") if getattr(case.rule, word, None) is not None]
 
 

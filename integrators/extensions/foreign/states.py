@@ -122,6 +122,8 @@ class _OfAttitude:
         self._state, self._system = state, system
 
     def __getattr__(self, name: str) -> Any:
+        if name in ("_state", "_system"):  # of a copy, before it has them
+            raise AttributeError(name)
         given = getattr(self._system, name)
         if name not in OF_Q:
             return given

@@ -160,3 +160,17 @@ def test_published_decimals_are_said_to_be_decimals(method):
 def test_compositions_with_adjoint_substeps_are_self_adjoint(method):
     found = prove(method, groupoid="separable", laws="self-adjoint")
     assert found.proven and all(a.proven for a in found.laws["self-adjoint"].values())
+
+
+def test_a_claim_that_no_class_was_asked_for_is_not_decided():
+    """Under forces no form is kept, so those classes prove nothing of one."""
+    claimed = one_step(order=1, symplectic=True)(rules.get("explicit-euler").formula)
+    found = prove(claimed, groupoid="force", laws="symplectic")
+    assert found.laws == {"symplectic": {}} and found.proven is None
+    assert prove(claimed, groupoid="force", laws=()).proven
+
+
+def test_a_class_that_is_too_large_is_named():
+    found = prove("runge-kutta-4", groupoid="product", laws="symplectic").laws["symplectic"]
+    assert {answer.proven for answer in found.values()} == {None}
+    assert all("coefficients" in answer.why for answer in found.values())

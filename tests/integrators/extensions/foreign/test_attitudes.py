@@ -1,5 +1,6 @@
 """Programs whose state has a body's attitude: a matrix or a quaternion, momenta or velocities."""
 
+import copy
 import runpy
 
 import mpmath
@@ -96,3 +97,15 @@ def test_bad_states_are_refused():
         black_box(state="wxyz")
     with pytest.raises(BadInput, match=r"jacobian=.*leave it out"):
         black_box(state="Rp", jacobian=lambda q, p, h, system: None)
+
+
+def test_functions_of_the_scene_may_be_copied():
+    seen = []
+
+    @black_box(order=2, state="Rp", name="copies")
+    def step(R, p, h, system):
+        seen.append(copy.deepcopy(system).velocity(R, p) - system.velocity(R, p))
+        return R, p
+
+    Scheme(scenes.get("rigid-body"), step).flow("0.1").trajectory(1)
+    assert seen and not np.any(seen)
