@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -163,3 +163,23 @@ def without_figures(words: str) -> str:
 def named(cause: str, sentence: str, evidence: dict[str, Any]) -> dict[str, Any]:
     """Return the `diagnosis` of a case."""
     return {"cause": cause, "sentence": sentence, "evidence": evidence}
+
+
+def said_of_law(
+    told: Mapping[str, dict[str, Any]], listed: Callable[[Sequence[str]], str] = "; ".join
+) -> list[str]:
+    """Return a phrase for each answer that classes have to a law, with their names listed.
+
+    told: class ↦ answer, as JSON has it.
+    """
+    places: dict[str, list[str]] = {}
+    for name, a in told.items():
+        if a["proven"] is None:
+            said = f"not decided ({a['why']})"
+        elif a["order"] is None:
+            said = f"proven {a['why']},"
+        else:
+            said = f"proven to h^{a['order']}" if a["proven"] else f"kept to h^{a['order']} only"
+        places.setdefault(said, []).append(name)
+    return [f"{said} for {'all of them' if len(names) == len(told) > 3 else listed(names)}"
+            for said, names in places.items()]  # fmt: skip

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..report.wording import said_of_law
+from ..core.outcome import said_of_law
 
 WORDS = {True: "proven", False: "disproven", None: "not decided"}
 

@@ -6,13 +6,13 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ..core.outcome import VERDICTS, worst
+from ..core.outcome import VERDICTS, said_of_law, worst
 from ..core.records import number
 from ..core.result import NONE, AnyResult, Result, StudyResult
 from ..core.study import view_of
 from .advising import times
 from .tables import COLOURS, got, rich_table, short, wanted
-from .wording import duration, said_of_law, scientific, whys
+from .wording import duration, scientific, whys
 
 if TYPE_CHECKING:
     from rich.table import Table

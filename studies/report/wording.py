@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..core.outcome import without_figures
@@ -171,23 +171,3 @@ def _any(value: Any) -> str:
     if value is None or isinstance(value, float):
         return scientific(value, 2)
     return str(value)
-
-
-def said_of_law(
-    told: Mapping[str, dict[str, Any]], listed: Callable[[Sequence[str]], str] = "; ".join
-) -> list[str]:
-    """Return a phrase for each answer that classes have to a law, with their names listed.
-
-    told: class ↦ answer, as JSON has it.
-    """
-    places: dict[str, list[str]] = {}
-    for name, a in told.items():
-        if a["proven"] is None:
-            said = f"not decided ({a['why']})"
-        elif a["order"] is None:
-            said = f"proven {a['why']},"
-        else:
-            said = f"proven to h^{a['order']}" if a["proven"] else f"kept to h^{a['order']} only"
-        places.setdefault(said, []).append(name)
-    return [f"{said} for {'all of them' if len(names) == len(told) > 3 else listed(names)}"
-            for said, names in places.items()]  # fmt: skip
