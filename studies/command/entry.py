@@ -88,13 +88,17 @@ def _main(words: list[str], alone: bool) -> int:
 def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
     if hasattr(options, "fresh"):  # its measurements are kept case by case
         farewell.again = GOES_ON_FRESH if options.fresh else GOES_ON
+    code = _code_of(options, farewell)
+    for said in lookup.left_out():  # the rest has its answer, which may be that it is bad input
+        print(f"discmech: {said}", file=sys.stderr)
+        code = code or BAD_INPUT
+    return code
+
+
+def _code_of(options: argparse.Namespace, farewell: Farewell) -> int:
     try:
         check_outputs(options)
-        code = int(options.action(options))
-        for said in lookup.left_out():  # the rest of its file has its answer
-            print(f"discmech: {said}", file=sys.stderr)
-            code = code or BAD_INPUT
-        return code
+        return int(options.action(options))
     except BadInput as error:
         print(f"discmech: {error}", file=sys.stderr)
         return BAD_INPUT

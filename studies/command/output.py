@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,6 +65,13 @@ def write_json(name: str, found: Any, indent: int | None = None) -> None:
 
     text = json.dumps(plain(found), indent=indent, ensure_ascii=False, allow_nan=False)
     write(name, text)
+
+
+def write_result(name: str, result: StudyResult) -> None:
+    """Write a result as JSON; its notes tell what was left out of the files, too."""
+    from ..core.lookup import left_out
+
+    write_json(name, replace(result, notes=[*result.notes, *left_out(once=False)]).to_json())
 
 
 def write(file: str, text: str) -> None:

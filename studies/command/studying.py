@@ -13,7 +13,7 @@ from ..core.store import Store
 from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import add_choices, add_folder, add_own, as_typed, choice_of, jobs, look_of, page_of
-from .output import EXIT, console, exit_code, progress_shown, write_json
+from .output import EXIT, console, exit_code, progress_shown, write_result
 
 
 def add_to(commands: Any, word: str = "") -> None:
@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
             command = page_of(options, result.command)
             page = write_study(result, choice, absolute(options.folder), look, command)
     if options.json:
-        write_json(options.json, result.to_json())
+        write_result(options.json, result)
     if options.json != "-":
         print_result(console(), result)
         for note in (*result.notes, *notes):

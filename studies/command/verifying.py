@@ -19,7 +19,7 @@ from ..core.store import Store
 from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import RULE_HELP, add_folder, add_fresh, add_jobs, jobs, look_of, page_of, typed
-from .output import EXIT, console, exit_code, progress_shown, write, write_json
+from .output import EXIT, console, exit_code, progress_shown, write, write_result
 
 if TYPE_CHECKING:
     from ..core.result import AnyResult, StudyResult
@@ -123,7 +123,7 @@ def _answer(options: argparse.Namespace) -> int:
         result = replace(result, command=_typed(options, options.studies))
         result, notes = beside_baseline(options, result, before)
         if options.json:
-            write_json(options.json, result.to_json())
+            write_result(options.json, result)
         page = None
         if options.html or options.folder:
             show("figures", None)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from inspect import signature
 from pathlib import Path
 from types import FunctionType
@@ -28,7 +29,9 @@ from .parts import parts_of
 from .userfile import UserFile, load, loaded
 
 _Thing = TypeVar("_Thing", Discretisation, Scene)
-#: sentences about objects that a file could not make, beside those that a word named with it
+_Answer = TypeVar("_Answer")
+#: sentences about objects that a file could not make, beside those that a word named with it, and
+#: about files of which nothing can be used, beside other words
 _LEFT_OUT: dict[str, None] = {}
 _VALUE = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?(/\d+)?")
 
@@ -249,11 +252,34 @@ def _with_number(kind: Kind, word: str, name: str) -> str:
     return full if name in first.parameters else ""
 
 
-def left_out() -> list[str]:
-    """Return once what is wrong with objects that were left out beside others of their file."""
+def left_out(once: bool = True) -> list[str]:
+    """Return, once, what is wrong with objects left out beside others of their file, and with
+    files.
+    """
     said = [*_LEFT_OUT]
-    _LEFT_OUT.clear()
+    if once:
+        _LEFT_OUT.clear()
     return said
+
+
+def answers(words: Sequence[str], ask: Callable[[str], _Answer]) -> list[tuple[str, _Answer]]:
+    """Return the words with what `ask` finds for each.
+
+    A whole file that cannot be used is left out beside others, as a student's of a class is; one
+    that is not there is a mistake of the command itself. Raises `BadInput` if nothing stays.
+    """
+    found, lost = [], []
+    for word in words:
+        try:
+            found.append((word, ask(word)))
+        except BadInput as error:
+            if not (word.endswith(".py") and Path(word).is_file()):
+                raise
+            lost.append(str(error))
+    if lost and not found:
+        raise BadInput(" ".join(lost))
+    _LEFT_OUT.update(dict.fromkeys(lost))
+    return found
 
 
 def only(kind: Kind, word: str) -> Any:
@@ -284,9 +310,9 @@ def _given(thing: Any, of: type[_Thing], kind: Kind) -> _Thing:
 
 def _told_apart(kind: Kind, words: Sequence[str]) -> tuple[Any, ...]:
     files: dict[Any, str] = {}  # the stem of its file, or "" for one of the bench
-    for word in words:
+    for word, things in answers(words, partial(find, kind)):
         path = word.partition(".py")[0] if ".py" in word else ""
-        for thing in find(kind, word):
+        for thing in things:
             files.setdefault(thing, re.split(r"[/\\:]", path)[-1])
     taken = [thing.name for thing in files]
     each = [

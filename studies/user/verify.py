@@ -66,12 +66,13 @@ class Request:
 
     def rules(self) -> tuple[Discretisation, ...]:
         """Return the rules of the files or words; for scenes alone two well-known ones."""
-        held = [word for word in self.files if lookup.named(word)[0]]
+        held = [word for word, (own, _) in lookup.answers(self.files, lookup.named) if own]
         return lookup.rules(held or RULES)
 
     def own_scenes(self) -> tuple[Scene, ...]:
         """Return the scenes that the files define, or those of them that are named."""
-        return lookup.scenes_of([word for word in self.files if lookup.named(word)[1]])
+        held = [word for word, (_, own) in lookup.answers(self.files, lookup.named) if own]
+        return lookup.scenes_of(held)
 
     def choice(self) -> Choice:
         """Return the choice in objects; raises `BadInput` for unknown names and wrong files."""

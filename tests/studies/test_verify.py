@@ -327,6 +327,34 @@ def test_bad_input_has_a_sentence_and_exit_code_2(folder, ask, words, message):
     assert code == 2 and out == "" and message in err and err.count("\n") == 1
 
 
+def test_a_student_s_file_that_cannot_be_used_keeps_nobody_else_from_a_grade(folder, ask):
+    """For each way in which a file gives nothing, and whatever becomes of the others."""
+    broken = {
+        "dan.py, line 1: expected ':'": ("dan", "def step(q, p, h, system)\n    return q, p\n"),
+        "fay.py defines no rule and no scene": ("fay", "def step(q, p, h):\n    return q\n"),
+        "kim.py, line 1: ModuleNotFoundError": ("kim", "import not_there\n"),
+    }
+    for name, text in broken.values():
+        (folder / f"{name}.py").write_text(text)
+    files = ["dan.py", "fay.py", "good.py", "kim.py"]
+    only = ("--scene", "harmonic", "--study", "order", "--digits", "50", "--jobs", "1")
+    code, out, err = ask("verify", *files, *only, "--json", "grades.json")
+    grades = json.loads((folder / "grades.json").read_text())
+    assert code == 2 and [case["rule"] for case in grades["cases"]] == ["two-thirds"]
+    assert "✓ order: harmonic, two-thirds" in out and err.count("\n") == 3
+    assert all(each in err and each in " ".join(grades["notes"]) for each in broken)
+    assert ask("verify", *files, "wrong.py", *only)[0] == 1  # a failure is the worse
+    code, out, err = ask("compare", *files, "midpoint", *only)
+    assert code == 2 and "midpoint" in out and all(each in err for each in broken)
+    code, out, err = ask("order", "harmonic", "--rule", "good.py", "--rule", "dan.py", *only[4:6])
+    assert code == 2 and "two-thirds" in out and "dan.py, line 1" in err
+    # nothing is measured if none is left, or a file is not there
+    code, out, err = ask("verify", "dan.py", "fay.py", *only)
+    assert code == 2 and not out and "dan.py, line 1" in err and "fay.py defines" in err
+    code, out, err = ask("verify", "good.py", "lee.py", *only)
+    assert code == 2 and not out and "lee.py cannot be read" in err
+
+
 def test_verdicts_are_told_while_others_are_measured(folder, monkeypatch):
     told = []
     request = Request(files=("good.py",), scenes=("kepler",), digits=(50,), studies=("order",))
