@@ -28,7 +28,7 @@ _FIXED |= {"gauss-4": (INK, "X"), "gauss-8": (PURPLE, "<"), "lobatto-3": (SKY, "
 _FIXED |= {"triple-jump:midpoint": (BLUE, "P"), "triple-jump:trapezoidal": (GREEN, "P")}
 _FIXED |= {"suzuki:midpoint": (BLUE, "X"), "suzuki:trapezoidal": (GREEN, "X")}
 _FIXED |= {"kahan-li-8:midpoint": (INK, "p"), "kahan-li-8:trapezoidal": (ORANGE, "p")}
-_FIXED |= {"average-vector-field": (PURPLE, "v"), "stoermer-verlet": (SKY, "v")}
+_FIXED |= {"average-vector-field": (PURPLE, "v"), "stoermer-verlet": (INK, "v")}
 # other people's integrators are grey and dashed, so that colours belong to the rules
 _PEERS = {
     "DOP853": (MUTED, "d"),
@@ -45,6 +45,8 @@ _PEERS = {
 _COLOURS = (VERMILLION, PURPLE, SKY, INK, BLUE, GREEN, ORANGE)
 #: colours in turn of curves and bodies that are no rules
 CYCLE = (BLUE, VERMILLION, GREEN, PURPLE, SKY, ORANGE, INK)
+#: colours that are told apart only side by side, and whose words are not
+ALIKE = {BLUE: SKY, SKY: BLUE, VERMILLION: ORANGE, ORANGE: VERMILLION}
 _MARKERS = ("D", "v", "P", "X", "<", ">", "h", "p")
 Dash: TypeAlias = str | tuple[int, tuple[float, ...]]
 SHORT, LONG, DOTS = (0, (2.0, 1.2)), (0, (4.0, 1.6)), (0, (1.0, 1.2))
@@ -96,10 +98,13 @@ def marks(rules: Iterable[str]) -> dict[str, Mark]:
 
 
 def _by_name(rule: str, others: Collection[Mark]) -> tuple[str, str]:
-    """Return the least used colour, and a marker free in it, from those of the name's letters."""
+    """Return the least used colour, and a marker free in it, from those of the name's letters.
+
+    While there are others it is none that is like a colour in use: five rules differ clearly.
+    """
     number = int.from_bytes(blake2b(rule.encode(), digest_size=4).digest(), "big")
-    used = Counter(mark.colour for mark in others)
-    colour = min(_turned(_COLOURS, number), key=lambda each: used[each])
+    used: Counter[str | None] = Counter(mark.colour for mark in others)
+    colour = min(_turned(_COLOURS, number), key=lambda each: (used[each], used[ALIKE.get(each)]))
     taken = {mark.marker for mark in others if mark.colour == colour}
     markers = _turned(_MARKERS, number // len(_COLOURS))
     return colour, next((each for each in markers if each not in taken), markers[0])

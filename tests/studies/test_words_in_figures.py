@@ -13,7 +13,7 @@ from discmech import check
 from discmech.studies.core.result import result_of
 from discmech.studies.core.study import every_study
 from discmech.studies.report import canvas
-from discmech.studies.report.palette import marks
+from discmech.studies.report.palette import ALIKE, marks
 from tests.studies.cached_results import SMALL, charts_slowly
 from tests.studies.fake_results import results
 
@@ -122,8 +122,19 @@ def test_text_of_an_exported_figure_is_text():
 
 def test_a_rule_keeps_its_mark_while_its_colour_is_free():
     alone = marks([LONG])[LONG]
-    free = [n for n in (f"my-rule-{k}" for k in range(9)) if marks([n])[n].colour != alone.colour]
+    like = (alone.colour, ALIKE.get(alone.colour))
+    free = [n for n in (f"my-rule-{k}" for k in range(9)) if marks([n])[n].colour not in like]
     assert marks([*free[:2], LONG])[LONG] == alone
+
+
+@pytest.mark.parametrize("first", ["midpoint", "stoermer-verlet", "rectangle"])
+def test_colours_of_five_rules_are_clearly_different(first):
+    """Whatever their names: no two of them are both blue, or both of the reds."""
+    usual = ["midpoint", "stoermer-verlet", "rectangle"]
+    for k in range(40):
+        names = list(dict.fromkeys([first, f"rule-{k}", f"other-{k}", *usual]))[:5]
+        colours = [mark.colour for mark in marks(names).values()]
+        assert len({min(c, ALIKE.get(c, c)) for c in colours}) == len(names) == 5
 
 
 def test_no_two_rules_of_a_figure_have_one_colour_and_one_mark():
