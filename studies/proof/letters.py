@@ -12,7 +12,7 @@ from functools import wraps
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation
-from discmech.integrators.errors import at_line
+from discmech.integrators.errors import CannotMeasure, at_line
 from discmech.integrators.numbers import sympy
 from discmech.integrators.numbers.types import Expression
 
@@ -24,11 +24,17 @@ BINARY = 2**20
 
 @dataclass
 class Told:
-    """What was seen in the formula of a rule: open numbers, floats, and derivatives of L."""
+    """What was seen in the formula of a rule: open numbers, floats, and derivatives of L.
+
+    taken: the most derivatives of L in it, infinite where they are not known; most: those for which
+    the polynomials of the scenes have the degree, None where nothing is refused.
+    """
 
     open: list[str] = field(default_factory=list)
     floats: list[Any] = field(default_factory=list)
     derivatives: bool = False
+    taken: float = 0
+    most: float | None = None
 
     @property
     def notes(self) -> list[str]:
@@ -65,6 +71,13 @@ def lettered(rule: Discretisation, told: Told) -> Discretisation:
                 f"{at_line(formula)}{rule.name} gives another value each time it is called: write "
                 "it without random numbers."
             )
+        if hasattr(first, "potential"):
+            told.taken = max(told.taken, _derivatives(formula, _AnyLagrangian(first), rest, given))
+            if told.most is not None and told.taken > told.most:
+                raise CannotMeasure(
+                    f"{rule.name} takes {_counted(told.taken)} derivatives of L itself, and these "
+                    "polynomials have the degree for fewer."
+                )
         return _each(value, lambda e: _lettered(e, constant, free, told))
 
     return replace(rule, formula=with_letters, parameters=())
@@ -78,6 +91,47 @@ def _watched(method: Callable[..., Any], of: Any, told: Told) -> Callable[..., A
         return method(of, *given)
 
     return called
+
+
+class _AnyLagrangian:
+    """A Lagrangian without a formula: what a rule differentiates stays a derivative of it."""
+
+    def __init__(self, of: Any) -> None:
+        self.s, self.parameters = of.s, of.parameters
+        self.fast = lambda x: sympy.Function("fast", real=True)(*x)
+
+    def __call__(self, x: Any, u: Any) -> Expression:
+        return sympy.Function("L", real=True)(*x, *u)
+
+    def potential(self, x: Any) -> Expression:
+        return -self(x, 0 * self.s.u)
+
+    def gradient(self, x: Any) -> Any:
+        return self._at(x, sympy.Matrix([self.potential(self.s.x).diff(e) for e in self.s.x]))
+
+    def mass(self, x: Any) -> Any:
+        slopes = sympy.hessian(self(self.s.x, self.s.u), list(self.s.u))
+        return self._at(x, slopes.subs(dict.fromkeys(self.s.u, 0)))
+
+    def _at(self, x: Any, matrix: Any) -> Any:
+        return matrix.subs(dict(zip(self.s.x, x, strict=True)), simultaneous=True)
+
+
+def _derivatives(formula: Callable[..., Any], L: Any, rest: Any, given: Any) -> float:
+    """Return the most derivatives of L in a factor of a rule; infinite if it needs L's formula."""
+    try:
+        value = sympy.sympify(formula(L, *rest, **given)).doit()
+        return float(max((_depth(e) for e in value.atoms(sympy.Derivative)), default=0))
+    except Exception:  # a rule may do anything with an expression, as look for its factors
+        return float("inf")
+
+
+def _depth(e: Any) -> Any:
+    return e.derivative_count + max(map(_depth, e.expr.atoms(sympy.Derivative)), default=0)
+
+
+def _counted(taken: float) -> str:
+    return "an unknown number of" if taken == float("inf") else f"{taken:.0f}"
 
 
 def _each(value: Any, change: Callable[[Any], Any]) -> Any:

@@ -6,6 +6,7 @@ to vanish in `DRAWS` of them, "disproven" one that does not in one.
 
 from __future__ import annotations
 
+import math
 import random
 import time
 from collections.abc import Callable, Sequence
@@ -29,7 +30,7 @@ from .steps import Comparison, Gaps
 
 MOST_ORDER = 12
 DRAWS = 2
-FURTHER = 3  # derivatives that a rule takes of L itself, at the most
+FURTHER = 3  # degrees beyond a power of h for a rule that takes derivatives of L itself, at least
 #: degree of a step's rows, as rational functions of all letters, for which the chance is told
 MOST_DEGREE = 10**6
 #: bits of the numbers that all coefficients of an error may share, for which the chance is told
@@ -91,7 +92,14 @@ def prove(
         raise BadInput(f"{given.name} has no meaning on any class of the kinds {asked_for}.")
     draw = random.SystemRandom()
     if _differentiates(every[0], asked, told):
-        every = [replace(e, further=FURTHER, dear=4 * e.dear) for e in every]
+        # a weight h^0 of them is two powers below that of a value of L
+        further = max(FURTHER, int(told.taken) + 2) if math.isfinite(told.taken) else FURTHER
+        least = replace(every[0], further=further, dear=4 * every[0].dear)
+        fits = further <= FURTHER + 2 or least.dear * least.count((stated or 1) + 1) <= MOST_LETTERS
+        told.most = told.taken if fits and math.isfinite(told.taken) else 0
+        every = [replace(e, further=further if fits else FURTHER, dear=4 * e.dear) for e in every]
+    else:
+        told.most = 0
     if stated is None:
         progress("finding the order", None)
         stated = _found(every[0], asked, draw)
@@ -173,7 +181,11 @@ def _every_dimension(rule: Discretisation, answers: dict[str, Answer]) -> list[s
     order = 0
     if not comparison.substeps and comparison.is_tree_sum:
         order = max(min(p, 3 if n == 3 else 2) for n, p in sizes.items())
-    said = f"L(x, v): order {order} for every n, by a theorem; " if order else "L(x, v): "
+    said = (
+        f"L(x, v): order {order} for every n, if the rule is one formula for all n, by a theorem; "
+        if order
+        else "L(x, v): "
+    )
     return [said + "else for the n that are listed."]
 
 

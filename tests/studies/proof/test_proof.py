@@ -332,7 +332,7 @@ def test_the_fixture(assert_proven_order):
 @pytest.mark.slow
 def test_dimensions_by_the_theorem_on_trees():
     (note,) = [e for e in prove(two_thirds, groupoid="pair", laws=()).notes if "every n" in e]
-    assert "order 2" in note
+    assert "order 2 for every n, if the rule is one formula for all n, by a theorem" in note
 
     @discretisation(order=2)
     def squared(L, G, x, u, h):
@@ -371,6 +371,42 @@ def test_derivatives_that_a_rule_takes_itself_are_seen(count):
 
     for rule in (hidden, of_map):
         assert proven(rule) is False
+
+
+def with_derivative(count, by="x", root=False):
+    """A midpoint rule with h² times a derivative of L, which has order 1 or less."""
+
+    @discretisation(order=2)
+    def hidden(L, G, x, u, h):
+        slope = L(x, u)
+        for letter in by:
+            slope = sympy.diff(slope, {"x": x, "v": u}[letter][0], count // len(by))
+        slope = sympy.sqrt(1 + slope**2) if root else slope
+        return h * L(G.target(x, u, h / 2), u) + h**2 * slope / 10
+
+    return hidden
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("count", "by"), [(4, "x"), (6, "x"), (6, "v"), (6, "xv"), (9, "x")])
+def test_many_derivatives_are_counted(count, by):
+    """h² ∂⁶L/∂x⁶ has no effect where L is of degree 6."""
+    assert proven(with_derivative(count, by), kind="pair") is False
+
+
+def test_more_derivatives_than_polynomials_can_show_are_not_decided():
+    @discretisation(order=2)
+    def looks(L, G, x, u, h):
+        slope = L(x, u).expand().coeff(x[0], 6) + sympy.Add(*L(x, u).expand().args[3:4])
+        slope += sympy.Poly(slope, *x, *u).degree()
+        return h * L(G.target(x, u, h / 2), u) + h**2 * slope / 10
+
+    # the root is in the field at one random state of two: then it is disproven
+    assert proven(with_derivative(6, root=True), kind="pair") is not True
+    assert proven(looks, kind="pair") is not True
+    found = prove(with_derivative(20), groupoid="pair", laws=())
+    assert found.proven is None
+    assert "takes 20 derivatives of L itself" in str([*found.classes.values()])
 
 
 @slow
