@@ -11,7 +11,7 @@ from ..report.grouping import figures_by_precision
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import RESOLVED, pairs, plus_minus, scientific
-from .records import Expected, Measured, Row
+from .records import OF_LINE, Expected, Measured, Row
 
 Case = Result[Measured, Expected, Row]
 
@@ -58,8 +58,24 @@ def _slope(case: Case) -> str:
 
 
 def _drift(case: Case) -> str:
-    """Return the drift of the energy to one side; a force's balance has none."""
+    """Return the drift of the energy to one side; a force's balance has none.
+
+    It is along the line through the errors where the reason of a failure is told by that.
+    """
+    slope, duration = case.measured.slope, case.details.duration
+    if OF_LINE in case.reason and slope is not None and duration is not None:
+        return scientific(slope * duration)
     return scientific(case.measured.drift)
+
+
+def _wanders(case: Case) -> float | None:
+    """Return how far the edges of the band rise at most, if that is why a drift passes; or None."""
+    measured, limit, duration = case.measured, case.expected.slope_limit, case.details.duration
+    edges, drift = measured.edge_slopes, measured.drift
+    if case.verdict != "pass" or not edges or limit is None or drift is None or not duration:
+        return None
+    most = max(map(abs, edges))
+    return most * duration if most <= limit < abs(drift) / duration else None
 
 
 def _got(case: Case) -> str:
@@ -67,14 +83,18 @@ def _got(case: Case) -> str:
         order = case.measured.balance_order
         said = "which does not sink with the step" if order is None else f"of order {order:.2f}"
         return f"energy less work is off by {scientific(case.measured.band)}, {said}"
-    return f"a drift of {_drift(case)} and an oscillation of {_band(case)}"
+    said = f"a drift of {_drift(case)} and an oscillation of {_band(case)}"
+    if (edges := _wanders(case)) is None:
+        return said
+    return f"{said}, whose edges rise by at most {scientific(edges)}: its mean wanders between them"
 
 
 def _short(case: Case) -> str:
     """Return the oscillation; if the energy drifts by more than a tenth of it, the drift."""
     drift, band = case.measured.drift, case.measured.band
-    if drift is not None and band is not None and not abs(drift) <= RESOLVED * band:
-        return f"drifts by {scientific(drift)}"
+    told = _wanders(case) is None and drift is not None and band is not None
+    if told and not abs(drift or 0.0) <= RESOLVED * (band or 0.0):
+        return f"drifts by {_drift(case)}"
     return f"oscillates by {_band(case)}"
 
 

@@ -193,3 +193,25 @@ def test_the_drift_that_is_wanted_has_the_unit_of_the_one_that_is_measured():
     shown = result_of("energy", case)
     assert tables.wanted(shown) == "no drift: at most 8.1×10⁻⁶ over the run"
     assert "a drift of 9.5×10⁻⁷" in tables.got(shown)
+
+
+def test_a_drift_above_its_limit_that_passes_is_told_with_why():
+    """The mean of the band wanders between edges that are steady; else it stands without."""
+    case: dict[str, Any] = {
+        "verdict": "pass", "expected": {"slope_limit": 8.1e-8}, "duration": 10.0,
+        "measured": {"drift": 9.5e-7, "band": 8.1e-6, "edge_slopes": [-3.8e-8, 6.1e-8]},
+    }  # fmt: skip
+    shown = result_of("energy", case)
+    assert "whose edges rise by at most 6.1×10⁻⁷: its mean wanders" in tables.got(shown)
+    assert tables.short(shown) == "oscillates by 8.1×10⁻⁶"
+    for other in ({"verdict": "fail"}, {"measured": case["measured"] | {"drift": 8e-7}}):
+        assert "edges" not in tables.got(result_of("energy", case | other))
+
+
+def test_a_failure_s_line_has_one_drift():
+    """It is the line's where the reason speaks of the line, not the modified energy's."""
+    reason = "the energy drifts by 3.6 over t = 1e+04, which is 98% of its band. Cause: it is."
+    case = {"verdict": "fail", "reason": reason, "duration": 1e4, "expected": {"slope_limit": 1e-5},
+            "measured": {"drift": -1.14, "band": 3.63, "slope": 3.6e-4}}  # fmt: skip
+    shown = result_of("energy", case)
+    assert "a drift of 3.6 and" in tables.got(shown) and tables.short(shown) == "drifts by 3.6"
