@@ -67,6 +67,9 @@ def prove(
     unknown kinds and laws, and a rule that cannot be evaluated.
     """
     given = lookup.rule_given(rule)
+    for name, words in (("groupoid", groupoid), ("laws", laws)):
+        if not isinstance(words, Sequence):
+            raise BadInput(f"{name} is {shown(words)}: give a word, or a list of words.")
     kinds = (groupoid,) if isinstance(groupoid, str) else tuple(groupoid)
     asked_laws = (laws,) if isinstance(laws, str) else tuple(laws)
     for words, what, known in ((kinds, "kind of class", KINDS), (asked_laws, "law", LAWS)):

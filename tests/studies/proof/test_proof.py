@@ -311,6 +311,9 @@ def test_bad_rules():
     for rule, words in ((random_weight, "another value each time"), (asks, "truth value")):
         with pytest.raises(BadInput, match=words):
             prove(rule)
+    for given in ({"laws": 5}, {"groupoid": 5}):
+        with pytest.raises(BadInput, match="is 5: give a word"):
+            prove("midpoint", **given)
 
 
 def test_floats_are_said():
