@@ -118,10 +118,16 @@ class _AnyLagrangian:
 
 
 def _derivatives(formula: Callable[..., Any], L: Any, rest: Any, given: Any) -> float:
-    """Return the most derivatives of L in a factor of a rule; infinite if it needs L's formula."""
+    """Return the most derivatives of L in a factor of a rule; infinite if it needs L's formula.
+
+    A difference of values over h^q is one, of q + 1 derivatives in a weight h.
+    """
     try:
-        value = sympy.sympify(formula(L, *rest, **given)).doit()
-        return float(max((_depth(e) for e in value.atoms(sympy.Derivative)), default=0))
+        value, h = sympy.sympify(formula(L, *rest, **given)).doit(), rest[-1]
+        poles = [-int(e.exp) for e in value.atoms(sympy.Pow) if e.base == h and e.exp < 0]
+        of_differences = 1 + max(poles) if poles else 0
+        taken = max((_depth(e) for e in value.atoms(sympy.Derivative)), default=0)
+        return float(max(taken, of_differences))
     except Exception:  # a rule may do anything with an expression, as look for its factors
         return float("inf")
 

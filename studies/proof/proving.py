@@ -168,7 +168,7 @@ def _differentiates(e: SceneClass, rule: Discretisation, told: Told) -> bool:
     except BadInput:  # which is told with the first class
         return False
     of = getattr(comparison.parts[0].equations.discrete, "of", None)
-    return told.derivatives or not (of is None or of.weighted)
+    return told.derivatives or told.taken > 0 or not (of is None or of.weighted)
 
 
 def _every_dimension(rule: Discretisation, answers: dict[str, Answer]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import random
 from fractions import Fraction
 from pathlib import Path
@@ -395,6 +396,22 @@ def with_derivative(count, by="x", root=False):
 def test_many_derivatives_are_counted(count, by):
     """h² ∂⁶L/∂x⁶ has no effect where L is of degree 6."""
     assert proven(with_derivative(count, by), kind="pair") is False
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_derivatives_by_differences_are_counted(power):
+    """Fourth differences over h² are h² times a fourth derivative: order 1."""
+
+    @discretisation(order=2)
+    def differences(L, G, x, u, h):
+        ends = [L(G.target(x, u, j * h), u) if j else L(x, u) for j in range(power + 3)]
+        signs = [(-1) ** j * math.comb(power + 2, j) for j in range(power + 3)]
+        return (
+            h * L(G.target(x, u, h / 2), u)
+            + sum(c * e for c, e in zip(signs, ends, strict=True)) / h**power
+        )
+
+    assert proven(differences, kind="pair") is False
 
 
 def test_more_derivatives_than_polynomials_can_show_are_not_decided():
