@@ -100,9 +100,11 @@ class Double:
         """Return the names with which generated text computes on columns of numbers, by numpy."""
 
         def array(entries: Numbers, *shape: int) -> np.ndarray:
-            of_each = np.broadcast_shapes(*map(np.shape, entries))  # a constant is one number
-            rows = np.empty((len(entries), *of_each))
-            for k, entry in enumerate(entries):
+            each = [np.asarray(entry) for entry in entries]
+            of_each = np.broadcast_shapes(*(e.shape for e in each))  # a constant is one number
+            kind = np.result_type(*each) if each else float  # also numbers of mpmath
+            rows = np.empty((len(each), *of_each), kind)
+            for k, entry in enumerate(each):
                 rows[k] = entry
             return rows.reshape(*shape, *of_each)
 
