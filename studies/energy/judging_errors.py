@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from ..core.case import Case, Verdict
+from ..core.outcome import OF_LINE
 from ..systems.runs import FAR
 from .errors import allowed_rise, are_steady
 from .judging_modified import NOT_BACK
 from .limits import LIMITS
-from .records import OF_LINE, Found
+from .records import Found
 
 
 def judge_errors(case: Case, found: Found, kept: bool = True) -> Verdict:
@@ -56,7 +57,8 @@ def judge_errors(case: Case, found: Found, kept: bool = True) -> Verdict:
         return unknown(NOT_BACK)
     return fail(
         f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "
-        f"which is {abs(slope) * duration / band:.0%} {OF_LINE}"
+        f"which is {abs(slope) * duration / band:.0%} of its band.",
+        why=OF_LINE,
     )
 
 

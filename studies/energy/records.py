@@ -11,9 +11,6 @@ from ..core.records import OPTIONAL
 from ..core.single_steps import SingleSteps
 from ..systems.modified_change import Change
 
-#: ends the reason of a failure that the line through all errors shows, not the modified energy
-OF_LINE = "of its band."
-
 
 @dataclass(frozen=True, slots=True)
 class Row:

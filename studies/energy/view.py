@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..core.outcome import OF_LINE
 from ..core.result import NONE, Result
 from ..report import plot_drift
 from ..report.canvas import Panel
@@ -11,7 +12,7 @@ from ..report.grouping import figures_by_precision
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import RESOLVED, pairs, plus_minus, scientific
-from .records import OF_LINE, Expected, Measured, Row
+from .records import Expected, Measured, Row
 
 Case = Result[Measured, Expected, Row]
 
@@ -63,7 +64,7 @@ def _drift(case: Case) -> str:
     It is along the line through the errors where the reason of a failure is told by that.
     """
     slope, duration = case.measured.slope, case.details.duration
-    if OF_LINE in case.reason and slope is not None and duration is not None:
+    if case.why == OF_LINE and slope is not None and duration is not None:
         return scientific(slope * duration)
     return scientific(case.measured.drift)
 

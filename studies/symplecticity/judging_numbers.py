@@ -20,9 +20,6 @@ from .limits import LIMITS
 from .own_derivatives import STEPS
 from .records import FoundOfNumbers, OfNumbers
 
-#: what an own derivative may hide, in resolutions of the form: an error of 10⁻⁶ has to show
-HIDDEN = 100
-
 
 def judge(case: Case, found: FoundOfNumbers) -> Verdict:
     """Fail a certain defect, pass a resolved absence, and name the missing evidence otherwise."""
@@ -137,7 +134,7 @@ def _unseen(case: Case, rows: Sequence[OfNumbers]) -> str:
     for each in (each for row in rows for each in row.derivatives):
         key = each.what, each.by
         best[key] = min(best.get(key, math.inf), each.hidden)
-    allowed = min(0.01, HIDDEN * resolved(case))
+    allowed = min(0.01, LIMITS["own derivative"] * case.rule.unit(16) / 2.0**-53)
     for (what, by), hidden in best.items():
         if not hidden <= allowed:
             said = f"its {what} by {by} is that of its steps as far as differences see: an error "

@@ -27,6 +27,11 @@ LIMITS = {
         "fail",
     ),
     "made again": MADE_AGAIN,
+    "own derivative": Limit(
+        1e-7, "error of a program's own derivative that differences may hide, in double precision",
+        "set: they see 10⁻⁹ of a smooth map, and a sum over a run has many steps; an error of a "
+        "millionth shows ten times over; it errs towards inconclusive",
+    ),
 }  # fmt: skip
 
 

@@ -232,9 +232,8 @@ def _lattice_steps(scheme: Any, us: np.ndarray) -> Callable[[int], np.ndarray]:
 
     def again(k: int) -> np.ndarray:
         for part in made.x, made.mu:
-            part[made.free] = np.nextafter(part, drawn.choice((-np.inf, np.inf), part.shape))[
-                made.free
-            ]
+            free = part[made.free]
+            part[made.free] = np.nextafter(free, drawn.choice((-np.inf, np.inf), free.shape))
         for w in () if made.by_stages else made.past:
             w[:, : us.shape[2]] = us[k]
         made.mu[~made.free] = 0

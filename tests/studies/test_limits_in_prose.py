@@ -32,6 +32,9 @@ SAID = {
         "each of {many} and more", "of more than {wide} of the energy that moves",
         "band above {wide} of the energy that moves",
     ],
+    "how-to/test-the-integrator-you-have.md": [
+        "hide an error of more than {symplecticity: own derivative}, the verdict is inconclusive",
+    ],
     "studies/order.md": [
         "within {double precision} of the expected order", "more digits | within {more digits}",
     ],

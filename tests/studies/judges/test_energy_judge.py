@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from discmech.studies import get
+from discmech.studies.core.outcome import OF_LINE
 from discmech.studies.core.result import result_of
 from discmech.studies.energy import balance
 from discmech.studies.energy import errors as energy
@@ -26,6 +28,13 @@ def test_a_slope_may_explain_a_tenth_of_the_band():
         verdict, reason, _ = energy_of(slope=ABOVE * slope, interval=(1, 2))
         assert verdict == "fail" and "over t = 100, which is 10% of its band" in reason
         assert f"drifts by {100 * slope:.2g}" in reason
+
+
+def test_what_the_line_through_all_errors_shows_is_said_so():
+    measured = {"band": 1e-2, "slope": 1e-4, "slope_interval": (1, 2), "edge_slopes": None}
+    told = get("energy").judge(case(), {"measured": measured, "duration": 100.0, "band": 1e-2,
+                                        "slope": 1e-4})  # fmt: skip
+    assert (told.verdict, told.why) == ("fail", OF_LINE)
 
 
 def test_a_slope_of_round_off_is_none():
