@@ -26,9 +26,8 @@ RULE_HELP = "midpoint, gauss-3, kahan-li-8:midpoint (all: discmech list) or FILE
 
 def add_choices(parser: argparse.ArgumentParser, of_scenes: bool = True) -> None:
     """Declare the options of every study; a study without scenes has none for these."""
-    add_jobs(parser)
-    add_fresh(parser)
     if not of_scenes:
+        add_jobs(parser)
         parser.set_defaults(scenes=[], rules=[], retraction=[], digits=[], steps=None, vary=None)
         return
     parser.add_argument(
@@ -37,21 +36,27 @@ def add_choices(parser: argparse.ArgumentParser, of_scenes: bool = True) -> None
     parser.add_argument(
         "--rule", action="append", default=[], metavar="R", dest="rules", help=RULE_HELP
     )
+    add_numbers(parser)
+
+
+def add_numbers(parser: argparse.ArgumentParser) -> None:
+    """Declare the options for charts, precisions, steps, values, and processes."""
     parser.add_argument(
         "--vary", metavar="W=A:B:N",
         help="N values from A to B for a number that the rule leaves open, or a scene's parameter",
     )  # fmt: skip
-    parser.add_argument("--retraction", action="append", default=[], metavar="NAME")
     parser.add_argument(
-        "--digits",
-        action="append",
-        default=[],
-        metavar="D",
+        "--retraction", action="append", default=[], metavar="NAME",
+        help="the chart of scenes on groups; may be repeated, to set charts side by side",
+    )  # fmt: skip
+    parser.add_argument(
+        "--digits", action="append", default=[], metavar="D",
         help="16 is double precision; may be repeated",
-    )
+    )  # fmt: skip
     parser.add_argument(
         "--steps", metavar="N", help="number of steps (of the coarsest run, if there are several)"
     )
+    add_jobs(parser)
 
 
 def _chosen(options: argparse.Namespace) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
@@ -62,7 +67,8 @@ def _chosen(options: argparse.Namespace) -> tuple[tuple[Any, ...], tuple[Any, ..
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Declare the options for the measuring processes; `jobs` reads them."""
+    """Declare the options for the measuring processes, which `jobs` reads, and --fresh."""
+    add_fresh(parser)
     parser.add_argument("--jobs", metavar="N", help="number of processes (default: one per core)")
     parser.add_argument(
         "--scheduler", metavar="ADDRESS",
@@ -98,19 +104,21 @@ def add_look(parser: argparse.ArgumentParser) -> None:
 def look_of(options: argparse.Namespace, rules: Sequence[Discretisation]) -> Look:
     """Return the requested look of figures.
 
-    Raises `BadInput` for a label without "=" or with a rule that was not chosen, and for an
-    unreadable style.
+    The label of a rule is that of all its values of --vary, too. Raises `BadInput` for one without
+    "=" or with a rule that was not chosen, and for an unreadable style.
     """
     from ..user import drawing
 
-    labels = {}
+    labels: dict[str, str] = {}
     for given in options.labels:
         names = [e.name for e in rules if given.startswith(f"{e.name}=")]  # one may have an "="
         rule = max(names, key=len, default=given.partition("=")[0])
         equals, text = given[len(rule) :][:1], given[len(rule) + 1 :]
         if not (rule and equals and text):
             raise BadInput(f"--label {given} names no rule and text: write --label midpoint=Gauss.")
-        labels[rule] = text
+        number = f"{rule}:{(options.vary or '').partition('=')[0]}="
+        values = [e.name for e in rules if e.name.startswith(number)]
+        labels |= {name: text + name[len(rule) :] for name in values} or {rule: text}
     if rules:
         drawing.known_rules(labels, [rule.name for rule in rules])
     return drawing.look_of(labels, options.style and absolute(options.style))

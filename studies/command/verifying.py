@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 from discmech.integrators import BadInput, retractions
 
 from ..core.environment import absolute
-from ..core.options import digits_in, whole
+from ..core.options import digits_in, values_of, whole
 from ..core.store import Store
 from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
-from .options import RULE_HELP, add_folder, add_fresh, add_jobs, jobs, look_of, page_of, typed
+from .options import RULE_HELP, add_folder, add_numbers, jobs, look_of, page_of, typed
 from .output import EXIT, console, exit_code, progress_shown, write, write_result
 
 if TYPE_CHECKING:
@@ -56,23 +56,14 @@ def _add_selection(parser: argparse.ArgumentParser) -> None:
         "--scene", action="append", default=[], metavar="S", dest="scenes",
         help="only this one (a name, or FILE.py:NAME); may be repeated",
     )  # fmt: skip
-    parser.add_argument(
-        "--retraction", action="append", default=[], metavar="NAME", dest="retractions",
-        help="the chart of scenes on groups; may be repeated, to set charts side by side",
-    )  # fmt: skip
+    add_numbers(parser)
     parser.add_argument("--all", action="store_true", help="every scene, not only six")
     known = [name for name, study in every_study().items() if study.of_systems]
     parser.add_argument(
         "--study", action="append", default=[], metavar="STUDY", dest="studies", choices=known,
         help=f"only this study ({', '.join(known)}); may be repeated",
     )  # fmt: skip
-    parser.add_argument(
-        "--digits", action="append", default=[], metavar="D", help="default: 16 and 50"
-    )
-    parser.add_argument("--steps", metavar="N", help="number of steps (of the coarsest run)")
-    add_jobs(parser)
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
-    add_fresh(parser)
     parser.add_argument("--html", metavar="FILE", help="write a page with figures inside")
     add_folder(parser)
 
@@ -90,10 +81,11 @@ def _answer(options: argparse.Namespace) -> int:
         files=tuple(options.rules),
         scenes=tuple(options.scenes),
         studies=tuple(options.studies),
-        retractions=tuple(retractions.get(name).name for name in options.retractions),
+        retractions=tuple(retractions.get(name).name for name in options.retraction),
         digits=tuple(dict.fromkeys(map(digits_in, options.digits))),
         steps=None if options.steps is None else whole("--steps")(options.steps),
         every_scene=options.all,
+        vary=None if options.vary is None else values_of(options.vary),
     )
     before = earlier(options)
     quiet = options.json == "-"
@@ -169,7 +161,8 @@ def _typed(options: argparse.Namespace, studies: Sequence[str]) -> str:
     """Return the command again, with these studies."""
     given = {
         "--scene": options.scenes,
-        "--retraction": options.retractions,
+        "--vary": [options.vary] if options.vary else [],
+        "--retraction": options.retraction,
         "--study": studies,
         "--digits": options.digits,
     }

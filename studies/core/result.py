@@ -95,7 +95,8 @@ class Result(Generic[Measured, Expected, Row]):
     that it has in JSON. `measured`, `expected`, `rows` and `details` are the same as records, the
     first three as those of the study's view (mappings if it has none), where numbers that are not
     finite are None. why: in a few fixed words what decides, if single steps alone do, or how errors
-    run. study_command: the command of all cases of the study; remembered: True if the case was
+    run. study_command: the command of all cases of the study; named: the name of the rule in a
+    figure, where `rule` is its label; remembered: True if the case was
     measured by an earlier run.
     """
 
@@ -119,6 +120,7 @@ class Result(Generic[Measured, Expected, Row]):
     measured_at: Made = field(default_factory=Made)
     smallest: Smallest | None = field(default=None, metadata=OPTIONAL)
     study_command: str = field(default="", metadata=HIDDEN)
+    named: str | None = field(default=None, metadata=HIDDEN)
     remembered: bool = field(default=False, metadata=HIDDEN)
 
     @cached_property
@@ -166,10 +168,10 @@ class Result(Generic[Measured, Expected, Row]):
     def word(self) -> str:
         """The verdict; of a control, which passes if the fault was caught, whether it was.
 
-        A control that is proven to be no fault is "equivalent".
+        A control that is proven to be no fault is "equivalent". A peer's verdict is marked.
         """
         if not self.control:
-            return self.verdict
+            return self.verdict if self.counts else f"{self.verdict} (peer)"
         if self.figures.get("equivalent"):
             return "equivalent"
         return {"pass": "caught", "fail": "missed"}.get(self.verdict, "inconclusive")

@@ -174,13 +174,22 @@ def _shown(case: Any) -> str:
 
 
 def curves(cases: Iterable[Any]) -> list[Curve]:
-    """Return the curves of an order study's cases, each of at least `FEWEST` values."""
+    """Return the curves of an order study's cases, each of at least `FEWEST` values.
+
+    A label of a rule stands in the titles alone: values are read off its name.
+    """
     found: dict[tuple[str, str, str, int], list[tuple[Fraction, Any]]] = {}
+    titles: dict[str, str] = {}
     for case in cases:
-        for name, place in ((case.rule, case.scene), (case.scene, case.rule)):
+        rule, label = case.named or case.rule, _NAME.fullmatch(str(case.rule))
+        for name, place in ((rule, case.scene), (case.scene, case.rule)):
             varied = _NAME.fullmatch(str(name))
             if varied and case.measured.order is not None:
+                if name is rule and label:
+                    titles[varied[1]] = label[1]
                 key = (varied[1], varied[2], str(place), case.digits)
                 found.setdefault(key, []).append((Fraction(varied[3].replace("_", "/")), case))
-    return [Curve(*key, sorted(pairs, key=lambda pair: pair[0]))
-            for key, pairs in found.items() if len(pairs) >= FEWEST]  # fmt: skip
+    return [
+        Curve(titles.get(of, of), name, place, digits, sorted(pairs, key=lambda pair: pair[0]))
+        for (of, name, place, digits), pairs in found.items() if len(pairs) >= FEWEST
+    ]  # fmt: skip

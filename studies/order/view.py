@@ -128,5 +128,6 @@ VIEW = View(
         ("Error constant", _constant),
         ("Points", _points),
     ],
-    got=_got, wanted=_wanted, short=_short, sketches=_sketches, compared=_compared,
+    got=_got, wanted=_wanted, short=_short, paper=[("order", _got), ("C", _constant)],
+    sketches=_sketches, compared=_compared,
 )  # fmt: skip

@@ -43,7 +43,8 @@ class Look:
     ) -> tuple[list[AnyResult], dict[str, Mark]]:
         """Return the cases with labels in place of rules' names, and the marks by label."""
         labels = dict(self.labels)
-        shown = [replace(case, rule=labels.get(str(case.rule), case.rule)) for case in cases]
+        shown = [replace(case, rule=labels.get(str(case.rule), case.rule), named=case.rule)
+                 for case in cases]  # fmt: skip
         pairs = zip(shown, cases, strict=True)
         return shown, known | {new.method: known[old.method] for new, old in pairs}
 

@@ -261,19 +261,37 @@ def rich_table(
 
 def terminal_table(result: StudyResult) -> Table:
     """Return the verdicts of a study for a terminal, failures last, where the reader looks
-    first."""
+    first.
+
+    A column with one text in all rows is told once, under the title.
+    """
     from rich.markup import escape
 
     cases = sorted(result.cases, key=lambda case: -VERDICTS.index(case.verdict))
-    shown = filled(columns(result.study), cases)
-    lines = []
+    said, shown = _once(filled(columns(result.study), cases), cases)
+    heads, lines = [head for head, _ in shown], []
     for case in cases:
         texts = [escape(text(case)).replace(" | ", "\n") for _, text in shown]
         colour = COLOURS[case.verdict]
-        texts[1] += " [dim](control)[/dim]" * case.control
+        if case.control and "Rule" in heads:
+            texts[heads.index("Rule")] += " [dim](control)[/dim]"
         lines.append([*texts[:-1], f"[{colour}]{texts[-1]}[/{colour}]"])
     title = f"{result.study}: {result.verdict}"
-    return rich_table(title, [head for head, _ in shown], lines, COLOURS[result.verdict])
+    title += "" if all(case.counts for case in cases) else " (peers do not count)"
+    title += f"\n[not bold default]{escape(said)}[/]" if said else ""
+    return rich_table(title, heads, lines, COLOURS[result.verdict])
+
+
+def _once(shown: list[Column], cases: Sequence[AnyResult]) -> tuple[str, list[Column]]:
+    """Return what all of several cases have in common, in a sentence, and the other columns."""
+    same, others = [], list[Column]()
+    for head, text in shown:
+        texts = {text(case) for case in cases}
+        if len(cases) > 1 and len(texts) == 1 and head not in ("Rule", "Verdict"):
+            same.append(f"{head}: {texts.pop()}")
+        else:
+            others.append((head, text))
+    return f"{'; '.join(same)}." if same else "", others
 
 
 def print_result(screen: Console, result: StudyResult) -> None:

@@ -45,7 +45,8 @@ def line(case: AnyResult, told: Collection[str] = ()) -> str:
     why_not = "" if known else case.reason.partition(" Cause: ")[0]
     figure = why_not if figure == NONE and why_not else figure
     expected = wanted(case)
-    said = "" if expected == NONE else f" (wanted {expected})"
+    alone = expected == "only measured"
+    said = "" if expected == NONE else f" ({expected if alone else f'wanted {expected}'})"
     said += f": {why_not}" if why_not not in ("", figure) else ""
     return f"{MARKS[case.verdict]} {case.study}: {case.name}: {figure}{said}"
 

@@ -60,25 +60,44 @@ class Request:
     digits: tuple[int, ...] = ()
     steps: int | None = None
     every_scene: bool = False
+    vary: tuple[str, Sequence[str]] | None = None  # a number and its values
     peers: tuple[str, ...] = ("none",)  # the peers of work-precision
     also_periods: int | None = None  # periods of a second race of work-precision
     together: bool = False  # True for only scenes that all rules apply to, if none is named
 
     def rules(self) -> tuple[Discretisation, ...]:
         """Return the rules of the files or words; for scenes alone two well-known ones."""
-        held = [word for word, (own, _) in lookup.answers(self.files, lookup.named) if own]
-        return lookup.rules(held or RULES)
+        return self._objects(())[1]
 
     def own_scenes(self) -> tuple[Scene, ...]:
         """Return the scenes that the files define, or those of them that are named."""
-        held = [word for word, (_, own) in lookup.answers(self.files, lookup.named) if own]
-        return lookup.scenes_of(held)
+        return self._objects(())[0]
+
+    def _objects(
+        self, scenes: tuple[str, ...]
+    ) -> tuple[tuple[Scene, ...], tuple[Discretisation, ...]]:
+        """Return the scenes of these words, or else of the files, and the rules."""
+        asked = lookup.answers(self.files, self._named)
+        of_rules = [word for word, (own, _) in asked if own] or RULES
+        of_scenes = scenes or [word for word, (_, own) in asked if own]
+        if self.vary is None:
+            return lookup.scenes_of(of_scenes), lookup.rules(of_rules)
+        return lookup.varied(of_scenes, of_rules, *self.vary)
+
+    def _named(self, word: str) -> tuple[tuple[Discretisation, ...], tuple[Scene, ...]]:
+        """Return `lookup.named`, of a function that makes a rule or a scene by its first value."""
+        try:
+            return lookup.named(word)
+        except BadInput:
+            if self.vary is None or ".py:" not in word:
+                raise
+            return lookup.named(f"{word}:{self.vary[0]}={self.vary[1][0]}")
 
     def choice(self) -> Choice:
         """Return the choice in objects; raises `BadInput` for unknown names and wrong files."""
         rules, own = self.rules(), self.own_scenes()
         if self.scenes:
-            chosen = lookup.scenes_of(self.scenes)
+            chosen = self._objects(self.scenes)[0]
         elif self.every_scene:
             chosen = (*own, *scenes.all_scenes())
         else:  # a file with scenes alone asks about these

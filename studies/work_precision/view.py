@@ -74,11 +74,10 @@ def _kept(settings: Sequence[Row]) -> list[str]:
 
 
 def _timed(case: Case) -> str:
-    """Return the run of a method: its date, and the methods that it was timed beside."""
-    beside = [name for name in case.details.race.names if name != case.rule]
+    """Return the run of a method: its date, and all methods of the run."""
+    names = case.details.race.names
     date = (case.details.race.date or NONE).replace("T", " ").removesuffix("+00:00")
-    few = len(beside) <= FEW
-    return f"{date}, beside {', '.join(beside) if few else f'{len(beside)} others'}"
+    return f"{date}, with {', '.join(names) if len(names) <= FEW else f'{len(names)} methods'}"
 
 
 def _setup(case: Case) -> str:

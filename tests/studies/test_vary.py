@@ -92,8 +92,8 @@ def test_a_rule_with_a_value_is_the_rule_written_with_it(mine):
 def case(w, order, size):
     rows = [SimpleNamespace(used=True, step=h, error=size * h**order) for h in (0.2, 0.1)]
     measured = SimpleNamespace(order=order + 1e-4)
-    return SimpleNamespace(rule=f"mine:w={w}", scene="pendulum", digits=50, measured=measured,
-                           rows=rows, passed=True)  # fmt: skip
+    return SimpleNamespace(rule=f"mine:w={w}", named=None, scene="pendulum", digits=50,
+                           measured=measured, rows=rows, passed=True)  # fmt: skip
 
 
 def test_the_best_value_has_the_highest_order_and_then_the_least_constant():
@@ -131,20 +131,32 @@ def test_an_order_is_shown_as_a_curve_with_the_best_value(mine, tmp_path, capsys
     assert "--vary w=1/3,1/2,2/3" in (folder / "index.html").read_text("utf-8")
 
 
-def test_a_rule_with_a_value_has_a_label(mine, tmp_path):
-    words = [
-        "order",
-        "harmonic",
-        "--rule",
-        f"{mine}:mixed:w=1/2",
-        "--digits",
-        "16",
-        "--steps",
-        "64",
-    ]
-    words += ["--label", "mixed:w=1/2=the middle = 1/2", "--folder", str(tmp_path / "figure")]
+@pytest.mark.parametrize(("label", "row", "title"), [
+    ("mixed=Mixed", "Mixed:w=1/2", "Mixed on Harmonic"),
+    ("mixed:w=1/2=the middle = 1/2", "the middle = 1/2", "mixed on Harmonic"),
+])  # fmt: skip
+def test_a_rule_or_one_of_its_values_has_a_label_and_its_curve(mine, tmp_path, label, row, title):
+    words = ["order", "harmonic", "--rule", f"{mine}:mixed", "--vary", "w=1/3,1/2,2/3"]
+    words += ["--digits", "16", "--steps", "64", "--label", label, "--folder", str(tmp_path)]
     assert main(words) == 0
-    assert "the middle = 1/2" in (tmp_path / "figure" / "index.html").read_text("utf-8")
+    table = (tmp_path / "tables" / "order-paper.tex").read_text("utf-8")
+    assert f"\n{row} & 2.000" in table and "harmonic, C" in table and "h$^{2}$" in table
+    assert title.lower() in (tmp_path / "figures" / "order-varied.svg").read_text("utf-8").lower()
+
+
+def test_verify_has_a_row_for_each_value_of_a_rule_a_factory_or_a_scene(mine, capsys):
+    asked = ["--study", "order", "--digits", "16", "--steps", "64"]
+    for word, vary, rows in (
+        (":mixed", "w=1/3,1/2", ("mixed:w=1/3", "mixed:w=1/2")),
+        (":family", "w=1/3,1/2", ("family:w=1/3", "family:w=1/2")),
+        (":spring", "k=1,4", ("spring.k-1", "spring.k-4")),
+    ):
+        scene = [] if "spring" in word else ["--scene", "harmonic"]
+        assert main(["verify", f"{mine}{word}", "--vary", vary, *scene, *asked]) == 0
+        told = capsys.readouterr().out
+        assert all(f"│ {row} " in told or f" {row} │" in told for row in rows), told
+    assert main(["verify", f"{mine}:none", "--vary", "w=1,2"]) == 2
+    assert "mine.py has no rule" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["c", "L"])

@@ -29,6 +29,28 @@ def test_terminal_table_ends_with_the_failures() -> None:
     assert shown.index("inconclusive") < shown.index("Newton stopped") > shown.rindex("2.00")
 
 
+def test_what_all_rows_of_a_table_share_is_told_once_and_a_peer_is_said_to_be_one() -> None:
+    from rich.console import Console
+
+    race = {"with": ["midpoint", "DOP853"], "date": "2026-01-01T10:00:00+00:00"}
+    cases = [
+        {"scene": "pendulum", "rule": rule, "digits": 16, "verdict": said, "kind": kind,
+         "duration": 10.0, "race": race, "expected": {"limit": 1.5e-8},
+         "measured": {"x": "seconds", "y": "error", "best": best, "cost": {"1e-04": best}}}
+        for rule, said, kind, best in (("midpoint", "pass", "rule", 1e-10),
+                                       ("DOP853", "inconclusive", "peer", 1e-5))
+    ]  # fmt: skip
+    (result,) = read({"study": "work-precision", "verdict": "pass", "cases": cases})
+    console = Console(width=100, file=io.StringIO())
+    with console.capture() as capture:
+        console.print(tables.terminal_table(result))
+    shown = " ".join(capture.get().split())
+    shared = ("pendulum", "T = 10", "10:00:00", "that falls with the work", "1.5×10⁻⁸")
+    assert all(shown.count(words) == 1 for words in shared)
+    assert "inconclusive (peer)" in shown and "peers do not count" in shown
+    assert "pass (peer)" not in shown
+
+
 def test_terminal_summary_has_a_line_a_study_and_the_cases_that_did_not_pass() -> None:
     from rich.console import Console
 
