@@ -70,7 +70,7 @@ def test_commands_parse(page, folder):
         (folder / "examples").symlink_to(ROOT / "examples")
     for words, _ in commands(page, "discmech"):
         options = _parser().parse_args(words[1:])
-        if hasattr(options, "retraction") and hasattr(options, "scenes"):
+        if hasattr(options, "own") and hasattr(options, "scenes"):
             choice_of(options)  # names, digits and steps are known
 
 
