@@ -112,7 +112,9 @@ CORE = (
     "groupoids", "scene", "rules", "equations", "geometry", "bisections", "flows", "scenes",
 )  # fmt: skip
 #: what a scene may need and most do not, likewise
-EXTENSIONS = ("expansions", "contact", "lattices", "foreign", "control", "steps", "export")
+EXTENSIONS = (
+    "expansions", "contact", "lattices", "foreign", "control", "proven", "steps", "export",
+)  # fmt: skip
 ROOMS = (*CORE, *(f"extensions.{room}" for room in EXTENSIONS))
 #: the compiler stands low: these hand it a step as data, run what it makes, or use its cache
 COMPILING = {

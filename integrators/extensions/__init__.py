@@ -14,6 +14,7 @@ from ..hooks import (
     check_gaps,
     contact_flow,
     modified_equation,
+    proven_flow,
     rooms_of_systems,
     run_differentiated,
     source_text,
@@ -34,6 +35,7 @@ else:
         export="",
         foreign="black_box external recorded",
         lattices="Lattice",
+        proven="",
         steps="in_own_time vary",
     )
 
@@ -48,6 +50,7 @@ def _of(room: str, name: str) -> Callable[[], Any]:
 check_gaps.fill(_of("contact", "check_gaps"))
 contact_flow.fill(_of("contact", "ContactFlow"))
 modified_equation.fill(_of("expansions", "ModifiedEquation"))
+proven_flow.fill(_of("proven", "ProvenFlow"))
 run_differentiated.fill(_of("expansions", "RunDifferentiated"))
 source_text.fill(_of("export", "export"))
 rooms_of_systems["lattices"] = "lattice", lambda: import_module(".lattices.scenes", __name__)

@@ -8,7 +8,7 @@ from typing import Any, cast
 from ..equations import DiscretisedScene, StepEquations, blamed
 from ..errors import BadInput, arguments_checked, check_names
 from ..geometry import is_self_adjoint, order_of_step
-from ..hooks import check_gaps, contact_flow, modified_equation
+from ..hooks import check_gaps, contact_flow, modified_equation, proven_flow
 from ..numbers.types import Given
 from ..rules import Discretisation, Substep
 from ..scene import Again, Scene
@@ -140,6 +140,7 @@ class Scheme(DiscretisedScene):
         *,
         tolerance: Given | None = None,
         impacts: str | None = None,
+        proven: bool = False,
     ) -> Flow:
         """Return the flow at one step size; digits = 16 is compiled double precision, more is
         mpmath, and 7 single precision (numpy's float32).
@@ -148,8 +149,10 @@ class Scheme(DiscretisedScene):
         (`bisections.edge_policies`); a composition cannot "bisect". tolerance: instead of a step,
         the error at eight times of the scene's duration, for which a pilot run chooses the step
         (`Flow.choice`). impacts: "stepped" or "located", if the scene has contact (default: the
-        scene's own choice). Raises `BadInput` unless exactly one of step and tolerance is given,
-        for a tolerance out of reach, and for a tolerance with stepped impacts.
+        scene's own choice). proven: True for runs of which every step is proven to exist and to be
+        unique, with a bound of the distance from the exact discrete run (`Trajectory.proof`); with
+        more than 16 digits. Raises `BadInput` unless exactly one of step and tolerance is given,
+        for a tolerance out of reach, for one with stepped impacts, and where nothing is proven.
         """
         if impacts is not None:
             if self.scene.contact is None:
@@ -160,6 +163,8 @@ class Scheme(DiscretisedScene):
                 f"{self.scene.name}: give a step, or a tolerance for which a step is chosen."
             )
 
+        if proven:
+            return self._proven(step, digits, on_edge, tolerance)
         if tolerance is None:
             return self.flow_at(step, digits, on_edge)
         if self.scene.contact is not None and self.scene.impacts == "stepped":
@@ -171,6 +176,20 @@ class Scheme(DiscretisedScene):
         flow = self.flow_at(choice.step, digits, on_edge)
         flow.choice = choice
         return flow
+
+    def _proven(
+        self, step: Given | None, digits: int, on_edge: str, tolerance: Given | None
+    ) -> Flow:
+        for is_so, why in (
+            (tolerance is not None, "give a step, no tolerance"),
+            (on_edge != "refuse", "leave on_edge= out"),
+            (digits in (7, 16), "ask for more digits than 16, as by digits=30"),
+            (self.scene.contact is not None, "impulses have no proof here"),
+        ):
+            if is_so:
+                raise BadInput(f"{self.scene.name}: a proven run is made in balls: {why}.")
+        made: Flow = proven_flow(self, step, digits, substeps=self.flow_substeps)
+        return made
 
     def flow_at(self, step: Given, digits: int, on_edge: str) -> Flow:
         """Return the flow at a step that was given or chosen."""

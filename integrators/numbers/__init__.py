@@ -55,6 +55,7 @@ from .prime_field import BITS, NotRational, PrimeField, Residue, small_fraction
 from .registered import collect, register, with_tables
 from .running_error import (
     Tracked,
+    from_balls,
     inverse_sizes,
     rounded,
     solve,
@@ -75,6 +76,7 @@ __all__ = [
     "arithmetic", "as_one_number", "called_text", "code", "coefficients_text", "collect", "entry",
     "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices", "exact_nested",
     "exact_rational", "exact_vector", "finite", "first_violation", "flatten", "floats_exact",
+    "from_balls",
     "function_text", "inverse_sizes", "is_zero", "jacobian", "listed", "measure", "mpmath",
     "newton", "node_values", "null_direction", "number", "numeric", "numeric_function",
     "numeric_text", "opaque", "over", "parts_of", "random_columns", "random_point", "ratio",

@@ -258,7 +258,7 @@ def with_running_errors(text: str, numbers: Arithmetic) -> Function:
         names["constant"] = lambda name: _rounded(numbers.constant(name))
         names |= {name: _as_one(names[name], numbers)
                   for name in registered_names() if name in names}  # fmt: skip
-        names["array"] = partial(_of_entries, numbers)
+        names["array"] = partial(from_balls, numbers)
         # only the function: the text before it was run on plain numbers
         function = run_text(text[text.rindex("def function(") :], names)["function"]
 
@@ -283,8 +283,8 @@ def _rounded(number: Number) -> Ball:
     return rounded(number).balls.item()
 
 
-def _of_entries(numbers: Arithmetic, entries: list[Ball], *shape: int) -> Tracked:
-    """Return balls, or whole numbers, as an array of that shape, row by row."""
+def from_balls(numbers: Arithmetic, entries: list[Ball], *shape: int) -> Tracked:
+    """Return balls, or whole numbers, as a `Tracked` array of that shape, row by row."""
     balls = np.empty(shape, dtype=object)
     balls[...] = np.array([flint.arb(e) for e in entries], dtype=object).reshape(shape)
     middles = np.array(plain(balls.flat, numbers.dtype), dtype=numbers.dtype)

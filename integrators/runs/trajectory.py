@@ -50,6 +50,7 @@ class Trajectory:
     (r, B, K): those of a lattice's bonds. With steps that vary:
     density (r,), the step density of each row, 1/σ (by "reversible" ζ, which is 1/σ to O(ε²)); step
     is then ε, of the time τ, t the physical time, and u the velocity in t, by "poincare" in τ.
+    proof: what is proven of a run with `proven=True` (`proven_motion.Proof`).
     """
 
     t: Vector
@@ -77,6 +78,7 @@ class Trajectory:
     bond_gaps: Array = field(kw_only=True, default=None, repr=False)
     density: Array = field(kw_only=True, default=None, repr=False)
     newton_since: int | None = field(kw_only=True, default=None, repr=False)
+    proof: Any = field(kw_only=True, default=None, repr=False)
 
     @classmethod
     def of_rows(cls, t: Vector, x: Matrix, u: Matrix, mu: Matrix, **more: object) -> Trajectory:

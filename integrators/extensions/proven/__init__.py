@@ -1,0 +1,15 @@
+"""Runs whose every step is proven to exist, with a bound of its distance from the exact run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...numbers.lazy import on_demand
+
+if TYPE_CHECKING:
+    from .proven_flow import ProvenFlow
+    from .proven_motion import Proof
+else:
+    __getattr__ = on_demand(__name__, proven_flow="ProvenFlow", proven_motion="Proof")
+
+__all__ = ["Proof", "ProvenFlow"]
