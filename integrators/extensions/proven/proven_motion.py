@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from ...compiler import kinds_of
 from ...errors import BadInput, StepFailure
 from ...flows import Start
 from ...geometry import OneStepGeometry, StepContext, map_text
@@ -93,6 +92,7 @@ class StepInBalls(OneStepGeometry):
     def __init__(self, part: StepContext) -> None:
         super().__init__(part.equations, part.numbers, part.q)
         self.part = part
+        self.kinds = [kind for kind, letters in self.equations.unknowns for _ in letters]
         if self.equations.element is not None:
             self._refuse("its discrete Lagrangian is a function of the group element")
         if not map_text(part.equations, "one_step").lstrip().startswith("def function("):
@@ -133,7 +133,7 @@ class StepInBalls(OneStepGeometry):
 
     def _widths(self, w: Vector, size: float) -> list[Ball]:
         """Return the radii of W: a part of the largest unknown of the same kind."""
-        kinds = kinds_of(*self.equations.unknowns)
+        kinds = self.kinds
         largest = {k: max(abs(e) for e, f in zip(w, kinds, strict=True) if f == k) for k in kinds}
         return [flint.arb(float(largest[k])) * size for k in kinds]
 
@@ -207,7 +207,7 @@ class ProvenMotion:
         c = self.states.middle
         apart = (z - tracked(c)).balls
         radius = np.array([float(abs(e).upper()) for e in apart])
-        kinds = kinds_of(*step.equations.unknowns)
+        kinds = step.kinds
         held = [e for e, kind in zip(w.value, kinds, strict=True) if kind == "multiplier"]
         multipliers = np.array([2 * e / step.q[0] for e in held], dtype=object)
         u = w.value[: step.m]
