@@ -5,7 +5,6 @@ from .arrows import Arrows
 from .checks import check_force, check_momentum, check_regular, check_start
 from .constrained_equations import ConstrainedEquations
 from .constrained_start import check_on_constraints, nearest_start, on_constraints
-from .constraint_work import constraint_power, constraints_work
 from .constraints import (
     constraint,
     constraint_matrix,
@@ -49,7 +48,7 @@ __all__ = [
     "DualSystem", "OneStepEquations", "SceneSymbols", "StepEquations", "absolute_terms",
     "answers_of", "blamed", "check_finite", "check_force", "check_momentum", "check_on_constraints",
     "check_regular", "check_start", "closed_velocity", "composed_step", "constraint",
-    "constraint_matrix", "constraint_power", "constraint_shift", "constraints_work",
+    "constraint_matrix", "constraint_shift",
     "discrete_force", "energy", "energy_gradient", "energy_terms", "field_parts", "force_points",
     "initial_momentum", "inverse_two_form", "legendre_inverse", "mass_matrix", "met_by_velocity",
     "momentum", "natural_structure", "nearest_start", "no_stages", "on_constraints", "orientation",

@@ -21,8 +21,6 @@ import numpy as np
 from discmech.integrators import Scene, Scheme
 from discmech.integrators.equations import (
     SceneSymbols,
-    constraint_power,
-    constraints_work,
     energy,
     energy_terms,
     legendre_inverse,
@@ -38,6 +36,7 @@ from discmech.reference import ReferenceFailure
 from ..causes.round_off import unit
 from ..core.case import Case, Progress
 from ..core.fitting import orders_between
+from ..systems.constraint_work import constraint_power, constraints_work
 from ..systems.moving_energy import motion, moving_energy
 from ..systems.runs import in_rows, of_states
 from .records import Found, Measured, Row

@@ -14,13 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.extensions.foreign import Defect, MapOfRows, guarded, images, random_curve
+from discmech.integrators.extensions.foreign import MapOfRows, guarded, images
 from discmech.integrators.numbers import Matrix, Vector
 
 from ..core.case import Case, Progress
 from ..evidence.places import random_fraction
 from ..evidence.repeated import repeated
 from . import in_numbers
+from .form_in_numbers import Defect, random_curve
 from .in_numbers import curve_defect, free_states, resolved, rounded
 from .places import scale_of, seed_in_numbers
 from .records import FoundOfNumbers, OfRun

@@ -10,23 +10,20 @@ from typing import Any, Protocol
 import numpy as np
 
 from discmech.integrators import StepFailure
-from discmech.integrators.extensions.foreign import (
-    Defect,
-    constrained_parameters,
-    derivative,
-    form_defect,
-    guarded,
-    leaf_defect,
-    loop_defect,
-    noise_of,
-    pulled_back_defect,
-    random_curve,
-    shifted,
-    volume_defect,
-)
+from discmech.integrators.extensions.foreign import derivative, guarded, noise_of, shifted
 from discmech.integrators.numbers import Matrix, Vector
 
 from ..core.case import Case, Progress
+from .constrained import constrained_parameters
+from .form_in_numbers import (
+    Defect,
+    form_defect,
+    loop_defect,
+    pulled_back_defect,
+    random_curve,
+    volume_defect,
+)
+from .leaves import leaf_defect
 from .limits import LIMITS
 from .own_derivatives import of_run, of_step
 from .places import Look, looks, more_looks

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from discmech import reference
-from discmech.integrators.equations import constraints_work
 from discmech.integrators.flows import restricted_form_defect
 from discmech.integrators.numbers import mpmath
 
 from ..core.case import Progress
+from .constraint_work import constraints_work
 from .runs import energy_errors, energy_with_terms, gap, long_run, usual_steps
 from .system import End, System
 

@@ -13,14 +13,7 @@ import pytest
 from discmech import BadInput, Scene, Scheme, black_box, external, pair, recorded, scenes
 from discmech.integrators import rules
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.extensions.foreign import (
-    derivative,
-    images,
-    leaf_defect,
-    loop_defect,
-    noise_of,
-    random_curve,
-)
+from discmech.integrators.extensions.foreign import derivative, images, noise_of
 from discmech.studies import own_order
 from discmech.studies.core.case import Case
 from discmech.studies.core.claims import claiming
@@ -28,6 +21,8 @@ from discmech.studies.core.side_by_side import key_of
 from discmech.studies.core.study import every_study
 from discmech.studies.evidence import evidence_of
 from discmech.studies.evidence.order import _round_off
+from discmech.studies.symplecticity.form_in_numbers import loop_defect, random_curve
+from discmech.studies.symplecticity.leaves import leaf_defect
 
 from . import methods
 from .judging import judged

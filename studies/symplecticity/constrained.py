@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...numbers import Vector
-from .scene_in_numbers import SceneInNumbers
+from discmech.integrators.extensions.foreign import SceneInNumbers
+from discmech.integrators.numbers import Vector
 
 CORRECTIONS = 50  # largest number of Newton corrections; each doubles the digits
 

@@ -16,8 +16,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ...numbers import Matrix, Vector
-from .differences import EPS, Map, Noise, images
+from discmech.integrators.extensions.foreign.differences import EPS, Map, Noise, images
+from discmech.integrators.numbers import Matrix, Vector
+
 from .form_in_numbers import UNRESOLVED, Defect, noise_along, slopes_and_tail
 
 #: B of r states at once, columns (l, r) ↦ (l, l, r)

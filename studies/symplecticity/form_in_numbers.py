@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...numbers.types import Matrix, Rows, Vector
-from .differences import EPS, Derivative, Map, Noise, images
+from discmech.integrators.extensions.foreign.differences import EPS, Derivative, Map, Noise, images
+from discmech.integrators.numbers.types import Matrix, Rows, Vector
 
 LOOP = 64  # usual number of points of a closed curve
 # the points do not resolve a curve with a larger share of its amplitudes at high frequencies

@@ -9,11 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache
 
-from ..numbers import Arithmetic, jacobian, numeric
-from ..numbers.types import Number, Numbers, Vector
-from .constraints import constraint_matrix, constraint_shift, reaction_matrix
-from .continuous import mass_matrix, momentum, rates
-from .symbols import SceneSymbols
+from discmech.integrators.equations import (
+    SceneSymbols,
+    constraint_matrix,
+    constraint_shift,
+    mass_matrix,
+    momentum,
+    rates,
+    reaction_matrix,
+)
+from discmech.integrators.numbers import Arithmetic, jacobian, numeric
+from discmech.integrators.numbers.types import Number, Numbers, Vector
 
 
 def constraints_work(s: SceneSymbols) -> bool:
