@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from dataclasses import replace
@@ -15,6 +15,7 @@ from discmech.integrators.numbers import flatten
 
 from ..core.case import Choice, Progress, silent
 from ..core.cluster import Cluster
+from ..core.family import of_each_kind, same_steps
 from ..core.fingerprint import of_views
 from ..core.history import History
 from ..core.plan import Plan
@@ -32,8 +33,8 @@ if TYPE_CHECKING:
 WORTH_DRAWING_TOGETHER = 60
 #: what a study's part of the page says of its precisions
 FEW = (
-    "More digits than a double's are for one scene of each kind here; the command of the study, "
-    "and `make report-all`, take them for every scene."
+    "More digits than a double's are for one scene of each kind here, by one of the simple rules; "
+    "the command of the study, and `make report-all`, take them for every scene and rule."
 )
 
 
@@ -64,7 +65,9 @@ def make_report(
     history = None if store is None else History(store)
     whole = replace(choice, own=()) == Choice()
     if few := whole and not bench and not choice.thorough:
-        choice = replace(choice, own=(*choice.own, ("few", True)))
+        same = same_steps(choice.pairs())
+        choice = replace(choice, own=(*choice.own, ("not_meant", tuple(same))))
+        choice = replace(choice, own=(*choice.own, ("few", of_each_kind(choice.pairs()))))
     studies = [study for study in every_study().values()
                if (bench or not study.of_the_bench)
                and (study.usual or (study.of_the_bench and whole))]  # fmt: skip
@@ -74,8 +77,7 @@ def make_report(
                if result.command == f"discmech {result.study}" else result
                for result in results]  # fmt: skip
     if few:
-        results = [replace(result, notes=[*result.notes, FEW])
-                   if any(case.digits > 16 for case in result.cases) else result
+        results = [replace(result, notes=[*result.notes, *left_out(result, same)])
                    for result in results]  # fmt: skip
     progress("figures", 1.0)
     scenes = {scene.name: scene for scene, _ in plan.pairs}
@@ -92,6 +94,18 @@ def make_report(
     page = write_report(*words, history.of, look, about_page)
     history.keep()
     return results, page
+
+
+def left_out(result: StudyResult, same: Mapping[tuple[str, str], str]) -> list[str]:
+    """Return sentences about what is not measured of all scenes by all rules."""
+    found = [FEW] if any(case.digits > 16 for case in result.cases) else []
+    shown = {(case.scene, case.rule) for case in result.cases}
+    for first in dict.fromkeys(same.values()):
+        pairs = [pair for pair, one in same.items() if one == first and (pair[0], first) in shown]
+        where, others = (", ".join(dict.fromkeys(e[k] for e in pairs)) for k in (0, 1))
+        if pairs:
+            found.append(f"{others}: the same step as {first} on {where}, and measured once.")
+    return found
 
 
 def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:

@@ -15,7 +15,7 @@ from discmech.integrators.scene import Scene, remembered
 
 from . import words
 from .family import DIGITS as OF_FAMILY
-from .family import FAMILY, of_each_kind
+from .family import FAMILY
 from .outcome import Measurement, Verdict, worst
 from .parts import parts_of, usual_lattices, usual_rules
 from .userfile import word_for_study
@@ -231,14 +231,14 @@ def plain_cases(
 ) -> list[Case]:
     """Return every chosen scene with every chosen rule at every precision.
 
-    A choice of the `few` has precisions beyond a double's for one scene of each kind alone.
+    A choice with `few` pairs has precisions beyond a double's for these alone.
     """
-    few = of_each_kind(scenes.all_scenes()) if choice.asked("few") else None
+    few = choice.asked("few")
     return [
         Case(study, scene, rule, digits, choice.steps, thorough=thorough)
         for digits in choice.digits or default_digits
         for scene, rule in choice.pairs()
-        if rule.runs_at(digits) and (few is None or digits == 16 or scene.name in few)
+        if rule.runs_at(digits) and (few is None or digits == 16 or (scene.name, rule.name) in few)
     ]
 
 

@@ -6,9 +6,15 @@ are used for accuracy. Runs are short, for a step costs as much as its order.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
+from typing import TypeAlias
 
-from discmech.integrators import Scene
+from discmech.integrators import Scene, Scheme
+from discmech.integrators.compiler import text_key
+from discmech.integrators.rules import Discretisation
+
+Pair: TypeAlias = tuple[Scene, Discretisation]
 
 #: on the pair groupoid, a group, an action and a product, each on its cheapest scene
 FAMILY = {
@@ -30,17 +36,43 @@ KEPT = {
 }
 
 
-def of_each_kind(scenes: Iterable[Scene]) -> frozenset[str]:
-    """Return the name of a scene of each kind: of groupoid, and of what the equations contain.
+def of_each_kind(pairs: Iterable[Pair]) -> frozenset[tuple[str, str]]:
+    """Return (scene, rule) of each kind of scene: of groupoid, and of what the equations contain.
 
-    These the report measures in more digits than a double has. The single steps of every case are
-    of 50 digits, so that runs of other scenes of a kind show nothing more in them.
+    These the report measures in more digits than a double has; the rules take turns. The single
+    steps of every case are of 50 digits, so that other runs of a kind show nothing more in them.
     """
-    found: dict[tuple[object, ...], str] = {}
-    for scene in sorted(scenes, key=lambda scene: scene.name not in FAMILY):
+    rules: dict[str, list[str]] = {}
+    kinds: dict[tuple[object, ...], str] = {}
+    for scene, rule in sorted(pairs, key=lambda pair: pair[0].name not in FAMILY):
+        rules.setdefault(scene.name, []).append(rule.name)
         parts = (scene.force, scene.fast, scene.one_form, scene.hamiltonian,
                  scene.discrete_lagrangian)  # fmt: skip
         kind = (type(scene.groupoid), *(part is None for part in parts), bool(scene.holonomic),
                 bool(scene.nonholonomic), scene.timed, scene.in_numbers)  # fmt: skip
-        found.setdefault(kind, scene.name)
-    return frozenset(found.values())
+        kinds.setdefault(kind, scene.name)
+    known = Counter(rule for names in rules.values() for rule in names)
+    used = Counter[str]()
+    found = set[tuple[str, str]]()
+    for name in kinds.values():
+        # a rule that few scenes can have comes first
+        turn = min(rules[name], key=lambda one: (used[one], known[one]))
+        used[turn] += 1
+        found.add((name, turn))
+    return frozenset(found)
+
+
+def same_steps(pairs: Iterable[Pair]) -> dict[tuple[str, str], str]:
+    """Return (scene, rule) ↦ an earlier rule whose equations of a step are the same there.
+
+    Rules differ in where they ask L; without a base there is one place.
+    """
+    first: dict[tuple[str, str], str] = {}
+    same: dict[tuple[str, str], str] = {}
+    for scene, rule in pairs:
+        if not scene.groupoid.dim_x:
+            step = text_key(Scheme(scene, rule).equations.step)
+            earlier = first.setdefault((scene.name, step), rule.name)
+            if earlier != rule.name:
+                same[scene.name, rule.name] = earlier
+    return same

@@ -19,6 +19,7 @@ from discmech.studies import get
 from discmech.studies.command import report
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Choice, Verdict
+from discmech.studies.core.family import of_each_kind, same_steps
 from discmech.studies.core.plan import Plan
 from discmech.studies.core.study import every_study
 from tests.studies.as_json import read
@@ -112,17 +113,25 @@ def test_a_case_that_fails_is_marked_and_the_exit_code_says_so(made):
 
 
 def test_a_report_of_everything_leaves_out_digits_and_no_method():
-    """Whatever is measured of a study, a scene and a rule; a kind has one scene at 50 digits."""
+    """Whatever is measured of a study, a scene and a rule that makes steps of its own.
+
+    Each kind of scene and each simple rule is run at 50 digits.
+    """
     studies = [study for study in every_study().values() if study.usual]
+    same = same_steps(Choice().pairs())
+    assert {rule for _, rule in same} == {"midpoint", "trapezoidal"}
+    assert {*same.values()} == {"rectangle"} and ("suslov", "midpoint") in same
+    own = (("not_meant", tuple(same)), ("few", of_each_kind(Choice().pairs())))
     whole, few = (
-        [case for _, case in Plan.of_those_that_apply(studies, Choice(own=own)).places()]
-        for own in ((), (("few", True),))
+        [case for _, case in Plan.of_those_that_apply(studies, Choice(own=one)).places()]
+        for one in ((), own)
     )
     ran, of_few = ({(c.study, c.scene.name, c.label) for c in cases} for cases in (whole, few))
-    in_doubles, of_few_in_doubles = (sum(c.digits == 16 for c in cases) for cases in (whole, few))
-    assert ran == of_few and in_doubles == of_few_in_doubles and len(few) < len(whole) - 100
-    kinds = {type(case.scene.groupoid) for case in whole if case.digits == 50}
-    assert kinds == {type(case.scene.groupoid) for case in few if case.digits == 50}
+    assert of_few < ran and {(scene, rule) for _, scene, rule in ran - of_few} <= {*same}
+    for part in (lambda case: type(case.scene.groupoid), lambda case: case.rule.name):
+        ran, of_few = ({part(c) for c in cases if c.digits == 50} for cases in (whole, few))
+        assert ran == of_few
+    assert sum(c.digits == 50 for c in few) < sum(c.digits == 50 for c in whole) / 3
 
 
 def test_the_page_needs_nothing_but_itself(made):
