@@ -33,9 +33,10 @@ class Beginning:
     """The first terms of the error at one place.
 
     The vector field f and its parts, z̈, z⃛, ∂f/∂t, and e₁, e₂, e₃ of the step's error; e₂ and e₃
-    hold if those before them are 0. later: e₁ of three steps together. parts: by name, terms of f
-    in all entries. grown: D(h)/h of the shortest step over that of the longest. shortest: its D(h).
-    moved: Φ_h(z) − z of the longest and the shortest step.
+    hold if those before them are 0. Of a program in velocities z̈, ∂f/∂t and e₂ are in these.
+    later: e₁ of three steps together. parts: by name, terms of f in all entries. grown: D(h)/h of
+    the shortest step over that of the longest. shortest: its D(h). moved: Φ_h(z) − z of the longest
+    and the shortest step.
     """
 
     z: Vector
@@ -85,15 +86,27 @@ def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
     of_time = (f(z, time + d) - f(z, time - d)) / (2 * d)
     parts = parts_of(system, z, time)
     others = {}
+    form = getattr(scheme.rule, "form", None)
     if len(z) == 2 * n:
         others = _in_other_coordinates(system, z, time, d)
+    if form and form.has_attitude:
+        others = _on_the_other_side(system, z, time)
     if scheme.s.clocked:
         others |= {"time frozen": f(z, 0.0), "time doubled": f(z, 2 * time)}
     span = np.concatenate([np.full(len(e), np.abs(e).max(initial=0.0) or 1.0)
                            for e in (field[:n], field[n:])])  # fmt: skip
-    first = _at_zero(sizes, one / sizes[:, None])
-    return Beginning(z, time, field, second, third, of_time, first,
-                     _at_zero(sizes, one / sizes[:, None] ** 2),
+    first, e2 = (_at_zero(sizes, one / sizes[:, None] ** k) for k in (1, 2))
+    if form and form.second == "v":  # a term is stale, or comes twice, in the program's own numbers
+
+        def v(at: Vector, t: float = 0) -> Vector:
+            return system.velocity(at[:n], at[n:], time + t)
+
+        curve = [z + s * d * field + d**2 / 2 * second + s * d**3 / 6 * third for s in (1, -1)]
+        ends = [v(at, s * d) for at, s in zip(curve, (1, -1), strict=True)]
+        second = np.concatenate([second[:n], (ends[0] - 2 * v(z) + ends[1]) / d**2])
+        e2, of_time = (np.concatenate([e[:n], (v(z + d**2 * e) - v(z - d**2 * e)) / (2 * d**2)])
+                       for e in (e2, of_time))  # fmt: skip
+    return Beginning(z, time, field, second, third, of_time, first, e2,
                      _at_zero(sizes, one / sizes[:, None] ** 3),
                      _at_zero(sizes, three / sizes[:, None]),
                      parts, others, span, (images[0] - z, images[-1] - z),
@@ -161,6 +174,23 @@ def _in_other_coordinates(system: Any, z: Vector, time: float, d: float) -> dict
     found["momentum for velocity"] = np.concatenate([p, system.f(q, p, time)[1]])
     found["q and p exchanged"] = np.concatenate(system.f(p, q, time)[::-1])
     return found
+
+
+def _on_the_other_side(system: Any, z: Vector, time: float) -> dict[str, Vector]:
+    """Return the fields of a box that takes a body's velocity, attitude or momentum for another.
+
+    Ȧ = AΩ with the velocity in the body, from the right; a body's velocity in space is AΩAᵀ.
+    """
+    A, p = z[:9].reshape(3, 3), z[9:]
+    rate, of_p = system.f(z[:9], p, time)
+    left = (A.T @ rate.reshape(3, 3) @ A).ravel()
+    turned, of_body = system.f(z[:9], A.T @ p, time)  # of what is p in space
+    in_space = turned.reshape(3, 3) @ A.T @ p + A @ of_body
+    return {
+        "velocity from the left": np.concatenate([left, of_p]),
+        "attitude transposed": np.concatenate([-left, of_p]),
+        "momentum in space": np.concatenate([turned, in_space]),
+    }
 
 
 def factor(

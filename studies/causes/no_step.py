@@ -6,6 +6,12 @@ import numpy as np
 
 from .first_terms import SEEN, Beginning, Told, factor, only
 
+#: how far a part of a step may be from the part of the field at the step's start. The shortest step
+#: is 1/512 of the time in which the motion is a short polynomial, and a second half is of a place
+#: that is off by that share of the way, ten times over where the first half lacked its h: 1/50. It
+#: stays far below the 1/2 that tells a half from a whole, and errs towards no name of the part.
+SHARE = 0.05
+
 
 def of_no_step(found: list[Beginning], n: int) -> Told:
     """Return the cause of a step that moves the state by what does not sink with h."""
@@ -35,7 +41,7 @@ def _exchanged(found: list[Beginning], n: int) -> Told | None:
 def _without_h(found: list[Beginning], n: int) -> Told | None:
     """Return the cause if one part of a step, or a half of it, moves the state without its h.
 
-    A second half is of a place that is off by O(h), or by the first half: a twentieth is allowed.
+    A second half is of a place that the step has moved (see `SHARE`).
     """
     parts = (("the gradient of the potential", "kick", slice(n, None)),
              ("the motion of x", "drift", slice(0, n)))  # fmt: skip
@@ -43,9 +49,9 @@ def _without_h(found: list[Beginning], n: int) -> Told | None:
         if not all(name in b.parts for b in found):
             continue
         c = factor(found, lambda b, s=part: only(b.moved[1], s),
-                    lambda b, k=name, s=part: only(b.parts[k], s), same=0.05)  # fmt: skip
-        if c is not None and min(abs(c - 1), abs(c - 0.5)) < 0.05:
-            of = "" if abs(c - 1) < 0.05 else "a half of "
+                    lambda b, k=name, s=part: only(b.parts[k], s), same=SHARE)  # fmt: skip
+        if c is not None and min(abs(c - 1), abs(c - 0.5)) < SHARE:
+            of = "" if abs(c - 1) < SHARE else "a half of "
             return "no step", (
                 f"h is missing in {of}the {word}: as h goes to 0 a step still moves "
                 f"{'the momentum' if word == 'kick' else 'x'} by {c:.3g} of {name}, where it has "

@@ -210,6 +210,11 @@ _NAMED = {
     "momentum for velocity": "x moves by the momentum p in place of the velocity ∂H/∂p: it is off "
     "by the mass.",
     "q and p exchanged": "it takes p for q and q for p: the order of its arguments is (q, p).",
+    "velocity from the left": "the velocity in the body turns the attitude from the left, as "
+    "exp(h ω) R, where it has to from the right, as R exp(h ω): R leads from the body to space.",
+    "attitude transposed": "the attitude leads from space to the body, where R leads from the body "
+    "to space: give its transpose.",
+    "momentum in space": "the momentum is that in space, R p, where p is the momentum in the body.",
     "time frozen": "the field is that of t = 0 at every time: the time is frozen; take system.t.",
     "time doubled": "the field is that of 2t: the time is counted twice.",
 }

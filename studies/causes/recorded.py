@@ -17,7 +17,9 @@ from .first_terms import factor_of, parts_of
 from .one_step import all_by, said_of
 
 #: largest difference of factors that count as one: a part of the field at a row's start stands for
-#: its mean over the row, which is short beside the motion
+#: its mean over the row, from which it differs by half its change there; rows that end a tenth of
+#: the motion's length later make it a twentieth. Longer rows have no factor by this: it errs
+#: towards no cause
 SAME = 0.05
 FEWEST = 4  # rows
 

@@ -2,9 +2,12 @@
 
 import runpy
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from discmech import scenes
+from discmech import Scene, black_box, pair, scenes
+from discmech.studies.causes.one_step import of_step
 from discmech.studies.core.case import Case, scheme_of
 from discmech.studies.evidence import evidence_of
 from discmech.studies.evidence.order import NEAR
@@ -59,3 +62,42 @@ def test_the_form_along_a_run_is_that_of_the_attitude_and_its_momentum(name, kep
     found = along_run._of_run(case, scale_of(case.scheme), 0)
     assert found.steps == 64 and found.again < 1e-12
     assert (found.broken == 0 and found.seen == 64) is kept
+
+
+#: the cause → a step of attitude and momentum, by the turn exp(h ω) of the velocity in the body
+SIDES = {
+    "velocity from the left": lambda R, p, turn: (turn @ R, turn.T @ p),
+    "attitude transposed": lambda R, p, turn: (turn.T @ R, turn.T @ p),
+    "momentum in space": lambda R, p, turn: (R @ turn, p),
+    "factor": lambda R, p, turn: (R @ turn @ turn, turn.T @ p),
+}
+
+
+@pytest.mark.parametrize(("cause", "turned"), [
+    pytest.param(*pair, marks=[pytest.mark.slow] * (k > 0)) for k, pair in enumerate(SIDES.items())
+])  # fmt: skip
+def test_a_velocity_an_attitude_and_a_momentum_of_the_other_side_are_named(cause, turned):
+    @black_box(order=1, state="Rp")
+    def body(R, p, h, system):
+        in_body = R.T @ p if cause == "momentum in space" else p
+        turn = Rotation.from_rotvec(h * system.velocity(R, in_body)).as_matrix()
+        return turned(R, p, turn)
+
+    assert of_step(Case("order", BODY, body, 16))["cause"] == cause
+
+
+#: a bead of mass 1 + x²: momenta and velocities are no multiples of one another
+BEAD = Scene("bead", pair(1), lambda x, v, p: (1 + x[0] ** 2) * v[0] ** 2 / 2 - x[0] ** 2 / 2,
+             x0=[1], v0=["1/2"], duration=8)  # fmt: skip
+
+
+@pytest.mark.parametrize(("cause", "share"), [
+    ("stale force", 0.5), pytest.param("first order", 0.0, marks=pytest.mark.slow),
+])  # fmt: skip
+def test_a_program_in_velocities_has_the_causes_of_one_in_momenta(cause, share):
+    @black_box(order=2, state="qv")
+    def step(q, v, h, system):
+        a = -q * (1 + v**2) / (1 + q**2)
+        return q + h * v + share * h**2 * np.asarray(a), v + h * a
+
+    assert of_step(Case("order", BEAD, step, 16))["cause"] == cause
