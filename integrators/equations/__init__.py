@@ -37,7 +37,7 @@ from .dual_system import DualSystem
 from .legendre_inverse import legendre_inverse
 from .nonsmooth import blamed, check_finite, refuse_pieces
 from .one_step_equations import OneStepEquations
-from .rule_view import answers_of
+from .rule_view import answers_of, written
 from .stage_equations import no_stages, stage_source
 from .step_equations import StepEquations, composed_step
 from .symbols import SceneSymbols, times, vector
@@ -53,5 +53,5 @@ __all__ = [
     "initial_momentum", "inverse_two_form", "legendre_inverse", "mass_matrix", "met_by_velocity",
     "momentum", "natural_structure", "nearest_start", "no_stages", "on_constraints", "orientation",
     "poisson_tensor", "power", "rates", "reaction_matrix", "refuse_pieces", "stage_source", "times",
-    "vanishing_at_states", "vanishing_in_a_step", "vector", "vector_field",
+    "vanishing_at_states", "vanishing_in_a_step", "vector", "vector_field", "written",
 ]  # fmt: skip

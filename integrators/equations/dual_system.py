@@ -98,6 +98,11 @@ class DualSystem:
         self._charts: dict[tuple[Expression, ...], Column] = {}
         self._parts: dict[Function, list[Column]] = {}
 
+    @property
+    def places(self) -> list[Column]:
+        """The states at which a map has asked, in letters of the graph."""
+        return [column(values) for values in self._points]
+
     # -- what a map may ask ----------------------------------------------------------------------
 
     def f(self, z: Column) -> Column:

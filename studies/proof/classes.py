@@ -1,12 +1,14 @@
 """Classes of scenes, each one scene whose function is a polynomial with letters as coefficients.
 
 A step and the flow agree to h^K if they do for polynomials of degree K: their coefficients depend
-on the derivatives up to that one, at one state, and a polynomial has any (docs/proofs.md).
+on the derivatives up to that one, at one state, and a polynomial has any. Rules that ask for L
+elsewhere too, or for derivatives of it, take a higher degree (docs/proofs.md).
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 import random
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -53,15 +55,21 @@ class SceneClass:
     forced: bool = False
     hamiltonian: bool = False
     fast: bool = False
-    #: degrees beyond the power of h that is asked: derivatives of L that a rule takes itself
+    #: derivatives beyond the power of h that is asked: those that a rule takes itself, or a law
     further: int = 0
+    #: states at which a step of length 0 asks for them
+    places: int = 1
     #: how much longer it takes than others with as many coefficients
     dear: int = 1
     keeps: tuple[str, Callable[[Sequence[Any]], Any]] | None = None
 
-    def powers(self, degree: int) -> list[Powers]:
+    def degree(self, power: int) -> int:
+        """Return the degree of polynomials that have any derivatives up to h^power at `places`."""
+        return self.places * (power + self.further + 1) - 1
+
+    def powers(self, power: int) -> list[Powers]:
         """Return the exponents of the monomials, of x, t and then v."""
-        n, degree = self.groupoid.dim_x + self.timed, degree + self.further
+        n, degree = self.groupoid.dim_x + self.timed, self.degree(power)
         chosen: dict[str, Callable[[Powers, Powers], bool]] = {
             "": lambda a, b: True,
             "separable": lambda a, b: not (sum(a) and sum(b)),
@@ -73,42 +81,30 @@ class SceneClass:
         every = _exponents(3 if self.part == "turned" else n + self.groupoid.dim_u, degree)
         return [e for e in every if chosen[self.part](e[:n], e[n:])]
 
-    def count(self, degree: int) -> int:
+    def count(self, power: int) -> int:
         """Return the number of coefficients."""
-        forces = self.groupoid.dim_u * self.forced
-        return len(self.powers(degree)) * (1 + forces) + len(self._fast(degree))
+        forces, degree = self.groupoid.dim_u * self.forced, self.degree(power)
+        n = self.groupoid.dim_x + self.timed + self.groupoid.dim_u
+        own = len(self.powers(power)) if self.part else math.comb(n + degree, n)
+        return own * (1 + forces) + len(self._fast(power))
 
-    def linear(self, degree: int) -> list[bool]:
+    def linear(self, power: int) -> list[bool]:
         """Return for each coefficient whether it stays where a step of length 0 is linear in v."""
         n = self.groupoid.dim_x + self.timed
         in_v = [0, 1, 2] if self.part == "turned" else [0] * n + [1] * self.groupoid.dim_u
-        own = [np.dot(in_v, e) <= 2 for e in self.powers(degree)]
-        return own + [True] * (self.count(degree) - len(own))
+        own = [np.dot(in_v, e) <= 2 for e in self.powers(power)]
+        return own + [True] * (self.count(power) - len(own))
 
-    def _fast(self, degree: int) -> list[Powers]:
-        return list(_exponents(self.groupoid.dim_x, degree + self.further)) if self.fast else []
+    def _fast(self, power: int) -> list[Powers]:
+        return list(_exponents(self.groupoid.dim_x, self.degree(power))) if self.fast else []
 
-    def probe(self) -> Scene:
-        """Return a scene of which no derivative vanishes, to look at a rule's formula."""
-        n = self.groupoid.dim_x
-
-        def value(x: Any, v: Any, p: Any, t: Any = 0) -> Any:
-            along = t + sympy.Add(*((k + 2) * e for k, e in enumerate(x[:n, :])))
-            return sympy.Add(*(sympy.exp(e + along) for e in v))
-
-        name = "hamiltonian" if self.hamiltonian else "lagrangian"
-        given: dict[str, Any] = {name: value if self.timed else lambda x, v, p: value(x, v, p)}
-        given |= {"fast": lambda x, p: value(x, x, p)} if self.fast else {}
-        given |= {"mu0" if self.hamiltonian else "v0": [1] * self.groupoid.dim_u}
-        return Scene(name="generic", groupoid=self.groupoid, x0=[0] * n, duration=1, **given)
-
-    def scene(self, degree: int) -> Scene:
-        """Return the scene with polynomials of that degree; its numbers are only a start."""
-        powers, rest = self.powers(degree), self._fast(degree)
+    def scene(self, power: int) -> Scene:
+        """Return the scene with polynomials for that power; its numbers are only a start."""
+        powers, rest = self.powers(power), self._fast(power)
         n, m, count, first = (
             self.groupoid.dim_x,
             self.groupoid.dim_u,
-            self.count(degree),
+            self.count(power),
             len(powers),
         )
 
@@ -144,8 +140,8 @@ class SceneClass:
 
 
 def _exponents(length: int, degree: int) -> Iterator[Powers]:
-    """Yield the exponents of all monomials but 1 up to a degree."""
-    for total in range(1, degree + 1):
+    """Yield the exponents of all monomials up to a degree."""
+    for total in range(degree + 1):
         for places in itertools.combinations_with_replacement(range(length), total):
             yield tuple(places.count(i) for i in range(length))
 

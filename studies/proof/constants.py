@@ -194,8 +194,10 @@ def numbers_for(
     Raises `CannotMeasure` where no such prime is found.
     """
     given, seen, found = list(dict.fromkeys(constants)), set[Any](), 0
-    bases = [e for c in given if isinstance(c, Algebraic) for e in c.expression.atoms(sympy.Pow)
-             if e.base.is_Rational]  # fmt: skip
+    own = getattr(scheme.rule.method, "own", None)
+    every = [c.expression for c in given if isinstance(c, Algebraic)]
+    every += [e for e in (own.numbers if own else ()) if isinstance(e, sympy.Basic)]
+    bases = [e for one in every for e in one.atoms(sympy.Pow) if e.base.is_Rational]
     missing = ""
     for _ in range(TRIES):
         numbers = Numbers(PrimeField.at_random(draw), draw)

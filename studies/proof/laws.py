@@ -17,8 +17,8 @@ import numpy as np
 
 from discmech.integrators import Discretisation
 from discmech.integrators.equations import poisson_tensor
-from discmech.integrators.extensions.expansions import series_namespace
-from discmech.integrators.numbers import PrimeField, numeric_text, run_text
+from discmech.integrators.extensions.expansions import series_function
+from discmech.integrators.numbers import PrimeField, numeric_text
 from discmech.integrators.numbers.types import Function
 
 from .classes import SceneClass
@@ -36,15 +36,13 @@ BY_A_THEOREM = "by a theorem, as it has a discrete Lagrangian"
 class Law:
     """What vanishes. defect: of a comparison, in numbers, with random letters, to a power of h.
 
-    further: the degrees by which a scene's polynomials exceed the power. least: the powers beyond
-    the order of a map that are looked at, at least. times: how many times the degree of a step its
-    numerators may have.
+    further: the derivatives that it takes of a step. least: the powers beyond the order of a map
+    that are looked at, at least.
     """
 
     defect: Callable[..., Gaps]
     further: int = 0
     least: int = 1
-    times: int = 1
 
 
 def form(
@@ -65,7 +63,7 @@ def form(
 def _bracket(s: Any, field: PrimeField) -> Function:
     letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
     text = numeric_text(letters, [poisson_tensor(s, s.x, s.mu)])
-    return run_text(text, series_namespace(field))["function"]
+    return series_function(text, field)
 
 
 def adjoint(
@@ -92,10 +90,10 @@ def momentum(e: SceneClass) -> Law:
         z, _ = c.stepped(numbers, p, at, power)
         return Gaps.of([name], [value(z) - value(at[0])], numbers.field, power)
 
-    return Law(defect, times=2)
+    return Law(defect)
 
 
-FORM, ADJOINT = Law(form, further=1, times=6), Law(adjoint, least=2, times=3)
+FORM, ADJOINT = Law(form, further=1), Law(adjoint, least=2)
 #: the words by which laws are asked for
 LAWS = ("symplectic", "self-adjoint", "momentum")
 

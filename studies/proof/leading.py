@@ -15,12 +15,11 @@ from typing import Any
 
 from discmech.integrators import Discretisation, pair
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.extensions.expansions import series_namespace
+from discmech.integrators.extensions.expansions import series_function
 from discmech.integrators.numbers import (
     NotRational,
     jacobian,
     numeric_text,
-    run_text,
     small_fraction,
     sympy,
 )
@@ -139,7 +138,10 @@ def _in_field(
     order: int, draw: random.Random,
 ) -> list[Any] | None:  # fmt: skip
     """Return the images of the coefficients in a field, or (numerator, denominator) of each."""
-    function = run_text(text, series_namespace(numbers.field))["function"]
+    try:
+        function = series_function(text, numbers.field)
+    except RecursionError:
+        return None
     seed = draw.getrandbits(64)
 
     def solved(value: Any = None) -> list[Any] | None:

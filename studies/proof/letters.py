@@ -8,10 +8,12 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import wraps
+from functools import cache, wraps
+from types import SimpleNamespace
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation
+from discmech.integrators.equations import written
 from discmech.integrators.errors import CannotMeasure, at_line
 from discmech.integrators.numbers import sympy
 from discmech.integrators.numbers.types import Expression
@@ -24,17 +26,16 @@ BINARY = 2**20
 
 @dataclass
 class Told:
-    """What was seen in the formula of a rule: open numbers, floats, and derivatives of L.
+    """What was seen in the formula of a rule: open numbers, floats, and how it asks for L.
 
-    taken: the most derivatives of L in it, infinite where they are not known; most: those for which
-    the polynomials of the scenes have the degree, None where nothing is refused.
+    taken: the most derivatives of L in it, infinite where they are not known; places: the (x, v) at
+    which it asks, in its letters.
     """
 
     open: list[str] = field(default_factory=list)
     floats: list[Any] = field(default_factory=list)
-    derivatives: bool = False
     taken: float = 0
-    most: float | None = None
+    places: list[Any] = field(default_factory=list)
 
     @property
     def notes(self) -> list[str]:
@@ -59,27 +60,27 @@ def lettered(rule: Discretisation, told: Told) -> Discretisation:
         # a rule asks its second argument, the groupoid, for letters, and a map the system
         constant = (first if not hasattr(rest[0], "constant") else rest[0]).constant
         given = {name: sympy.Symbol(name, real=True) for name in names}
-        if hasattr(first, "parameters"):
-            own = {name: sympy.Symbol(name, real=True) for name in free}
-            first.parameters.__dict__.update(own)
-        for name in ("gradient", "mass", "df", "flow"):
-            if hasattr(first, name):
-                setattr(first, name, _watched(getattr(type(first), name), first, told))
+        own = {name: sympy.Symbol(name, real=True) for name in free}
+        first.parameters = SimpleNamespace(**own)  # those of a class are no scene's
+        if hasattr(first, "df"):  # a map's system: H is any function, no polynomial
+            first.df, first.degree = _watched(type(first).df, first, told), None
         value, again = formula(first, *rest, **given), formula(first, *rest, **given)
         if value != again:
             raise BadInput(
                 f"{at_line(formula)}{rule.name} gives another value each time it is called: write "
                 "it without random numbers."
             )
-        if hasattr(first, "potential"):
-            told.taken = max(told.taken, _derivatives(formula, _AnyLagrangian(first), rest, given))
-            if told.most is not None and told.taken > told.most:
-                raise CannotMeasure(
-                    f"{rule.name} takes {_counted(told.taken)} derivatives of L itself, and these "
-                    "polynomials have the degree for fewer."
-                )
-        return _each(value, lambda e: _lettered(e, constant, free, told))
 
+        def letters(e: Any) -> Expression:
+            return _lettered(e, constant, free, told, rest[-1 - (rule.stages > 0)])
+
+        value = _each(value, letters)
+        if hasattr(first, "potential"):
+            told.taken, places = _asked(formula, first, rest, given)
+            told.places = [_each(e, letters) for e in places]
+        return value
+
+    with_letters.told = told  # type: ignore[attr-defined]
     return replace(rule, formula=with_letters, parameters=())
 
 
@@ -87,21 +88,26 @@ def _watched(method: Callable[..., Any], of: Any, told: Told) -> Callable[..., A
     """Return a method that tells when it is called."""
 
     def called(*given: Any) -> Any:
-        told.derivatives = True
+        told.taken = max(told.taken, 1)
         return method(of, *given)
 
     return called
 
 
 class _AnyLagrangian:
-    """A Lagrangian without a formula: what a rule differentiates stays a derivative of it."""
+    """A Lagrangian without a formula: what a rule differentiates stays a derivative of it.
+
+    To look for its terms fails.
+    """
 
     def __init__(self, of: Any) -> None:
         self.s, self.parameters = of.s, of.parameters
-        self.fast = lambda x: sympy.Function("fast", real=True)(*x)
 
     def __call__(self, x: Any, u: Any) -> Expression:
-        return sympy.Function("L", real=True)(*x, *u)
+        return _without_formula("L")(*x, *u)
+
+    def fast(self, x: Any) -> Expression:
+        return _without_formula("fast")(*x)
 
     def potential(self, x: Any) -> Expression:
         return -self(x, 0 * self.s.u)
@@ -117,27 +123,55 @@ class _AnyLagrangian:
         return matrix.subs(dict(zip(self.s.x, x, strict=True)), simultaneous=True)
 
 
-def _derivatives(formula: Callable[..., Any], L: Any, rest: Any, given: Any) -> float:
-    """Return the most derivatives of L in a factor of a rule; infinite if it needs L's formula.
+@cache
+def _without_formula(name: str) -> Any:
+    """Return a function of which nothing is known; who looks for its terms gets an error."""
+    found = sympy.Function(f"{name} of a proof", real=True)
+    for asked in ("_eval_expand_basic", "coeff", "as_poly"):
+        setattr(found, asked, _no_terms)
+    return found
 
-    A difference of values over h^q is one, of q + 1 derivatives in a weight h.
+
+def _no_terms(*_: Any, **__: Any) -> Any:
+    raise NotImplementedError
+
+
+def _asked(formula: Callable[..., Any], of: Any, rest: Any, given: Any) -> tuple[float, list[Any]]:
+    """Return the most derivatives of L in a rule, and the columns (x, v) at which it asks for L.
+
+    The number is infinite if the rule needs the formula of L.
     """
+    s, n, places = of.s, len(of.s.x), dict[Any, None]()
+    known = {"L": lambda *a: s.lagrangian_at(sympy.Matrix(a[:n]), sympy.Matrix(a[n:])),
+             "fast": lambda *x: s.fast_at(sympy.Matrix(x))}  # fmt: skip
+
+    def look(e: Any, swap: dict[Any, Any]) -> None:
+        """Note the arguments of L in e; swap: the values of letters that are bound there."""
+        if isinstance(e, sympy.Subs):
+            for part in e.point:
+                look(part, swap)
+            point = [part.xreplace(swap) for part in e.point]
+            look(e.expr, swap | dict(zip(e.variables, point, strict=True)))
+            return
+        if any(isinstance(e, _without_formula(name)) for name in known):
+            at = [part.xreplace(swap) for part in e.args]
+            for name, value in known.items():
+                at = [part.replace(_without_formula(name), value).doit() for part in at]
+            places[tuple(map(written, [*at, *s.u][: n + len(s.u)]))] = None
+        for part in e.args:
+            look(part, swap)
+
     try:
-        value, h = sympy.sympify(formula(L, *rest, **given)).doit(), rest[-1]
-        poles = [-int(e.exp) for e in value.atoms(sympy.Pow) if e.base == h and e.exp < 0]
-        of_differences = 1 + max(poles) if poles else 0
+        value = sympy.sympify(formula(_AnyLagrangian(of), *rest, **given)).doit()
         taken = max((_depth(e) for e in value.atoms(sympy.Derivative)), default=0)
-        return float(max(taken, of_differences))
+        look(value, {})
+        return float(taken), [*places]
     except Exception:  # a rule may do anything with an expression, as look for its factors
-        return float("inf")
+        return float("inf"), []
 
 
 def _depth(e: Any) -> Any:
     return e.derivative_count + max(map(_depth, e.expr.atoms(sympy.Derivative)), default=0)
-
-
-def _counted(taken: float) -> str:
-    return "an unknown number of" if taken == float("inf") else f"{taken:.0f}"
 
 
 def _each(value: Any, change: Callable[[Any], Any]) -> Any:
@@ -148,7 +182,7 @@ def _each(value: Any, change: Callable[[Any], Any]) -> Any:
 
 
 def _lettered(
-    e: Any, constant: Callable[..., Any], names: tuple[str, ...], told: Told
+    e: Any, constant: Callable[..., Any], names: tuple[str, ...], told: Told, h: Any
 ) -> Expression:
     try:
         e = sympy.sympify(e, strict=True)
@@ -163,11 +197,24 @@ def _lettered(
             if part.name in names or part.is_real is None:
                 told.open += [part.name] * (part.name not in told.open)
                 swap[part] = constant(Open(part.name))
+        elif not _is_analytic(part, h):
+            raise CannotMeasure(f"{str(part)[:60]} is no rational function of the state and h")
         elif part.is_Rational or part.is_Float:
             number = sympy.Rational(part)
             if number.q >= BINARY and number.q & (number.q - 1) == 0 and number not in told.floats:
                 told.floats.append(number)
+        elif hasattr(part, "written_out"):
+            continue  # an answer, even if it is a number
         elif getattr(part, "is_number", False) and part.is_finite and part.is_real:
             swap[part] = constant(Algebraic(part))
             parts.skip()
     return e.xreplace(swap) if swap else e
+
+
+def _is_analytic(e: Any, h: Any) -> bool:
+    """Return False for a root of letters, unless it is one of h alone and not 0 there, and for a
+    size or a sign: a field has none, or takes one of two."""
+    if e.is_Pow and e.exp.is_Rational and not e.exp.is_Integer and e.base.free_symbols:
+        return e.base.free_symbols == {h} and e.base.subs(h, 0) != 0
+    of_signs = (sympy.Abs, sympy.sign, sympy.Max, sympy.Min, sympy.Piecewise, sympy.Heaviside)
+    return not isinstance(e, of_signs) or not e.free_symbols

@@ -26,13 +26,13 @@ from .laws import LAWS, Law, laws_of
 from .leading import leading_error
 from .letters import Told, lettered
 from .result import Answer, Result
-from .steps import Comparison, Gaps
+from .steps import MOST_STATES, Comparison, Gaps
 
 MOST_ORDER = 12
 DRAWS = 2
-FURTHER = 3  # degrees beyond a power of h for a rule that takes derivatives of L itself, at least
-#: degree of a step's rows, as rational functions of all letters, for which the chance is told
-MOST_DEGREE = 10**6
+#: degree of a substep's rows in all letters, times the number of its unknowns and of the values
+#: that it names, for which the chance is told
+MOST_DEGREE = 10**7
 #: bits of the numbers that all coefficients of an error may share, for which the chance is told
 CONTENT = 10**6
 #: of the primes of `BITS` bits ≡ 11 mod 12 at least this share has the nodes and roots of a rule
@@ -94,15 +94,7 @@ def prove(
         asked_for = ", ".join(kinds or KINDS)
         raise BadInput(f"{given.name} has no meaning on any class of the kinds {asked_for}.")
     draw = random.SystemRandom()
-    if _differentiates(every[0], asked, told):
-        # a weight h^0 of them is two powers below that of a value of L
-        further = max(FURTHER, int(told.taken) + 2) if math.isfinite(told.taken) else FURTHER
-        least = replace(every[0], further=further, dear=4 * every[0].dear)
-        fits = further <= FURTHER + 2 or least.dear * least.count((stated or 1) + 1) <= MOST_LETTERS
-        told.most = told.taken if fits and math.isfinite(told.taken) else 0
-        every = [replace(e, further=further if fits else FURTHER, dear=4 * e.dear) for e in every]
-    else:
-        told.most = 0
+    every = _with_degrees(every, asked, stated or 1, draw)
     if stated is None:
         progress("finding the order", None)
         stated = _found(every[0], asked, draw)
@@ -158,17 +150,33 @@ def _usual(order: int) -> int:
     return next(count for most, count in USUAL.items() if order <= most)
 
 
-def _differentiates(e: SceneClass, rule: Discretisation, told: Told) -> bool:
-    """Return whether a rule may take derivatives of L itself: then L needs a higher degree.
+def _with_degrees(
+    every: list[SceneClass], rule: Discretisation, order: int, draw: random.Random
+) -> list[SceneClass]:
+    """Return the classes with the degrees that a rule needs which differentiates L itself, or asks
+    for it at other states: an error could vanish for lower ones.
 
-    An error of h^k could have more than k of them, and vanish for a polynomial of degree k.
+    What it does is seen on the first class, which keeps its degree if it had too many coefficients
+    then: `_drawn` looks again, and proves nothing on a class whose degree is too low.
     """
     try:
-        comparison = Comparison(e.probe(), rule)
-    except BadInput:  # which is told with the first class
-        return False
-    of = getattr(comparison.parts[0].equations.discrete, "of", None)
-    return told.derivatives or told.taken > 0 or not (of is None or of.weighted)
+        comparison = Comparison(every[0].scene(2), rule)
+        constants = [c for part in comparison.constants for c in part]
+        numbers = numbers_for(constants, comparison.scheme, draw)
+        _gaps(ORDER, comparison, numbers, draw, 2, None)
+    except (BadInput, CannotMeasure, NotRational, ZeroDivisionError, RecursionError):
+        return every  # which is told with the first class
+
+    def higher(e: SceneClass) -> SceneClass:
+        further, places = comparison.reach(e.part == "quadratic")
+        dear = e.dear * (4 if further or places > 1 else 1)
+        return replace(e, further=int(further), places=places, dear=dear)
+
+    if comparison.told.taken == math.inf:
+        return every
+    first, *others = map(higher, every)
+    fits = first.dear * first.count(order + 1) <= MOST_LETTERS
+    return [first if fits else every[0], *others]
 
 
 def _every_dimension(rule: Discretisation, answers: dict[str, Answer]) -> list[str]:
@@ -221,10 +229,10 @@ def _answer(
     power = stated + 1 if power is None else power
     try:
         answer = _drawn(e, rule, order, power, draw, law)
-    except CannotMeasure as error:
-        answer = Answer(None, None, _sentence(error))
     except NotKnown:
         answer = Answer(None, None, "quotients 0/0 in it take too many powers of h away")
+    except CannotMeasure as error:
+        answer = Answer(None, None, _sentence(error))
     except RecursionError:
         answer = Answer(None, None, "its formulas are too long for these Lagrangians")
     except (NotRational, ZeroDivisionError) as error:
@@ -281,8 +289,10 @@ def _drawn(
     if seen >= wanted and reduced:
         return Answer(seen, None, "proven for L quadratic in v alone: for others a step of length "
                       "0 is no rational function", **about)  # fmt: skip
+    if seen >= wanted and (said := _too_low(e, comparison, law)):
+        return Answer(seen, None, said, **about)
     if seen >= wanted:
-        chance = chance_of_error(comparison, power, law.times)
+        chance = chance_of_error(comparison, power)
         told = told and f"the next power, {told}"
         return Answer(seen, True, told, chance=chance, **about)
     if said := decimals_in(rule):
@@ -316,14 +326,28 @@ class _OpenValues(dict[str, Any]):
         return self[name]
 
 
-def chance_of_error(comparison: Comparison, power: int, times: int = 1) -> float:
+def _too_low(e: SceneClass, comparison: Comparison, law: Law) -> str:
+    """Return why the polynomials of a class may not show an error; "" where they show each."""
+    further, places = comparison.reach(e.part == "quadratic")
+    if e.part == "cubic" or (further <= e.further - law.further and places <= e.places):
+        return ""
+    taken = comparison.told.taken
+    counted = "an unknown number of" if taken == math.inf else f"{taken:.0f}"
+    many = "an unknown number of" if places >= MOST_STATES else f"{places}"
+    return (
+        f"it takes {counted} derivatives of L itself, quotients take {comparison.lost} powers of h "
+        f"away, and it asks for L at {many} states as h → 0: polynomials that show all errors have "
+        "too many coefficients"
+    )
+
+
+def chance_of_error(comparison: Comparison, power: int) -> float:
     """Return the bound of the chance that errors vanish in all draws and not always.
 
-    times: the degree of what is to vanish, by that of an error. docs/proofs.md: the numerator of an
-    error is of a degree below C(2K − 1) with C = (m + 1)(2K + 2)r, r the degree of the rows of a
-    step, and at most `CONTENT`/`BITS` primes divide all its coefficients.
+    docs/proofs.md: the numerator of an error, or of a law, is of a degree below 4(2K − 1)(m + 1)r
+    with m unknowns of all substeps and r the degree of their rows, and at most `CONTENT`/(`BITS` −
+    1) primes divide all its coefficients. Φ₋ₕ∘Φₕ has twice as many.
     """
-    m = len(comparison.s.u) + len(comparison.s.stages)
-    degree = times * (2 * power - 1) * (m + 1) * (2 * power + 2) * MOST_DEGREE
+    degree = 8 * (2 * power - 1) * len(comparison.parts) * MOST_DEGREE
     primes = 2.0 ** (BITS - 1) / (BITS * 0.7 * 4) * SHARE
-    return float((degree / 2.0 ** (BITS - 1) + CONTENT / BITS / primes) ** DRAWS)
+    return float((degree / 2.0 ** (BITS - 1) + CONTENT / (BITS - 1) / primes) ** DRAWS)

@@ -8,8 +8,9 @@ whole class.
 from __future__ import annotations
 
 import itertools
+import math
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -28,18 +29,21 @@ from discmech.integrators.extensions.expansions import (
     NotKnown,
     Series,
     StepSeries,
-    series_namespace,
+    series_function,
 )
 from discmech.integrators.numbers import (
+    NotRational,
     PrimeField,
     Residue,
     numeric_text,
-    run_text,
 )
+from discmech.integrators.numbers.types import Function
 
 from .constants import Numbers
+from .letters import Told
 
 MOST_LOST = 4  # powers of h that quotients 0/0 may take away
+MOST_STATES = 99  # more than polynomials of any degree here are for
 Row = list[Residue]
 
 
@@ -90,6 +94,19 @@ class Comparison:
         self.constants = [
             [c.value for c in part.equations.s.constants.values()] for part in self.parts
         ]
+        self.told: Told = getattr(rule.of_step.formula, "told", Told())
+        #: of the last step: powers of h that quotients took away, and where L or H was asked for
+        self.lost = 0
+        self.states = set[tuple[float, ...]]()
+
+    def reach(self, still: bool) -> tuple[float, int]:
+        """Return the derivatives of L beyond the power of h, and at how many states they are taken.
+
+        still: True where only the places of the states matter, as L is a polynomial in v anyway.
+        """
+        taken = self.lost + self.told.taken
+        places = {e[: len(self.s.x)] for e in self.states} if still else self.states
+        return taken + 1 if taken else 0, len(places)
 
     @property
     def is_tree_sum(self) -> bool:
@@ -160,11 +177,12 @@ class Comparison:
 
         at: the state, its velocity, its rates.
         """
-        for lost in range(MOST_LOST):
+        for self.lost in range(MOST_LOST):
             try:
-                return self._with(numbers, p, at, power, lost, signs, slopes)
+                return self._with(numbers, p, at, power, self.lost, signs, slopes)
             except NotKnown:
                 continue
+        self.lost = MOST_LOST
         return self._with(numbers, p, at, power, MOST_LOST, signs, slopes)
 
     def _with(
@@ -172,6 +190,9 @@ class Comparison:
         signs: Sequence[int], slopes: bool,
     ) -> Any:  # fmt: skip
         z, n, derivative = list(at[0]), len(self.s.x), None
+        xi = [] if self.parts[0].equations.discrete is None else at[1]
+        start = [*z[: n if xi else None], *xi]
+        self.states = {tuple(e.v for e in start)}
         h = Series.variable(power + lost + 1, numbers.field.number(1))
         sizes = numbers.sizes(self.scheme, self.substeps)
         every = [*zip(self.parts, self.constants, sizes, strict=True)]
@@ -181,6 +202,7 @@ class Comparison:
                 StepSeries(part, numbers.field),
             )
             x, mu, w = self._part(steps, z[:n], z[n:], q, at, power, lost)
+            self.states |= self._states(steps, z, w, q)
             if slopes:
                 own = steps.derivative(z[:n], z[n:], w, q, power)
                 derivative = own if derivative is None else own @ derivative
@@ -211,6 +233,33 @@ class Comparison:
             raise NotConsistent("the velocity at h = 0 is not that of the motion.")
         raise refused
 
+    def _states(self, steps: StepSeries, z: Any, w: Any, q: Any) -> set[tuple[float, ...]]:
+        """Return the states (x, v) or (x, μ) at which a step of length 0 asks for L or H."""
+        equations, field = steps.equations, steps.numbers
+        asked = self.told.places if equations.discrete else equations.view.places
+        if not asked:
+            return set()
+        of = _at_states(equations, tuple(map(tuple, asked)), field)
+        n = len(self.s.x)
+        try:
+            *found, _ = of(z[:n], z[n:], w, q)
+            return {tuple(field.number(_finite(e)).v for e in state) for state in found}
+        except (ZeroDivisionError, NotKnown, NotRational):  # not known, and so any number of them
+            return {(math.nan, float(k)) for k in range(MOST_STATES)}
+
+
+@lru_cache(maxsize=64)
+def _at_states(equations: Any, asked: tuple[Any, ...], field: PrimeField) -> Function:
+    s = equations.s
+    letters = {"x": s.x, "mu": s.mu, "w": equations.w, "q": s.q}
+    text = numeric_text(letters, [*map(list, asked), []], equations.graph)
+    return series_function(text, field)
+
+
+def _finite(e: Any) -> Any:
+    """Return the constant term of a series; raises `ZeroDivisionError` for a pole."""
+    return e.constant() if isinstance(e, Series) and any(c != 0 for c in e.c) else _at(e, 0)
+
 
 class Flow:
     """The motion of a scene's symbols as power series in time, by the continuous equations."""
@@ -224,10 +273,7 @@ class Flow:
             results += [list(momentum(s)), mass_matrix(s)]
         else:
             results += [list(self.closed)]
-        space = series_namespace(field)
-        self.function: Callable[..., Any] = run_text(numeric_text(letters, results), space)[
-            "function"
-        ]
+        self.function = series_function(numeric_text(letters, results), field)
 
     @staticmethod
     @lru_cache(maxsize=64)

@@ -8,7 +8,7 @@ derivative that the rows have there.
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
 
@@ -81,7 +81,14 @@ class StepSeries:
             rows, _ = self.rows(*part, [_until(e, k + 2 + lost) for e in q])
             change = _times(inverse, rows)
             w = [_polynomial(e - step, k, end) for e, step in zip(w, change, strict=True)]
-        _, grown = self.rows(x, mu, w, q)
+        rows, grown = self.rows(x, mu, w, q)
+        if isinstance(self.numbers, PrimeField) and any(
+            e.coefficient(k) != 0 for e in rows if isinstance(e, Series) for k in range(power + 1)
+        ):
+            raise CannotMeasure(
+                f"{self.context.scheme.rule.name}: its rows have no derivative at h = 0 that "
+                "leads to their solution."
+            )
         after = [_polynomial(a + b, power, end) for a, b in zip((*x, *mu), grown, strict=True)]
         return after[: self.n], after[self.n :], w
 
@@ -111,7 +118,7 @@ class StepSeries:
         for _ in range(MOST):
             given = self.rows(x, mu, w, q)[0]
             if isinstance(self.numbers, PrimeField) and any(map(_has_pole, given)):
-                raise NotConsistent("a step of length 0 is not the identity.")
+                self._refuse_pole(x, mu, q, w)
             rows = [_constant(e) for e in given]
             inverse = self._inverse(x, mu, w, q)
             change = _times(inverse, rows)
@@ -130,6 +137,22 @@ class StepSeries:
                 break
             before = size
         raise self._refused("Newton found no step from there.")
+
+    def _refuse_pole(self, x: Scalars, mu: Scalars, q: Scalars, w: list[Scalar]) -> NoReturn:
+        """Raise `NotConsistent` for a pole at all values of stages, else `NotExpanded`.
+
+        Of a consistent step the other unknowns are those of the motion at h = 0, but stages may be
+        anything.
+        """
+        moved = w
+        if self.equations.rule.stages:
+            free = [kind != "velocity" for kind, e in self.equations.unknowns for _ in e]
+            moved = [e * e + 7 * k + 1 if f else e
+                     for k, (e, f) in enumerate(zip(w, free, strict=True))]  # fmt: skip
+        one, other = (self.rows(x, mu, e, q)[0] for e in (w, moved))
+        if all(map(_same_pole, one, other)):
+            raise NotConsistent("a step of length 0 is not the identity.")
+        raise self._refused("a step of length 0 has a pole where its stages are looked for.")
 
     def _refused(self, why: str) -> NotExpanded:
         return NotExpanded(f"{self.context.scene.name} with {self.context.scheme.rule.name}: {why}")
@@ -151,8 +174,7 @@ class StepSeries:
             if closed is None:
                 raise NotExpanded(f"{s.name}: there is no short closed form of ξ(x, μ).")
             text = numeric_text({"x": s.x, "mu": s.mu, "p": s.parameter_list}, [list(closed)])
-            of_state = run_text(text, series_namespace(self.numbers))["function"]
-            xi = list(of_state(x, mu, parameters))
+            xi = list(series_function(text, self.numbers)(x, mu, parameters))
         else:
             xi = self.velocity(x, mu, parameters, near)
         if equations.free is not None:
@@ -189,6 +211,15 @@ def _is_zero(e: Scalar, numbers: Atoms | PrimeField) -> bool:
 
 def _has_pole(e: Scalar) -> bool:
     return isinstance(e, Series) and any(e.coefficient(k) != 0 for k in range(e.start, 0))
+
+
+def _same_pole(a: Scalar, b: Scalar) -> bool:
+    start = min((e.start for e in (a, b) if isinstance(e, Series)), default=0)
+    return all(_at(a, k) == _at(b, k) for k in range(start, 0))
+
+
+def _at(e: Scalar, k: int) -> Scalar:
+    return e.coefficient(k) if isinstance(e, Series) else 0
 
 
 def _constant(e: Scalar) -> Scalar:
@@ -270,14 +301,18 @@ def _eliminated(entries: list[list[Scalar]], numbers: Atoms | PrimeField) -> lis
 def _rates(s: SceneSymbols, numbers: Kind) -> Function:
     """Return f(x, ξ, μ, p) of coefficients."""
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
-    text = numeric_text(letters, [list(rates(s))])
-    return run_text(text, series_namespace(numbers))["function"]
+    return series_function(numeric_text(letters, [list(rates(s))]), numbers)
 
 
 @lru_cache(maxsize=256)
 def _function(equations: StepEquations, what: str, numbers: Kind) -> Function:
+    return series_function(map_text(equations, what), numbers)
+
+
+def series_function(text: str, numbers: Kind) -> Function:
+    """Return the function of a text that `numeric_text` wrote, on series."""
     space = series_namespace(numbers)
-    names = run_text(map_text(equations, what), space)
+    names = run_text(text, space)
     # the text's own function of a matrix asks for a norm, which a field has not
     names |= {name: space[name] for name in {"matrix_function"} & space.keys()}
     return names["function"]
