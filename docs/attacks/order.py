@@ -254,3 +254,16 @@ def bump(s, z, h):
     x, mu = s.split(verlet(s, z, h))
     here = sympy.exp(-400 * (x[0] + Q(7, 10)) ** 2)
     return s.join(x, mu + h * sympy.Matrix([here / 10**8]))
+
+
+def well(name, unit):
+    """A Gaussian well, whose step is affine in no unit of length."""
+
+    def lagrangian(x, v, p):
+        return v[0] ** 2 / 2 + unit**2 * sympy.exp(-((x[0] / unit) ** 2))
+
+    return Scene(name=name, groupoid=pair(1), lagrangian=lagrangian, x0=[unit], v0=[0], duration=10,
+                 step="0.1")  # fmt: skip
+
+
+small_well = well("small-well", sympy.Rational(1, 10**11))

@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from ..numbers import Node, node_values, random_point, vanishes
+from ..numbers import Node, node_values, random_point, sympy, vanishes
 from ..numbers.nodes import CALL, HELD, LETTER, PRODUCT, RESULT
 from ..numbers.types import Exact, Letter, Number
 from .step import Step
@@ -22,28 +22,39 @@ SAVINGS = {
     "carried": "costly functions of x at the end of a step are handed on to the next",
 }
 TRIES = 8  # pairs of points: at some the rows may have no value, a root of what is negative
+#: units of length: in one that is 10²⁰ times longer or shorter than the motion's, what changes may
+#: be lost beside what does not, as the fourth power of a short length and exp(−x²) of a long one
+UNITS = (-160, -120, -80, -40, 40, 80, 120, 160)  # powers of 10
 
 
 def is_affine(step: Step) -> bool:
     """Return True if the rows, with derivative `slope`, are affine in w and finite at w = 0.
 
     Then one correction solves them. The test compares the slope at two random w, with x, h and
-    parameters unchanged; where the rows have no value at either, it tries elsewhere.
+    parameters unchanged; where the rows have no value at either, it tries elsewhere. It does so in
+    all units of length, for x and w alike.
     """
     nodes = step.nodes
     entries = [e for row in nodes.slope for e in row]
     moving = nodes.graph.depending(entries, set(nodes.w))
     for seed in range(0, 2 * TRIES, 2):
-        point, other = _point(step, seed), _point(step, seed + 1)
-        second = {**point, **{u: other[u] for u in step.w}}
+        point, second = _pair(step, seed)
         for some in moving[:1], moving[1:]:  # one that changes tells
             if not _same(step, some, point, second):
                 return False
         if _has_value(step, {**point, **dict.fromkeys(step.w, 0)}):
-            return True
+            return all(_same(step, moving, *_pair(step, seed, unit)) for unit in UNITS)
         if _has_value(step, point):
             return False
     return False
+
+
+def _pair(step: Step, seed: int, unit: int = 0) -> list[dict[Letter, Exact]]:
+    """Return two points that differ in w, of lengths of about 10^unit."""
+    long = {*step.x, *step.w}
+    first, other = ({e: v * sympy.Integer(10) ** unit if e in long else v
+                     for e, v in _point(step, seed + k).items()} for k in (0, 1))  # fmt: skip
+    return [first, {**first, **{e: other[e] for e in step.w}}]
 
 
 def _has_value(step: Step, point: Mapping[Letter, Exact]) -> bool:

@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy
-from sympy import Integer, Matrix
+from sympy import Integer, Matrix, exp
 
 from discmech import Control, Lattice
 from discmech.integrators import (
@@ -230,6 +230,16 @@ def test_a_small_nonlinearity_is_no_affine_equation(power, offset):
     )  # fmt: skip
     run = Scheme(scene, rules.midpoint).flow(kepler.step, 50).trajectory(2)
     assert run.newton_mean > 1
+
+
+@pytest.mark.parametrize("power", [-150, -60, -11, 40, 150])
+@pytest.mark.parametrize("well", [lambda y: exp(-(y**2)), lambda y: y**4])
+def test_a_nonlinearity_of_any_length_is_no_affine_equation(well, power):
+    """At x = 1 it is lost beside the mass: exp(-10²²) in short lengths, 10⁻¹⁶⁰ in long ones."""
+    unit = Integer(10) ** power
+    scene = Scene("well", pair(1), lambda x, v, p: v[0] ** 2 / 2 - unit**2 * well(x[0] / unit),
+                  x0=[unit], v0=[0], step="0.1")  # fmt: skip
+    assert Scheme(scene, rules.midpoint).flow(scene.step, 50).trajectory(2).newton_mean > 1
 
 
 def test_integers_among_the_entries_of_a_matrix_are_no_floats():
