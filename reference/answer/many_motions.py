@@ -20,7 +20,8 @@ ENOUGH = 2.0**-50
 #: a change that sinks by less than this factor is round-off itself
 SINKS = 4
 MOST_PARTS = 2**12
-#: the relative change of a start, to measure its effect on the end
+PASSING = 2.0**-20  # a state that passes through 0 has this share of the largest of its kind
+#: the change of a start, over the state, to measure its effect on the end
 MOVED = 2.0**-26
 
 
@@ -28,8 +29,8 @@ MOVED = 2.0**-26
 class Ends:
     """The ends of pieces: x (r, n), v and μ (r, m), and the error of (x, μ), (r, n+m).
 
-    grown: the change of the end over that of the start, (r, n+m), where all entries of the start
-    change by ± the same; the largest of two drawn changes.
+    grown: the change of the end, (r, n+m), by a small change of the start, each entry by ± its own
+    size; the largest of two drawn changes.
     """
 
     x: np.ndarray
@@ -82,11 +83,15 @@ class ManyMotions:
     ) -> Ends:
         """Return the ends of the pieces from x (r, n), v (r, m) at t (r,) over the spans (r,).
 
-        by: (n+m,), how much each entry of (x, v) is changed for `grown`, in units of which it is.
-        A piece that meets a singularity has an infinite error.
+        by: (n+m,), the change of each entry of (x, v) for `grown`, in any unit: it is made so large
+        or small that it is MOVED of x or of v. A piece that meets a singularity has an infinite
+        error.
         """
         z, drawn = np.hstack([x, v]).astype(float), np.random.default_rng(0)
-        starts = [z, *(z + MOVED * by * drawn.choice((-1.0, 1.0), z.shape) for _ in range(2))]
+        sizes = [(np.abs(part).max(initial=0.0), b.max(initial=0.0))
+                 for part, b in zip((x, v), np.split(by, [self.n]), strict=True)]  # fmt: skip
+        moved = MOVED * min((size / b for size, b in sizes if size and b), default=1.0)
+        starts = [z, *(z + moved * by * drawn.choice((-1.0, 1.0), z.shape) for _ in range(2))]
         columns = np.vstack(starts).T
         if self.timed:
             columns = np.vstack([columns, np.tile(t, 3)])
@@ -94,7 +99,7 @@ class ManyMotions:
             ends, off = self._parted(columns, np.tile(np.asarray(spans, dtype=float), 3))
             at, errors = (np.array_split(self._dual(e).T, 3) for e in (ends, ends + off))
             error = np.abs(errors[0] - at[0])
-            grown = np.maximum(*(np.abs(e - at[0]) for e in at[1:])) / MOVED
+            grown = np.maximum(*(np.abs(e - at[0]) for e in at[1:])) / moved
         error[~np.isfinite(error)] = np.inf
         grown[~np.isfinite(grown)] = np.inf
         v1 = ends.T[: len(z), self.n : z.shape[1]]
@@ -105,18 +110,25 @@ class ManyMotions:
         return np.vstack([z[: self.n], *mu])
 
     def _parted(self, z: np.ndarray, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the ends (s, r) and their last changes as the parts were halved."""
+        """Return the ends (s, r) and their last changes as the parts were halved.
+
+        A change counts beside the size of x, or of v, each in a unit of its own.
+        """
         found, off = self._in_parts(z, spans, 1), np.full(z.shape, np.inf)
-        size, parts = np.abs(z).max(axis=0), 2
-        left = np.arange(z.shape[1])
+        unit = np.ones(z.shape)
+        for part in (slice(self.n), slice(self.n, len(z) - self.timed)):
+            sizes = np.nan_to_num(np.maximum(np.abs(z[part]), np.abs(found[part])), posinf=0.0)
+            most = sizes.max(axis=0, initial=0.0)
+            if most.any():
+                unit[part] = np.maximum(most, PASSING * most.max())
+        left, parts = np.arange(z.shape[1]), 2
         while len(left) and parts <= MOST_PARTS:
             finer = self._in_parts(z[:, left], spans[left], parts)
             change = np.abs(finer - found[:, left])
-            before = off[:, left].max(axis=0)
+            before = (off[:, left] / unit[:, left]).max(axis=0)
             found[:, left], off[:, left] = finer, change
-            largest = change.max(axis=0)
-            small = largest <= 1e-9 * size[left]
-            done = (largest <= ENOUGH * size[left]) | (small & (largest * SINKS > before))
+            largest = (change / unit[:, left]).max(axis=0)
+            done = (largest <= ENOUGH) | ((largest <= 1e-9) & (largest * SINKS > before))
             left, parts = left[~done], 2 * parts
         off[:, left] = np.inf
         return found, off

@@ -26,6 +26,27 @@ def test_pieces_end_where_the_references_are(name):
     assert (ends.grown.max(axis=1) > 0.1).all()
 
 
+def test_units_of_length_and_time_change_no_digit():
+    """Velocities had the unit of lengths: states of 1e-11 were moved by 1e-8, to other motions."""
+
+    def ends(length, time):
+        def lagrangian(x, v, p):
+            y, w = x[0] / length, v[0] * time / length
+            return (length / time) ** 2 * (w**2 / 2 - y**2 / 2 - y**4)
+
+        scene = Scene(name="s", groupoid=pair(1), lagrangian=lagrangian, x0=[length], v0=[0],
+                      duration=time, step=time / 8)  # fmt: skip
+        unit = np.array([float(length), float(length / time)])
+        states, by = np.array([[0.75, 0.5], [-0.5, 1.5]]) * unit, np.array([2.0**-53, 1e-9]) * unit
+        found = reference.many_motions(scene).after(
+            states[:, :1], states[:, 1:], np.zeros(2), np.full(2, float(time)), by
+        )
+        return [part / unit for part in (np.hstack([found.x, found.mu]), found.error, found.grown)]
+
+    units = Fraction(1, 2**36), Fraction(1, 2**8)
+    assert np.array_equal(ends(Fraction(1), Fraction(1)), ends(*units))
+
+
 def test_the_energy_limits_the_digits_of_a_reference_in_numbers():
     """A gradient of another function conserves that one: both methods agree, and H does not stay.
 

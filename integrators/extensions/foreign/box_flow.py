@@ -234,7 +234,7 @@ class BoxFlow:
 
     def _at(self, k: int, t0: Exact) -> None:
         """Set the time of the scene in numbers to the beginning of step k."""
-        time = t0 + k * self.step
+        time = t0 + k * self.step if k else t0
         if self.digits == 16:
             self.system.t = float(time)
             return

@@ -36,8 +36,8 @@ class Recording:
     """A recorded run: t (r,), x (r, n), mu (r, m), and the step.
 
     mu holds the second half of the columns, momenta or velocities. interval is the time between
-    rows, `every` steps. rounding: the largest error of x and mu from writing fewer digits, or all
-    in single precision; late: the same for the times.
+    rows, `every` steps. roundings: the largest error of each column of x and mu from writing fewer
+    digits, or all in single precision, (n+m,); late: the same for the times.
     """
 
     path: Path
@@ -46,7 +46,7 @@ class Recording:
     mu: np.ndarray
     step: Fraction
     interval: Fraction
-    rounding: float
+    roundings: np.ndarray
     late: float
 
     @property
@@ -62,9 +62,11 @@ class Recording:
 
     @property
     def unit(self) -> float:
-        """The largest rounding error of a number, relative to the largest number of the run."""
-        size = max(np.abs(self.x).max(initial=0.0), np.abs(self.mu).max(initial=0.0))
-        return self.rounding / size if size else 0.0
+        """The largest rounding error of a number, relative to the largest one of its kind."""
+        errors = np.split(self.roundings, [self.x.shape[1]])
+        both = zip(errors, (self.x, self.mu), strict=True)
+        return max((float(e.max() / np.abs(part).max()) for e, part in both if part.any()),
+                   default=0.0)  # fmt: skip
 
     @property
     def every(self) -> int:
@@ -156,9 +158,9 @@ def read(path: Path, state: str = "qp") -> Recording:
     parts = [columns[name] for name in (*x_names, *mu_names)]
     digits, places = (max(getattr(part, name) for part in parts) for name in ("digits", "places"))
     together = Column(np.concatenate([part.values for part in parts]), digits, places)
-    rounding = float(together.roundings.max())
+    roundings = together.roundings.reshape(-1, rows).max(axis=1)
     step = _step(path, columns, interval)
-    return Recording(path, columns["t"].values, x, mu, step, interval, rounding, late)
+    return Recording(path, columns["t"].values, x, mu, step, interval, roundings, late)
 
 
 def _size(run: Recording) -> str:
