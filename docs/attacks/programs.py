@@ -271,3 +271,37 @@ class Late(DampsFromThere.formula):
         p = p - h / 2 * size * s.gradient(q, p)
         q = q + h * s.velocity(q, p)
         return q, p - h / 2 * size * s.gradient(q, p), k + 1
+
+
+@black_box(order=2, reversible=True)
+def bumped(q, p, h, s):
+    """No way back in a hundredth of the motion, by a power of the step that short steps hide."""
+    q, p = kicked(q, p, h, s)
+    return q, p + 1e-4 * h**4 * np.maximum(0, 1 - ((q - 0.33) / 0.02) ** 2) ** 3
+
+
+def to_its_energy(name, rule):
+    """Projected to the energy of its start, but for some steps."""
+
+    @black_box(order=2, keeps="energy", name=name)
+    def made(q, p, h, s):
+        energy = s.H(q, p)
+        q, p = kicked(q, p, h, s)
+        for _ in range(0 if rule(abs(h)) else 4):
+            slope = np.array([*s.gradient(q, p), *s.velocity(q, p)])
+            off = (s.H(q, p) - energy) / (slope @ slope)
+            q, p = q - off * slope[: s.n], p - off * slope[s.n :]
+        return q, p
+
+    return made
+
+
+not_long = to_its_energy("not-long", lambda h: h > 0.07)
+not_short = to_its_energy("not-short", lambda h: h < 0.002)
+
+
+@black_box(order=2, keeps="momentum")
+def forth(q, p, h, s):
+    """It keeps momenta forth in time alone."""
+    q, p = kicked(q, p, h, s)
+    return q, p * (1 if h > 0 else 1 + h**3)

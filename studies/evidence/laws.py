@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import random
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -25,10 +25,12 @@ from discmech.integrators.flows import (
     restricted_form_defect,
     return_defect,
 )
-from discmech.integrators.numbers import arithmetic, mpmath
+from discmech.integrators.numbers import Vector, arithmetic, mpmath
 
 from ..core.limits import MADE_AGAIN, OF_ORDER, of_a_step
 from ..core.single_steps import Departure
+from ..systems.runs import energy_with_terms
+from .many_steps import ManySteps, many_steps
 from .places import Place, random_fraction
 from .repeated import repeated
 
@@ -42,27 +44,36 @@ SHORT = Fraction(1, 10**10)
 #: round-offs by which a step may change what it keeps: 64 of a step's own bound, 16 for a quantity
 #: whose terms grow in it
 ROUNDINGS = 2**10
-TRIES = 4  # how many ever shorter steps are tried from a place where no step is found
 
 
 class Law(ABC):
-    """A law of one step; name: its key in a record."""
+    """A law of one step; name: its key in a record. tries: steps that are tried from a place."""
 
     name: str
+    tries = 4
 
     def refusal(self, scheme: Scheme) -> str:
         """Return the reason why the law asks nothing of a scheme, or ""."""
         return "" if scheme.rule.is_formula else "a program has no derivative but by differences."
 
-    def steps(self, place: Place, drawn: random.Random) -> Iterator[Fraction]:
-        """Yield the steps that are tried from a place until one goes through: ever shorter ones.
+    def longest(self, scheme: Scheme, place: Place, drawn: random.Random) -> Fraction:
+        """Return the longest step that is tried from a place."""
+        return place.step
 
-        No two of them are in a ratio of 2ᵏ.
-        """
-        step = place.step
-        for _ in range(TRIES):
-            yield step
-            step *= random_fraction(drawn, 0.2, 0.45)
+    def ways(self, scheme: Scheme) -> Sequence[int]:
+        """Return the signs of the steps that are asked: a program may do something else back."""
+        return (1,)
+
+    def seen(self, scheme: Scheme) -> list[Place]:
+        """Return starts of steps, in `many_steps`, that depart from the law beyond round-off."""
+        many = None if self.refusal(scheme) else many_steps(scheme)
+        if many is None or (gaps := self.gaps(many)) is None:
+            return []
+        return many.places(gaps, ROUNDINGS * scheme.rule.unit(16))
+
+    def gaps(self, many: ManySteps) -> Vector | None:
+        """Return the departures of many steps in doubles, (r,); None for a law of few places."""
+        return None
 
     @abstractmethod
     def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
@@ -106,6 +117,10 @@ class WayBack(Law):
         x: Any = scheme.s.with_time(place.x, place.t)
         size = float(return_defect(forth, back, x, place.mu, place.u))
         return Departure(size, of_a_step(forth.context.exactly.numbers.digits))
+
+    def gaps(self, many: ManySteps) -> Vector:
+        """Return the distances of steps back from their starts, over the motion."""
+        return np.asarray((np.abs(many.back() - many.starts) / many.scale).max(axis=1))
 
 
 class MadeAgain(Law):
@@ -167,9 +182,9 @@ class KeepsEnergy(Law):
     """The energy, where each step has to keep it to round-off, as an energy-preserving method does.
 
     A projection to the energy of the scene's own start, and a loss in a part of the states, are
-    sound along the scene's motion alone. The step is no longer than the scene's, for which the
-    solver of a program is made. digits: those in which it is kept; a quadrature that is exact to
-    the last digit of a double is none of 40 digits.
+    sound along the scene's motion alone. No step is longer than the scene's, for which the solver
+    of a program is made. digits: those in which it is kept; a quadrature that is exact to the last
+    digit of a double is none of 40 digits.
     """
 
     name = "keeps the energy"
@@ -181,19 +196,19 @@ class KeepsEnergy(Law):
         """Return "": a step of a program may be held against it, too."""
         return ""
 
-    def steps(self, place: Place, drawn: random.Random) -> Iterator[Fraction]:
-        """Yield shares of the scene's step, or of the place's if that is shorter."""
-        share = random_fraction(drawn, 0.55, 0.95)
-        for _ in range(TRIES):
-            yield share
-            share *= random_fraction(drawn, 0.2, 0.45)
+    def longest(self, scheme: Scheme, place: Place, drawn: random.Random) -> Fraction:
+        """Return a share of the scene's step, or of the place's if that is shorter."""
+        return min(place.step, Fraction(scheme.scene.step)) * random_fraction(drawn, 0.55, 0.95)
+
+    def gaps(self, many: ManySteps) -> Vector:
+        """Return the changes of H over its terms."""
+        return many.changes(energy_with_terms(many.scheme, 16))
 
     def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
         """Return the change of H by one step, over Σ|∂H/∂zᵢ zᵢ|.
 
         H has twice the digits, so that its own round-off is none, and no constant in it counts.
         """
-        step *= min(place.step, Fraction(scheme.scene.step))
         run = scheme.flow(step, self.digits).trajectory(1, **place.start)
         at = SceneInNumbers(scheme.s, scheme.scene, arithmetic(2 * DIGITS))
         rows = list(zip(run.x, run.mu, strict=True))
@@ -223,14 +238,17 @@ def worst_departure(
     if reason := law.refusal(scheme):
         return Departure(unknown=reason)
     worst, why = Departure(), "no step was made"
-    for place in places:
-        for step in law.steps(place, drawn):
+    tried = [(place, sign * law.longest(scheme, place, drawn))
+             for place in places for sign in law.ways(scheme)]  # fmt: skip
+    for place, step in [*tried, *((place, place.step) for place in law.seen(scheme))]:
+        for _ in range(law.tries):
             try:
                 one = law.departure(scheme, place, step)
             except Displaced:
                 raise
             except StepFailure as failure:  # this step is too long: a shorter one may be found
                 why = " ".join(str(failure).split())
+                step *= random_fraction(drawn, 0.2, 0.45)  # no two are in a ratio of 2ᵏ
                 continue
             except BadInput as refusal:  # no step from here; those from other places count
                 why = " ".join(str(refusal).split())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from discmech.integrators import Scheme
 from discmech.integrators.errors import DiscmechError, Displaced
@@ -13,8 +14,8 @@ from ..core.case import Case
 from ..core.single_steps import Departure, SingleSteps
 from ..systems import system_of
 from . import NEAR, LocalOrder, evidence_of
-from .laws import AGAIN, ARROW, Law
-from .rows import of_rows
+from .laws import AGAIN, ARROW, ENERGY, ROUNDINGS, Law
+from .rows import energy_by_row, of_rows
 
 
 def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleSteps | None:
@@ -29,7 +30,11 @@ def single_steps(case: Case, *laws: Law, least: int | None = None) -> SingleStep
     if case.control is not None or case.rule.only_step is not None:
         return None
     if case.rule.is_recorded:
-        return of_rows(case.scheme)
+        runs: Any = case.scheme
+        found = of_rows(runs)
+        by_row = {law.name: energy_by_row(runs, ROUNDINGS) for law in laws
+                  if law in ENERGY.values()}  # fmt: skip
+        return replace(found or SingleSteps(), laws=by_row) if by_row else found
     try:
         scheme = system_of(case).single_steps()
         if scheme is None:

@@ -95,6 +95,14 @@ def seed_of(scheme: Scheme) -> int:
     return int(hashlib.sha256("\0".join(words).encode()).hexdigest()[:8], 16)
 
 
+def seed_in_numbers(scheme: Any) -> int:
+    """Return a seed from the content of a rule and of its scene's start."""
+    code, scene = getattr(scheme.rule.formula, "__code__", None), scheme.scene
+    words = [scene.name, scheme.rule.name, str(code and code.co_code.hex()),
+             repr((scene.x0, scene.mu0, scene.step))]  # fmt: skip
+    return int(hashlib.sha256("\0".join(words).encode()).hexdigest()[:8], 16)
+
+
 def places_of(scheme: Scheme, seed: int) -> list[Place]:
     """Return `ON` places on the motion and `BESIDE` beside it.
 

@@ -23,7 +23,8 @@ from discmech.integrators.numbers import mpmath
 from discmech.reference import ReferenceFailure, many_motions, surroundings
 
 from ..core.limits import OF_ORDER
-from ..core.single_steps import SingleSteps
+from ..core.single_steps import Departure, SingleSteps
+from ..systems.runs import energy_with_terms
 
 #: the rows of a run that are compared; of a longer run so many are drawn
 MOST_ROWS = 8192
@@ -133,6 +134,22 @@ def of_rows(scheme: RecordedScheme) -> SingleSteps | None:
     return SingleSteps(order, "(x, mu)", finest.step, place)
 
 
+def energy_by_row(scheme: RecordedScheme, roundings: float) -> Departure:
+    """Return the largest change of the energy from one row to the next, over its terms.
+
+    roundings: those that one step may leave.
+    """
+    worst, unit = Departure(), scheme.rule.unit(16)
+    for run, recording in zip(scheme.runs, scheme.rule.recordings, strict=True):
+        values, terms = energy_with_terms(scheme, 16)(run)
+        size = np.abs(np.diff(values[:, 0])) / (terms.max() or 1.0)
+        k, limit = int(size.argmax()), roundings * unit * math.sqrt(recording.every)
+        row = f"row {k + 1} of {recording.path.name} (t = {float(run.t[k + 1]):.4g})"
+        one = Departure(float(size[k]), limit, "the energy", float(recording.step), row)
+        worst = max(worst, one, key=lambda each: (each.size or 0.0) / (each.limit or 1.0))
+    return worst
+
+
 # -- defects ---------------------------------------------------------------------------------------
 
 
@@ -155,13 +172,14 @@ def _defects(
     late = recording.late
     sizes = [np.abs(part).max(axis=0) for part in (x, mu, v)]
     own = ROUNDED * 2.0**-53 * math.sqrt(rows * recording.every)
-    of_x, of_mu = (np.maximum(own * s, recording.rounding) * (s > 0) for s in sizes[:2])
+    written = np.split(recording.roundings, [x.shape[1]])
+    of_x, of_mu = (np.maximum(own * s, w) * (s > 0)
+                   for s, w in zip(sizes[:2], written, strict=True))  # fmt: skip
     of_v = sizes[2] * (of_mu / np.where(sizes[1] > 0, sizes[1], 1)).max(initial=own)
-    by = np.concatenate([of_x, of_v])
-    unit = by.max(initial=0.0) or 1.0
     ends = many_motions(scheme.scene).after(
-        x[at], v[at], first + at * float(recording.interval), np.full(len(at), span), by / unit
-    )
+        x[at], v[at], first + at * float(recording.interval), np.full(len(at), span),
+        np.concatenate([of_x, of_v]),
+    )  # fmt: skip
     # of all runs: a few rows of one may pass through 0
     every = [np.vstack([getattr(each, name) for each in scheme.runs]) for name in ("x", "mu")]
     scale = np.concatenate([np.full(e.shape[1], np.abs(e.astype(float)).max(initial=0.0) or 1.0)
@@ -173,7 +191,7 @@ def _defects(
     start, end = (np.hstack([x, mu])[k] for k in (at, at + rows))
     exact = np.hstack([ends.x, ends.mu])
     moved = norm(exact - start)
-    rounding = np.concatenate([of_x, of_mu]) + unit * ends.grown
+    rounding = np.concatenate([of_x, of_mu]) + ends.grown
     floor = TWICE * norm(rounding) + norm(ends.error) + 2 * late / span * moved
     off = norm(end - exact)
     off[~np.isfinite(off)] = np.inf

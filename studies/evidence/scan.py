@@ -13,7 +13,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from math import comb
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
@@ -61,12 +63,8 @@ def times_that_stand_out(scheme: Scheme) -> tuple[list[Fraction], str]:
     hide a fault in another by coming back. A program makes a part (`OF_PROGRAM`) of the steps that
     it can make soon.
     """
-    unknowns = (len(scheme.s.x) + len(scheme.s.u)) * (1 + len(scheme.s.stages))
-    costs = max(1, unknowns // 2)
-    steps, most = max(LEAST, ROWS // costs), max(FEWEST, MOST // costs)
-    if not scheme.rule.is_formula:
-        steps = min(steps, getattr(scheme.rule, "long_run", steps) // OF_PROGRAM)
-        most = FEWEST
+    steps = steps_of(scheme)
+    most = max(FEWEST, MOST // costs_of(scheme)) if scheme.rule.is_formula else FEWEST
     found, why = list[Peak](), ""
     for count in (steps, steps // LONGER):
         try:
@@ -82,12 +80,31 @@ def times_that_stand_out(scheme: Scheme) -> tuple[list[Fraction], str]:
     return [peak.time for peak in chosen], why
 
 
+def costs_of(scheme: Scheme) -> int:
+    """Return how dear a step of a scheme is, by its unknowns; 1 for a pair of numbers."""
+    return max(1, (len(scheme.s.x) + len(scheme.s.u)) * (1 + len(scheme.s.stages)) // 2)
+
+
+def steps_of(scheme: Scheme) -> int:
+    """Return the number of the short steps of a run through the scene's duration."""
+    steps = max(LEAST, ROWS // costs_of(scheme))
+    if scheme.rule.is_formula:
+        return steps
+    return min(steps, getattr(scheme.rule, "long_run", steps) // OF_PROGRAM)
+
+
+@lru_cache(maxsize=8)
+def run_of(scheme: Scheme, steps: int) -> Any:
+    """Return a run of so many steps through the scene's duration, in doubles."""
+    return scheme.flow(Fraction(scheme.scene.duration) / steps, 16).trajectory(steps)
+
+
 def _of_run(scheme: Scheme, steps: int) -> Iterator[Peak]:
     """Yield the differences that stand out in a run of so many steps, over ever more rows."""
     if steps < (ORDER + 2 * NEARBY):
         return
-    step = Fraction(scheme.scene.duration) / steps
-    run = scheme.flow(step, 16).trajectory(steps)
+    run = run_of(scheme, steps)
+    step = run.step
     rows = np.hstack([np.asarray(part, dtype=float) for part in (run.base, run.mu)])
     sizes = np.abs(rows).max(axis=0)
     if not np.isfinite(rows).all() or not sizes.any():

@@ -19,6 +19,8 @@ from ..core.outcome import named
 from ..systems.runs import relative_drifts, with_terms
 from .quantities import formula_of, kept_in, scheme_for
 
+KEPT = 1e-20  # a larger change by the certified motion itself is none of round-off
+
 
 def cause_of_drift(case: Case, drift: dict[str, float]) -> dict[str, Any] | None:
     """Return which is to blame for the largest drift: the scene, its coordinates, L_d or the run.
@@ -36,7 +38,7 @@ def cause_of_drift(case: Case, drift: dict[str, float]) -> dict[str, Any] | None
     scheme = scheme_for(case, worst.attitude).base
     formula = formula_of(scheme, worst, case.scene.step)
     rows_of = with_terms(scheme, formula, 30)
-    if not worst.of_step and (moved := _of_motion(scheme, rows_of)) > 1e-20:
+    if not worst.of_step and (moved := change_of_motion(scheme, rows_of)) > KEPT:
         return named(
             "scene",
             f"the motion itself does not keep {worst.name}: along the certified solution it "
@@ -84,7 +86,7 @@ def cause_of_drift(case: Case, drift: dict[str, float]) -> dict[str, Any] | None
     )
 
 
-def _of_motion(scheme: Scheme, rows_of: Any) -> float:
+def change_of_motion(scheme: Scheme, rows_of: Any) -> float:
     """Return the change of a quantity along the certified solution in some steps, over its terms.
 
     It is 0 without a solution.

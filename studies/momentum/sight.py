@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -13,14 +13,16 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme
-from discmech.integrators.numbers import arithmetic
+from discmech.integrators.numbers import Vector, arithmetic
 from discmech.integrators.scene import Conserved
 
 from ..core.single_steps import Departure
 from ..evidence.laws import ROUNDINGS, Law
+from ..evidence.many_steps import ManySteps
 from ..evidence.places import DIGITS as OF_PLACES
 from ..evidence.places import Place
 from ..systems.runs import Rows, with_terms
+from .cause import KEPT, change_of_motion
 from .quantities import formula_of, round_offs
 from .records import Fault
 
@@ -82,6 +84,8 @@ class Keeps(Law):
     scene's step in a parameter, as integrals of integrable maps do, and is asked at that step.
     """
 
+    tries = 1
+
     def __init__(self, quantity: Conserved) -> None:
         self.quantity, self.name = quantity, key_of(quantity.name)
 
@@ -89,13 +93,33 @@ class Keeps(Law):
         """Return "": a program's step may be held against it, too."""
         return ""
 
-    def steps(self, place: Place, drawn: random.Random) -> Iterator[Fraction]:
-        """Yield the one step at which it is asked; 0 stands for the scene's own."""
-        yield place.step if self.quantity.of_step else Fraction(0)
+    def longest(self, scheme: Scheme, place: Place, drawn: random.Random) -> Fraction:
+        """Return the one step at which it is asked."""
+        return place.step if self.quantity.of_step else Fraction(scheme.scene.step)
+
+    def ways(self, scheme: Scheme) -> Sequence[int]:
+        """Return the signs of the steps."""
+        return (1,) if scheme.rule.is_formula else (1, -1)
+
+    def seen(self, scheme: Scheme) -> list[Place]:
+        """Return starts of steps of all sizes that do not keep what the motion itself keeps.
+
+        So says a method that is judged by its claims; L_d keeps what its symmetry gives.
+        """
+        if scheme.rule.claims is None or self.quantity.of_step:
+            return []
+        formula = formula_of(scheme, self.quantity, scheme.scene.step)
+        found = super().seen(scheme)
+        moved = change_of_motion(scheme, with_terms(scheme, formula, DIGITS)) if found else 0
+        return [] if moved > KEPT else found
+
+    def gaps(self, many: ManySteps) -> Vector:
+        """Return the changes of the quantity over its terms."""
+        formula = formula_of(many.scheme, self.quantity, many.scheme.scene.step)
+        return many.changes(with_terms(many.scheme, formula, 16))
 
     def departure(self, scheme: Scheme, place: Place, step: Fraction) -> Departure:
         """Return the change by one step, over the sum of the quantity's terms."""
-        step = step or Fraction(scheme.scene.step)
         digits = _digits(scheme, place, step)
         run = scheme.flow(step, digits).trajectory(1, **place.start)
         numbers, formula = arithmetic(digits), formula_of(scheme, self.quantity, step)
@@ -127,7 +151,7 @@ def _digits(scheme: Scheme, place: Place, step: Fraction) -> int:
     A program may have those of doubles alone.
     A rule of order p changes what it does not keep by h^(p+1) or a power near to it.
     """
-    shorter = max(0.0, math.log10(place.step / step))
+    shorter = max(0.0, math.log10(abs(place.step / step)))
     if not scheme.rule.runs_at(DIGITS):
         return 16
     return min(OF_PLACES, DIGITS + math.ceil(((scheme.order or 1) + POWERS) * shorter))

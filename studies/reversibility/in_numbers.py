@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import StepFailure
-from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.extensions.foreign import derivative, guarded, noise_of
 from discmech.integrators.extensions.foreign.differences import FARTHEST
 
 from ..core.case import Case
-from ..symplecticity.in_numbers import decisive, embedded, free_states, left_by, undecided
-from ..symplecticity.places import looks, more_looks
+from ..evidence.laws import WAY_BACK
+from ..evidence.many_steps import many_steps, way_back
+from ..evidence.places import Place
+from ..symplecticity.in_numbers import decisive, embedded, free_states, left_by, rounded, undecided
+from ..symplecticity.places import Look, looks, more_looks
 from .records import FoundOfNumbers, Measured, OfReturn
 
 #: factor for a program's change of its argument beside its result: the rounded state in between
@@ -32,14 +34,15 @@ def measure(case: Case) -> FoundOfNumbers:
     """
     found, scale, seed = looks(case.scheme)
     rows: list[OfReturn] = []
-    first = [(k, look) for k, look in enumerate(found) if look.count == 1]
+    first = [look for look in found if look.count == 1]
     rule: Any = case.rule
     if rule.remembers or rule.runs:  # a run need not be its steps: a long one goes back
-        k, look = next((k, look) for k, look in enumerate(found) if look.count > 1)
-        first.append((k, replace(look, count=LONG)))
-    further = enumerate(more_looks(case.scheme, scale, seed), len(found))
-    for k, look in itertools.chain(first, further):
-        if k >= len(found) and not undecided(case, rows):
+        first.append(replace(next(look for look in found if look.count > 1), count=LONG))
+    first += [Look(np.array([float(e) for e in (*place.x, *place.mu)]), place.t, place.step, 1,
+                   first[0].rate) for place in _seen(case)]  # fmt: skip
+    further = more_looks(case.scheme, scale, seed)
+    for k, look in enumerate(itertools.chain(first, further)):
+        if k >= len(first) and not undecided(case, rows):
             break
         row = OfReturn(float(look.step), k, float(look.time), count=look.count)
         try:
@@ -54,23 +57,18 @@ def measure(case: Case) -> FoundOfNumbers:
     return FoundOfNumbers(rows, last.left, Measured(defect, certain, last.resolution))
 
 
+def _seen(case: Case) -> list[Place]:
+    """Return starts of steps, of many all along the motion, that a step back misses."""
+    many = None if case.rule.only_step is not None else many_steps(case.scheme)
+    return [] if many is None else many.places(WAY_BACK.gaps(many), rounded(case))
+
+
 def _returned(row: OfReturn, case: Case, look: Any, scale: Any, seed: int) -> OfReturn:
     scheme: Any = case.scheme
     size, after, count = len(look.z), look.time + look.count * look.step, look.count
     forth = scheme.flow(look.step).map_of(count, t0=look.time)
     image = forth(look.z)
-    try:
-        back = scheme.flow(-look.step).map_of(count, t0=after)
-        back(image)
-    except (StepFailure, CannotMeasure):
-        if not _even(scheme, look):
-            raise
-        turned = np.concatenate([np.ones(scheme.s.n), -np.ones(size - scheme.s.n)])
-        again = scheme.flow(look.step).map_of(count)
-
-        def back(z: Any) -> Any:
-            return turned * again(turned * z)
-
+    back = way_back(scheme, look.step, count, after, image)
     unit = case.rule.unit(16)
     noises, system = [], scheme.flow(look.step).system
     for f, z in ((forth, look.z), (back, image)):
@@ -89,12 +87,3 @@ def _returned(row: OfReturn, case: Case, look: Any, scale: Any, seed: int) -> Of
         certain=float((np.maximum(gap - error, 0) / scale).max()),
         resolution=float((error / scale).max()), left=left_by(case, look),
     )  # fmt: skip
-
-
-def _even(scheme: Any, look: Any) -> bool:
-    """True if reversed momenta reverse the motion: H(q, −p) = H(q, p), and no force."""
-    if not scheme.scene.groupoid.canonical or scheme.scene.clocked:
-        return False
-    system, n = scheme.flow(look.step).system, scheme.s.n
-    values = [system.H(look.z[:n], sign * look.z[n:]) for sign in (1, -1)]
-    return bool(abs(values[0] - values[1]) <= 2.0**-40 * (1 + abs(values[0])))

@@ -18,12 +18,12 @@ from discmech.integrators.extensions.foreign import MapOfRows, guarded, images
 from discmech.integrators.numbers import Matrix, Vector
 
 from ..core.case import Case, Progress
-from ..evidence.places import random_fraction
+from ..evidence.places import random_fraction, seed_in_numbers
 from ..evidence.repeated import repeated
 from . import in_numbers
 from .form_in_numbers import Defect, random_curve
 from .in_numbers import curve_defect, free_states, resolved, rounded
-from .places import scale_of, seed_in_numbers
+from .places import scale_of
 from .records import FoundOfNumbers, OfRun
 
 #: steps of all runs together, for a step that asks the scene so often, less work than the energy's

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import random
 from collections.abc import Iterator
@@ -16,7 +15,7 @@ from discmech import reference
 from discmech.integrators.numbers import Matrix, Vector
 
 from ..evidence import evidence_of
-from ..evidence.places import random_fraction
+from ..evidence.places import random_fraction, seed_in_numbers
 
 ENDS = 12  # number of times along a constrained motion
 ROWS = 400  # the largest number of steps of the motion
@@ -86,14 +85,6 @@ def _looks_in_box(scheme: Any) -> tuple[list[Look], Vector, int]:
         z = low + (high - low) * np.array([drawn.random() for _ in low])
         found += _both(scheme, drawn, z, Fraction(0), scheme.rule.only_step, math.inf)
     return found, (high - low) / 2, seed
-
-
-def seed_in_numbers(scheme: Any) -> int:
-    """Return a seed from the content of a rule and of its scene's start."""
-    code, scene = getattr(scheme.rule.formula, "__code__", None), scheme.scene
-    words = [scene.name, scheme.rule.name, str(code and code.co_code.hex()),
-             repr((scene.x0, scene.mu0, scene.step))]  # fmt: skip
-    return int(hashlib.sha256("\0".join(words).encode()).hexdigest()[:8], 16)
 
 
 def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:

@@ -124,6 +124,18 @@ def test_energy_and_momenta_of_runs_are_judged_where_they_are_claimed(tmp_path):
     assert check("momentum", ["kepler"], [silent])["verdict"] == "measured"
 
 
+@pytest.mark.parametrize(("rule", "verdict"), [
+    ("average-vector-field", "pass"), ("trapezoidal", "fail"),
+])  # fmt: skip
+def test_an_energy_that_each_step_keeps_is_kept_from_row_to_row(rule, verdict, tmp_path):
+    """Of the trapezoidal rule it stays in a band, as of every symplectic one."""
+    save(tmp_path, rule, "kepler", 4)
+    claimed = recorded(str(tmp_path / "*.npz"), 2, keeps=("energy",))
+    found = check("energy", ["kepler"], [claimed])
+    assert found["verdict"] == verdict
+    assert verdict == "pass" or "from the row before, row" in found["cases"][0]["reason"]
+
+
 def test_runs_take_the_place_of_flows(tmp_path):
     save(tmp_path)
     scheme = Scheme(scenes.get("pendulum"), recorded(str(tmp_path / "*.npz"), 2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import random
 import sys
 
 import numpy as np
@@ -20,6 +21,7 @@ from discmech import (
 )
 from discmech.integrators import rules
 from discmech.studies.core.claims import claiming
+from discmech.studies.evidence.laws import ENERGY, worst_departure
 from discmech.studies.symplecticity import along_run
 
 from . import methods
@@ -303,6 +305,47 @@ def test_a_claimed_energy_is_kept_from_every_state(step, claim, verdict):
     found = judged("energy", scenes.get("pendulum"), box, steps=500, causes=False)
     assert found["verdict"] == verdict
     assert verdict == "pass" or "changes the energy by" in found["reason"]
+
+
+@pytest.mark.parametrize("wrong", [
+    lambda q, h: abs(h) > 0.07, lambda q, h: abs(h) < 0.002, lambda q, h: h < 0,
+    lambda q, h: q[0] > 2, lambda q, h: abs(q[0] - 0.33) < 0.002,
+])  # fmt: skip
+def test_a_claimed_energy_is_kept_at_every_step_and_in_every_part_of_the_motion(wrong):
+    """Eight places, and steps of 0.03 to 0.07, passed each of these."""
+
+    @black_box(order=2, keeps="energy")
+    def seldom(q, p, h, s):
+        after = kick_drift_kick(q, p, h, s)
+        return after if wrong(q, h) else projected(*after, s, s.H(q, p))
+
+    scheme = Scheme(scenes.get("pendulum"), seldom)
+    assert worst_departure(ENERGY[True], scheme, [], random.Random(0)).broken
+
+
+def test_a_way_back_is_looked_for_in_a_thousandth_of_the_motion():
+    def made(factor):
+        @black_box(order=2, reversible=True)
+        def bumped(q, p, h, s):
+            q, p = kick_drift_kick(q, p, h, s)
+            part = np.maximum(0, 1 - ((q - 0.33) / 0.002) ** 2) ** 3
+            return q, p + factor * h**4 * part
+
+        return judged("reversibility", "pendulum", bumped, causes=False)
+
+    assert made(0)["verdict"] == "pass"
+    found = made(1e-4)
+    assert found["verdict"] == "fail" and "a step back misses the start" in found["reason"]
+
+
+def test_a_momentum_is_kept_back_in_time_too():
+    @black_box(order=2, keeps="momentum")
+    def forth(q, p, h, s):
+        q, p = kick_drift_kick(q, p, h, s)
+        return q, p * (1 if h > 0 else 1 + h**3)
+
+    found = judged("momentum", "kepler", forth, steps=200, causes=False)
+    assert found["verdict"] == "fail" and "but a step of -" in found["reason"]
 
 
 @pytest.mark.slow
