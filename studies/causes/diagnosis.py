@@ -215,7 +215,9 @@ def _of_runs(
         )
     residual, noise = residuals(flow)
     evidence |= {"residual_of_steps": residual, "noise": noise}
-    if residual > 100 * max(noise, unit(case.digits)):
+    # what is left adds up over the steps, and the motion may enlarge it a thousand times
+    reached = residual > best["error"] / (1e3 * best["steps"])
+    if residual > 100 * max(noise, unit(case.digits)) and reached:
         return (
             "Newton",
             f"{fine}the steps are solved to {residual:.1e} only, where F± are right to "

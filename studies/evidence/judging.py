@@ -89,7 +89,7 @@ def _of_order(
         return verdict
     said = lower(local, wanted, what)
     if not asks_order and verdict.verdict == "pass":
-        said = f"the runs keep what is asked of them, but {said}"
+        said = f"the runs show no fault, but {said}"
     why = NOT_CONSISTENT if local.order < 1 - NEAR else STEPS_ARE_OFF
     return Verdict("fail", said, verdict.expected, why=why)
 

@@ -23,13 +23,14 @@ from discmech.integrators import (
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
-from discmech.studies.causes import first_terms, one_step
+from discmech.studies.causes import diagnosis, first_terms, one_step
 from discmech.studies.causes.diagnosis import _start_gap as start_gap
 from discmech.studies.causes.exact_path import slope, truncation
 from discmech.studies.causes.first_terms import Beginning
 from discmech.studies.causes.points import mean_of_points
 from discmech.studies.causes.round_off import residuals
-from discmech.studies.core.case import Case
+from discmech.studies.core.case import Case, Measurement
+from discmech.studies.order.judging import diagnose
 from tests.studies.as_json import run_case
 from tests.studies.causes.faults import Broken, cause, loose, wrong_start
 
@@ -429,3 +430,13 @@ def test_a_small_fault_is_not_taken_for_a_factor_of_one():
     longer = [beginning(f, 2e-6 * np.array(f)) for f in fields]
     found = first_terms.factor(longer, lambda b: b.first_error, lambda b: b.f)
     assert found == pytest.approx(2e-6)
+
+
+def test_newton_is_no_cause_where_the_order_is_there_or_errors_are_far_larger(monkeypatch):
+    """As beside a processed rule that is inconclusive for its own reason."""
+    case = order("harmonic", midpoint, digits=30)
+    monkeypatch.setattr(diagnosis, "residuals", lambda flow: (2.9e-14, 1e-17))
+    for found, error, wanted in ((1.9999, 1e-9, None), (1.0, 1e-2, None), (1.0, 1e-12, "Newton")):
+        rows = [{"steps": n, "step": 1 / n, "error": error * 4, "used": True} for n in (32, 64)]
+        told = diagnose(case, Measurement({"order": found}, rows, {"local": {"order": 2.0}}))
+        assert (told and told["cause"]) == wanted
