@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from textwrap import fill
 
-from .exported import STATUSES, Exported
+from .exported import STATUSES, Exported, used_fields
 from .heads import constants, head
 from .printer import Printer
 
@@ -164,8 +164,8 @@ def c_file(given: Exported, said: Sequence[str], harness: bool) -> str:
         places.append(f"{identifier(parameter.name, i)} = {at}")
         at += len(parameter.values)
     fields = []
-    for name, (kind, lengths) in given.fields.items():
-        size = "".join(f"[{max(1, e)}]" for e in lengths)
+    for name, (kind, length) in used_fields(given).items():
+        size = "" if length is None else f"[{max(1, length)}]"
         fields.append(f"    {'double' if kind == 'float' else 'int'} {name}{size};")
     x, mu = given.start
     values = [e for parameter in given.parameters for e in parameter.values]

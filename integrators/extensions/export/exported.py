@@ -1,39 +1,40 @@
 """What an exported file holds, whatever its language: constants, the state's fields, functions.
 
-The functions are the scheme's own kernels, as its flow compiles them, and the driver of `stepping`.
+The functions are the drivers of the bench with the scheme's own kernels, as its flow compiles them,
+and the shell of `scene_stepping`, written by `specialised`.
 """
 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Sequence
-from copy import deepcopy
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from math import factorial, prod
+from math import prod
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-from ...compiler import KernelText, Step, kinds_of
-from ...compiler.lanes import SWEEPS, tables
-from ...compiler.layout import INNER
-from ...compiler.stage_text import StageText
+from ...compiler import (
+    Entry,
+    KernelText,
+    Step,
+    kernel_text,
+    kinds_of,
+    names_of,
+    text_of_stages,
+    texts_of,
+)
+from ...compiler.lanes import lane_namespace, tables
 from ...equations import closed_velocity, energy, mass_matrix, momentum, rates, stage_source
 from ...errors import CannotMeasure
-from ...numbers import Double, numeric_text, over, steepness
+from ...numbers import Double, numeric_text
 from ...scene import entries_of
-from . import staging, stepping
-from .statements import (
-    OF_STAGES,
-    RESULTS,
-    at_lanes,
-    folded,
-    of_called,
-    of_kernel,
-    parsed,
-    reached,
-    source_of,
-)
+from .specialised import Specialised
+from .statements import reached
+from .written import Joined, Nowhere, Registers
 
 #: what a status says; also the constants' names
 STATUSES = {
@@ -43,12 +44,19 @@ STATUSES = {
     "the step is on another branch of solutions than the one before",
     "GAVE_WAY": "corrections site by site do not fade: take a smaller step",
 }  # fmt: skip
-EPS = 2.0**-53
-#: results of the functions that are no kernels, as in `statements.RESULTS`
-COLUMNS: dict[str, tuple[tuple[str, ...], bool]] = {
-    "energy_at": ((), True), "momenta_at": (("values",), False), "rates_at": (("rates",), False),
-    "speed_at": (("speed",), False),
-}  # fmt: skip
+EPS, LARGE = 2.0**-53, 1e300
+HERE = Path(__file__).parent
+#: functions that scenes and lattices have
+STEPS = (
+    "steps_done(s: State, h: float, steps: int) -> int:",
+    "one_step(s: State, h: float) -> int:",
+    "rows_of_run(s: State, h: float, steps: int, every: int, xs: Out, mus: Out) -> int:",
+)
+#: text for the stages' kernels
+PREPARING = """
+def prepare_stages(s):
+    save(s.stage_c[0], 0, RULE.prepare(load(s.q, slice(0, WIDE))))
+"""
 MOST_SITES = 64  # of a lattice: each is written out, and a compiler takes minutes for more
 
 
@@ -110,7 +118,7 @@ def _relaxes(scheme: Any) -> bool:
 
 
 class Exported:
-    """A scheme as data for the writers; raises `CannotMeasure` if no file can hold it.
+    """A scene as data for the writers; raises `CannotMeasure` if no file can hold it.
 
     lanes: the nodes of a collocation are filled up to a multiple of it; 0: Newton's method alone.
     """
@@ -120,69 +128,20 @@ class Exported:
         self.scheme, self.scene, self.s = scheme, scheme.scene, scheme.equations.s
         self.flow = scheme.flow(self.scene.step)
         self.step: Step = self.flow.system
-        self.steps = [self.step] if self.step.adjoint is None else [self.step, self.step.adjoint]
         parts, whole = self.flow.parts, Fraction(self.flow.step)
         self.shares = [float(Fraction(part.step) / whole) for part in parts]
         base = self.flow.context.equations
         self.kinds = [int(part.equations is not base) for part in parts]
-        self.mixed, self.timed = len(self.steps) > 1, bool(self.s.clocked)
-
-    @cached_property
-    def texts(self) -> list[KernelText]:
-        """The kernels' texts of the rule and of its adjoint."""
-        suffixed = list(zip(self.steps, ("", "_of_adjoint"), strict=False))
-        found = [KernelText(*e) for e in suffixed]
-        if len({str(text.carried) for text in found}) > 1:  # one may not use the other's
-            found = [KernelText(*e, {"carried"}) for e in suffixed]
-        for text in found:
-            _ = text.text  # writing finds the coefficients
-        return found
-
-    @cached_property
-    def kernels(self) -> list[ast.FunctionDef]:
-        """The kernels as statements."""
-        return [f for text in self.texts for f in written_kernels(text)]
-
-    # -- collocation -------------------------------------------------------------------------------
-
-    @cached_property
-    def stages(self) -> StageText | None:
-        """The kernels of a step's stages, if the flow solves them by a fixed point."""
-        if not self.lanes or self.flow.stages is None:
-            return None
-        equations = self.flow.context.equations
-        found = StageText(stage_source(equations.s, equations.rule.nodes).derived())
-        _ = found.text  # writing finds the coefficients
-        return found
-
-    @cached_property
-    def of_stages(self) -> list[ast.FunctionDef]:
-        """Those kernels as statements: what is known at the nodes is a loop over them."""
-        found = []
-        for f in parsed("" if self.stages is None else self.stages.text):
-            if f.name not in OF_STAGES:
-                continue
-            columns, at_nodes = OF_STAGES[f.name]
-            f.args.args = [a for a in f.args.args if a.arg not in ("own", "pull")]
-            made = of_kernel(f, columns, False)
-            found.append(at_lanes(made, (*columns, "w", "p", "xi", "given")) if at_nodes else made)
-            made.name += "_of_stages"
-        return found
-
-    @cached_property
-    def at_nodes(self) -> dict[str, Any]:
-        """The numbers of a collocation."""
-        if self.stages is None:
-            return {}
-        nodes, count = self.stages.system.nodes, self.stages.system.count
-        wide = -(-count // self.lanes) * self.lanes
-        made = {k: v[0] for k, v in tables(nodes, count, wide, Double()).items()}
-        flat = {k: [float(e) for column in made[k][:count] for e in column]
-                for k in ("MU", "MU_OF_MOMENTUM", "OF_VELOCITY", "OF_MOMENTUM")}  # fmt: skip
-        last = [float(e) for e in made["OF_MOMENTUM"][-1]]
-        return {"STAGES": count, "LANES": wide, "TURNING": len(self.stages.turning), "INNER": INNER,
-                "MOST_SWEEPS": 16 * SWEEPS, "WEIGHTS": [float(e) for e in made["WEIGHTS"]],
-                **flat, "LAST_OF_MOMENTUM": last}  # fmt: skip
+        self.timed, self.first = bool(self.s.clocked), 1 + len(self.s.parameter_list)
+        self.text = kernel_text(self.step)
+        own = names_of(self.text, Double())
+        self.layout = own["LAYOUT"]
+        self.affine = [bool(e.affine) for e in own["SYSTEMS"]]
+        #: the numbers of the rule, behind the parameters in q; where a group's Newton starts
+        self.of_rule = [float(e) for e in self.flow.context.q[self.first :]]
+        v0 = self.flow.starting.own.guess[: len(self.s.mu)] if (
+            self.scheme.equations.arrows is not None) else self.scene.v0  # fmt: skip
+        self.v0 = [float(e) for e in v0]
 
     @cached_property
     def start(self) -> tuple[list[float], list[float]]:
@@ -196,17 +155,6 @@ class Exported:
     def _letters(self) -> dict[str, Any]:
         s = self.s
         return {"x": s.x, "v": s.u, "mu": s.mu, "q": [s.h, *s.parameter_list]}
-
-    def _numeric(self, name: str, values: Sequence[Any]) -> ast.FunctionDef:
-        """Return a function of x, v, μ and q that returns a tuple."""
-        text = numeric_text(self._letters, [list(values)])
-        (function,) = [f for f in parsed(text) if f.name == "function"]
-        function.name, last = name, function.body[-1]
-        assert isinstance(last, ast.Return) and isinstance(last.value, ast.Call)
-        entries = last.value.args[0]  # array([...], k)
-        assert isinstance(entries, ast.List)
-        last.value = ast.Tuple(entries.elts)
-        return ast.fix_missing_locations(function)
 
     @cached_property
     def has_energy(self) -> bool:
@@ -229,31 +177,27 @@ class Exported:
         return found
 
     @cached_property
-    def formulas(self) -> list[ast.FunctionDef]:
-        """The functions of energy, momenta and rates, which return tuples."""
-        found = []
+    def formulas(self) -> dict[str, str]:
+        """The texts of energy, momenta, rates and of a velocity in closed form, by name."""
+        found = dict[str, Sequence[Any]]()
         if self.has_energy:
-            found.append(self._numeric("energy_at", [energy(self.s)]))
+            found["energy_at"] = [energy(self.s)]
         if self.conserved:
-            found.append(self._numeric("momenta_at", [e for _, e in self.conserved]))
+            found["momenta_at"] = [e for _, e in self.conserved]
         if self.needs_rates:
-            found.append(self._numeric("rates_at", list(rates(self.s))))
+            found["rates_at"] = list(rates(self.s))
         if self.needs_speed and self.speed is None:
             speed = closed_velocity(self.s)
             assert speed is not None  # a Hamiltonian gives it
-            found.append(self._numeric("speed_at", list(speed)))
-        return found
+            found["speed_at"] = list(speed)
+        texts = {name: numeric_text(self._letters, [e]) for name, e in found.items()}
+        return {k: re.sub(r"return array\(\[(.*)\], \d+\)$", r"return (\1,)", e).replace(
+            "def function(", f"def {k}(") for k, e in texts.items()}  # fmt: skip
 
     @cached_property
     def needs_speed(self) -> bool:
         """True if the velocity of a state is asked for, by the energy or by the first guess."""
         return self.speed is not None or any("s.v" in e or "rates" in e for e in self.guess)
-
-    @cached_property
-    def more(self) -> list[ast.FunctionDef]:
-        """The functions of energy, velocities and momenta as statements."""
-        found = [of_kernel(f, *COLUMNS[f.name]) for f in map(deepcopy, self.formulas)]
-        return found + ([] if self.speed is None else written_kernels(self.speed))
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -279,12 +223,7 @@ class Exported:
     def needs_rates(self) -> bool:
         """True if Newton's method starts from the vector field: slopes are unknowns."""
         arrows = self.scheme.equations.arrows is not None
-        return self.iterated and not arrows and "slope" in self.step.kinds
-
-    @cached_property
-    def iterated(self) -> bool:
-        """True if some substep is solved by Newton's method."""
-        return not all(self.affine)
+        return self.layout.iterated and not arrows and "slope" in self.step.kinds
 
     @cached_property
     def guess(self) -> list[str]:
@@ -298,98 +237,105 @@ class Exported:
                         "place": f"s.x[{at}] / s.q[0]"}  # fmt: skip
             of_scene = f"V0[{i}]" if i < m else "0.0"
             found.append(of_scene if arrows else of_state.get(kind, "0.0"))
-        return found if self.iterated else ["0.0"] * len(found)
+        return found if self.layout.iterated else ["0.0"] * len(found)
 
-    @property
-    def first_guess(self) -> str:
-        """The text that writes the guess."""
-        lines = ['    """Write where Newton\'s method starts at a new state."""']
-        if self.scheme.equations.arrows is None:
-            lines += ["    speed(s)"] * self.needs_speed
-            lines += ["    rates_at(s.rates, s.x, s.v, s.mu, s.q)"] * self.needs_rates
-        lines += [f"    s.w[{i}] = {value}" for i, value in enumerate(self.guess)]
-        return "\n".join(["def first_guess(s: State) -> None:", *lines])
+    def _first_guess(self, state: Any) -> Any:
+        """Return the guess as the text has it."""
+        of = self.module.names.__getitem__
+        x, mu, q = of("here")(state)
+        v = of("speed")(x, mu, q) if self.needs_speed else mu
+        found = SimpleNamespace(x=x, v=v, q=q)
+        if self.needs_rates:
+            found.rates = of("rates_at")(x, v, mu, q)
+        return tuple(eval(e, {"s": found, "V0": self.v0}) for e in self.guess)
 
-    # -- all together ------------------------------------------------------------------------------
-
-    @cached_property
-    def constants(self) -> dict[str, Any]:
-        """The numbers of a file by their names."""
-        step, s = self.step, self.s
-        m = max(len(e.w) for e in self.steps)
-        reused = max(len(text.carried) for text in self.texts)
-        numbers: dict[str, Any] = {e: i for i, e in enumerate(STATUSES)}
-        hidden = {"slope", "impulse"} & {*step.kinds}
-        numbers |= {
-            "N": len(s.x), "M": len(s.mu), "SOLVED": m, "REUSED": reused,
-            "SUBSTEPS": len(self.shares),
-            "WIDTH": max([1, *(len(text.coefficients.values) for text in self.texts)]),
-            "SIZES": sum(kind == "size" for kind, _ in step.extents),
-            "RESTS": sum(kind == "rest" for kind, _ in step.extents),
-            "QUANTITIES": len(self.conserved), "MULTIPLIERS": step.multipliers,
-            "FIRST": 1 + len(s.parameter_list),
-            "NUMBERS": len(s.q) - 1 - len(s.parameter_list),
-            "EPS": EPS, "ROOT_EPS": 2.0**-26, "LARGE": 1e300, "DECAY": 0.999, "MARGIN": 8.0,
-            "FAINT": 64 * EPS * (EPS if hidden else 1.0),
-            "REACH": float(self.flow.edge.reach), "SLACK": float(self.flow.edge.slack)
-            if step.branch is not None else 1e300,
-            "KINDS": self.kinds, "SHARES": self.shares,
-            "OF_RULE": [float(e) for e in self.flow.context.q[1 + len(s.parameter_list) :]],
-            "V0": [float(e) for e in self.flow.starting.own.guess[: len(s.mu)]]
-            if self.scheme.equations.arrows is not None else [float(e) for e in self.scene.v0],
-        }  # fmt: skip
-        several = {} if len({*self.affine}) == 1 else {"AFFINE": [int(e) for e in self.affine]}
-        return numbers | self.at_nodes | several | over_factorials(
-            [*self.kernels, *self.of_stages, *self.more])  # fmt: skip
+    # -- the text ----------------------------------------------------------------------------------
 
     @cached_property
-    def fields(self) -> dict[str, tuple[str, tuple[int, ...]]]:
-        """Name → (kind, lengths) of the state's fields: what a step leaves for the next.
+    def module(self) -> Specialised:
+        """The text of the rule, of velocities and quantities, and of the shell."""
+        speed, several = self.speed, len(self.shares) > 1
+        of_speed = "affine=False, prepare=None, solver=speed_at" if speed is None else (
+            f"affine={speed.affine}, prepare=prepare_of_speed, solver=solver_of_speed")  # fmt: skip
+        facts = [
+            f"STAGED, CLOSED, SPEED = {self.stages is not None}, {speed is None}, "
+            + (f"Record({of_speed})" if self.needs_speed else "None"),
+            f"OF_RULE, V0 = {tuple(self.of_rule)}, {tuple(self.v0)}",
+            f"FIRST, WIDE = {self.first}, {len(self.s.q)}",
+            f"FIRST_RULE = {'ADJOINT' if self.kinds[0] else 'RULE'}",
+            *([] if several else ["SUBSTEPS, SHARES, KINDS = 1, (1.0,), (0,)"]),
+        ]
+        parts = [self.text, *([] if speed is None else [speed.text]), *self.formulas.values()]
+        parts += ["\n".join(facts), texts_of(HERE / "scene_stepping", HERE / "stepping")]
+        known = {*STATUSES, *([] if several else ["SUBSTEPS", "SHARES", "KINDS"])}
+        named = {k: v for k, v in self.constants.items() if k not in known}
+        return Specialised(
+            "\n\n".join(parts), {"first_guess": self._first_guess}, self.fields, named
+        )
 
-        The kind is "float" or "int".
-        """
-        c = self.constants
-        n, m, w, k, j = (c[e] for e in ("N", "M", "SOLVED", "REUSED", "SUBSTEPS"))
+    @cached_property
+    def stages(self) -> Specialised | None:
+        """The text of a step's stages, if the flow solves them by a fixed point."""
+        if not self.lanes or self.flow.stages is None:
+            return None
+        nodes = self.flow.context.equations.rule.nodes
+        source = stage_source(self.flow.context.equations.s, nodes)
+        given = lane_namespace(nodes.count, Double(), -(-nodes.count // self.lanes) * self.lanes)
+        text = text_of_stages(source.derived())
+        numbers = tables(nodes, nodes.count, given["WIDTH"], Double())
+        text = f"{text}\n\nWIDE = {len(self.s.q)}\n\n{PREPARING}"
+        found = Specialised(text, {**given, **numbers}, {}, {}, given["WIDTH"])
+        used = {e: numbers[e] for e in re.findall(r"\b[A-Z_]+\b", text) if e in numbers}
+        found.constants = {**self._numbers, **used}
+        return found
 
-        def of(names: str, *lengths: int, kind: str = "float") -> Any:
-            return {name: (kind, lengths) for name in names.split()}
+    def _drive(self, module: Specialised, memory: str) -> Any:
+        """Return what writes a driver; memory: the field of what it remembers."""
 
-        found = (of("x", n) | of("mu", m) | of("ex", n) | of("emu", m) | of("q", len(self.s.q))
-                 | of("h") | of("fresh", kind="int") | of("w dw", w) | of("dx", n) | of("dmu", m)
-                 | of("k new_k", k) | of("c", j, c["WIDTH"]) | of("kept", 2 * (n + m)))  # fmt: skip
-        if self.iterated:
-            found |= of("past", j, 5 * w) | of("kappa scale", j) | of("age degree", j, kind="int")
-        if self.step.extents:
-            found |= of("sizes", c["SIZES"]) | of("rests", c["RESTS"])
-        if self.step.branch is not None:
-            found |= of("branch")
-        if self.stages is not None:
-            found |= of("node_w node_p node_xi node_mu moves gains turned", m * c["LANES"])
-            found |= of("turns", c["TURNING"] * c["LANES"]) | of("ahead end last sum_p more", m)
-            found |= of("sum_f", c["TURNING"]) | of("moved large units left", 2 * m) | of("gate")
-            found |= of("stage_c", len(self.stages.coefficients.values))
-            found |= of("known by_newton stretch", kind="int")
-        found |= of("v", m)
-        if self.speed is not None:
-            found |= of("dv", m) | of("speed_c", len(self.speed.coefficients.values))
-        return found | (of("rates", n + m) if self.needs_rates else {})
+        def write(of: Any, s: Any, steps: Any) -> Any:
+            layout, branched = module.names["LAYOUT"], module.names["RULE"].branched
+            state = Joined([(layout.n, s.x), (layout.m, s.mu), (layout.n + layout.m, s.lost),
+                            (layout.reused, s.k), (0, getattr(s, memory))])  # fmt: skip
+            totals = Registers(module.routine, {
+                Entry.REACH: module.names["REACH"], Entry.SLACK: module.names["SLACK"],
+                Entry.BRANCH: s.branch if branched else module.names["HUGE"]})  # fmt: skip
+            c, kinds = s.c if memory == "memory" else s.stage_c, self.module.names["KINDS"]
+            s.done[0], status = of("advance")(
+                state, c, kinds, len(self.shares), 0, steps, 1, *[Nowhere()] * 4, totals
+            )
+            return status
 
-    @property
-    def dispatch(self) -> str:
-        """The text of functions that call the rule's kernel or its adjoint's."""
-        texts = []
-        for f in self.kernels if self.mixed else ():
-            if f.name not in RESULTS:
-                continue
-            given = ", ".join(a.arg for a in f.args.args)
-            one, other = f"{f.name}({given})", f"{f.name}_of_adjoint({given})"
-            kind, answer = "float", f"    return {one} if kind == 0 else {other}\n"
-            if not RESULTS[f.name][1]:
-                kind = "None"
-                answer = f"    if kind == 0:\n        {one}\n    else:\n        {other}\n"
-            head = f"def either_{f.name}(kind: int, {ast.unparse(f.args)}) -> {kind}:"
-            texts.append(f"{head}\n{answer}")
-        return "\n".join(texts)
+        return write
+
+    @cached_property
+    def functions(self) -> list[ast.FunctionDef]:
+        """The functions of a file, each after those that it calls."""
+        module, stages, made = self.module, self.stages, dict[str, ast.FunctionDef]()
+        state = "(s: State) -> None:"
+        if stages is not None:
+            stages.fields, drive = self.fields, self._drive(stages, "stages")
+            stages.function("def drive_stages(s: State, steps: int) -> int:", drive,
+                            "Do steps by sweeps over the stages.")  # fmt: skip
+            stages.function(f"def prepare_stages{state}")
+            made |= stages.made
+            module.knows(made["drive_stages"], made["prepare_stages"])
+            module.function(f"def forget_stages{state}")
+        module.function("def drive(s: State, steps: int) -> int:", self._drive(module, "memory"),
+                        "Do steps by Newton's method.")  # fmt: skip
+        for head in (f"seed{state}", f"undo{state}", f"start{state}",
+                     "begin_steps(s: State, h: float) -> None:", *STEPS):  # fmt: skip
+            module.function(f"def {head}")
+        roots = ["start", "one_step", "rows_of_run", "undo"]
+        for head, there in (
+            ("energy(s: State) -> float:", self.has_energy),
+            ("momenta(s: State, values: Out) -> None:", bool(self.conserved)),
+            ("multipliers(s: State, values: Out) -> None:",
+             self.layout.iterated and self.step.multipliers > 0),
+        ):  # fmt: skip
+            if there:
+                module.function(f"def {head}")
+                roots.append(head.partition("(")[0])
+        return reached([*made.values(), *module.made.values()], roots)
 
     @cached_property
     def parameters(self) -> list[Parameter]:
@@ -401,79 +347,50 @@ class Exported:
             found.append(Parameter(name, shape, tuple(next(values) for _ in range(prod(shape)))))
         return found
 
-    @cached_property
-    def affine(self) -> list[bool]:
-        """For the rule and its adjoint, True if no step is iterated."""
-        return [bool(text.affine) for text in self.texts]
+    # -- constants and fields ----------------------------------------------------------------------
 
     @cached_property
-    def flags(self) -> dict[str, Any]:
-        """What is known when a file is written, and decides what it has."""
-        stages, c = self.stages, self.constants
+    def _numbers(self) -> dict[str, Any]:
+        step, edge = self.step, self.flow.edge
+        hidden = {"slope", "impulse"} & {*step.kinds}
         return {
-            "WATCHED": bool(self.step.extents), "BRANCHED": self.step.branch is not None,
-            "ITERATED": self.iterated, "SPEED": self.speed is not None,
-            "SPEED_OF_STATE": self.needs_speed, "SPEED_CLOSED": self.speed is None,
-            "SPEED_AFFINE": self.speed is not None and self.speed.affine,
-            "STAGED": stages is not None, "SHIFTED": stages is not None and stages.shifted,
-            "ROTATING": stages is not None and stages.system.moved is not None,
-            "TURNING": c.get("TURNING", 0),
-            **{e: c[e] for e in ("REUSED", "SIZES", "RESTS", "NUMBERS", "SUBSTEPS")},
-            **({} if "AFFINE" in c else {"AFFINE": self.affine[0]}),
+            "EPS": EPS, "ROOT_EPS": 2.0**-26, "HUGE": LARGE, "LARGE": LARGE, "DECAY": 0.999,
+            "MARGIN": 8.0, "FAINT": 64 * EPS * (EPS if hidden else 1.0),
+            "REACH": float(edge.reach),
+            "SLACK": float(edge.slack) if step.branch is not None else LARGE,
         }  # fmt: skip
 
     @cached_property
-    def functions(self) -> list[ast.FunctionDef]:
-        """The functions of a file, each after those that it calls."""
-        words = {"correct": "solver", **{e: e for e in RESULTS if e != "solver"}}
-        driver = source_of(over, steepness) + functions_of(stepping) + functions_of(staging)
-        for f in driver:
-            for e in ast.walk(f):
-                if isinstance(e, ast.Call) and isinstance(e.func, ast.Name) and e.func.id in words:
-                    e.func.id = f"{'either_' * self.mixed}{words[e.func.id]}"
-        kernels = [] if self.mixed else [*RESULTS]
-        driver = folded(
-            [*driver, *parsed(self.first_guess), *parsed(self.dispatch)], self.flags, kernels
-        )
-        roots = ["start", "advance", "rows_of_run"]
-        roots += ["energy"] * self.has_energy + ["momenta"] * bool(self.conserved)
-        roots += ["multipliers"] * bool(self.iterated and self.step.multipliers)
-        return reached([*self.kernels, *self.of_stages, *self.more, *driver], roots)
+    def constants(self) -> dict[str, Any]:
+        """The numbers of a file by their names."""
+        layout = self.layout
+        return {
+            **{e: i for i, e in enumerate(STATUSES)}, **self._numbers,
+            "N": layout.n, "M": layout.m, "LOST": layout.n + layout.m, "SOLVED": layout.solved,
+            "MULTIPLIERS": layout.multipliers, "SUBSTEPS": len(self.shares), "KINDS": self.kinds,
+            "SHARES": self.shares, **(self.stages.constants if self.stages else {}),
+        }  # fmt: skip
 
     @cached_property
-    def sources(self) -> list[ast.FunctionDef]:
-        """The kernels as they were, for a language that has tuples."""
-        texts = [*self.texts, *([self.speed] if self.speed is not None else [])]
-        return [f for text in texts for f in parsed(text.text)] + self.formulas
+    def fields(self) -> dict[str, tuple[str, tuple[int, ...]]]:
+        """Name → (kind, lengths) of the state's fields: what a step leaves for the next."""
+        layout, j = self.layout, len(self.shares)
+        numbers = {
+            "x": layout.n, "mu": layout.m, "q": len(self.s.q), "lost": layout.n + layout.m,
+            "k": layout.reused, "memory": j * layout.row,
+        }  # fmt: skip
+        found: dict[str, Any] = {k: ("float", (e,)) for k, e in numbers.items()}
+        found |= {"c": ("float", (j, layout.width)), "h": ("float", ()), "branch": ("float", ())}
+        found |= {e: ("int", ()) for e in ("fresh", "done", "by_newton", "stretch")}
+        if self.stages is not None:
+            at = self.stages.names["LAYOUT"]
+            found |= {"stages": ("float", (at.row,)), "stage_c": ("float", (1, at.width))}
+        return found
 
 
-def written_kernels(text: KernelText) -> list[ast.FunctionDef]:
-    """Return the kernels of a text as statements; each solver takes w and returns a size."""
-    found, lengths = [], dict[str, int]()
-    for function in parsed(text.text):
-        word, last = function.name.removesuffix(text.suffix), function.body[-1]
-        assert isinstance(last, ast.Return) and isinstance(last.value, ast.Tuple)
-        if word not in RESULTS:
-            lengths[function.name] = len(last.value.elts)
-            found.append(of_called(function, lengths))
-            continue
-        if word == "solver" and text.affine:
-            function.args.args.insert(1, ast.arg("w"))
-            last.value = ast.Tuple([last.value, ast.Constant(0.0)])
-        found.append(of_kernel(function, *RESULTS[word], lengths))
-    return found
-
-
-def functions_of(part: Any) -> list[ast.FunctionDef]:
-    """Return the functions of a text of ours, a module."""
-    own = [e for e in vars(part).values() if getattr(e, "__module__", "") == part.__name__]
-    return source_of(*filter(callable, own))
-
-
-def over_factorials(functions: Sequence[ast.FunctionDef]) -> dict[str, Any]:
-    """Return the numbers of Stumpff's functions, as many as these functions need."""
-    words = {e for f in functions for e in ast.walk(f)
-             if isinstance(e, ast.Call) and ast.unparse(e.func) == "stumpff"}  # fmt: skip
-    most = max((ast.literal_eval(e.args[1]) for e in words), default=0)
-    terms = next(n for n in range(99) if 4 * factorial(2) < EPS * factorial(2 * n + 4))
-    return {"TERMS": terms, "OVER": [1 / factorial(n) for n in range(2 * terms + most + 1)]}
+def used_fields(given: Any) -> dict[str, tuple[str, int | None]]:
+    """Return name → (kind, length, or None of a single number) of the fields that a file has."""
+    used = {e.attr for f in given.functions for e in ast.walk(f) if isinstance(e, ast.Attribute)}
+    used |= {"x", "mu", "q"}
+    return {name: (kind, prod(lengths) if lengths else None)
+            for name, (kind, lengths) in given.fields.items() if name in used}  # fmt: skip

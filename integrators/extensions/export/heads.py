@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from textwrap import wrap
 from typing import Any
 
+import numpy as np
+
 from .exported import STATUSES, Exported
 
 WIDTH = 92
@@ -45,4 +47,4 @@ def constants(given: Exported) -> Iterator[tuple[str, Any]]:
     always = {"N", "M", *STATUSES}
     for name, value in given.constants.items():
         if name in used | always:
-            yield name, value
+            yield name, np.ravel(value).tolist() if isinstance(value, tuple) else value

@@ -7,15 +7,44 @@ that of the implicit function.
 from __future__ import annotations
 
 import ast
+import inspect
+import math
 from collections.abc import Sequence
 from math import factorial
 from typing import Any, ClassVar
 
-from ...numbers import over
-from .exported import Exported
-from .heads import constants, head
+from ...errors import CannotMeasure
+from ...numbers import Double, over
+from .exported import EPS, Exported
+from .heads import head
 from .numpy_file import Python, harness, python_parts
-from .statements import last_of, number_of, source_of, told
+from .statements import last_of, parsed
+
+#: of a series of Stumpff's functions, at |z| up to 1
+TERMS = next(n for n in range(99) if 4 * factorial(2) < EPS * factorial(2 * n + 4))
+#: what each kernel does, for the reader of a file
+ABOUT = {
+    "solver": "Write a correction of the unknowns of a step, or the solution; return its size.",
+    "update": "Write what x and mu grow by, less what the rounding of earlier sums added.",
+    "carry": "Write the functions of x that the step after needs again.",
+    "prepare": "Write what depends on the step and the parameters alone.",
+    "extents": "Write sizes that tell how near a step is to the edge of its chart.",
+    "branch": "Return a number that tells branches of solutions apart.",
+    "energy_at": "Return the energy at x, v and mu.",
+    "momenta_at": "Write the quantities that the scene declares.",
+    "rates_at": "Write the rates of x and mu.", "speed_at": "Write the velocity of a momentum.",
+}  # fmt: skip
+
+
+def number_of(node: ast.expr) -> ast.expr:
+    """Return the double of π, of a whole number or of a constant by its name; others unchanged."""
+    if isinstance(node, ast.Name) and node.id == "PI":
+        return ast.Constant(math.pi)
+    if isinstance(node, ast.Call) and ast.unparse(node.func) in ("R", "constant"):
+        value = ast.literal_eval(node.args[0])
+        named = ast.unparse(node.func) == "constant"
+        return ast.Constant(float(Double().constant(value) if named else value))
+    return node
 
 
 class _Arrays(ast.NodeTransformer):
@@ -313,39 +342,47 @@ def momenta(state):
 
 def jax_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
     """Return the JAX file of a scheme."""
+    of_speed = "" if given.speed is None else given.speed.text
+    text = "\n\n".join([given.text.partition("\nLAYOUT = ")[0], of_speed, *given.formulas.values()])
+    sources = [f for f in parsed(text) if last_of(f.name.removesuffix("_near").removesuffix(
+        "_far")) is None]  # fmt: skip
+    if any(f.name.startswith("matrix_") for f in sources):
+        raise CannotMeasure(
+            "a step has functions of matrices, which a file in JAX cannot have, so it cannot be "
+            "exported: in c, numpy or julia, or with --retraction cayley, it can."
+        )
     functions = []
-    for f in given.sources:
+    for f in sources:
         f.decorator_list = []
-        functions.append(Jax().function(told(_Arrays().visit(f))))
-    names = {f.name for f in given.sources}
-    functions += [Jax().function(f) for f in source_of(over)]
+        made, said_of = _Arrays().visit(f), ABOUT.get(f.name.partition("_of_")[0])
+        made.body[:0] = [] if said_of is None else [ast.Expr(ast.Constant(said_of))]
+        functions.append(Jax().function(ast.fix_missing_locations(made)))
+    names = {f.name for f in sources}
+    functions += [Jax().function(f) for f in parsed(inspect.getsource(over))]
     kernels = []
     for suffix, affine in zip(("", "_of_adjoint"), given.affine, strict=False):
         own = [f"{e}{suffix}" for e in ("solver", "update", "carry", "prepare")]
         extents = f"extents{suffix}" if f"extents{suffix}" in names else "None"
         kernels.append(f"    ({', '.join(own)}, {extents}, {affine}),")
-    lines = ["    v = speed(x, mu, q)"] * given.flags["SPEED_OF_STATE"]
+    lines = ["    v = speed(x, mu, q)"] * given.needs_speed
     lines += ["    rates = packed(rates_at(x, v, mu, q))"] * ("rates_at" in names)
     entries = ["0.0" if "/" in e else e.replace("s.", "") for e in given.guess]
     more = GUESS.format(lines="\n".join(lines), entries=", ".join(entries))
     more = more.replace('"""\n\n', '"""\n')
-    if given.flags["SPEED_OF_STATE"]:
+    if given.needs_speed:
         more += SPEED.format(value=_speed(given))
     if given.has_energy:
-        more += ENERGY.format(v="speed(x, mu, q)" if given.flags["SPEED"] else "mu")
+        more += ENERGY.format(v="mu" if given.speed is None else "speed(x, mu, q)")
     more += MOMENTA * bool(given.quantities)
     if given.constants["MULTIPLIERS"]:
         more += MULTIPLIERS.format(m=given.constants["M"], count=given.constants["MULTIPLIERS"])
-    turning = any("stumpff" in ast.unparse(f) for f in given.sources)
+    turning = "stumpff_" in text
     more += STUMPFF * turning
-    numbers = dict(constants(given)) | {
-        e: given.constants[e] for e in ("KINDS", "SHARES", "OF_RULE", "SUBSTEPS", "REACH", "EPS",
-                                        "ROOT_EPS", "LARGE", "MARGIN", "V0")}  # fmt: skip
+    numbers = {e: given.constants[e] for e in (
+        "N", "M", "KINDS", "SHARES", "SUBSTEPS", "REACH", "EPS", "ROOT_EPS", "LARGE", "MARGIN",
+    )} | {"OF_RULE": given.of_rule, "V0": given.v0}  # fmt: skip
     if turning:  # two more for each derivative
-        numbers |= {
-            "TERMS": given.constants["TERMS"],
-            "OVER": [1 / factorial(n) for n in range(60)],
-        }
+        numbers |= {"TERMS": TERMS, "OVER": [1 / factorial(n) for n in range(60)]}
     numbers["PLACES"] = [i for i, e in enumerate(given.guess) if "/" in e]
     text = FILE.format(
         partial="from functools import partial\n" * turning, more=more,
@@ -358,9 +395,9 @@ def jax_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
 
 def _speed(given: Exported) -> str:
     """Return the statement that gives the velocity of a state."""
-    if given.flags["SPEED_CLOSED"]:
+    if given.speed is None:
         return "return packed(speed_at(x, mu, mu, q))"
     solver = "solver_of_speed(tuple(x), {}tuple(mu), (), prepare_of_speed(q))"
-    if given.flags["SPEED_AFFINE"]:
+    if given.speed.affine:
         return f"return packed({solver.format('')})"
     return f"return solved_by_newton(lambda v: {solver.format('tuple(v), ')}, jnp.array(V0))"

@@ -9,7 +9,7 @@ import ast
 from collections.abc import Sequence
 from typing import ClassVar
 
-from .exported import STATUSES, Exported
+from .exported import STATUSES, Exported, used_fields
 from .heads import constants, head
 from .numpy_file import nested
 from .printer import Printer
@@ -19,10 +19,11 @@ class Julia(Printer):
     """Prints Julia, which counts from 1."""
 
     stop: ClassVar[str] = ""
+    mark: ClassVar[str] = "#"
     end: ClassVar[str] = "end"
     heads: ClassVar[dict[str, str]] = {"if": "if {}", "else": "else", "while": "while {}"}
     names: ClassVar[dict[str, str]] = {
-        "advance": "step!", "rows_of_run": "rows!", "start": "start!", "momenta": "momenta!",
+        "one_step": "step!", "rows_of_run": "rows!", "start": "start!", "momenta": "momenta!",
         "multipliers": "multipliers!",
         "atan2": "atan",
     }  # fmt: skip
@@ -162,12 +163,10 @@ def written(value: object) -> str:
 def julia_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
     """Return the Julia file of a scheme."""
     fields, zeros = [], []
-    for name, (kind, lengths) in given.fields.items():
+    for name, (kind, length) in used_fields(given).items():
         one = "Float64" if kind == "float" else "Int"
-        kinds = {0: one, 1: f"Vector{{{one}}}", 2: f"Vector{{Vector{{{one}}}}}"}
-        fields.append(f"    {name}::{kinds[len(lengths)]}")
-        zero = f"zeros({one}, {lengths[-1]})" if lengths else f"zero({one})"
-        zeros.append(f"[{zero} for _ in 1:{lengths[0]}]" if len(lengths) == 2 else zero)
+        fields.append(f"    {name}::{one if length is None else f'Vector{{{one}}}'}")
+        zeros.append(f"zero({one})" if length is None else f"zeros({one}, {length})")
     x, mu = given.start
     printer = Julia()
     functions = [printer.function(f) for f in given.functions]

@@ -5,14 +5,14 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Sequence
-from textwrap import fill, indent, wrap
+from textwrap import fill, indent
 from typing import Any, ClassVar
 
-from .exported import STATUSES, Exported, Parameter
+from .exported import STATUSES, Exported, Parameter, used_fields
 from .heads import constants, head
 from .printer import WIDTH, Printer
 
-OWN = {"advance": "_advance", "rows_of_run": "_rows", "momenta": "_momenta", "energy": "_energy",
+OWN = {"one_step": "_advance", "rows_of_run": "_rows", "momenta": "_momenta", "energy": "_energy",
        "multipliers": "_multipliers", "start": "_start"}  # fmt: skip
 
 
@@ -20,6 +20,7 @@ class Python(Printer):
     """Prints Python."""
 
     stop: ClassVar[str] = ""
+    mark: ClassVar[str] = "#"
     end: ClassVar[str] = ""
     heads: ClassVar[dict[str, str]] = {"if": "if {}:", "else": "else:", "while": "while {}:"}
     names: ClassVar[dict[str, str]] = OWN
@@ -44,17 +45,12 @@ class Python(Printer):
     def put(self, text: str) -> None:
         """Write a line; a long value goes into parentheses."""
         if len(text) + 4 * self.depth > WIDTH and not text.startswith("def "):
-            text = re.sub(r"^(return |[^=]+? = )(.*)$", r"\1(\2)", text)
+            text = re.sub(r"^(return |if |while |[^=]+? = )(.*?)(:?)$", r"\1(\2)\3", text)
         super().put(text)
 
     def about(self, text: str) -> None:
         """Keep what a function does until its head is written."""
         self.said = " ".join(text.split())
-
-    def comment(self, text: str) -> None:
-        """Write a word about the statements that follow."""
-        first = "    " * self.depth + "# "
-        self.lines += wrap(text, WIDTH, initial_indent=first, subsequent_indent=first)
 
     def head(self, f: ast.FunctionDef) -> None:
         """Write the first line of a function, and what it does."""
@@ -231,12 +227,9 @@ def numpy_file(given: Exported, said: Sequence[str], with_harness: bool) -> str:
     """Return the Python file of a scheme."""
     lines = [f"{name} = {value!r}" for name, value in constants(given)]
     fields = []
-    for name, (kind, lengths) in given.fields.items():
+    for name, (kind, length) in used_fields(given).items():
         zero = "0.0" if kind == "float" else "0"
-        if lengths:
-            zero = f"[{zero}] * {lengths[-1]}"
-        if len(lengths) == 2:
-            zero = f"[{zero} for _ in range({lengths[0]})]"
+        zero = zero if length is None else f"[{zero}] * {length}"
         fields.append(f"self.{name} = {zero}")
     functions = [Python().function(f) for f in given.functions if f.name != "rows_of_run"]
     more = ENERGY * given.has_energy + MOMENTA * bool(given.quantities)

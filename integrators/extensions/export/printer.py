@@ -15,6 +15,7 @@ from typing import ClassVar
 from .statements import names_in
 
 WIDTH = 96
+CUTS = (" + ", " - ", ", ", " && ", " || ", " and ", " or ")  # where a line may end
 #: binding strength of an operation, the same in all these languages
 STRENGTHS: dict[type, int] = {
     ast.Or: 1, ast.And: 2, ast.Not: 4, ast.Add: 5, ast.Sub: 5, ast.Mult: 6, ast.Div: 6, ast.Mod: 6,
@@ -33,10 +34,11 @@ class Printer:
     """
 
     stop: ClassVar[str] = ";"
+    mark: ClassVar[str] = ""  # of a comment up to the end of its line
     end: ClassVar[str] = "}"
     heads: ClassVar[dict[str, str]] = {"if": "if ({}) {{", "else": "}} else {{",
                                        "while": "while ({}) {{"}  # fmt: skip
-    names: ClassVar[dict[str, str]] = {"abs": "fabs", "int": "(int)", "advance": "step",
+    names: ClassVar[dict[str, str]] = {"abs": "fabs", "int": "(int)", "one_step": "step",
                                        "rows_of_run": "run"}  # fmt: skip
     public: ClassVar[tuple[str, ...]] = ("start", "step", "run", "energy", "momenta", "multipliers")
     words: ClassVar[dict[type, str]] = {
@@ -122,7 +124,7 @@ class Printer:
         """Write a line, in several where it is long."""
         first, rest = "    " * self.depth, "    " * (self.depth + 1)
         while len(first) + len(text) > WIDTH:
-            cut = max(text.rfind(mark, 0, WIDTH - len(first)) for mark in (" + ", " - ", ", "))
+            cut = max(text.rfind(mark, 0, WIDTH - len(first)) for mark in CUTS)
             if cut <= 0:
                 break
             cut = self.cut(text, cut)
@@ -132,7 +134,7 @@ class Printer:
 
     def cut(self, text: str, place: int) -> int:
         """Return where a line is cut at an operator or a comma: behind it."""
-        return place + (1 if text[place] == "," else 2)
+        return place + (1 if text[place] == "," else text.index(" ", place + 1) - place)
 
     def block(self, statements: Sequence[ast.stmt]) -> None:
         """Write the statements of a block."""
@@ -171,8 +173,9 @@ class Printer:
     def comment(self, text: str) -> None:
         """Write a word about the statements that follow."""
         first = "    " * self.depth
-        self.lines += wrap(f"/* {text} */", WIDTH, initial_indent=first,
-                           subsequent_indent=f"{first}   ")  # fmt: skip
+        mark, end = (f"{self.mark} ", "") if self.mark else ("/* ", " */")
+        self.lines += wrap(f"{text}{end}", WIDTH, initial_indent=first + mark,
+                           subsequent_indent=first + (mark if self.mark else "   "))  # fmt: skip
 
     def head(self, f: ast.FunctionDef) -> None:
         """Write the first line of a function."""

@@ -12,57 +12,105 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from keyword import iskeyword
 
+from .lane_loops import LANE, in_loops
 from .statements import KNOWN
 
 Block = list[ast.stmt]
-KINDS = {"f": "float", "i": "int", "b": "bool"}
+KINDS = {"f": "float", "i": "int", "b": "bool", "v": "lanes"}
 ZEROS: dict[str, float] = {"f": 0.0, "i": 0, "b": False}
-FRESH = re.compile(r"[tv]\d+_$")  # the names of results, and of variables, before `named`
+FRESH = re.compile(r"[tpvTPV]\d+_$")  # new names (`written.Writer`) before `_named`
 #: words of some language, which no letter may be called by
 RESERVED = {"end", "double", "int", "float", "long", "short", "char", "const", "static", "void",
             "do", "switch", "case", "default", "struct", "union", "enum", "function", "begin",
             "let", "local", "module", "using", "s", "N", "M", "state", "signed", "auto", "goto",
-            "register", "extern", "inline", "restrict", "typedef", "sizeof", *KNOWN}  # fmt: skip
+            "register", "extern", "inline", "restrict", "typedef", "sizeof", LANE,
+            *KNOWN}  # fmt: skip
 
 
 def settled(
-    block: Block, variables: dict[str, str], hints: Mapping[str, str], taken: Iterable[str]
-) -> Block:
-    """Return the statements without what nothing needs, each result where it is used, named."""
-    while True:
-        read = Counter(_read(block))
-        lean = _lean(block, read)
-        if _count(lean) == _count(block):
-            break
-        block = lean
-    block = _Placing(read).block(block)
-    beyond = _beyond(block, set())
+    block: Block, variables: dict[str, str], hints: Mapping[str, str], taken: Iterable[str],
+    width: int,
+) -> Block:  # fmt: skip
+    """Return the statements without what nothing needs, each result where it is used, named.
+
+    width: the number of lanes.
+    """
+    block = _lean(block, _needed(block))
+    block = _Placing(block).block(block)
+    beyond = _beyond(block, {LANE})
     block = [_Outside(beyond, variables).visit(s) for s in block]
-    kept = {n for s in block for e in ast.walk(s) if isinstance(e, ast.Name) for n in [e.id]}
+    block = in_loops(block, variables, width)
+    kept = {n for s in block for n in _names(s)}
     first: Block = [
         ast.AnnAssign(ast.Name(name), ast.Name(KINDS[kind]), ast.Constant(ZEROS[kind]), 1)
-        for name, kind in variables.items() if name in kept
+        if kind != "v" else zeros(name, width) for name, kind in variables.items() if name in kept
     ]  # fmt: skip
     return _named(first + block, hints, {*taken})
 
 
-def _count(block: Block) -> int:
-    return sum(isinstance(e, ast.stmt) for s in block for e in ast.walk(s))
+def zeros(name: str, length: int) -> ast.stmt:
+    """Return the declaration of an array of zeros."""
+    value = ast.BinOp(ast.List([ast.Constant(0.0)]), ast.Mult(), ast.Constant(length))
+    return ast.AnnAssign(ast.Name(name), ast.Name("Out"), value, 1)
+
+
+def _target(s: ast.stmt) -> str:
+    """Return the new name that a statement gives a value without any other effect, or ""."""
+    if not isinstance(s, (ast.Assign, ast.AnnAssign)) or calls_of_file(s.value):
+        return ""
+    target = s.targets[0] if isinstance(s, ast.Assign) else s.target
+    return target.id if isinstance(target, ast.Name) and FRESH.match(target.id) else ""
+
+
+def calls_of_file(e: ast.AST | None) -> bool:
+    """Return True if an expression calls a function of the file, which may change arrays."""
+    return isinstance(e, ast.Call) and ast.unparse(e.func) not in KNOWN | {"range", "int"}
+
+
+def _needed(block: Block) -> set[str]:
+    """Return the names that the effects of statements need."""
+    uses, roots = dict[str, set[str]](), set[str]()
+
+    def collect(block: Block, tests: set[str]) -> None:
+        for s in block:
+            reads = {*_own(s)} | tests
+            if isinstance(s, (ast.If, ast.For, ast.While)):
+                collect(s.body, reads)
+                collect(getattr(s, "orelse", []), reads)
+            elif (name := _target(s)) or _comment(s):
+                uses.setdefault(name, set()).update(reads)
+            else:
+                roots.update(reads)
+
+    collect(block, set())
+    found, following = set[str](), roots
+    while following:
+        found |= following
+        following = {e for name in following for e in uses.get(name, ())} - found
+    return found
+
+
+def _comment(s: ast.stmt) -> bool:
+    return isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant)
 
 
 def _beyond(block: Block, known: set[str]) -> set[str]:
     """Return the results that are used outside the block in which they get their names."""
     here, found = set(known), set[str]()
     for s in block:
-        found |= {n for n in _own(s) if n.startswith("t") and FRESH.match(n)} - here
+        found |= {n for n in _own(s) if _result(n)} - here
         if isinstance(s, ast.AnnAssign):
             here |= {ast.unparse(s.target)}
         inner = here | ({ast.unparse(s.target)} if isinstance(s, ast.For) else set())
         for part in (getattr(s, "body", []), getattr(s, "orelse", [])):
             found |= _beyond(part, inner)
         if isinstance(s, ast.While):
-            found |= {n for n in _names(s.test) if n.startswith("t") and FRESH.match(n)} - here
+            found |= {n for n in _names(s.test) if _result(n)} - here
     return found
+
+
+def _result(name: str) -> bool:
+    return name[0] in "tpTP" and bool(FRESH.match(name))
 
 
 class _Outside(ast.NodeTransformer):
@@ -95,27 +143,23 @@ def _read(block: Sequence[ast.AST]) -> list[str]:
     return found
 
 
-def _lean(block: Block, read: Mapping[str, int]) -> Block:
-    """Return the statements without results and variables that are never read."""
+def _lean(block: Block, needed: set[str]) -> Block:
+    """Return the statements without names that nothing needs, and without empty blocks."""
     found: Block = []
     for s in block:
-        target = s.targets[0] if isinstance(s, ast.Assign) else getattr(s, "target", None)
-        own = isinstance(s, (ast.Assign, ast.AnnAssign)) and isinstance(target, ast.Name)
-        if own and FRESH.match(target.id) and not read.get(target.id):  # type: ignore[union-attr]
-            continue
+        name = _target(s)
         if isinstance(s, ast.If):
-            yes, no = _lean(s.body, read), _lean(s.orelse, read)
+            yes, no = _lean(s.body, needed), _lean(s.orelse, needed)
             if yes or no:
                 test = s.test if yes else ast.UnaryOp(ast.Not(), s.test)
                 found.append(ast.If(test, yes or no, no if yes else []))
-        elif isinstance(s, (ast.While, ast.For)):
-            body = _lean(s.body, read)
-            if isinstance(s, ast.While):
-                found.append(ast.While(s.test, body, []))
-            elif any(not (isinstance(e, ast.Expr) and isinstance(e.value, ast.Constant))
-                     for e in body):  # fmt: skip
+        elif isinstance(s, ast.While):
+            found.append(ast.While(s.test, _lean(s.body, needed), []))
+        elif isinstance(s, ast.For):
+            body = _lean(s.body, needed)
+            if not all(map(_comment, body)):
                 found.append(ast.For(s.target, s.iter, body, []))
-        else:
+        elif not name or name in needed:
             found.append(s)
     return found
 
@@ -123,8 +167,10 @@ def _lean(block: Block, read: Mapping[str, int]) -> Block:
 class _Placing(ast.NodeTransformer):
     """Puts results that are used once into the place of their use, if nothing writes between."""
 
-    def __init__(self, read: Mapping[str, int]) -> None:
-        self.read = read
+    def __init__(self, block: Block) -> None:
+        self.read = Counter(_read(block))
+        for e in (e for s in block for e in ast.walk(s) if isinstance(e, ast.Subscript)):
+            self.read.update(_names(e.value))  # lanes of which one is read are an array
         self.waiting: dict[str, tuple[ast.AnnAssign, set[str]]] = {}
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
@@ -146,15 +192,15 @@ class _Placing(ast.NodeTransformer):
         """Return the statements of a block."""
         found: Block = []
         outer, self.waiting = self.waiting, {}
-        uses = [Counter(_own(s)) for s in block]
+        last = {name: k for k, s in enumerate(block) for name in _own(s)}
         for k, s in enumerate(block):
-            if isinstance(s, ast.AnnAssign) and isinstance(s.target, ast.Name) and not _zeros(s):
+            if isinstance(s, ast.AnnAssign) and (name := _target(s)):
                 reads = {r for n in _names(s.value) if n in self.waiting
                          for r in self.waiting[n][1]} | _kept(s.value)  # fmt: skip
                 s = ast.AnnAssign(s.target, s.annotation, self.visit(s.value), 1)  # type: ignore[arg-type]
-                once = self.read.get(s.target.id, 0) == 1  # type: ignore[union-attr]
-                if once and any(u[s.target.id] for u in uses[k + 1 :]):  # type: ignore[union-attr]
-                    self.waiting[s.target.id] = (s, reads)  # type: ignore[union-attr]
+                once = self.read[name] == 1 and name[0] in "tT"
+                if once and last.get(name, -1) > k and not _zeros(s):
+                    self.waiting[name] = (s, reads)
                 else:
                     found.append(s)
                 continue
@@ -206,7 +252,9 @@ def _zeros(s: ast.AnnAssign) -> bool:
 def _kept(e: ast.AST | None) -> set[str]:
     """Return the arrays and variables that an expression reads."""
     arrays = {ast.unparse(n.value) for n in ast.walk(e) if isinstance(n, ast.Subscript)}  # type: ignore[arg-type]
-    return arrays | {n for n in _names(e) if FRESH.match(n) and n.startswith("v")}
+    fields = {e for n in ast.walk(e) if isinstance(n, ast.Attribute)  # type: ignore[arg-type]
+              for e in (ast.unparse(n), ast.unparse(n.value))}  # fmt: skip
+    return arrays | fields | {n for n in _names(e) if FRESH.match(n) and n[0] in "vV"}
 
 
 def _written(block: Sequence[ast.stmt]) -> set[str]:
@@ -218,8 +266,8 @@ def _written(block: Sequence[ast.stmt]) -> set[str]:
                 (target,) = e.targets
                 inner = target.value if isinstance(target, ast.Subscript) else target
                 found.add(ast.unparse(inner))
-            elif isinstance(e, ast.Expr) and isinstance(e.value, ast.Call):
-                found |= {n for a in e.value.args for n in _names(a)}
+            if isinstance(e, (ast.Expr, ast.Assign)) and calls_of_file(e.value):
+                found |= {n for a in e.value.args for n in _names(a)}  # type: ignore[attr-defined]
     return found
 
 

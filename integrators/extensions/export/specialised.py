@@ -8,205 +8,25 @@ result first gets a name of its own (`settling`).
 from __future__ import annotations
 
 import ast
-import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial, reduce
+from types import SimpleNamespace
 from typing import Any
 
-from ...compiler import texts_of
+import numpy as np
+
+from ...compiler import names_of, texts_of
 from ...compiler.llvm_statements import Scope, loaded
-from ...compiler.llvm_values import ARITHMETIC, Array, Value, mapped
+from ...compiler.llvm_values import Value, mapped
 from ...compiler.llvm_writer import Module
+from ...numbers import Double
 from ...numbers.types import Function
-from .settling import FRESH, KINDS, Block, settled
+from .lane_loops import LANE
+from .settling import FRESH, Block, settled
 from .statements import last_of
-
-OPERATORS: dict[str, Any] = {
-    "add": ast.Add, "sub": ast.Sub, "mul": ast.Mult, "truediv": ast.Div, "floordiv": ast.FloorDiv,
-    "mod": ast.Mod, "lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE, "eq": ast.Eq,
-    "ne": ast.NotEq,
-}  # fmt: skip
-
-
-def tree(number: Any) -> ast.expr:
-    """Return a number, which Python may know, as an expression."""
-    if not isinstance(number, Value):
-        return ast.Constant(number)
-    return ast.parse(number.name, mode="eval").body
-
-
-class Writer:
-    """Statements while they are written: what the compiler calls a routine."""
-
-    def __init__(self) -> None:
-        self.block: Block = []
-        self.open, self.fast, self.count = True, "", 0
-        # of the enclosing loops: the block round each, and the flags that leave that as well
-        self.loops: list[tuple[Block, list[str]]] = []
-        self.depths: dict[str, int] = {}  # by labels: the loops that stay if one jumps there
-        self.hints: dict[str, str] = {}  # what a name is called in the text
-        self.variables: dict[str, str] = {}  # name → kind
-
-    def name(self, letter: str = "t") -> str:
-        """Return a new name, or a label for the end of the loops that follow."""
-        self.count += 1
-        made = f"{letter}{self.count}_"
-        self.depths[made] = len(self.loops)
-        return made
-
-    def do(self, statement: ast.stmt) -> None:
-        """Write a statement, if it can be reached."""
-        if self.open:
-            self.block.append(statement)
-
-    def get(self, kind: str, value: ast.expr) -> Value:
-        """Give a result a name."""
-        name = self.name()
-        self.do(ast.AnnAssign(ast.Name(name), ast.Name(KINDS[kind]), value, 1))
-        return Value(kind, name, self)
-
-    def memory(self, kind: str, length: int = 1, columns: int | None = None) -> Letter:
-        """Return a variable."""
-        name = self.name("v")
-        self.variables[name] = kind
-        return Letter(kind, name, self)
-
-    def binary(self, operator: str, left: Any, right: Any) -> Any:
-        """Write arithmetic or a comparison; of whole numbers that are known it is done."""
-        whole = all(kind_of(e) == "i" for e in (left, right)) and operator != "truediv"
-        known = [int(e.name) if isinstance(e, Value) else e for e in (left, right)
-                 if not isinstance(e, Value) or e.name.lstrip("-").isdigit()]  # fmt: skip
-        if whole:
-            if len(known) == 2:
-                return getattr(known[0], f"__{operator}__")(known[1])
-            left, right = (int(e.name) if isinstance(e, Value) and e.name.isdigit() else e
-                           for e in (left, right))  # fmt: skip
-        if operator in ("add", "sub") and not isinstance(right, Value) and right == 0:
-            return left  # the sign of a zero is nobody's concern
-        if (operator, left if not isinstance(left, Value) else None) in (("add", 0), ("mul", 1)):
-            return right
-        if not whole:
-            left, right = (float(e) if isinstance(e, int) else e for e in (left, right))
-        one, other, made = tree(left), tree(right), OPERATORS[operator]
-        if operator not in ARITHMETIC:
-            return self.get("b", ast.Compare(one, [made()], [other]))
-        if operator == "sub" and not isinstance(left, Value) and left == 0 and (
-            whole or math.copysign(1, left) < 0
-        ):  # fmt: skip
-            return self.get("i" if whole else "f", ast.UnaryOp(ast.USub(), other))
-        return self.get("i" if whole else "f", ast.BinOp(one, made(), other))
-
-    def call(self, name: str, *arguments: Any) -> Value:
-        """Call a function of numbers."""
-        given = [tree(float(e) if isinstance(e, int) else e) for e in arguments]
-        if name == "pow":
-            return self.get("f", ast.BinOp(given[0], ast.Pow(), given[1]))
-        return self.get("f", ast.Call(ast.Name("abs" if name == "fabs" else name), given, []))
-
-    def select(self, test: Value, yes: Any, no: Any) -> Value:
-        """Return `yes` if the test holds, else `no`."""
-        kinds = {kind_of(yes), kind_of(no)}
-        kind = kinds.pop() if len(kinds) == 1 else "f"
-        one, other = (tree(float(e) if kind == "f" and isinstance(e, int) else e)
-                      for e in (yes, no))  # fmt: skip
-        return self.get(kind, ast.IfExp(tree(test), one, other))
-
-    def joint(self, word: str, one: Value, other: Value) -> Value:
-        """Return `one and other`, or `or`."""
-        made = ast.And() if word == "and" else ast.Or()
-        return self.get("b", ast.BoolOp(made, [tree(one), tree(other)]))
-
-    def negated(self, test: Value) -> Value:
-        """Return `not test`."""
-        return self.get("b", ast.UnaryOp(ast.Not(), tree(test)))
-
-    def whole(self, number: Value) -> Value:
-        """Return `int(number)`."""
-        return self.get("i", ast.Call(ast.Name("int"), [tree(number)], []))
-
-    def begin(self, label: str) -> None:
-        """Go on behind the loops that the label leaves."""
-        self.open = True
-
-    def leave(self, label: str) -> None:
-        """Leave the loops round which the label was made."""
-        depth = self.depths[label]
-        if len(self.loops) > depth + 1:
-            left = self.memory("b")
-            self.hints[left.name] = "left"
-            self.loops[depth][0].append(ast.Assign([ast.Name(left.name)], ast.Constant(False)))
-            left[0] = True
-            for _, flags in self.loops[depth + 1 :]:
-                flags.append(left.name)
-        self.do(ast.Break())
-        self.open = False
-
-
-def kind_of(number: Any) -> str:
-    """Return the kind of a number, f, i or b."""
-    if isinstance(number, Value):
-        return number.kind
-    return "b" if isinstance(number, bool) else "i" if isinstance(number, int) else "f"
-
-
-@dataclass(frozen=True)
-class Letter:
-    """A variable, with one entry as the compiler's variables."""
-
-    kind: str
-    name: str
-    routine: Any
-
-    def __getitem__(self, _: int) -> Value:
-        found: Value = self.routine.get(self.kind, ast.Name(self.name))
-        return found
-
-    def __setitem__(self, _: int, number: Any) -> None:
-        if self.kind == "f" and isinstance(number, int):
-            number = float(number)
-        self.routine.do(ast.Assign([ast.Name(self.name)], tree(number)))
-
-
-@dataclass(frozen=True)
-class Entries(Array):
-    """An array; one with two indices is kept row after row. first: where a row begins."""
-
-    first: Any = 0
-
-    def _at(self, index: Any) -> ast.expr:
-        if self.columns is not None:
-            row, column = index if isinstance(index, tuple) else (index, 0)
-            index = self._row(row) + column
-        if isinstance(self.first, Value) or self.first != 0:
-            index = self.first + index
-        return ast.Subscript(tree(Value("f", self.name)), tree(index))
-
-    def _row(self, row: Any) -> Any:
-        return row if self.columns == 1 else row * self.columns
-
-    def __getitem__(self, index: Any) -> Any:
-        if self.columns is not None and not isinstance(index, tuple):
-            return replace(self, columns=None, first=self._row(index))
-        return self.routine.get(self.kind, self._at(index))
-
-    def __setitem__(self, index: Any, number: Any) -> None:
-        if self.kind == "f" and isinstance(number, int):
-            number = float(number)
-        self.routine.do(ast.Assign([self._at(index)], tree(number)))
-
-
-@dataclass(frozen=True)
-class Table:
-    """Whole numbers that are known, in rows; none lets a loop be unrolled."""
-
-    rows: Sequence[Sequence[int]]
-    routine: Any
-
-    def __getitem__(self, index: Any) -> Any:
-        if isinstance(index, tuple):
-            return Value("i", str(int(self.rows[index[0]][index[1]])), self.routine)
-        return [Value("i", str(int(e)), self.routine) for e in self.rows[index]]
+from .written import Entries, Joined, Letter, Registers, Writer, among, kind_of, tree
 
 
 class Structured(Scope):
@@ -215,9 +35,9 @@ class Structured(Scope):
     def call(self, arguments: Sequence[Any], turn: Callable[[Any], None] | None = None) -> Any:
         """Write the statements of the call and return its result."""
         routine, block, before = self.routine, self.routine.block, len(self.routine.loops)
-        said = ast.get_docstring(self.node)
-        if said and self.node.name not in TOOLS and not _small(self.node):
-            routine.do(ast.Expr(ast.Constant(said.split("\n\n")[0])))
+        said = self.module.said.get(self.node.name)
+        if said and routine.count and self.node.name not in TOOLS and not _small(self.node):
+            routine.do(ast.Expr(ast.Constant(said)))
         self.turn, self.inside, self.ended = turn, before, ""
         for argument, value in zip(self.node.args.args, arguments, strict=True):
             self._bind(argument.arg, value)
@@ -353,22 +173,60 @@ TOOLS = {"advance", *(f.name for f in ast.parse(texts_of("tuple_operations")).bo
 
 
 class Specialised(Module):
-    """A text of the compiler whose functions write statements."""
+    """A text of the compiler whose functions write statements.
+
+    fields: name → (kind, lengths) of the state's; constants: name → what the file has by that name
+    as well: a number, numbers, or lanes, of `width` numbers, in nested tuples. made: the functions
+    that are written.
+    """
 
     scope = Structured
 
-    def __init__(self, text: str, names: Mapping[str, Any]) -> None:
-        self.used: set[str] = set()
-        super().__init__(text, names)
-        self.names |= {word: self._table(word) for word in self.names if last_of(word) is not None}
+    def __init__(
+        self, text: str, names: Mapping[str, Any], fields: Mapping[str, Any],
+        constants: Mapping[str, Any], width: int = 0,
+    ) -> None:  # fmt: skip
+        self.fields, self.constants, self.width = fields, constants, width
+        self.letters: dict[str, list[str]] = {}  # by functions: the names of what they take
+        self.said: dict[str, str] = {}  # by functions: what they do
+        self.made: dict[str, ast.FunctionDef] = {}
+        self.lengths: dict[str, int] = {}  # of the results of functions of numbers
+        super().__init__(text, names_of(text, Double(), **names))
+        self.names |= {word: partial(self._called, word, self.names[word])
+                       for word in self.names if last_of(word) is not None}  # fmt: skip
+        self.names |= {f.__name__: f for f in (
+            self.lane, self.total, self.larger, self.largest, self.read_lanes, self.write_lanes,
+        )}  # fmt: skip
+        self.names["blank"] = lambda rows, _: [Registers(self.routine) for _ in range(rows)]
+        self._elimination: Any = self.names.get("eliminate")
         self.names["eliminate"] = self._eliminate
 
     def new_routine(self) -> Any:
         """Return a writer."""
         return Writer()
 
+    def _function(self, node: ast.FunctionDef, part: str, function: Any) -> Function:
+        self.letters[node.name] = [a.arg for a in node.args.args]
+        self.said[node.name] = (ast.get_docstring(node) or "").split("\n\n")[0]
+        return super()._function(node, part, function)
+
     def _called(self, name: str, function: Function, *arguments: Any) -> Any:
-        return function(*arguments)
+        """Call a function of numbers, which the file has; write others where they are called."""
+        if not all(isinstance(e, (Value, int, float)) for e in arguments):
+            return function(*arguments)
+        if name not in self.made:
+
+            def write(_: Any, out: Entries, *numbers: Any) -> None:
+                results = function(*numbers)
+                self.lengths[name] = len(results)
+                for i, e in enumerate(results):
+                    out[i] = e
+
+            letters = "".join(f", {e}: float" for e in self.letters[name])
+            self.function(f"def {name}(out: Out{letters}) -> None:", write)
+        made, kind = self._array(self.lengths[name]), among(*arguments)
+        self.routine.called("", name, *map(tree, (Value("f", made.name), *arguments)))
+        return tuple(self.routine.get(kind, made._at(k), "p") for k in range(self.lengths[name]))
 
     def _zeros(self, rows: int, columns: int) -> Any:
         return self._array(rows * columns, columns)
@@ -381,36 +239,119 @@ class Specialised(Module):
         return Entries("f", name, columns, self.routine)
 
     def _eliminate(self, a: Entries, m: int) -> None:
-        self._call("eliminate", ast.Name(a.name), ast.Constant(m))
+        if "eliminate" not in self.made:
+            self.function("def eliminate(a: Out, m: int) -> None:", lambda _, a, m:
+                          self._elimination(replace(a, columns=m + 1), m))  # fmt: skip
+        self.routine.called("", "eliminate", ast.Name(a.name), ast.Constant(m))
 
-    def _table(self, word: str) -> Function:
-        last = last_of(word)
-        assert last is not None
+    # -- lanes -------------------------------------------------------------------------------------
 
-        def table(z: Any) -> Any:
-            made = self._array(last + 1)
-            self._call("stumpff", ast.Name(made.name), ast.Constant(last), tree(z))
-            return tuple(made[k] for k in range(last + 1))
+    def lane(self, number: Any, j: int) -> Any:
+        """Return lane j; a number without lanes is the same in all."""
+        if kind_of(number) != "v":
+            return number
+        return self.routine.get("f", ast.Subscript(tree(number), ast.Constant(j)))
 
-        return table
+    def total(self, number: Any) -> Any:
+        """Return the sum of all lanes."""
+        return sum((self.lane(number, j) for j in range(1, self.width)), self.lane(number, 0))
 
-    def _call(self, name: str, *arguments: ast.expr) -> None:
-        self.used.add(name)
-        self.routine.do(ast.Expr(ast.Call(ast.Name(name), list(arguments), [])))
+    def larger(self, one: Any, other: Any) -> Any:
+        """Return the larger number in each lane; `other` if one of the two is NaN."""
+        a, b = tree(one), tree(other)
+        choice = ast.IfExp(ast.Compare(a, [ast.Gt()], [b]), a, b)
+        return self.routine.get(among(one, other), choice)
 
-    def function(self, head: str, write: Callable[[Callable[..., Any]], Any]) -> ast.FunctionDef:
-        """Return a function of a file.
+    def largest(self, number: Any) -> Any:
+        """Return the largest lane; NaN if the last lane is NaN."""
+        return reduce(self.larger, (self.lane(number, j) for j in range(self.width)))
 
-        head: its first line, with the letters that it takes. write: calls functions of the text,
-        whose names it is given, and returns the result, or None.
+    def read_lanes(self, array: Any, index: Any, _: int) -> Any:
+        """Return entries of an array as lanes."""
+        if isinstance(array, Registers):
+            return array.place(index, "v")[0]
+        return self.routine.get("v", self._lanes_at(array, index))
+
+    def write_lanes(self, array: Any, index: Any, numbers: Any, _: int) -> None:
+        """Write lanes into an array."""
+        if isinstance(array, Registers):
+            array.place(index, "v")[0] = numbers
+        else:
+            self.routine.do(ast.Assign([self._lanes_at(array, index)], tree(numbers)))
+
+    def _lanes_at(self, array: Any, index: Any) -> ast.expr:
+        if isinstance(array, Joined):
+            array, index = array._at(index)
+        at = ast.BinOp(tree(index), ast.Add(), ast.Name(LANE))
+        return ast.Subscript(tree(Value("f", array.name)), at)
+
+    # -- functions of a file -----------------------------------------------------------------------
+
+    def function(self, head: str, write: Callable[..., Any] | None = None, said: str = "") -> None:
+        """Write a function of a file, which the text then calls by its name.
+
+        head: its first line, with what it takes. write: calls functions `of(name)` of the text with
+        that, and returns the result, or None; by default that of the same name. said: what it does,
+        if the text does not say it.
         """
+        (made,) = ast.parse(f"{head}\n    pass").body
+        assert isinstance(made, ast.FunctionDef) and made.returns is not None
+        name, before = made.name, self.routine
         self.routine = writer = Writer()
-        result = write(self.names.__getitem__)
+        outer = {e: self.names.get(e) for e in self.constants}  # numbers write into their function
+        self.names |= {e: self._constant(e, v) for e, v in self.constants.items()}
+        letters = [self._letter(a.arg, ast.unparse(a.annotation or a)) for a in made.args.args]
+        result = (write or (lambda of, *e: of(name)(*e)))(self.names.__getitem__, *letters)
         if result is not None:
             writer.do(ast.Return(tree(result)))
-        (made,) = ast.parse(f"{head}\n    pass").body
-        assert isinstance(made, ast.FunctionDef)
-        made.body = settled(
-            writer.block, writer.variables, writer.hints, {a.arg for a in made.args.args}
-        )
-        return ast.fix_missing_locations(made)
+        taken = {a.arg for a in made.args.args}
+        made.body = settled(writer.block, writer.variables, writer.hints, taken, self.width)
+        said = said or self.said.get(name, "")
+        made.body[:0] = [ast.Expr(ast.Constant(said))] if said else []
+        self.made[name], self.routine = ast.fix_missing_locations(made), before
+        self.names |= outer
+        if name not in self.lengths:
+            self.knows(made)
+
+    def knows(self, *functions: ast.FunctionDef) -> None:
+        """Let the text call functions of the file by their names."""
+        for f in functions:
+            kind = {"int": "i", "float": "f"}.get(ast.unparse(f.returns or f), "")
+            self.names[f.name] = partial(self._call, kind, f.name)
+
+    def _call(self, kind: str, name: str, *arguments: Any) -> Any:
+        return self.routine.called(kind, name, *map(_given, arguments))
+
+    def _letter(self, name: str, kind: str) -> Any:
+        """Return what a function takes: a number, an array, or the state."""
+        if kind == "State":
+            return SimpleNamespace(name=name, **{
+                e: Entries(k[0], f"{name}.{e}", lengths[-1], self.routine) if len(lengths) == 2
+                else Entries(k[0], f"{name}.{e}", None, self.routine) if lengths
+                else Letter(k[0], f"{name}.{e}", self.routine)
+                for e, (k, lengths) in self.fields.items()
+            })  # fmt: skip
+        if kind in ("Vector", "Out"):
+            return Entries("f", name, None, self.routine)
+        return Value(kind[0], name, self.routine)
+
+    def _constant(self, name: str, value: Any, first: int = 0) -> Any:
+        """Return a constant of the file as the text finds it."""
+        if isinstance(value, (int, float)):
+            name = "LARGE" if name == "HUGE" else name  # C may have a HUGE of its own
+            return Value("i" if isinstance(value, int) else "f", name, self.routine)
+        if isinstance(value, list):
+            return Entries("i" if isinstance(value[0], int) else "f", name, None, self.routine)
+        if not isinstance(value, tuple):
+            return Value("v", f"{name}[{first} + {LANE}]", self.routine)
+        found = []
+        for part in value:
+            found.append(self._constant(name, part, first))
+            first += np.size(part)
+        return tuple(found)
+
+
+def _given(e: Any) -> ast.expr:
+    """Return an argument: a number, an array, or the state."""
+    return ast.Name(e.name) if isinstance(e, SimpleNamespace) else tree(
+        Value("", e.name) if isinstance(e, Entries) else e)  # fmt: skip

@@ -29,7 +29,7 @@ from ...numbers import Graph, Node, Scope, sympy
 from ...numbers.types import Column, Expression, Function, Letter, Mpf, Parameters, Scalars
 from ...rules import Discretisation
 from ...scene import Scene, entries_of
-from .as_scene import with_arguments
+from .as_scene import scene_of, with_arguments
 from .bond_constraints import BondConstraints
 from .lattice import Lattice, Values, no_term
 from .lattice_text import Kicks, LatticeSystem
@@ -254,9 +254,15 @@ class LatticeEquations:
 
     @cached_property
     def self_adjoint(self) -> bool:
-        """True if Φ₋ₕ inverts Φₕ, which holds if it does for site and bond separately."""
+        """True if Φ₋ₕ inverts Φₕ, which holds if it does for site and bond separately.
+
+        A bond without velocities has no stages by itself, but with its two sites.
+        """
         if self.end_weights is not None and not self.bonds_move:
             return is_self_adjoint(self.site) and self.end_weights[0] == self.end_weights[1]
+        if len(self.site.s.stages):
+            s = SceneSymbols(scene_of(self.lattice, self.lattice.pairs[0], [0]), self.rule.stages)
+            return is_self_adjoint(DiscreteEquations(s, self.rule))
         terms = [self.bond] if self.lattice.on_site is no_term else [self.site, self.bond]
         return all(map(is_self_adjoint, terms))
 
