@@ -12,7 +12,7 @@ from discmech.integrators import retractions
 from ..core import lookup
 from ..core.options import whole
 from .options import RULE_HELP
-from .output import DERIVED, progress_shown, strict_json, write
+from .output import DERIVED, progress_shown, strict_json, write, write_run
 
 
 def add_to(commands: Any) -> None:
@@ -66,6 +66,8 @@ def steer(options: argparse.Namespace, problem: Any) -> int:
     }  # fmt: skip
     if options.json:
         write(options.json, strict_json(found))
+    if getattr(options, "folder", None):
+        write_run(options.folder, found, best)
     if options.json != "-":
         print(f"{scene.name} by {rule.name}: {steps} steps, cost {best.cost:.12g}, Newton's method "
               f"{best.iterations} corrections, {found['seconds']:.3g} s")  # fmt: skip

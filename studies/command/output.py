@@ -74,6 +74,31 @@ def write_result(name: str, result: StudyResult) -> None:
     write_json(name, replace(result, notes=[*result.notes, *left_out(once=False)]).to_json())
 
 
+def write_run(folder: str, found: Mapping[str, Any], run: Any) -> None:
+    """Write run.json, run.csv, whose columns `recorded` reads, and the figures that it has."""
+    import numpy as np
+
+    from ..report.publish import published
+    from ..report.tables import csv_of
+    from ..user.drawing import KINDS, plot
+
+    parts = [np.array(found[name]).reshape(len(run.t), -1) for name in ("x", "mu")]
+    heads = [f"{name}{k + 1}" for name, part in zip(("x", "mu"), parts, strict=True)
+             for k in range(part.shape[1])]  # fmt: skip
+    rows = [dict(zip(["t", *heads], [t, *row], strict=True))
+            for t, row in zip(found["t"], np.hstack(parts).tolist(), strict=True)]  # fmt: skip
+    with published(absolute(folder), last="run.json") as new:
+        for name, text in (("json", strict_json(found)), ("csv", csv_of(rows, ("t",)))):
+            (new / f"run.{name}").write_text(text, encoding="utf-8")
+        for kind in KINDS:
+            try:
+                figure = plot(run, kind)
+            except BadInput:  # a run of this kind has no such figure
+                continue
+            for ending in ("svg", "pdf", "png"):
+                figure.savefig(new / f"{kind}.{ending}")
+
+
 def write(file: str, text: str) -> None:
     """Write to standard output (-), or to a new file that is then renamed."""
     if file == "-":

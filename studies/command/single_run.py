@@ -14,7 +14,7 @@ from ..core import lookup
 from ..core.options import digits_in, whole
 from .control import steer
 from .options import RULE_HELP, scene_asked
-from .output import DERIVED, progress_shown, strict_json, write
+from .output import DERIVED, progress_shown, strict_json, write, write_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,6 +51,9 @@ def add_to(commands: Any) -> None:
         help="if a step leaves its chart: refuse (default), bisect or shrink",
     )
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    parser.add_argument(
+        "--folder", metavar="DIR", help="write it here, as JSON, rows (CSV) and figures"
+    )
     parser.set_defaults(action=run_scene)
 
 
@@ -94,6 +97,8 @@ def run_scene(options: argparse.Namespace) -> int:
     }  # fmt: skip
     if options.json:
         write(options.json, strict_json(found))
+    if options.folder and len(run.t):
+        write_run(options.folder, found, run)
     if options.json != "-":
         if choice is not None:
             print(f"chosen: {choice}")

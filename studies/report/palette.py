@@ -78,8 +78,8 @@ def marks(rules: Iterable[str]) -> dict[str, Mark]:
 
     "NAME, exp" is NAME with dashes, "NAME, tolerance" dotted with hollow marks. Other rules than
     the known ones have the colour and marker of their names, or the next ones where another rule
-    has that colour: all colours are used before one is used again. Lines of one colour differ in
-    their dashes too, since not every figure has marks.
+    has that colour: all colours are used before one is used again. Lines of one colour, or of two
+    that are alike, differ in their dashes too, since not every figure has marks.
     """
     found: dict[str, Mark] = {}
     names = [(rule, rule.removesuffix(", exp").removesuffix(BY_TOLERANCE)) for rule in rules]
@@ -88,7 +88,8 @@ def marks(rules: Iterable[str]) -> dict[str, Mark]:
         others = [mark for name, mark in found.items() if name != base]
         own = (found[base].colour, found[base].marker) if base in found else known.get(base)
         colour, marker = own or _by_name(base, others)
-        taken = {mark.dash for mark in found.values() if mark.colour == colour}
+        near = (colour, ALIKE.get(colour))
+        taken = {mark.dash for mark in found.values() if mark.colour in near}
         steps = rule.removesuffix(", exp")
         wished = DOTS if base != steps else LONG if base != rule else _DASHES[0]
         wished = SHORT if base in _PEERS else wished

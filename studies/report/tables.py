@@ -128,23 +128,24 @@ _AFTER = (
 )  # fmt: skip
 
 
-def cases_csv(result: StudyResult) -> str:
+def casescsv_of(result: StudyResult) -> str:
     """Return a line per case, with all digits."""
     written = (replace(case, data=()).to_json() for case in result.cases)
     lines = [flat({key: one[key] for key in (*_KEYS, *_AFTER)}) for one in written]
-    return _csv(lines, _KEYS)
+    return csv_of(lines, _KEYS)
 
 
-def rows_csv(result: StudyResult) -> str:
+def rowscsv_of(result: StudyResult) -> str:
     """Return a line per row of each case: the data of the figures."""
     lines = []
     for case in result.cases:
         own = {key: getattr(case, key) for key in _KEYS}
         lines += [own | flat(row) for row in case.data]
-    return _csv(lines, _KEYS)
+    return csv_of(lines, _KEYS)
 
 
-def _csv(lines: Sequence[Mapping[str, Any]], first: Sequence[str]) -> str:
+def csv_of(lines: Sequence[Mapping[str, Any]], first: Sequence[str]) -> str:
+    """Return lines of named values as CSV, the columns of these names first."""
     names, shapes = dict.fromkeys(first), set[tuple[str, ...]]()
     for line in lines:
         if (shape := (*line,)) not in shapes:
@@ -222,8 +223,8 @@ def write_tables(
     result, text = strict(result)
     study = file_name(result.study)
     written = {
-        f"{study}.csv": cases_csv(result),
-        f"{study}-rows.csv": rows_csv(result),
+        f"{study}.csv": casescsv_of(result),
+        f"{study}-rows.csv": rowscsv_of(result),
         f"{study}.json": f"{text}\n",
         f"{study}.tex": cases_tex(result),
         f"{study}-paper.tex": paper_tex(result, labels),

@@ -150,6 +150,11 @@ class _Run:
         values = getattr(self, name)[:, site, k]
         return np.pi - (np.pi - values) % (2 * np.pi) if self.wraps(name, k) else values
 
+    def moves(self, name: str, site: int, k: int) -> bool:
+        """True if an entry is not the same in all rows."""
+        values = getattr(self, name)[:, site, k]
+        return bool((values != values[0]).any())
+
     def wraps(self, name: str, k: int) -> bool:
         """True if an entry is an angle to be wrapped."""
         return name == "x" and k in self.angles
@@ -186,7 +191,8 @@ def _curves(axes: Axes, runs: Sequence[_Run], across: Entry, ups: Sequence[Entry
         cuts = _cuts(run, across, up, columns)
         x, y = (np.insert(values, cuts, np.nan) for values in columns)
         colour: Any = tones(place) if tones else run.mark.colour if several else None
-        drawn += axes.plot(x, y, lw=0.7, color=colour)
+        rests = not any(run.moves(*each) for each in (across, up) if each[0] in ("x", "mu"))
+        drawn += axes.plot(x, y, lw=0.7, color=colour, marker="o" if rests else "")
         finite = np.flatnonzero(np.isfinite(columns[0] + columns[1]))
         if len(finite):
             ends[run.label] = (columns[0][finite[-1]], columns[1][finite[-1]])
@@ -311,10 +317,10 @@ def _phase(runs: Sequence[_Run]) -> list[Panel]:
         pairs = [("mu", i, "mu", (i + 1) % m) for i in range(m if m > 2 else 1)]
     else:
         raise BadInput("x and μ have no entries in pairs here: there is no phase portrait.")
-    return [
-        _against(runs, (a, site, i), [(b, site, j)], first.name(b, site, j))
-        for site in first.moving for a, i, b, j in pairs
-    ]  # fmt: skip
+    found = [((a, site, i), (b, site, j)) for site in first.moving for a, i, b, j in pairs]
+    # where nothing moves, as out of the plane of an orbit, there is no curve
+    moving = [pair for pair in found if any(run.moves(*entry) for run in runs for entry in pair)]
+    return [_against(runs, a, [b], first.name(*b)) for a, b in moving or found]
 
 
 def _base(runs: Sequence[_Run]) -> list[Panel]:
@@ -331,7 +337,8 @@ def _time(runs: Sequence[_Run]) -> list[Panel]:
     sites, n = first.x.shape[1:]
     if not n:
         raise BadInput("there is no base here: on a group x is empty, and momenta are its phase.")
-    moving = [k for k in range(n) if any((run.x[:, :, k] != run.x[0, :, k]).any() for run in runs)]
+    moving = [k for k in range(n)
+              if any(run.moves("x", site, k) for run in runs for site in range(sites))]  # fmt: skip
     words = " of each site" if first.lattice else ""
 
     def name(k: int) -> str:

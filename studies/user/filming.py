@@ -36,9 +36,9 @@ def film(
     them; a body in a field (an action, n = 3) is a line from the origin, and an attitude
     (`with_attitude`, or beside a place) is three axes at the body's place. The sites of a lattice
     stand at their x (n = 2, 3, or the place of a pose), joined along its bonds, or those of a chain
-    side by side at the height x (n = 1). seconds: the length of the film; it has at most 120
-    frames. trail: True to leave behind each row's last point its path of the last third of the film
-    (default: not for a lattice).
+    side by side, and of a net by rows and columns, at the height x (n = 1). seconds: the length of
+    the film; it has at most 120 frames. trail: True to leave behind each row's last point its path
+    of the last third of the film (default: not for a lattice).
 
     Raises `BadInput` for anything else than a run, if bodies is missing and x is no place, and for
     bodies that do not return such points.
@@ -82,7 +82,7 @@ def film(
     low, high = every.min(axis=0), every.max(axis=0)
     names = _names(x.shape[1:], lattice, bodies is not None, size)
     half = np.maximum(high - low, 1e-12) * 0.55
-    if names[0] != "site":  # all are lengths of one unit
+    if names[0] not in ("site", "column"):  # all are lengths of one unit
         half = np.full(size, half.max())
         axes.set_aspect("equal")
     for k, (name, middle) in enumerate(zip("xyz", (low + high) / 2, strict=False)):
@@ -126,7 +126,7 @@ def _names(shape: tuple[int, ...], lattice: bool, own: bool, size: int) -> list[
     from ..report.wording import subscript
 
     if lattice and len(shape) == 1 and not own:
-        return ["site", "x"]
+        return ["site", "x"] if size == 2 else ["column", "row", "x"]
     if not own and shape[-1] == size:
         return [f"x{subscript(k + 1)}" for k in range(size)]
     return ["x", "y", "z"][:size]
@@ -162,22 +162,35 @@ def _usual(scene: Any, n: int) -> Callable[..., Any]:
 
 def _of_lattice(lattice: Any, n: int) -> Callable[..., Any]:
     """Return the default function for the sites of a lattice: rows of points joined by bonds."""
-    bonds = [tuple(map(int, bond)) for bond in lattice.pairs]
-    chain = [(k, k + 1) for k in range(lattice.sites - 1)]
-    pose = _pose(lattice.site, n)
-    if not (n in (2, 3) or pose == 4 or (n == 1 and {*bonds} >= {*chain})):
+    bonds = {(min(bond), max(bond)) for bond in np.asarray(lattice.pairs).tolist()}
+    pose, columns = _pose(lattice.site, n), _columns(bonds, lattice.sites)
+    if not (n in (2, 3) or pose == 4 or (n == 1 and columns)):
         raise _no_place(lattice, n)
 
     def rows(x: Any) -> Any:
+        points = x.reshape(-1, 4, 4)[:, :3, 3] if pose else x
         if n == 1:
-            points = np.stack([np.arange(len(x)), x], axis=1)
-        else:
-            points = x.reshape(-1, 4, 4)[:, :3, 3] if pose else x
-        if {*bonds} >= {*chain}:
+            row, column = np.divmod(np.arange(len(x)), columns)
+            places = [column] if columns == len(x) else [column, row]
+            points = np.stack([*places, x], axis=1)
+        if columns == len(x):
             return points[None]
-        return [points[list(bond)] for bond in bonds]
+        if columns:
+            net = points.reshape(-1, columns, points.shape[-1])
+            return [*net, *net.swapaxes(0, 1)]
+        return [points[list(bond)] for bond in sorted(bonds)]
 
     return rows
+
+
+def _columns(bonds: set[tuple[int, int]], sites: int) -> int:
+    """Return the columns of a net of bonds numbered by rows, all sites of a chain; 0 of others."""
+    chain = {(k, k + 1) for k in range(sites - 1)}
+    if bonds >= chain:
+        return sites
+    width = max((b - a for a, b in bonds), default=1)
+    net = {(k, j) for k, j in chain if j % width} | {(k, k + width) for k in range(sites - width)}
+    return width if bonds == net and sites % width == 0 else 0
 
 
 def _no_place(subject: Any, n: int) -> BadInput:

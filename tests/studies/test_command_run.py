@@ -139,3 +139,22 @@ def test_a_run_that_stops_in_the_middle_writes_what_it_has(ask, tmp_path):
     assert found["steps"] == 2 and "did not converge" in found["failure"]
     assert found["t"] == [0, 2] or found["t"] == [0, 2, 4]
     assert "2 steps" in out
+
+
+def test_a_run_is_written_into_a_folder_with_rows_that_can_be_read_again(ask, tmp_path):
+    from discmech import recorded
+
+    folder = tmp_path / "run"
+    for steps in ("40", "80"):  # a folder of ours is written anew
+        asked = ("pendulum", "--rule", "midpoint", "--steps", steps, "--folder", str(folder))
+        assert ask("run", *asked)[0] == 0
+    names = {path.name for path in folder.glob("[!.]*")}
+    assert {"run.json", "run.csv", "phase.pdf", "energy.svg", "time.png"} <= names
+    found = strict((folder / "run.json").read_text("utf-8"))
+    again = recorded(str(folder / "run.csv"), scene="pendulum")
+    assert again.begins_at(scenes.get("pendulum")) and len(found["t"]) == 81
+    (folder / "run.csv").write_text("mine")
+    code, _, err = ask("run", *asked)
+    assert code == 2 and "run.csv is there, and is not as discmech wrote it" in err
+    assert ask("run", "oscillator", "--steps", "4", "--folder", str(tmp_path / "steered"))[0] == 0
+    assert (tmp_path / "steered" / "control.png").is_file()

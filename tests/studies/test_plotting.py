@@ -20,6 +20,7 @@ from discmech.integrators import rules
 from discmech.integrators.extensions.control import scenes as problems
 from discmech.studies.command.entry import main
 from discmech.studies.user.drawing import MOST_PANELS
+from discmech.studies.user.filming import _columns
 
 
 @pytest.fixture(scope="module")
@@ -85,9 +86,13 @@ def test_names_of_several_runs_stand_beside_the_axes():
 
 
 def test_a_coordinate_that_stays_has_no_panel():
-    """And coordinates against time say t below."""
+    """And coordinates against time say t below; a state that rests altogether is a point."""
     still = scenes.get("charged-particle").with_values(v0=[0, 0, 1], x0=[0, 0, 0])
     run = Scheme(still, midpoint).flow("0.1").trajectory(50)
+    assert len(plot(run).axes) == 1
+    rest = scenes.get("pendulum").with_values(x0=[0])
+    (line,) = plot(Scheme(rest, midpoint).flow("0.1").trajectory(5)).axes[0].lines
+    assert line.get_marker() == "o"
     (axes,) = plot(run, "time").axes
     assert not empty(axes) and axes.get_xlabel() == "t" and "x₃" in words(axes.figure)
 
@@ -306,9 +311,13 @@ def test_a_lattice_is_filmed(cradle):
     assert list(line.get_xdata()) == [*range(6)]
     balls = drawn(film(cradle, lambda x: [[(k + x[k], 0)] for k in range(len(x))]), 5)
     assert len(balls.lines) == 6
-    with pytest.raises(BadInput, match="membrane: x has 1 numbers, which need not be a place"):
-        membrane = scenes.lattices.get("membrane")
-        film(Scheme(membrane, trapezoidal).flow(membrane.step).trajectory(2))
+    membrane = scenes.lattices.get("membrane")
+    net = Scheme(membrane, trapezoidal).flow(membrane.step).trajectory(2)
+    lines = drawn(film(net), 1).lines  # its rows, then its columns
+    assert [len(line.get_xdata()) for line in lines] == 32 * [16]
+    assert set(lines[1].get_data_3d()[1]) == {1} and set(lines[17].get_data_3d()[0]) == {1}
+    bonds = {(0, 1), (2, 3), (0, 2), (1, 3)}
+    assert (_columns(bonds, 4), _columns(bonds | {(0, 3)}, 4), _columns({(0, 1)}, 3)) == (2, 0, 0)
 
 
 @pytest.mark.parametrize(("name", "bodies", "words"), [

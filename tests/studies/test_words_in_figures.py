@@ -150,3 +150,6 @@ def test_rules_share_a_colour_only_when_all_are_used_and_then_have_other_dashes(
     assert len({mark.colour for mark in marks(names).values()}) == len(names)
     many = [*names, *(f"other-{k}" for k in range(14)), "midpoint, exp", "triple-jump:midpoint"]
     assert len({(mark.colour, mark.dash) for mark in marks(many).values()}) == len(many)
+    alike = marks(["midpoint", "gauss-3", "lobatto-3", "rectangle", "gauss-2"]).values()
+    pairs = {(min(mark.colour, ALIKE.get(mark.colour, mark.colour)), mark.dash) for mark in alike}
+    assert len(pairs) == 5
