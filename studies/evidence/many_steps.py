@@ -32,9 +32,7 @@ ROWS, OF_FORMULA, OF_RUNS = 2**12, 4, 16
 #: different sizes of steps, from the scene's own on over so many octaves, more of the longer ones
 SIZES, OCTAVES = 32, 10
 BESIDE = 5  # one row of so many begins beside the motion
-APART = (
-    19  # sizes of neighbouring rows are so many apart: no narrow part has the same of them alone
-)
+APART = 19  # sizes of neighbouring rows are so many apart: a narrow part has several of them
 LOOKED_AT = 3  # steps from which the law itself is asked
 
 Map: TypeAlias = Callable[[Vector], Vector]
@@ -76,12 +74,14 @@ class ManySteps:
 
         for k, size in enumerate(self.sizes):
             rows = np.flatnonzero((self.which == k) & np.isfinite(states).all(axis=1))
+            if not len(rows):
+                continue
             try:
                 of_row(rows[0], size)(states[rows[0]])
                 for part in rows[:, None] if scheme.scene.timed else [rows]:
                     f = guarded(of_row(part[0], size), states.shape[1])
                     found[part] = images(f, states[part])
-            except (DiscmechError, IndexError):
+            except DiscmechError:
                 continue
         return found
 

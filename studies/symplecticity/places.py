@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -46,18 +46,21 @@ def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
     """
     if scheme.rule.states:
         return _looks_in_box(scheme)
+    scale, own = scale_of(scheme), Fraction(scheme.scene.step)
+    found: list[Look] = []
     if scheme.scene.in_numbers:
-        return _looks_in_numbers(scheme)
+        seed = seed_in_numbers(scheme)
+        drawn = random.Random(seed)
+        for z, time, fast in _states(scheme, scale, drawn, SHARES):
+            found += _both(scheme, drawn, z, time, own * random_fraction(drawn, 0.6, 1.7), fast)
+        return found, scale, seed
     evidence = evidence_of(scheme)
-    drawn = random.Random(evidence.seed + 2)
-    system = scheme.flow(scheme.scene.step).system
-    scale = scale_of(scheme)
-    found = []
+    drawn, system = random.Random(evidence.seed + 2), scheme.flow(own).system
     for place in evidence.places:
         z = np.array([float(e) for e in (*place.x, *place.mu)])
         fast = rate(system, z, scale, float(place.t))
-        own = min(place.step, Fraction(scheme.scene.step) * random_fraction(drawn, 0.6, 1.7))
-        found += _both(scheme, drawn, z, place.t, own, fast)
+        step = min(place.step, own * random_fraction(drawn, 0.6, 1.7))
+        found += _both(scheme, drawn, z, place.t, step, fast)
     return found, scale, evidence.seed
 
 
@@ -95,33 +98,24 @@ def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:
     """
     if scheme.scene.all_constraints or scheme.rule.states:
         return
-    drawn, rows = random.Random(seed + 3), _motion(scheme)
-    system, own = scheme.flow(scheme.scene.step).system, Fraction(scheme.scene.step)
-    for share in SHARES * 2:
-        at = drawn.randrange(len(rows))
-        time = at * own
-        z = rows[at] + share * scale * np.array(
-            [drawn.choice((-1, 1)) * drawn.uniform(0.5, 1) for _ in scale]
-        )
-        fast = rate(system, z, scale, float(time))
+    drawn = random.Random(seed + 3)
+    for z, time, fast in _states(scheme, scale, drawn, SHARES * 2):
         if 0 < fast < math.inf:
             step = scheme.rule.only_step or Fraction(1 / fast) * random_fraction(drawn, *FAST)
             yield Look(z, time, step, 1, fast)
 
 
-def _looks_in_numbers(scheme: Any) -> tuple[list[Look], Vector, int]:
-    """Return looks for a scene without known equations: rows of its motion, and states beside."""
-    seed = seed_in_numbers(scheme)
-    drawn, rows, scale = random.Random(seed), _motion(scheme), scale_of(scheme)
-    system, found = scheme.flow(scheme.scene.step).system, []
-    for share in SHARES:
-        z = rows[drawn.randrange(len(rows))] + share * scale * np.array(
-            [drawn.choice((-1, 1)) * drawn.uniform(0.5, 1) for _ in scale]
-        )
-        fast = rate(system, z, scale, 0.0)
-        own = Fraction(scheme.scene.step) * random_fraction(drawn, 0.6, 1.7)
-        found += _both(scheme, drawn, z, Fraction(0), own, fast)
-    return found, scale, seed
+def _states(
+    scheme: Any, scale: Vector, drawn: random.Random, shares: Sequence[float]
+) -> Iterator[tuple[Vector, Fraction, float]]:
+    """Yield (state, time, rate) of drawn rows of the motion, and beside them by those shares."""
+    rows, own = _motion(scheme), Fraction(scheme.scene.step)
+    system = scheme.flow(own).system
+    for share in shares:
+        at = drawn.randrange(len(rows))
+        signs = [drawn.choice((-1, 1)) * drawn.uniform(0.5, 1) for _ in scale]
+        z = rows[at] + share * scale * np.array(signs)
+        yield z, at * own, rate(system, z, scale, float(at * own))
 
 
 def scale_of(scheme: Any) -> Vector:

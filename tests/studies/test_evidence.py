@@ -209,30 +209,6 @@ def test_many_of_each():
     assert not counts[1]["fail"] and counts[1]["inconclusive"] <= 3, lines
 
 
-def of_inertia(added):
-    """A rule of a body whose inertia is 1/(1/I + added): H gains added·|μ|²/2, a Casimir."""
-
-    def formula(L, G, x, u, h):
-        parts = zip(L.parameters.inertia, u, strict=True)
-        return h * sum(e**2 / (1 / sympy.sympify(i) + added(h)) for i, e in parts) / 2
-
-    return discretisation(order=2, name="of-inertia")(formula)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("added", "order"), [
-    (lambda h: sympy.Rational(1, 10), 0), (lambda h: h / 10, 1), (lambda h: h**2 / 10, 2),
-])  # fmt: skip
-def test_the_attitude_of_a_body_is_judged_with_its_momentum(added, order):
-    """A Casimir moves no μ, and turns the body: by 1.13 at every h, in nine cases that passed."""
-    body = scenes.get("rigid-body")
-    found = evidence_of(Scheme(body, of_inertia(added))).order
-    assert found.order == pytest.approx(order, abs=0.01)
-    assert order == 2 or found.component.startswith("the attitude")
-    (case,) = check("symplecticity", [body], [of_inertia(added)], [16])["cases"]
-    assert case["verdict"] == ("fail" if order < 1 else "pass")
-
-
 BESIDE_A_GROUP = [s.name for s in scenes.all_scenes() if s.groupoid.kind in ("action", "product")]
 
 
@@ -242,21 +218,6 @@ def test_the_arrow_of_a_short_step_is_the_velocity(scene):
     """A sound one is nearer than 10⁻⁶ of the limit; a Casimir of 10⁻⁹ is far beyond it."""
     found = evidence_of(Scheme(scenes.get(scene), midpoint)).departure(ARROW)
     assert found.size < 1e-5 * found.limit
-
-
-@pytest.mark.slow
-def test_a_casimir_of_an_action_groupoid_is_another_motion():
-    """(x, μ) move rightly with Γ·μ in H, and the top turns about Γ at another rate."""
-
-    @discretisation(order=2, groupoids="action")
-    def turned(L, G, x, u, h):
-        y = G.target(x, u, h / 2)
-        return h * L(y, u - y / 10**9)
-
-    (case,) = check("order", ["heavy-top"], [turned], [50])["cases"]
-    assert case["measured"]["order"] == pytest.approx(2, abs=0.01)
-    assert case["verdict"] == "fail" and "arrow u" in case["reason"]
-    assert "a step so short would leave at most 1e-14" in case["reason"]
 
 
 @pytest.mark.dear("kirchhoff", "sl2]", "suslov")

@@ -61,21 +61,6 @@ def test_another_start_has_its_own_reference(tmp_path):
     assert case["verdict"] == "pass" and case["measured"]["order"] == pytest.approx(2, abs=2e-3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("clock", [1.001, 1.01, 1.05])
-def test_runs_of_another_motion_fail(clock, tmp_path):
-    """Their energy is that of the scene, and still they do not pass it."""
-    save(tmp_path)
-    for k in range(5):
-        with np.load(tmp_path / f"run{k}.npz") as file:
-            held = dict(file)
-        np.savez(tmp_path / f"run{k}.npz", t=held["t"] * clock, q=held["q"], p=held["p"])
-    assert order(tmp_path)["verdict"] == "fail"
-    rule = recorded([str(tmp_path / "*.npz")], 2, symplectic=True, keeps=("energy",))
-    (case,) = check("energy", ["pendulum"], [rule], digits=[16])["cases"]
-    assert case["verdict"] == "inconclusive" and "the motion is another" in case["reason"]
-
-
 @pytest.mark.parametrize(("of", "factors", "words"), [
     ("pendulum", (1.0001, 1), "the gradient of the potential is off by 0.0001"),
     ("pendulum", (1, 0.99), "the motion of x comes 0.99 times"),

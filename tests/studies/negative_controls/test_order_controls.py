@@ -149,46 +149,6 @@ def test_an_inconsistent_rule_cannot_buy_its_order_by_a_small_error(size, digits
     assert "order 1.00" in found["reason"] or size == "1e-4"  # which shows in the runs
 
 
-@discretisation(order=2)
-def in_one_component(L, G, x, u, h):
-    """The midpoint rule, of first order in a component that weighs little."""
-    return h * L(G.target(x, u, h / 2), u) + h**2 * sympy.sin(x[1]) / 10**9
-
-
-@pytest.mark.slow
-def test_a_component_does_not_hide_behind_the_others():
-    found = result("order", "kepler", in_one_component, 50)
-    assert found["verdict"] == "fail" and "mu[1]" in found["reason"]
-
-
-def test_whole_periods_hide_nothing():
-    """Seen after whole periods, a wrong frequency shows in the phase; a gauge term does not."""
-    from fractions import Fraction
-
-    @discretisation(order=2)
-    def gauged(L, G, x, u, h):
-        end = G.target(x, u, h)
-        return (h * L(G.target(x, u, h / 2), u)
-                + h * (sympy.sin(end[0]) - sympy.sin(x[0])) / 10**6)  # fmt: skip
-
-    period = Fraction(62831853071795864769, 10**19)
-    scene = scenes.get("harmonic").with_values(duration=period, step=period / 64)
-    found = measured("order", scene, gauged, 50)
-    assert found["verdict"] == "fail" and "one step is of order 1.00" in found["reason"]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("power", [
-    150, *(pytest.param(k, marks=pytest.mark.slow) for k in (-150, 10, -10))
-])  # fmt: skip
-def test_units_of_action_change_no_order(power):
-    scale = sympy.Integer(10) ** power
-    pendulum = scenes.get("pendulum")
-    told = pendulum.with_values(lagrangian=lambda x, v, p: scale * pendulum.lagrangian(x, v, p))
-    assert measured("order", told, midpoint, 50)["verdict"] == "pass"
-    assert measured("order", told, inconsistent(sympy.Rational("1e-8")), 50)["verdict"] == "fail"
-
-
 def test_errors_beside_a_huge_momentum_are_not_called_exact(monkeypatch):
     """A free and heavy body carries the norm; the pendulum beside it is integrated as ever."""
     monkeypatch.setattr("discmech.studies.order.measuring.RUNGS", {True: 4, False: 4})

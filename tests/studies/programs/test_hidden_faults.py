@@ -20,43 +20,12 @@ from discmech import (
     scenes,
 )
 from discmech.integrators import rules
-from discmech.studies.core.claims import claiming
 from discmech.studies.evidence.laws import ENERGY, worst_departure
 from discmech.studies.symplecticity import along_run
 
 from . import methods
 from .judging import judged
 from .methods import kick_drift_kick
-
-
-@pytest.mark.slow
-def test_a_step_that_keeps_something_between_calls_is_no_map():
-    calls = []
-
-    @black_box(order=2, symplectic=True)
-    def forgetful(q, p, h, s):
-        calls.append(0)
-        return kick_drift_kick(q, p, h * (1 + 1e-9 * (len(calls) % 7)), s)
-
-    found = judged("symplecticity", "pendulum", forgetful, causes=False)
-    assert found["verdict"] == "fail" and "between calls" in found["reason"]
-
-
-@pytest.mark.slow
-def test_a_step_that_is_another_one_in_a_run_is_no_map():
-    last = {"length": 0, "end": ()}
-
-    @black_box(order=2, symplectic=True)
-    def damped_in_runs(q, p, h, s):
-        goes_on = last["end"] == (*q, *p)
-        last["length"] = last["length"] + 1 if goes_on else 0
-        q, p = kick_drift_kick(q, p, h, s)
-        p = p * (1 - abs(h) ** 3 / 10 * (last["length"] > 6))
-        last["end"] = (*q, *p)
-        return q, p
-
-    found = judged("symplecticity", "pendulum", damped_in_runs, causes=False)
-    assert found["verdict"] == "fail" and "between calls" in found["reason"]
 
 
 @pytest.mark.slow
@@ -81,17 +50,7 @@ def test_a_method_that_keeps_no_form_is_a_map_in_its_runs_too():
 def test_a_run_that_ends_beside_its_row_is_told_in_words_for_runs(monkeypatch):
     monkeypatch.setattr(along_run, "MOST", 2**7)  # of 2048 it is seen, too, and takes long
 
-    @black_box(order=2, symplectic=True, runs=True)
-    def between(q, p, h, steps, every, s):
-        rows = [(q.copy(), p.copy())]
-        for _ in range(steps):
-            q, p = kick_drift_kick(q, p, h, s)
-            rows.append((q.copy(), p.copy()))
-        qs, ps = (np.array([row[k] for row in rows]) for k in (0, 1))
-        for part in (qs, ps):  # all rows but the two ends are smoothed
-            part[1:-1] += 1e-6 * (part[2:] + part[:-2] - 2 * part[1:-1])
-        return qs[::every], ps[::every]
-
+    between = methods.whole_runs(lambda k, steps: 1.0 if k == steps else 1 - 1e-9)
     found = judged("symplecticity", "pendulum", between, causes=False)
     assert found["verdict"] == "fail" and "rows are interpolated" in found["reason"]
 
@@ -123,21 +82,6 @@ def test_a_step_that_looks_at_h_is_seen_at_others():
 
     found = judged("order", "pendulum", looking, causes=False)
     assert found["verdict"] == "fail"
-
-
-@pytest.mark.slow
-def test_an_iteration_with_a_loose_stop_is_told():
-    box = black_box(order=2, symplectic=True, groupoids="pair")(methods.loose(1e-5))
-    found = judged("symplecticity", "pendulum", box)
-    assert found["verdict"] != "pass" and "not smooth" in found["reason"]
-
-
-@pytest.mark.slow
-def test_a_small_defect_is_not_passed_for_none():
-    """Of RK4 at steps so small that differences hardly see its defect."""
-    tiny = scenes.get("pendulum").with_values(step="0.0005", duration="0.1")
-    found = judged("symplecticity", tiny, claiming(methods.rk4, "symplecticity"), causes=False)
-    assert found["verdict"] == "fail" or "hidden" in found["reason"]
 
 
 def test_views_and_buffers_are_copied():
@@ -321,31 +265,6 @@ def test_a_claimed_energy_is_kept_at_every_step_and_in_every_part_of_the_motion(
 
     scheme = Scheme(scenes.get("pendulum"), seldom)
     assert worst_departure(ENERGY[True], scheme, [], random.Random(0)).broken
-
-
-def test_a_way_back_is_looked_for_in_a_thousandth_of_the_motion():
-    def made(factor):
-        @black_box(order=2, reversible=True)
-        def bumped(q, p, h, s):
-            q, p = kick_drift_kick(q, p, h, s)
-            part = np.maximum(0, 1 - ((q - 0.33) / 0.002) ** 2) ** 3
-            return q, p + factor * h**4 * part
-
-        return judged("reversibility", "pendulum", bumped, causes=False)
-
-    assert made(0)["verdict"] == "pass"
-    found = made(1e-4)
-    assert found["verdict"] == "fail" and "a step back misses the start" in found["reason"]
-
-
-def test_a_momentum_is_kept_back_in_time_too():
-    @black_box(order=2, keeps="momentum")
-    def forth(q, p, h, s):
-        q, p = kick_drift_kick(q, p, h, s)
-        return q, p * (1 if h > 0 else 1 + h**3)
-
-    found = judged("momentum", "kepler", forth, steps=200, causes=False)
-    assert found["verdict"] == "fail" and "but a step of -" in found["reason"]
 
 
 @pytest.mark.slow

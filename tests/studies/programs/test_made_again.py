@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -15,24 +13,11 @@ from discmech.studies.evidence.measuring import of_scheme
 from discmech.studies.evidence.repeated import repeated
 
 from . import methods
-from .judging import judged
 from .methods import kick_drift_kick, whole_runs
 
 
 def departure(box, scene="pendulum"):
     return evidence_of(Scheme(scenes.get(scene), box)).departure(AGAIN)
-
-
-def of_state(growth):
-    """Return Verlet that changes p in each seventh of its calls."""
-    calls = itertools.count()
-
-    @black_box(order=2)
-    def step(q, p, h, s):
-        q, p = kick_drift_kick(q, p, h, s)
-        return q, p * (1 + growth * (next(calls) % 7 == 0))
-
-    return step
 
 
 @black_box(order=5, runs=True)
@@ -66,13 +51,6 @@ def test_rows_of_another_run_are_seen(changed):
 def test_a_sound_run_is_its_steps(box, scene):
     found = departure(box, scene)
     assert found.size is not None and not found.broken
-
-
-@pytest.mark.slow
-def test_a_step_that_depends_on_earlier_ones_fails_every_study():
-    assert departure(of_state(1e-9)).broken and not departure(of_state(0.0)).broken
-    found = judged("order", "pendulum", of_state(1e-12), causes=False)
-    assert found["verdict"] == "fail" and "made again, differ from the run by" in found["reason"]
 
 
 def test_a_run_that_fails_is_no_pass():
