@@ -57,6 +57,7 @@ def make_report(
     charts, savings, and if no scene, rule or precision was chosen the cost of references, and the
     mutation study (a sample of it, unless `thorough`).
     """
+    from ..proof.table import proof_table
     from ..report.page import About, write_report
     from ..report.tables import short
     from .equations import equations_of
@@ -88,10 +89,11 @@ def make_report(
     drawn = _drawn_once(store, jobs if isinstance(jobs, int) else cores())
     words = (results, equations, described, folder, command, drawn)
     about_page = About("Report", methods=about_methods(plan.pairs), whole=whole)
+    tables = [proof_table(progress, store)] if whole else []
     if history is None:
-        return results, write_report(*words, look=look, about=about_page)
+        return results, write_report(*words, look=look, about=about_page, tables=tables)
     history.add(results, short)
-    page = write_report(*words, history.of, look, about_page)
+    page = write_report(*words, history.of, look, about_page, tables)
     history.keep()
     return results, page
 

@@ -146,9 +146,12 @@ def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation
     return _digest(*words, *text, *of_scene(scene), *of_rule(scene, rule))
 
 
-def of_proof(rule: Discretisation) -> str:
-    """Return the digest of what is proven of a rule of the bench, of whatever coefficients."""
-    return of_everything("prove", *_facts(rule), reads(rule))
+def of_proof(rule: Discretisation, *words: str) -> str:
+    """Return the digest of what is proven of a rule of the bench, of whatever coefficients.
+
+    words: what was asked beside the order.
+    """
+    return of_everything("prove", *words, *_facts(rule), reads(rule))
 
 
 def is_ours(thing: Scene | Discretisation) -> bool:

@@ -6,6 +6,7 @@ to vanish in `DRAWS` of them, "disproven" one that does not in one.
 
 from __future__ import annotations
 
+import itertools
 import math
 import random
 import time
@@ -112,17 +113,16 @@ def prove(
             if not answers:  # the rule itself is wrong
                 raise
             notes.append(f"it has no meaning for {e.name}: {_sentence(error)}.")
+    not_asked, too_large = _beyond([e for e in every if e not in chosen], stated)
     chosen = [e for e in chosen if e.name in answers]
-    notes = [
-        *told.notes,
-        *notes,
-        *_every_dimension(asked, answers),
-        *_beyond(every, chosen, stated),
-    ]
+    notes = [*told.notes, *notes, *_every_dimension(asked, answers), *too_large]
     conditions: dict[int, str] = {}
     if told.open:
         progress("conditions", None)
-        conditions, answers = conditions_of(asked, told.open, chosen, stated, answers, draw)
+        try:
+            conditions, answers = conditions_of(asked, told.open, chosen, stated, answers, draw)
+        except CannotMeasure as error:
+            notes.append(f"no conditions are known: {_sentence(error)}.")
     leading = dict[str, Any]()
     pairs = [e for e in chosen if e.kind == "pair" and not e.forced][:2]
     if pairs and given.asks_lagrangian and not given.splits:
@@ -142,7 +142,7 @@ def prove(
             lambda e, law, power: _answer(e, asked, power, power, draw, power, law),
         )
     claimed = ("symplectic",) if given.claims is not None and given.claims.symplectic else ()
-    return Result(given.name, stated, answers, conditions, leading, notes, kept, claimed)
+    return Result(given.name, stated, answers, conditions, leading, notes, kept, claimed, not_asked)
 
 
 def _usual(order: int) -> int:
@@ -169,7 +169,7 @@ def _with_degrees(
 
     def higher(e: SceneClass) -> SceneClass:
         further, places = comparison.reach(e.part == "quadratic")
-        dear = e.dear * (4 if further or places > 1 else 1)
+        dear = e.dear * (2 if further or places > 1 else 1)
         return replace(e, further=int(further), places=places, dear=dear)
 
     if comparison.told.taken == math.inf:
@@ -200,12 +200,15 @@ def _every_dimension(rule: Discretisation, answers: dict[str, Answer]) -> list[s
     return [said + "else for the n that are listed."]
 
 
-def _beyond(every: list[SceneClass], chosen: list[SceneClass], order: int) -> list[str]:
-    left = [e.name for e in every if e not in chosen]
-    if not left:
-        return []
-    return [f"not asked, since they take longer at order {order} (--groupoid asks for them): "
-            f"{'; '.join(left)}."]  # fmt: skip
+def _beyond(left: list[SceneClass], order: int) -> tuple[dict[str, list[str]], list[str]]:
+    """Return {kind: names of classes that may be asked for}, and what is said of larger ones."""
+    fits = [e.dear * e.count(order + 1) <= MOST_LETTERS for e in left]
+    found: dict[str, list[str]] = {}
+    for e in itertools.compress(left, fits):
+        found.setdefault(e.kind, []).append(e.name)
+    large = [e.name for e, is_small in zip(left, fits, strict=True) if not is_small]
+    said = f"too large to be asked at order {order}: {'; '.join(large)}."
+    return found, [said] if large else []
 
 
 def _found(e: SceneClass, rule: Discretisation, draw: random.Random) -> int:

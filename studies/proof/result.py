@@ -46,7 +46,8 @@ class Result:
     `Answer`; conditions: order ↦ the condition on the rule's open numbers under which it has that
     order; leading: name of an elementary term ↦ its coefficient in the leading error
     (docs/proofs.md has the terms); notes: sentences; laws: law ↦ class ↦ `Answer`, whose order is
-    the last power of h to which it holds; claimed: the laws that the rule's author claims.
+    the last power of h to which it holds; claimed: the laws that the rule's author claims;
+    not_asked: kind ↦ the names of classes that take longer, and were not asked for.
     """
 
     rule: str
@@ -57,6 +58,7 @@ class Result:
     notes: list[str] = field(default_factory=list)
     laws: dict[str, dict[str, Answer]] = field(default_factory=dict)
     claimed: tuple[str, ...] = ()
+    not_asked: dict[str, list[str]] = field(default_factory=dict)
 
     @property
     def proven(self) -> bool | None:
@@ -85,6 +87,7 @@ class Result:
             "conditions": {str(order): text for order, text in self.conditions.items()},
             "leading": {name: str(c) for name, c in self.leading.items()}, "notes": self.notes,
             "laws": {law: _as_json(told) for law, told in self.laws.items()},
+            "not_asked": self.not_asked,
         }  # fmt: skip
 
     def text(self) -> str:
@@ -105,13 +108,16 @@ class Result:
                  for a in told.values()]  # fmt: skip
         if max(every, default=0.0):
             lines.append(f'each "proven" has a chance of {max(every):.0e} at most to be wrong.')
-        return "\n".join([*lines, *self.notes])
+        lines += self.notes
+        if left := [f"{', '.join(e)} (--groupoid {kind})" for kind, e in self.not_asked.items()]:
+            lines.append(f"not asked, since they take longer: {'; '.join(left)}.")
+        return "\n".join(lines)
 
 
 def _as_json(answers: Mapping[str, Answer]) -> dict[str, Any]:
     return {
         name: {"order": a.order, "at_least": a.at_least, "proven": a.proven, "why": a.why,
-               "power": a.power, "missed": list(a.missed), "chance": a.chance,
+               "verdict": a.verdict, "power": a.power, "missed": list(a.missed), "chance": a.chance,
                "seconds": round(a.seconds, 3)}
         for name, a in answers.items()
     }  # fmt: skip

@@ -139,6 +139,10 @@ def proofs(result: StudyResult) -> list[str]:
             said.append(f"not decided for {_first(unsure)}")
         form = said_of_law(told["laws"].get("symplectic", {}), _first)
         said += [f"the form is {e}" for e in form]
+        if left := told["not_asked"]:
+            names = [name for several in left.values() for name in several]
+            kinds = " ".join(f"--groupoid {kind}" for kind in left)
+            said.append(f"{_classes(names)} that take longer are asked for by {kinds}")
         order = f"order {told['order']}" if told["order"] else "its order"
         lines.append(f"{told['rule']}: {order} is {'; '.join(said)} ({told['command']}).")
     return lines

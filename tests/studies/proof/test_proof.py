@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import random
+import time
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,7 +15,11 @@ import sympy
 from discmech import BadInput, compose, discretisation, explain, one_step, prove, splitting
 from discmech.integrators import rules
 from discmech.studies.command import main
+from discmech.studies.core.result import StudyResult
+from discmech.studies.core.store import Store
 from discmech.studies.proof.leading import of_rule
+from discmech.studies.proof.table import proof_table
+from discmech.studies.report.verdicts import proofs
 
 slow = pytest.mark.slow
 HALF, THIRD = Fraction(1, 2), sympy.Rational(1, 3)
@@ -509,3 +514,28 @@ def test_the_table_of_leading_errors():
 def test_explain_has_the_leading_error():
     assert "h^3 ((-1/24) v·L_xx v + (1/24) f·M⁻¹f)" in explain("pendulum", "midpoint")
     assert "leading error" not in explain("rigid-body", "midpoint")
+
+
+@slow
+def test_the_table_of_the_report():
+    """It has an order for each class, and is kept with what was proven."""
+    store = Store()
+    table = proof_table(store=store)
+    for name, *cells in table["lines"]:
+        wanted = f"proven: order {rules.get(name).order}"
+        assert cells[:3] == [wanted] * 3 and len(cells) == len(table["heads"]) - 1
+    begun = time.process_time()
+    assert proof_table(store=store) == table and time.process_time() - begun < 5
+    laws = {line[0]: line[5:7] for line in table["lines"]}
+    assert laws["heun"] == ["kept to h^3 only"] * 2
+    assert laws["midpoint"][0].startswith("proven by a theorem")
+
+
+def test_what_is_not_asked_is_named_with_its_kind():
+    found = prove("midpoint", 9, laws=())
+    assert [*found.classes] == ["L(x, v), n = 1"] and found.proven is False
+    assert found.not_asked["time"] == ["L(x, v, t), n = 1"] and "lie_group" in found.not_asked
+    assert "L(x, v, t), n = 1 (--groupoid time)" in found.text()
+    assert "too large to be asked at order 9: L(x, v), n = 2; L(x, v), n = 3" in found.text()
+    (line,) = proofs(StudyResult(proofs=[found.to_json() | {"command": "discmech prove midpoint"}]))
+    assert "classes that take longer are asked for by --groupoid" in line
