@@ -6,8 +6,7 @@ import re
 from collections.abc import Sequence
 from textwrap import fill
 
-from .exported import STATUSES, Exported, used_fields
-from .heads import constants, head
+from .exported import STATUSES, Exported, constants, head, used_fields
 from .printer import Printer
 
 FILE = """/*

@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from math import prod
 from pathlib import Path
+from textwrap import wrap
 from types import SimpleNamespace
 from typing import Any
+
+import numpy as np
 
 from ...compiler import (
     Entry,
@@ -33,7 +36,6 @@ from ...errors import CannotMeasure
 from ...numbers import Double, numeric_text
 from ...scene import entries_of
 from .specialised import Specialised
-from .statements import reached
 from .written import Joined, Nowhere, Registers
 
 #: what a status says; also the constants' names
@@ -45,6 +47,7 @@ STATUSES = {
     "GAVE_WAY": "corrections site by site do not fade: take a smaller step",
 }  # fmt: skip
 EPS, LARGE = 2.0**-53, 1e300
+WIDTH = 92  # of the lines of a file's page of comments
 HERE = Path(__file__).parent
 #: functions that scenes and lattices have
 STEPS = (
@@ -322,20 +325,17 @@ class Exported:
             module.function(f"def forget_stages{state}")
         module.function("def drive(s: State, steps: int) -> int:", self._drive(module, "memory"),
                         "Do steps by Newton's method.")  # fmt: skip
-        for head in (f"seed{state}", f"undo{state}", f"start{state}",
-                     "begin_steps(s: State, h: float) -> None:", *STEPS):  # fmt: skip
-            module.function(f"def {head}")
-        roots = ["start", "one_step", "rows_of_run", "undo"]
         for head, there in (
+            (f"seed{state}", self.layout.iterated), (f"undo{state}", True), (f"start{state}", True),
+            ("begin_steps(s: State, h: float) -> None:", True), *((head, True) for head in STEPS),
             ("energy(s: State) -> float:", self.has_energy),
-            ("momenta(s: State, values: Out) -> None:", bool(self.conserved)),
+            ("momenta(s: State, values: Out) -> None:", self.conserved),
             ("multipliers(s: State, values: Out) -> None:",
-             self.layout.iterated and self.step.multipliers > 0),
+             self.layout.iterated and self.step.multipliers),
         ):  # fmt: skip
             if there:
                 module.function(f"def {head}")
-                roots.append(head.partition("(")[0])
-        return reached([*made.values(), *module.made.values()], roots)
+        return [*(made | module.made).values()]
 
     @cached_property
     def parameters(self) -> list[Parameter]:
@@ -394,3 +394,39 @@ def used_fields(given: Any) -> dict[str, tuple[str, int | None]]:
     used |= {"x", "mu", "q"}
     return {name: (kind, prod(lengths) if lengths else None)
             for name, (kind, lengths) in given.fields.items() if name in used}  # fmt: skip
+
+
+def head(given: Any, language: str, said: Sequence[str]) -> list[str]:
+    """Return the lines of the page of comments: what the file is, and what was verified.
+
+    said: lines about the command, the version and what was verified.
+    """
+    scheme, scene, rule = given.scheme, given.scene, given.scheme.rule
+    order = scheme.order
+    lines = [f"{scene.name} by {rule.name}, in {language}", ""]
+    sites = getattr(scene, "sites", 0)
+    of_sites = f" at each of {sites} sites, whose rows follow one another" if sites else ""
+    word = "" if sites or scheme.self_adjoint else "not "
+    of_adjoint = "" if sites else f"The step is {word}self-adjoint."
+    paragraphs = [
+        f"System: {scene.name}, on {scene.groupoid.name}{of_sites}. {scene.source}",
+        f"Rule: {rule.name}. {' '.join(str(rule.source).split())}",
+        f"Order in (x, mu): {'not stated, measure it' if order is None else order}. " + of_adjoint,
+        f"x has {given.constants['N']} entries{', the last of which is the time' * given.timed}; "
+        f"mu has {given.constants['M']}: momenta in the natural basis, dL/dv on a vector space.",
+        "Parameters stay parameters: set them, then start. Sums of x and mu are compensated, so do "
+        "not let a compiler reorder additions (no -ffast-math).",
+        *said,
+    ]
+    for text in paragraphs:
+        lines += [*wrap(" ".join(text.split()), WIDTH), ""]
+    return lines[:-1]
+
+
+def constants(given: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the constants that the functions use, by name."""
+    used = {e.id for f in given.functions for e in ast.walk(f) if isinstance(e, ast.Name)}
+    always = {"N", "M", *STATUSES}
+    for name, value in given.constants.items():
+        if name in used | always:
+            yield name, np.ravel(value).tolist() if isinstance(value, tuple) else value

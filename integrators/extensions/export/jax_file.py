@@ -15,10 +15,9 @@ from typing import Any, ClassVar
 
 from ...errors import CannotMeasure
 from ...numbers import Double, over
-from .exported import EPS, Exported
-from .heads import head
+from .exported import EPS, Exported, head
 from .numpy_file import Python, harness, python_parts
-from .statements import last_of, parsed
+from .specialised import last_of
 
 #: of a series of Stumpff's functions, at |z| up to 1
 TERMS = next(n for n in range(99) if 4 * factorial(2) < EPS * factorial(2 * n + 4))
@@ -34,6 +33,11 @@ ABOUT = {
     "momenta_at": "Write the quantities that the scene declares.",
     "rates_at": "Write the rates of x and mu.", "speed_at": "Write the velocity of a momentum.",
 }  # fmt: skip
+
+
+def parsed(text: str) -> list[ast.FunctionDef]:
+    """Return the functions of a text."""
+    return [e for e in ast.parse(text).body if isinstance(e, ast.FunctionDef)]
 
 
 def number_of(node: ast.expr) -> ast.expr:

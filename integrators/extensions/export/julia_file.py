@@ -9,8 +9,7 @@ import ast
 from collections.abc import Sequence
 from typing import ClassVar
 
-from .exported import STATUSES, Exported, used_fields
-from .heads import constants, head
+from .exported import STATUSES, Exported, constants, head, used_fields
 from .numpy_file import nested
 from .printer import Printer
 

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from textwrap import fill, indent
 from typing import Any, ClassVar
 
-from .exported import STATUSES, Exported, Parameter, used_fields
-from .heads import constants, head
+from .exported import STATUSES, Exported, Parameter, constants, head, used_fields
 from .printer import WIDTH, Printer
 
 OWN = {"one_step": "_advance", "rows_of_run": "_rows", "momenta": "_momenta", "energy": "_energy",

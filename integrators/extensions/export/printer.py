@@ -1,6 +1,6 @@
 """From statements to the text of a language: a configuration, and what differs from the others.
 
-The trees are those of `statements`: functions with annotated letters, loops over ranges, branches,
+The trees are those of `settling`: functions with annotated letters, loops over ranges, branches,
 assignments, arithmetic. A language says how it writes each of them.
 """
 
@@ -11,8 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from textwrap import wrap
 from typing import ClassVar
-
-from .statements import names_in
 
 WIDTH = 96
 CUTS = (" + ", " - ", ", ", " && ", " || ", " and ", " or ")  # where a line may end
@@ -158,9 +156,9 @@ class Printer:
             self.about(str(first.value.value))
             statements = statements[1:]
         self.head(f)
-        self.depth = 1
+        self.depth, used = 1, {e.id for s in f.body for e in ast.walk(s) if isinstance(e, ast.Name)}
         for argument in f.args.args:
-            if argument.arg not in names_in(f):
+            if argument.arg not in used:
                 self.unused(argument.arg)
         self.depth = 0
         self.body(statements)

@@ -13,9 +13,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from keyword import iskeyword
 
 from .lane_loops import LANE, in_loops
-from .statements import KNOWN
 
 Block = list[ast.stmt]
+#: the names that a text may use; others are functions of the text itself
+KNOWN = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log",
+         "sqrt", "abs"}  # fmt: skip
 KINDS = {"f": "float", "i": "int", "b": "bool", "v": "lanes"}
 ZEROS: dict[str, float] = {"f": 0.0, "i": 0, "b": False}
 FRESH = re.compile(r"[tpvTPV]\d+_$")  # new names (`written.Writer`) before `_named`

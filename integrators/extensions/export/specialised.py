@@ -1,4 +1,4 @@
-"""A driver of the compiler as statements of `statements`: loops and branches on numbers stay.
+"""A driver of the compiler as statements: loops and branches on numbers stay.
 
 The compiler's own writer runs the text (`compiler.llvm_writer`); here its numbers write statements
 instead of instructions. Tuples, records and what Python knows exist only during this writing. Each
@@ -25,8 +25,13 @@ from ...numbers import Double
 from ...numbers.types import Function
 from .lane_loops import LANE
 from .settling import FRESH, Block, settled
-from .statements import last_of
 from .written import Entries, Joined, Letter, Registers, Writer, among, kind_of, tree
+
+
+def last_of(called: str) -> int | None:
+    """Return K of a table (c_0, ..., c_K) of Stumpff's functions; None for other functions."""
+    word, _, last = called.partition("_")
+    return int(last) if word == "stumpff" and last.isdigit() else None
 
 
 class Structured(Scope):
