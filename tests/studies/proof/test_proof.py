@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import random
-import time
 from fractions import Fraction
 from pathlib import Path
 
@@ -517,15 +516,15 @@ def test_explain_has_the_leading_error():
 
 
 @slow
-def test_the_table_of_the_report():
+def test_the_table_of_the_report(monkeypatch):
     """It has an order for each class, and is kept with what was proven."""
     store = Store()
     table = proof_table(store=store)
     for name, *cells in table["lines"]:
         wanted = f"proven: order {rules.get(name).order}"
         assert cells[:3] == [wanted] * 3 and len(cells) == len(table["heads"]) - 1
-    begun = time.process_time()
-    assert proof_table(store=store) == table and time.process_time() - begun < 5
+    monkeypatch.setattr("discmech.studies.proof.table.prove", None)
+    assert proof_table(store=store) == table  # nothing is proven again
     laws = {line[0]: line[5:7] for line in table["lines"]}
     assert laws["heun"] == ["kept to h^3 only"] * 2
     assert laws["midpoint"][0].startswith("proven by a theorem")
