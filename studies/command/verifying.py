@@ -35,7 +35,7 @@ def add_to(commands: Any) -> None:
     verify = commands.add_parser(
         "verify",
         help="all verdicts on the rules and scenes in your file",
-        epilog=f"The first time a rule takes twenty seconds on two cores, on six scenes. {EPILOG}",
+        epilog=f"The first time a rule takes ninety processor seconds, on six scenes. {EPILOG}",
     )
     verify.add_argument(
         "rules", metavar="FILE.py", nargs="+", help="rules and scenes; or FILE.py:NAME, one of them"

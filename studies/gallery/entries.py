@@ -239,9 +239,10 @@ _TABLE = (
     ),
     Entry(
         "pyhamsys-BM4", "pyhamsys", "pyhamsys", "pyhamsyss", "BM4", "henon-heiles",
-        "symplectic splitting of order 4; step: fixed step size", "https://pypi.org/project/pyhamsys/",
+        "symplectic splitting of order 4", "https://pypi.org/project/pyhamsys/",
         {"order": 4, "symplectic": True},
-        "by solve_ivp_symp, which makes one step more between two rows than the step asked for",
+        "solve_ivp_symp makes one step more between two rows than `step` says (adjust_step), so "
+        "with a row a step twice as many: it is asked for fewer here",
     ),
     Entry(
         "lammps-nve", "lammps", "lammps", "lammpss", "", "henon-heiles",

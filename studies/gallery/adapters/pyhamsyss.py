@@ -9,7 +9,12 @@ from pyhamsys import Parameters, solve_ivp_symp
 
 
 def run(method: str, q: Any, p: Any, h: float, steps: int, every: int, system: Any) -> Any:
-    """To the times of the rows, with the step h that is asked for."""
+    """To the times of the rows by steps of h.
+
+    Between two of r rows it makes ⌈T/step⌉ ÷ r + 1 steps, so a larger `step` is asked for, and a
+    row more, since it makes at least two steps.
+    """
+    count = steps // every + 1
     n, still, z = len(q), np.zeros_like(p), np.concatenate([q, p])
 
     def moved(h: float, z: np.ndarray) -> np.ndarray:
@@ -20,7 +25,7 @@ def run(method: str, q: Any, p: Any, h: float, steps: int, every: int, system: A
 
     rows = solve_ivp_symp(
         lambda h, t, z: moved(h, kicked(h, z)), lambda h, t, z: kicked(h, moved(h, z)),
-        (0.0, steps * h), z, np.arange(steps // every + 1) * every * h,
-        Parameters(step=h, solver=method),
-    ).y.T  # fmt: skip
+        (0.0, count * every * h), z, np.linspace(0.0, count * every * h, count + 1),
+        Parameters(step=h * every / (every - 0.75), solver=method),
+    ).y.T[:-1]  # fmt: skip
     return rows[:, :n], rows[:, n:]
