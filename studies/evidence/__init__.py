@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import random
 from dataclasses import replace
-from fractions import Fraction
 from functools import cached_property, lru_cache
 
 from discmech import reference
@@ -45,7 +44,6 @@ class Evidence:
         self.scheme = scheme
         self.seed = seed_of(scheme)
         self._departures: dict[Law, Departure] = {}
-        self._scans: dict[Scheme, tuple[list[Fraction], str]] = {}
 
     @cached_property
     def places(self) -> list[Place]:
@@ -57,17 +55,12 @@ class Evidence:
 
     def _places_of(self, scheme: Scheme) -> list[Place]:
         drawn = places_of(scheme, self.seed)
-        return drawn + places_at(scheme, self._scanned(scheme)[0])
-
-    def _scanned(self, scheme: Scheme) -> tuple[list[Fraction], str]:
-        if scheme not in self._scans:
-            self._scans[scheme] = times_that_stand_out(scheme)
-        return self._scans[scheme]
+        return drawn + places_at(scheme, times_that_stand_out(scheme)[0])
 
     @property
     def unscanned(self) -> str:
         """Return why no run looked for narrow parts of the motion; "" if one did."""
-        return self._scanned(self.scheme)[1]
+        return times_that_stand_out(self.scheme)[1]
 
     @cached_property
     def whole(self) -> Scheme:

@@ -133,6 +133,9 @@ def many_steps(scheme: AnyScheme) -> ManySteps | None:
     sizes = [own * Fraction(2.0 ** (-OCTAVES * (k / SIZES) ** 2)) * (-1) ** k for k in range(SIZES)]
     scale = np.where(scale > 0, scale, scale.max() or 1.0)
     times = [int(k) * run.step for k in at]
+    if not rule.is_formula and rule.own_coordinates:  # a run of many steps may leave a group
+        flow = scheme.flow(scheme.scene.step)
+        starts = np.array([flow.settled(z, t) for z, t in zip(starts, times, strict=True)])
     found = ManySteps(scheme, starts, np.asarray(run.u, dtype=float)[at], times, sizes,
                       np.arange(len(at)) * APART % SIZES, starts, scale)  # fmt: skip
     return ManySteps(**{**vars(found), "ends": found._made(starts, 0)})

@@ -56,6 +56,7 @@ class Peak:
         return bool(np.abs(self.state - other.state).max() > self.reach)
 
 
+@lru_cache(maxsize=256)
 def times_that_stand_out(scheme: Scheme) -> tuple[list[Fraction], str]:
     """Return (the times at which a run of short steps is least smooth, why no run was made or "").
 

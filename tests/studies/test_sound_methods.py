@@ -62,14 +62,6 @@ def test_a_motion_that_amplifies_round_off_is_no_other_order():
     assert found["verdict"] == "inconclusive" and found["local"]["order"] > 1.9
 
 
-def test_a_fall_on_which_midpoint_is_exact_passes_and_says_so():
-    """Nothing departs from its order."""
-    fall = Scene("fall", pair(1), lambda x, v, p: v[0] ** 2 / 2 - x[0],
-                 x0=[1], v0=["0.3"], step="0.1", duration=10)  # fmt: skip
-    found = measured("order", fall, rules.midpoint, 16, 8)
-    assert found["verdict"] == "pass" and "the method is exact on this scene" in found["reason"]
-
-
 @one_step(order=2, implicit=True)
 def damped_map(s, z, Z, h):
     return Z - z - h * s.f((z + Z) / 2) + h**2 * z / 10**6

@@ -147,6 +147,11 @@ class BoxFlow:
         self._last = last
         return found
 
+    def settled(self, z: Vector, t0: Given = 0) -> Vector:
+        """Return a state z = (x, μ) after its way into the box's own coordinates and back."""
+        n = self.system.n
+        return np.concatenate(self._read(*self._written(z[:n], z[n:], t0), 0, t0))
+
     def map_of(self, steps: int = 1, t0: Given = 0, rows: int = 1) -> Map:
         """Return the map z ↦ Z of `steps` steps on states z = (x, μ), (n+m,), for differences.
 

@@ -10,6 +10,8 @@ from discmech import Scene, black_box, pair, scenes
 from discmech.studies.causes.one_step import of_step
 from discmech.studies.core.case import Case, scheme_of
 from discmech.studies.evidence import evidence_of
+from discmech.studies.evidence.laws import WAY_BACK
+from discmech.studies.evidence.many_steps import many_steps
 from discmech.studies.evidence.order import NEAR
 from discmech.studies.momentum.quantities import measured_in
 from discmech.studies.momentum.sight import laws_of
@@ -29,6 +31,12 @@ PROGRAMS = runpy.run_path(str(ROOT / "docs/attacks/attitudes.py"))
 def test_sound_programs_are_of_order_two(name):
     found = evidence_of(scheme_of(BODY, PROGRAMS[name])).order
     assert not found.unknown and found.order > 2 - NEAR
+
+
+@pytest.mark.parametrize("name", ["matrix", "quaternion"])
+def test_rows_of_a_run_that_left_the_group_are_no_starts_of_a_way_back(name):
+    """A product of many rotations is off by 6e-13, and a step begins at the nearest rotation."""
+    assert not WAY_BACK.gaps(many_steps(scheme_of(BODY, PROGRAMS[name]))).max() > 1e-13
 
 
 SLOW = ("last", "in_space", "first")
