@@ -295,7 +295,7 @@ def _named(block: Block, hints: Mapping[str, str], taken: set[str]) -> Block:
     class Naming(ast.NodeTransformer):
         def visit_Name(self, node: ast.Name) -> ast.expr:
             if FRESH.match(node.id) and node.id not in found:
-                word = hints.get(node.id) or node.id[0]
+                word = hints.get(node.id) or node.id[0].lower()
                 while True:
                     number, seen[word] = seen[word], seen[word] + 1
                     name = f"{word}_{number}" if number or word in RESERVED or iskeyword(word) \

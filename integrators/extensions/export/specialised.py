@@ -173,8 +173,9 @@ def _small(node: ast.FunctionDef) -> bool:
 
 
 #: functions whose calls need no word
-TOOLS = {"advance", *(f.name for f in ast.parse(texts_of("tuple_operations")).body
-                      if isinstance(f, ast.FunctionDef))}  # fmt: skip
+TOOLS = {"advance", "balanced", "put_flat"} | {
+    f.name for f in ast.parse(texts_of("tuple_operations")).body if isinstance(f, ast.FunctionDef)
+}
 
 
 class Specialised(Module):
@@ -348,7 +349,7 @@ class Specialised(Module):
         if isinstance(value, list):
             return Entries("i" if isinstance(value[0], int) else "f", name, None, self.routine)
         if not isinstance(value, tuple):
-            return Value("v", f"{name}[{first} + {LANE}]", self.routine)
+            return Value("v", f"{name}[{f'{first} + ' if first else ''}{LANE}]", self.routine)
         found = []
         for part in value:
             found.append(self._constant(name, part, first))
