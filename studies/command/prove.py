@@ -12,7 +12,7 @@ from .output import EXIT, progress_shown, write_json
 
 #: the exit code of each answer
 CODES = {True: EXIT["pass"], False: EXIT["fail"], None: EXIT["inconclusive"]}
-KINDS = "pair, separable, symmetric, cubic, time, force, lie_group, action, product"
+KINDS = "pair, separable, magnetic, symmetric, cubic, time, force, lie_group, action, product"
 
 
 def add_to(commands: Any) -> None:

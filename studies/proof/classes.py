@@ -24,8 +24,8 @@ from discmech.integrators.numbers import sympy
 
 MOST_LETTERS = 500  # coefficients of a class, which take some ten seconds
 #: the kinds by which classes are asked for
-KINDS = ("pair", "separable", "symmetric", "cubic", "time", "force", "lie_group", "action",
-         "product", "fast")  # fmt: skip
+KINDS = ("pair", "separable", "magnetic", "symmetric", "cubic", "time", "force", "lie_group",
+         "action", "product", "fast")  # fmt: skip
 Powers = tuple[int, ...]
 
 
@@ -42,8 +42,9 @@ r3 = MatrixAlgebra("r3", [[[2, 3, 0], [5, -1, 0], [0, 0, 0]], _unit(3, 0, 2), _u
 class SceneClass:
     """A class: a groupoid, and which monomials in (x, v), or (x, μ), its function has.
 
-    part: "" for all monomials, "separable" for T(v) − V(x), "quadratic" for v·Mv/2 − V(x), "moved"
-    for those without x_0, "turned" for those in |x|², x·v and |v|², "cubic" for those of degree 3.
+    part: "" for all monomials, "separable" for T(v) − V(x), "quadratic" for v·Mv/2 − V(x),
+    "magnetic" for v·Mv/2 + A(x)·v − V(x), "moved" for those without x_0, "turned" for those in
+    |x|², x·v and |v|², "cubic" for those of degree 3.
     keeps: the name of a quantity that is constant then, and its value of (x, μ).
     """
 
@@ -63,6 +64,11 @@ class SceneClass:
     dear: int = 1
     keeps: tuple[str, Callable[[Sequence[Any]], Any]] | None = None
 
+    @property
+    def still(self) -> bool:
+        """True if L is a polynomial in v of degree 2, so that only places x matter."""
+        return self.part in ("quadratic", "magnetic")
+
     def degree(self, power: int) -> int:
         """Return the degree of polynomials that have any derivatives up to h^power at `places`."""
         return self.places * (power + self.further + 1) - 1
@@ -74,6 +80,7 @@ class SceneClass:
             "": lambda a, b: True,
             "separable": lambda a, b: not (sum(a) and sum(b)),
             "quadratic": lambda a, b: (sum(a) == 0 and sum(b) == 2) or sum(b) == 0,
+            "magnetic": lambda a, b: sum(b) < 2 or (sum(a) == 0 and sum(b) == 2),
             "moved": lambda a, b: a[0] == 0,
             "turned": lambda a, b: True,
             "cubic": lambda a, b: sum(a) + sum(b) <= 3,
@@ -153,7 +160,9 @@ def _pairs(hamiltonian: bool) -> list[SceneClass]:
     found = [SceneClass(f"{letter}(x, {moving}), n = {n}", "pair", pair(n)) for n in (1, 2, 3)]
     found += [SceneClass(f"{e}, n = 2", "separable", pair(2), part)
               for e, part in zip(parts, ("separable", "quadratic"), strict=True)]  # fmt: skip
+    form = "μ·Nμ/2 − a(x)·μ + V(x)" if hamiltonian else "v·Mv/2 + A(x)·v − V(x)"
     found += [
+        SceneClass(f"{form}, n = 2", "magnetic", pair(2), "magnetic"),
         SceneClass(f"{letter}(x, {moving}) without x_0, n = 2", "symmetric", pair(2), "moved",
                    keeps=("μ_0", lambda z: z[2])),
         SceneClass(f"{letter} of |x|², x·{moving}, |{moving}|², n = 2", "symmetric", pair(2),

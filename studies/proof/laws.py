@@ -66,6 +66,22 @@ def _bracket(s: Any, field: PrimeField) -> Function:
     return series_function(text, field)
 
 
+def volume(
+    c: Comparison, numbers: Numbers, draw: random.Random, power: int,
+    kept: Sequence[bool] | None = None,
+) -> Gaps:  # fmt: skip
+    """Return det M − 1, by elimination: M is 1 at h = 0."""
+    p, _, at = c.drawn(numbers, draw, 1, kept)
+    _, M = c.stepped(numbers, p, at, power, slopes=True)
+    rows, det = (numbers.field.zeros(*M.shape) + M).tolist(), numbers.field.number(1)
+    for i, row in enumerate(rows):
+        det = det * row[i]
+        for j in range(i + 1, len(rows)):
+            share = rows[j][i] / row[i]
+            rows[j] = [a - share * b for a, b in zip(rows[j], row, strict=True)]
+    return Gaps.of(["det"], [det - 1], numbers.field, power)
+
+
 def adjoint(
     c: Comparison, numbers: Numbers, draw: random.Random, power: int,
     kept: Sequence[bool] | None = None,
@@ -93,9 +109,9 @@ def momentum(e: SceneClass) -> Law:
     return Law(defect)
 
 
-FORM, ADJOINT = Law(form, further=1), Law(adjoint, least=2)
+FORM, VOLUME, ADJOINT = Law(form, further=1), Law(volume, further=1), Law(adjoint, least=2)
 #: the words by which laws are asked for
-LAWS = ("symplectic", "self-adjoint", "momentum")
+LAWS = ("symplectic", "volume", "self-adjoint", "momentum")
 
 
 def laws_of(
@@ -110,11 +126,15 @@ def laws_of(
     for name in laws:
         told = found.setdefault(name, {})
         for e in classes:
-            if name == "symplectic" and rule.asks_lagrangian and not e.forced:
-                told[e.name] = Answer(None, True, BY_A_THEOREM)
-                continue
             law = _law(name, e)
             if law is None:
+                continue
+            if law in (FORM, VOLUME) and rule.asks_lagrangian:
+                told[e.name] = Answer(None, True, BY_A_THEOREM)
+                continue
+            kept = found.get("symplectic", {}).get(e.name)
+            if law is VOLUME and kept is not None and kept.proven:
+                told[e.name] = kept  # a form that is kept keeps the volume
                 continue
             e, least = replace(e, further=e.further + law.further), order + law.least
             most = max(least, min(2 * order + 1, MOST_POWER))
@@ -129,4 +149,6 @@ def _law(name: str, e: SceneClass) -> Law | None:
         return momentum(e) if e.keeps else None
     if name == "symplectic":
         return None if e.forced else FORM
+    if name == "volume":
+        return VOLUME if e.groupoid.canonical and not e.forced else None
     return ADJOINT

@@ -62,18 +62,20 @@ def lettered(rule: Discretisation, told: Told) -> Discretisation:
         given = {name: sympy.Symbol(name, real=True) for name in names}
         own = {name: sympy.Symbol(name, real=True) for name in free}
         first.parameters = SimpleNamespace(**own)  # those of a class are no scene's
+
+        def letters(e: Any) -> Expression:
+            return _lettered(e, constant, free, told, rest[-1 - (rule.stages > 0)])
+
         if hasattr(first, "df"):  # a map's system: H is any function, no polynomial
             first.df, first.degree = _watched(type(first).df, first, told), None
+            # the numbers of the states at which it is asked
+            first.letters = lambda z: type(first).letters(first, map(letters, z))
         value, again = formula(first, *rest, **given), formula(first, *rest, **given)
         if value != again:
             raise BadInput(
                 f"{at_line(formula)}{rule.name} gives another value each time it is called: write "
                 "it without random numbers."
             )
-
-        def letters(e: Any) -> Expression:
-            return _lettered(e, constant, free, told, rest[-1 - (rule.stages > 0)])
-
         value = _each(value, letters)
         if hasattr(first, "potential"):
             told.taken, places = _asked(formula, first, rest, given)

@@ -168,9 +168,8 @@ def _with_degrees(
         return every  # which is told with the first class
 
     def higher(e: SceneClass) -> SceneClass:
-        further, places = comparison.reach(e.part == "quadratic")
-        dear = e.dear * (2 if further or places > 1 else 1)
-        return replace(e, further=int(further), places=places, dear=dear)
+        further, places = comparison.reach(e.still)
+        return replace(e, further=int(further), places=places)
 
     if comparison.told.taken == math.inf:
         return every
@@ -331,7 +330,7 @@ class _OpenValues(dict[str, Any]):
 
 def _too_low(e: SceneClass, comparison: Comparison, law: Law) -> str:
     """Return why the polynomials of a class may not show an error; "" where they show each."""
-    further, places = comparison.reach(e.part == "quadratic")
+    further, places = comparison.reach(e.still)
     if e.part == "cubic" or (further <= e.further - law.further and places <= e.places):
         return ""
     taken = comparison.told.taken

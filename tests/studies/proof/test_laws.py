@@ -12,6 +12,7 @@ from discmech.integrators import rules
 from discmech.integrators.rules import MAPS, METHODS
 from discmech.studies.command import main
 from discmech.studies.proof.constants import decimals_in
+from discmech.studies.proof.laws import LAWS
 
 slow = pytest.mark.slow
 HALF, OFF = Fraction(1, 2), Fraction(1, 10**9)
@@ -59,6 +60,24 @@ def trapezoidal(s, z, Z, h):
     return Z - z - h * (s.f(z) + s.f(Z)) / 2
 
 
+@one_step(order=2, groupoids="pair")
+def boris(s, z, h):
+    """Boris's method with a mass: half a drift, the kick and the turn by B = dA, half a drift.
+
+    Qin, Zhang, Xiao, Liu, Sun, Tang, Phys. Plasmas 20 (2013), 084503: it keeps the volume. All that
+    it needs is in ξ = N(μ − A) and its derivative.
+    """
+    n, (x, mu) = s.n, s.split(z)
+    half = x + h * s.xi(z) / 2
+    slope = s.df(s.join(half, 0 * mu))
+    M = slope[:n, n:].inv()
+    A, dA = -M * s.xi(s.join(half, 0 * mu)), -M * slope[:n, :n]
+    force, B = s.split(s.f(s.join(half, A)))[1], dA.T - dA
+    v = (M - h * B / 2).inv() * ((M + h * B / 2) * s.xi(z) + h * force)
+    new = half + h * v / 2
+    return s.join(new, M * (v - s.xi(s.join(new, 0 * mu))))
+
+
 #: Aubry, Chartier: order 3, pseudo-symplectic of order 5; as in OrdinaryDiffEq.jl, PSRK3p5q4
 PSEUDO_SYMPLECTIC = explicit(
     ["", "3/8", "11/12 -2/3", "-1/12 11/6 -3/4"], "1/9 8/9 -2/9 2/9", order=3
@@ -100,6 +119,27 @@ def test_wrong_kicks_keep_the_form_alone(rule, order, self_adjoint):
     form, adjoint = found.laws["symplectic"], found.laws["self-adjoint"]
     assert form and all(a.proven and a.order > order for a in form.values())
     assert {None if a.proven else a.order for a in adjoint.values()} == {self_adjoint}
+
+
+@slow
+def test_boris_keeps_the_volume_and_no_form():
+    found = prove(boris, groupoid="magnetic", laws=LAWS[:3])
+    (answer,), laws = found.classes.values(), {law: [*a.values()] for law, a in found.laws.items()}
+    assert answer.proven and answer.order == 2 and not answer.at_least
+    assert [a.proven for (a,) in laws.values()] == [False, True, True]
+    assert laws["symplectic"][0].order == 2
+
+
+@pytest.mark.parametrize(("rule", "power"), [("heun", 3), ("implicit-midpoint", None),
+                                             (kahan, 2)])  # fmt: skip
+def test_powers_of_the_volume(rule, power):
+    assert reached(rule, "volume", "cubic") == power
+
+
+def test_a_form_that_is_kept_keeps_the_volume():
+    for rule in ("rectangle", "implicit-midpoint"):
+        laws = prove(rule, groupoid="separable", laws=LAWS[:2]).laws
+        assert laws["volume"] == laws["symplectic"]
 
 
 @pytest.mark.parametrize(("rule", "kind", "power"), [
