@@ -57,7 +57,10 @@ class Gaps:
     @property
     def order(self) -> int:
         """The last power of h up to which all components are 0."""
-        return next((k for k, row in enumerate(self.rows) if any(row_of(row))), len(self.rows)) - 1
+        return (
+            next((k for k, row in enumerate(self.rows) if any(e != 0 for e in row)), len(self.rows))
+            - 1
+        )
 
     @classmethod
     def of(cls, names: Sequence[str], gaps: Sequence[Any], field: PrimeField, power: int) -> Gaps:
@@ -71,12 +74,7 @@ class Gaps:
         """The names of the components that differ at the first power with a difference."""
         k = self.order + 1
         row = self.rows[k] if k < len(self.rows) else []
-        return tuple(name for name, told in zip(self.names, row_of(row), strict=False) if told)
-
-
-def row_of(row: Sequence[Residue]) -> list[bool]:
-    """Return for each component whether it differs."""
-    return [e != 0 for e in row]
+        return tuple(name for name, e in zip(self.names, row, strict=False) if e != 0)
 
 
 class Comparison:

@@ -84,6 +84,29 @@ PSEUDO_SYMPLECTIC = explicit(
 )
 
 
+#: as Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.1, II.4 and II.5, print
+#: them: Kutta's 3/8 rule, Fehlberg's, Dormand and Prince's, and Butcher's method
+PUBLISHED = [
+    explicit(["", "1/3", "-1/3 1", "1 -1 1"], "1/8 3/8 3/8 1/8", 4),
+    explicit(["", "1/4", "3/32 9/32", "1932/2197 -7200/2197 7296/2197",
+              "439/216 -8 3680/513 -845/4104"], "25/216 0 1408/2565 2197/4104 -1/5", 4),
+    explicit(["", "1/5", "3/40 9/40", "44/45 -56/15 32/9",
+              "19372/6561 -25360/2187 64448/6561 -212/729",
+              "9017/3168 -355/33 46732/5247 49/176 -5103/18656"],
+             "35/384 0 500/1113 125/192 -2187/6784 11/84", 5),
+    explicit(["", "1/3", "0 2/3", "1/12 1/3 -1/12", "-1/16 9/8 -3/16 -3/8",
+              "0 9/8 -3/8 -3/4 1/2", "9/44 -9/11 63/44 18/11 0 -16/11"],
+             "11/120 0 27/40 27/40 -4/15 -4/15 11/120", 6),
+]  # fmt: skip
+
+
+@slow
+@pytest.mark.parametrize("method", PUBLISHED)
+def test_published_methods_have_the_order_that_is_printed(method):
+    (answer,) = prove(method, groupoid="time", laws=()).classes.values()
+    assert answer.proven and answer.order == method.order and not answer.at_least
+
+
 def reached(rule, law, kind, name=None):
     """Return the last power of h to which a law holds, or None if no power differs."""
     told = prove(rule, groupoid=kind, laws=law).laws[law]
