@@ -99,7 +99,7 @@ def {name}_near(z):
 @aside
 def {name}_far(z):
     small, stages = z, 0
-    while abs(small) > 1:
+    while abs(small) > 1 and abs(small) < HUGE:
         small, stages = small/4, stages + 1
     {everything} = {name}_near(small)
     for _ in range(stages):

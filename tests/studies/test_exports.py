@@ -21,7 +21,7 @@ KINDS = [
     ("cartesian-pendulum", "trapezoidal"), ("rigid-body", "lobatto-3"), ("rotor-body", "midpoint"),
     ("moser-veselov", "own"), ("rigid-body", "rkmk-4"), ("heavy-top", "implicit-midpoint"),
     ("lotka-volterra-half", "midpoint"), ("lotka-volterra", "implicit-midpoint"),
-    ("heavy-top", "gauss-3"), ("kepler", "lobatto-4"),
+    ("heavy-top", "gauss-3"), ("kepler", "lobatto-4"), ("charged-particle", "gauss-2"),
 ]  # fmt: skip
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from ...compiler import names_of, texts_of
 from ...compiler.llvm_statements import Scope, loaded
 from ...compiler.llvm_values import Value, mapped
-from ...compiler.llvm_writer import Module
+from ...compiler.llvm_writer import Module, decorators
 from ...numbers import Double
 from ...numbers.types import Function
 from .lane_loops import LANE
@@ -214,7 +214,11 @@ class Specialised(Module):
     def _function(self, node: ast.FunctionDef, part: str, function: Any) -> Function:
         self.letters[node.name] = [a.arg for a in node.args.args]
         self.said[node.name] = (ast.get_docstring(node) or "").split("\n\n")[0]
-        return super()._function(node, part, function)
+        made = super()._function(node, part, function)
+        if "kernel" not in decorators(node):
+            return made
+        # an unknown that is always 0 is a number like the others
+        return lambda *e: mapped(lambda k: float(k) if type(k) is int else k, made(*e))
 
     def _called(self, name: str, function: Function, *arguments: Any) -> Any:
         """Call a function of numbers, which the file has; write others where they are called."""

@@ -106,6 +106,7 @@ def test_a_step_may_change_its_size_and_the_order_stays():
 @pytest.mark.parametrize(("system", "x", "mu"), [
     (scenes.get("kepler"), [0.0, 0.0], [0.0, 0.0]),  # where the force is infinite
     (chain(), [math.inf, 0.0, 0.0, 0.0], [0.0] * 4),
+    (turned("lagrange-top"), [0.0, 0.0, 1.0], [math.inf, 1.0, 1.0]),  # Stumpff's series ends
 ])  # fmt: skip
 def test_a_failed_step_leaves_the_state_as_it_was(system, x, mu):
     file = module(Scheme(system, midpoint))
