@@ -7,6 +7,7 @@ others do not change.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
@@ -21,7 +22,7 @@ from discmech.integrators.rules import midpoint
 from ..core.case import Case, Measurement, in_chart, scheme_of
 from ..core.outcome import named
 from ..systems.runs import gap
-from .exact_path import Truncation, truncation
+from .exact_path import Truncation, settled_truncation, truncation
 from .points import MEANT, mean_of_points, sum_of_weights
 from .round_off import ROWS, residuals, size, unit
 
@@ -48,7 +49,7 @@ def of_order(
         return None
     local = measurement.get("local") or {}
     low = local.get("order") is not None and local["order"] < wanted - NEAR
-    found = truncation(scheme)
+    found = settled_truncation(scheme)
     told: Told | None = None
     if low and found.order >= wanted - NEAR:  # by so little that only the smallest steps show it
         if (local.get("floats") or {}).get("explain"):
@@ -110,8 +111,8 @@ def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str,
                 "the rule takes u for more than this chart makes of it.",
             )
     left = min(found.order_of_points, found.order_over_factor)
-    if found.order_of_legendre < 1 - NEAR < left:
-        c = _fraction(*found.factors[-2:])
+    c = _fraction(*found.factors[-2:])
+    if found.order_of_legendre < 1 - NEAR < left and c != "1":
         evidence["factors"] = found.factors
         rest = f" Without it the rule is of order {_figure(left)}, not {wanted}."
         return (
@@ -271,8 +272,11 @@ def _witness(case: Case, duration: Fraction) -> tuple[float, float]:
 def _fraction(before: float, factor: float) -> str:
     """Return the limit under halving, such as 2/3 for 0.6668 after 0.6672, if its denominator is
     small."""
-    near = Fraction(factor).limit_denominator(12)
-    return str(near) if abs(factor - near) <= 2 * abs(factor - before) else f"{factor:.4g}"
+    near, known = Fraction(factor).limit_denominator(12), 2 * abs(factor - before)
+    if abs(factor - near) <= known:
+        return str(near)
+    digits = max(4, math.ceil(-math.log10(known / abs(factor)))) if known else 16
+    return f"{factor:.{digits}g}"
 
 
 def _figure(order: float) -> str:

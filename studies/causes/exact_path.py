@@ -29,6 +29,8 @@ DIGITS, NODES = 50, 12
 ROUND_OFF = 10.0 ** (6 - DIGITS)  # relative round-off: a few thousand operations cause less
 HALVINGS = 4
 COARSEST = Fraction(1, 4)  # in units of the scene's step
+SHORTER = 4  # times that steps are shortened where later terms are mixed in
+SETTLED = 0.1  # of a power, by which halved steps may differ in the order that they show
 AFTER = 8  # steps from the start, where a motion may be at rest or otherwise special
 
 
@@ -106,6 +108,15 @@ class Truncation:
         return min(self.order_of_legendre, self.order_of_points)
 
     @property
+    def settled(self) -> bool:
+        """True if the sizes sink by one power of the step, so that no later term is mixed in."""
+        return all(
+            math.isinf(last := slope(self.steps, sizes))
+            or abs(last - slope(self.steps[:-1], sizes[:-1])) < SETTLED
+            for sizes in (self.legendre, self.residual)
+        )
+
+    @property
     def order_of_legendre(self) -> float:
         """The order r of the Legendre transforms, ‖F±/h − μ‖ = O(h^r)."""
         return slope(self.steps, self.legendre)
@@ -160,6 +171,19 @@ def truncation(scheme: Scheme, first: Fraction | None = None) -> Truncation:
             scale = h * size * (_norm(np.array(pair[0].u)) or 1)
             found["lagrangian"].append(float(abs(value - pair[0].action) / scale))
     return Truncation([float(s) for s in steps], **found)
+
+
+def settled_truncation(scheme: Scheme) -> Truncation:
+    """Return the truncation at steps so short that its sizes sink by one power of the step.
+
+    A term of a low power and a small factor shows at short steps alone.
+    """
+    found = truncation(scheme)
+    for k in range(1, SHORTER + 1):
+        if found.settled:
+            break
+        found = truncation(scheme, Fraction(scheme.scene.step) * COARSEST / 2 ** (HALVINGS * k))
+    return found
 
 
 def _norm(vector: np.ndarray) -> Any:

@@ -177,18 +177,31 @@ def _leading(scheme: Scheme) -> list[str]:
     """Return the line on the leading error of a rule on a pair groupoid, where it is known."""
     from discmech.integrators.errors import CannotMeasure
 
-    from ..proof.leading import of_rule
+    from ..proof.leading import TERMS, of_rule
 
     rule, scene = scheme.rule, scheme.scene
     free = not (scene.all_constraints or scene.force or scene.timed or scene.contact)
     if not (scene.groupoid.canonical and free and scheme.has_arrows and not rule.splits):
         return []
+    if TERMS.get(rule.order or 0, ("",))[0] == "quadratic" and not _is_separable(scheme):
+        return []  # on other scenes there are more terms
     try:
         terms = " + ".join(f"({c}) {name}" for name, c in of_rule(rule).items())
     except (CannotMeasure, ArithmeticError, BadInput):  # one that needs this very scene
         return []
     power = (rule.order or 0) + 1
     return [f"leading error  L_d − exact = h^{power} ({terms}) + …"] if terms else []
+
+
+def _is_separable(scheme: Scheme) -> bool:
+    """True if L = v·Mv/2 − V(x): ∂L/∂v is linear in v, and contains no x."""
+    from discmech.integrators.equations import momentum
+    from discmech.integrators.numbers import jacobian
+
+    s = scheme.s
+    p = momentum(s)
+    slope = jacobian(p, s.u)
+    return not {*s.x} & p.free_symbols and not {*s.u} & slope.free_symbols
 
 
 def _work(scheme: Scheme) -> list[str]:

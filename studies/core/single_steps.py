@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 
 from .records import OPTIONAL
 
+ROW = "row "  # so begins the place of a departure from one recorded row to the next
+
 
 @dataclass(frozen=True, slots=True)
 class Departure:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from ..core.case import Measurement, Verdict
 from ..core.outcome import NOT_CONSISTENT, STEPS_ARE_OFF
 from ..core.records import decoded
-from ..core.single_steps import Departure, SingleSteps
+from ..core.single_steps import ROW, Departure, SingleSteps
 from . import NEAR
 from .laws import AGAIN, ARROW, FORM, WAY_BACK
 
@@ -123,13 +123,14 @@ def broken(law: str, one: Departure, seed: int | None, what: str = "") -> str:
 
     what: the motion that the step is of, where that is no run of the study.
     """
-    if seed is None:  # of recorded rows
+    if one.place.startswith(ROW):
         said = f"from the row before, {one.place} changes {one.name} by {one.size:.2g}, where "
         return f"{said}round-off would leave at most {one.limit:.0e}."
     run, step, then = (words.format(name=one.name) for words in WORDS.get(law, OF_A_QUANTITY))
     said = f"in {what}" if what else f"the run {run}, but"
+    drawn = "" if seed is None else f" (seed {seed})"
     return (
         f"{said} a step of {one.step:.3g} from {one.place}, a place that was drawn "
-        f"{'on' if one.on_motion else 'beside'} the motion (seed {seed}), {step} {one.size:.2g}, "
-        f"where {ALLOWS.get(law, 'round-off')} would leave at most {one.limit:.0e}{then}."
+        f"{'on' if one.on_motion else 'beside'} the motion{drawn}, {step} {one.size:.2g}, where "
+        f"{ALLOWS.get(law, 'round-off')} would leave at most {one.limit:.0e}{then}."
     )

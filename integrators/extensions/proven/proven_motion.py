@@ -168,6 +168,7 @@ class ProvenMotion:
         self.near, self.unique, self.index = start.guess, SIZES[0], 0
 
     def begin(self, steps: int, every: int, allocate: object = None) -> None:
+        """Prepare a run; its rows are lists, which nothing else makes."""
         self.steps, self.every = steps, every
         self.rows: list[tuple[Vector, ...]] = []
 
@@ -177,6 +178,7 @@ class ProvenMotion:
         return len(self.rows)
 
     def advance(self) -> int:
+        """Make some steps; return 1 where no solution of the next one is proven."""
         with flint.ctx.workprec(self.numbers.bits):
             for _ in range(AT_ONCE):
                 try:
@@ -219,12 +221,14 @@ class ProvenMotion:
 
     @property
     def state(self) -> Mapping[str, np.ndarray]:
+        """Nothing: a proven run has no checkpoint."""
         return {}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Do nothing: a proven run has no checkpoint."""
 
     def failure(self, status: int) -> StepFailure:
+        """Return the failure of the coming step, with the rows so far."""
         n = len(self.start.x)
         cause = "the balls of arb prove no solution of the step"
         where: dict[str, Numbers] = {"x": self.states.middle[:n], "mu": self.states.middle[n:]}

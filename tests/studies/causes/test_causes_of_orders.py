@@ -422,6 +422,28 @@ def test_only_coordinates_off_by_whole_turns_are_wrapped(shortest, wrapped):
     assert bool(told) is wrapped and (not told or told[0] == "jumps of 2π")
 
 
+@pytest.mark.parametrize(("off", "named"), [
+    ((1, -1), "the method is of order 1.99"), ((0, 1), "L_d is 1.000002 times a consistent one"),
+])  # fmt: skip
+def test_a_small_fault_is_told_at_steps_that_show_it_alone(off, named):
+    """At a quarter of the scene's step h^4 and 1e-6 h^2 are as large, and looked like a factor."""
+    few, many = (e * sympy.Rational(1, 10**6) for e in off)
+
+    @discretisation(order=4, stages=1)
+    def eighths(L, G, x, u, h, s):
+        total = 0
+        weights = ("1/8", few), ("3/8", many), ("3/8", many), ("1/8", few)
+        for k, (weight, more) in enumerate(weights):
+            theta = sympy.Rational(k, 3)
+            c, dc = theta * u + theta * (1 - theta) * s[0], u + (1 - 2 * theta) * s[0]
+            at = G.target(x, c, h), G.velocity(x, c, dc, h)
+            total += h * (sympy.Rational(weight) + more) * L(*at)
+        return total
+
+    told = cause(Case("order", scenes.get("pendulum"), eighths, 50, None))
+    assert named in told["sentence"]
+
+
 def test_a_small_fault_is_not_taken_for_a_factor_of_one():
     """A field that is off by 2e-6 was called one of too few digits, or a step of its own."""
     fields = [(1.0, 0.0), (0.5, 1.0), (-0.7, 2.0)]

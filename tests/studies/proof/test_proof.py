@@ -533,6 +533,9 @@ def test_the_table_of_leading_errors():
 def test_explain_has_the_leading_error():
     assert "h^3 ((-1/24) v·L_xx v + (1/24) f·M⁻¹f)" in explain("pendulum", "midpoint")
     assert "leading error" not in explain("rigid-body", "midpoint")
+    assert "(-1/4320) L_xxxx" in explain("pendulum", "gauss-2")
+    for scene in ("charged-particle", "double-pendulum"):  # A·v, and a mass matrix of x
+        assert "leading error" not in explain(scene, "gauss-2")
 
 
 @slow
