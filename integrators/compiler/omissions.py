@@ -43,7 +43,9 @@ def is_affine(step: Step) -> bool:
             if not _same(step, some, point, second):
                 return False
         if _has_value(step, {**point, **dict.fromkeys(step.w, 0)}):
-            return all(_same(step, moving, *_pair(step, seed, unit)) for unit in UNITS)
+            pairs = [_pair(step, seed, unit) for unit in UNITS]  # some have no value: cosh(1e40)
+            return all(_same(step, moving, *pair) for pair in pairs
+                       if all(_has_value(step, one) for one in pair))  # fmt: skip
         if _has_value(step, point):
             return False
     return False

@@ -183,7 +183,7 @@ class Scheme(DiscretisedScene):
         for is_so, why in (
             (tolerance is not None, "give a step, no tolerance"),
             (on_edge != "refuse", "leave on_edge= out"),
-            (digits in (7, 16), "ask for more digits than 16, as by digits=30"),
+            (not 16 < digits <= 300, "ask for 17 to 300 digits, as by digits=30"),
             (self.scene.contact is not None, "impulses have no proof here"),
         ):
             if is_so:

@@ -124,7 +124,7 @@ def broken(law: str, one: Departure, seed: int | None, what: str = "") -> str:
     what: the motion that the step is of, where that is no run of the study.
     """
     if one.place.startswith(ROW):
-        said = f"from the row before, {one.place} changes {one.name} by {one.size:.2g}, where "
+        said = f"from {one.place} {one.name} changes by {one.size:.2g}, where "
         return f"{said}round-off would leave at most {one.limit:.0e}."
     run, step, then = (words.format(name=one.name) for words in WORDS.get(law, OF_A_QUANTITY))
     said = f"in {what}" if what else f"the run {run}, but"

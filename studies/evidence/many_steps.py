@@ -33,6 +33,8 @@ ROWS, OF_FORMULA, OF_RUNS = 2**12, 4, 16
 SIZES, OCTAVES = 32, 10
 BESIDE = 5  # one row of so many begins beside the motion
 APART = 19  # sizes of neighbouring rows are so many apart: a narrow part has several of them
+#: share of the largest entry of x, or of μ, below which an entry may be round-off all along a run
+ROUND_OFF = 2.0**-40
 LOOKED_AT = 3  # steps from which the law itself is asked
 
 Map: TypeAlias = Callable[[Vector], Vector]
@@ -123,7 +125,7 @@ def many_steps(scheme: AnyScheme) -> ManySteps | None:
     at = np.linspace(0, len(run.t) - 2, min(rows, len(run.t) - 1)).astype(int)
     starts = np.hstack([run.x, run.mu])[at].astype(float)
     reach, scale = np.ptp(starts, axis=0), np.abs(starts).max(axis=0)
-    if scheme.scene.all_constraints:
+    if scheme.scene.all_constraints or scheme.s.degenerate:
         reach[:] = 0
     elif not scheme.scene.groupoid.canonical:  # x may lie on an orbit, such as a sphere
         reach[: scheme.s.n] = 0
@@ -131,7 +133,9 @@ def many_steps(scheme: AnyScheme) -> ManySteps | None:
     starts[::BESIDE] += (reach * drawn.uniform(-SHARES[1], SHARES[1], starts.shape))[::BESIDE]
     own = Fraction(scheme.scene.step) * Fraction(drawn.uniform(0.99, 1))
     sizes = [own * Fraction(2.0 ** (-OCTAVES * (k / SIZES) ** 2)) * (-1) ** k for k in range(SIZES)]
-    scale = np.where(scale > 0, scale, scale.max() or 1.0)
+    for part in (slice(scheme.s.n), slice(scheme.s.n, None)):
+        most = scale[part].max(initial=0.0) or scale.max() or 1.0
+        scale[part] = np.where(scale[part] > ROUND_OFF * most, scale[part], most)
     times = [int(k) * run.step for k in at]
     if not rule.is_formula and rule.own_coordinates:  # a run of many steps may leave a group
         flow = scheme.flow(scheme.scene.step)

@@ -144,7 +144,7 @@ def energy_by_row(scheme: RecordedScheme, roundings: float) -> Departure:
         values, terms = energy_with_terms(scheme, 16)(run)
         size = np.abs(np.diff(values[:, 0])) / (terms.max() or 1.0)
         k, limit = int(size.argmax()), roundings * unit * math.sqrt(recording.every)
-        row = f"{ROW}{k + 1} of {recording.path.name} (t = {float(run.t[k + 1]):.4g})"
+        row = f"{ROW}{k} to row {k + 1} of {recording.path.name} (t = {float(run.t[k + 1]):.4g})"
         one = Departure(float(size[k]), limit, "the energy", float(recording.step), row)
         worst = max(worst, one, key=lambda each: (each.size or 0.0) / (each.limit or 1.0))
     return worst

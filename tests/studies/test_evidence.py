@@ -6,6 +6,7 @@ import random
 from fractions import Fraction
 
 import mpmath
+import numpy as np
 import pytest
 import sympy
 
@@ -17,7 +18,15 @@ from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies.core.case import in_chart
 from discmech.studies.core.single_steps import Departure
 from discmech.studies.evidence import evidence_of
-from discmech.studies.evidence.laws import ARROW, FORM, WAY_BACK, Law, worst_departure
+from discmech.studies.evidence.laws import (
+    ARROW,
+    FORM,
+    ROUNDINGS,
+    WAY_BACK,
+    Law,
+    worst_departure,
+)
+from discmech.studies.evidence.many_steps import many_steps
 from discmech.studies.evidence.measuring import of_scheme
 from discmech.studies.evidence.places import is_linear
 from discmech.studies.evidence.scan import times_that_stand_out
@@ -228,3 +237,45 @@ def test_sound_rules_have_their_order_in_the_attitude_too(scene, retraction):
     found = evidence_of(Scheme(chart, trapezoidal)).order
     assert any(c.name.startswith("x") for c in found.components)
     assert found.order == pytest.approx(2, abs=0.01)
+
+
+@pytest.mark.parametrize(("scene", "name"), [
+    ("lotka-volterra-half", "degenerate-gauss-1"), ("guiding-centre", "projected-gauss-1"),
+    ("cartesian-pendulum", "midpoint"), ("suslov", "midpoint"),
+])  # fmt: skip
+def test_a_way_back_begins_on_the_states_that_a_rule_has(scene, name):
+    """Beside the motion μ was not ϑ(x), and in doubles a state is off φ = 0 for 50 digits."""
+    scheme = Scheme(scenes.get(scene), rule(name))
+    assert not WAY_BACK.seen(scheme)
+    many = many_steps(scheme)
+    assert np.nanmax(WAY_BACK.gaps(many)) < ROUNDINGS * 2.0**-53
+
+
+def test_an_entry_that_is_round_off_all_along_has_the_scale_of_the_others():
+    """A radial motion in oblique coordinates: an entry of 1e-17 was its own scale."""
+    turned = sympy.Matrix([["0.3", "0.1"], ["0.1", "0.7"]])
+
+    def lagrangian(x, v, p):
+        y, w = turned * sympy.Matrix(x), turned * sympy.Matrix(v)
+        return w.dot(w) / 2 - y.dot(y) / 2 - y.dot(y) ** 2
+
+    scene = Scene(name="oblique", groupoid=pair(2), lagrangian=lagrangian, x0=[1, 0], v0=[0, 0],
+                  duration=10, step="0.1")  # fmt: skip
+    scheme = Scheme(scene, midpoint)
+    assert 0 < abs(scheme.flow("0.1").trajectory(100).x[:, 1]).max() < 1e-14
+    assert not WAY_BACK.seen(scheme)
+
+
+@pytest.mark.slow
+def test_a_casimir_of_an_action_groupoid_is_another_motion():
+    """(x, μ) move rightly with Γ·μ in H, and the top turns about Γ at another rate."""
+
+    @discretisation(order=2, groupoids="action")
+    def turned(L, G, x, u, h):
+        y = G.target(x, u, h / 2)
+        return h * L(y, u - y / 10**9)
+
+    (case,) = check("order", ["heavy-top"], [turned], [50])["cases"]
+    assert case["measured"]["order"] == pytest.approx(2, abs=0.01)
+    assert case["verdict"] == "fail" and "arrow u" in case["reason"]
+    assert "a step so short would leave at most 1e-14" in case["reason"]

@@ -31,7 +31,7 @@ class ProvenFlow(Flow):
         """Run as `Flow.trajectory` does, with `proof` (`Proof`): every step is proven.
 
         Balls grow by some factor in each step, so the run is made again with more digits until the
-        radius is below 10^-digits of the largest entry of x, and of μ, in each row. Raises
+        radius is below 10^-digits of the largest entry of x, and of μ, over the run. Raises
         `StepFailure` with the rows so far where no solution of a step is proven, `BadInput` as
         `Flow.trajectory` does, for a checkpoint, and where `MOST` digits do not suffice.
         """

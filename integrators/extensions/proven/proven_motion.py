@@ -116,9 +116,10 @@ class StepInBalls(OneStepGeometry):
         w, (_, slope, *_) = self.solved(c[:n], c[n:], self.start(c[:n], c[n:], near))
         at, rows = tracked(w), self._at(z, tracked(w))[0]
         error = solve(self.numbers, tracked(slope), rows).balls
-        unit = flint.arb(2) ** -self.numbers.bits
+        units = self._widths(w, flint.arb(2) ** -self.numbers.bits)
         for size in (*SIZES, *[0.0] * INFLATIONS):
-            widths = self._widths(w, size) if size else [2 * abs(e).upper() + unit for e in error]
+            twice = (2 * abs(e).upper() + unit for e, unit in zip(error, units, strict=True))
+            widths = self._widths(w, size) if size else [*twice]
             W = [flint.arb(e, r) for e, r in zip(at.balls, widths, strict=True)]
             of_W = self._at(z, self._balls(W))[1]
             error = solve(self.numbers, of_W, rows).balls
@@ -131,11 +132,11 @@ class StepInBalls(OneStepGeometry):
     def _balls(self, entries: Sequence[Ball]) -> Tracked:
         return from_balls(self.numbers, list(entries), len(entries))
 
-    def _widths(self, w: Vector, size: float) -> list[Ball]:
-        """Return the radii of W: a part of the largest unknown of the same kind."""
-        kinds = self.kinds
-        largest = {k: max(abs(e) for e, f in zip(w, kinds, strict=True) if f == k) for k in kinds}
-        return [flint.arb(float(largest[k])) * size for k in kinds]
+    def _widths(self, w: Vector, size: float | Ball) -> list[Ball]:
+        """Return the radii of W: a part of the largest unknown of the same kind, and a trifle."""
+        kinds, least = self.kinds, flint.arb(2) ** -self.numbers.bits
+        largest = [max(abs(e) for e, f in zip(w, kinds, strict=True) if f == k) for k in kinds]
+        return [(e + least) * size for e in tracked(np.array(largest, dtype=object)).balls]
 
     def moved(self, z: Tracked, c: Vector, w: Tracked, of_c: Tracked) -> tuple[Tracked, Tracked]:
         """Return (the state after the step from c, the step's derivative over z), in balls."""
@@ -216,7 +217,8 @@ class ProvenMotion:
         if set(kinds[: step.m]) != {"velocity"}:
             near = self.context.vector(self.context.scene.v0, step.m)
             u = step.velocities(c[None, : step.n], c[None, step.n :], near[None])[0]
-        above = np.where(radius, np.nextafter(radius, np.inf), 0.0)  # rounded to a double
+        # rounded up to a double, also where it is too small for one
+        above = np.where([e == 0 for e in apart], 0.0, np.nextafter(radius, np.inf))
         self.rows.append((c, u, multipliers, above))
 
     @property

@@ -67,3 +67,38 @@ def test_rows_of_a_run_are_the_ends_of_shorter_ones(damped, same, monkeypatch):
 def test_a_sound_run_keeps_the_form(box, scene):
     found = of_run(box, scene)
     assert not found.broken and found.seen == found.steps and found.again < 1e-12
+
+
+class Plain(DampsLater.formula):
+    """Verlet that keeps the number of its steps, and makes nothing of it."""
+
+    def step(self, state, h, s):
+        return *kick_drift_kick(*state[:2], h, s), state[2] + 1
+
+
+class DriftsLate(Plain):
+    """Verlet whose force is a tenth too large after three fifths of the pendulum's time."""
+
+    def step(self, state, h, s):
+        q, p, k = state
+        late = 1.1 if k * abs(h) > 6 else 1
+        p = p - h / 2 * late * s.gradient(q, p)
+        q = q + h * s.velocity(q, p)
+        return q, p - h / 2 * late * s.gradient(q, p), k + 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("formula", "verdict"), [(DriftsLate, "fail"), (Plain, "pass")])
+def test_the_order_of_a_program_that_remembers_is_that_of_its_whole_run(formula, verdict):
+    """Steps from drawn places begin anew, and so show nothing that comes late."""
+    box = black_box(order=2)(formula)
+    assert judged("order", "pendulum", box, causes=False)["verdict"] == verdict
+
+
+@pytest.mark.dear("fail")
+@pytest.mark.parametrize(("formula", "verdict"), [(DampsLater.formula, "fail"), (Plain, "pass")])
+def test_a_program_that_remembers_goes_back_along_a_long_run(formula, verdict):
+    box = black_box(order=2, reversible=True)(formula)
+    found = judged("reversibility", "pendulum", box, causes=False)
+    assert found["verdict"] == verdict
+    assert verdict == "pass" or "256 steps back miss the start" in found["reason"]

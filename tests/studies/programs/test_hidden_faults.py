@@ -20,6 +20,7 @@ from discmech import (
     scenes,
 )
 from discmech.integrators import rules
+from discmech.studies.core.claims import claiming
 from discmech.studies.evidence.laws import ENERGY, worst_departure
 from discmech.studies.symplecticity import along_run
 
@@ -276,3 +277,11 @@ def test_an_energy_that_a_quadrature_keeps_is_kept_in_doubles(digits, verdict):
     found = judged("energy", scenes.get("kepler"), claimed, 200, False, digits)
     assert found["verdict"] == verdict
     assert verdict == "pass" or "changes the energy by" in found["reason"]
+
+
+@pytest.mark.slow
+def test_a_small_defect_is_not_passed_for_none():
+    """Of RK4 at steps so small that differences hardly see its defect."""
+    tiny = scenes.get("pendulum").with_values(step="0.0005", duration="0.1")
+    found = judged("symplecticity", tiny, claiming(methods.rk4, "symplecticity"), causes=False)
+    assert found["verdict"] == "fail" or "hidden" in found["reason"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -13,11 +15,24 @@ from discmech.studies.evidence.measuring import of_scheme
 from discmech.studies.evidence.repeated import repeated
 
 from . import methods
+from .judging import judged
 from .methods import kick_drift_kick, whole_runs
 
 
 def departure(box, scene="pendulum"):
     return evidence_of(Scheme(scenes.get(scene), box)).departure(AGAIN)
+
+
+def of_state(growth):
+    """Return Verlet that changes p in each seventh of its calls."""
+    calls = itertools.count()
+
+    @black_box(order=2)
+    def step(q, p, h, s):
+        q, p = kick_drift_kick(q, p, h, s)
+        return q, p * (1 + growth * (next(calls) % 7 == 0))
+
+    return step
 
 
 @black_box(order=5, runs=True)
@@ -85,3 +100,10 @@ def test_how_far_a_change_grows_is_the_motion_s():
     place: Place = evidence_of(scheme).places[0]
     z = np.array([float(e) for e in (*place.x, *place.mu)])
     assert repeated(scheme.flow(place.step), z, np.ones(2), 64).gap > 1e-8
+
+
+@pytest.mark.slow
+def test_a_step_that_depends_on_earlier_ones_fails_every_study():
+    assert departure(of_state(1e-9)).broken and not departure(of_state(0.0)).broken
+    found = judged("order", "pendulum", of_state(1e-12), causes=False)
+    assert found["verdict"] == "fail" and "made again, differ from the run by" in found["reason"]

@@ -89,6 +89,11 @@ def test_another_run_is_outside(change):
     assert (apart(proven, again)[-1] > radius[-1]).all()
 
 
+def test_a_radius_too_small_for_a_double_is_not_0():
+    run = Scheme(scenes.get("pendulum"), midpoint).flow("1/40", 300, proven=True).trajectory(3)
+    assert run.proof.radius[1:].min() > 0
+
+
 def test_balls_do_not_grow_with_their_corners():
     """On a periodic motion a run of eight turns loses less than six digits."""
     scheme = Scheme(scenes.get("harmonic"), midpoint)
@@ -121,7 +126,8 @@ def test_a_step_without_solution_ends_the_run_with_its_rows():
 
 
 @pytest.mark.parametrize(("scene", "how", "words"), [
-    ("pendulum", {"digits": 16}, "more digits than 16"),
+    ("pendulum", {"digits": 16}, "17 to 300 digits"),
+    ("pendulum", {"digits": 301}, "17 to 300 digits"),
     ("pendulum", {"step": None, "tolerance": 1e-3}, "give a step, no tolerance"),
     ("pendulum", {"on_edge": "bisect"}, "leave on_edge= out"),
     ("bouncing-ball", {}, "impulses have no proof"),
