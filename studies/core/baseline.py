@@ -213,6 +213,10 @@ def _answer(then: AnyResult | None, now: AnyResult | None, elsewhere: bool) -> t
     if was != is_:
         worse = VERDICTS.index(is_) < VERDICTS.index(was)
         return "worse" if worse else "better", f"{was}, now {is_}"
+    before, after = then.wanted.get("order"), now.wanted.get("order")
+    if before is not None and after is not None and before != after:  # with a claim, or the rule
+        side = "worse" if after < before else "better"
+        return side, f"the expected order was {before:g}, now {after:g}"
     found = [(_side(a, _spreads(now)[what]), what, a, _spreads(now)[what])
              for what, a in _spreads(then).items() if what in _spreads(now)]  # fmt: skip
     timed = [line for line in found if line[1].startswith("time")]

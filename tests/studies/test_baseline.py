@@ -55,6 +55,8 @@ def banded(band):
     (with_errors(1e-3, 1e-46), with_errors(1e-3, 3e-46), "equal"),  # round-off
     (with_errors(1e-3, 2.5e-4), with_errors(2e-3, 1e-4), "cannot tell"),
     (with_errors(1e-3, digits=16), with_errors(2e-3, digits=16), "equal"),
+    (case(), case(order=0.998, expected={"order": 1, "tolerance": 0.05}), "worse"),
+    (case(), case(order=4.001, expected={"order": 4, "tolerance": 0.05}), "better"),
     (banded(1e-3), banded(46e-3), "worse"),
     (banded(46e-3), banded(1e-3), "better"),
     (banded(1e-3), banded(1.2e-3), "cannot tell"),
