@@ -239,7 +239,7 @@ _TABLE = (
     ),
     Entry(
         "pyhamsys-BM4", "pyhamsys", "pyhamsys", "pyhamsyss", "BM4", "henon-heiles",
-        "symplectic splitting of order 4", "https://pypi.org/project/pyhamsys/",
+        "symplectic splitting of order 4", "https://github.com/cchandre/pyhamsys",
         {"order": 4, "symplectic": True},
         "solve_ivp_symp makes one step more between two rows than `step` says (adjust_step), so "
         "with a row a step twice as many: it is asked for fewer here",
