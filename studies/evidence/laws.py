@@ -25,6 +25,7 @@ from discmech.integrators.flows import (
     restricted_form_defect,
     return_defect,
 )
+from discmech.integrators.geometry import StagesNotFound
 from discmech.integrators.numbers import Vector, arithmetic, mpmath
 
 from ..core.limits import MADE_AGAIN, OF_ORDER, of_a_step
@@ -60,11 +61,11 @@ class Law(ABC):
         """Return the longest step that is tried from a place."""
         return place.step
 
-    def ways(self, scheme: Scheme) -> Sequence[int]:
+    def signs(self, scheme: Scheme) -> Sequence[int]:
         """Return the signs of the steps that are asked: a program may do something else back."""
         return (1,)
 
-    def seen(self, scheme: Scheme) -> list[Place]:
+    def conspicuous(self, scheme: Scheme) -> list[Place]:
         """Return starts of steps, in `many_steps`, that depart from the law beyond round-off."""
         if scheme.rule.is_formula and (scheme.scene.all_constraints or scheme.s.degenerate):
             return []  # 50 digits see that a state in doubles is off a constraint, or μ off ϑ(x)
@@ -241,8 +242,8 @@ def worst_departure(
         return Departure(unknown=reason)
     worst, why = Departure(), "no step was made"
     tried = [(place, sign * law.longest(scheme, place, drawn))
-             for place in places for sign in law.ways(scheme)]  # fmt: skip
-    for place, step in [*tried, *((place, place.step) for place in law.seen(scheme))]:
+             for place in places for sign in law.signs(scheme)]  # fmt: skip
+    for place, step in [*tried, *((place, place.step) for place in law.conspicuous(scheme))]:
         for _ in range(law.tries):
             try:
                 one = law.departure(scheme, place, step)
@@ -252,7 +253,7 @@ def worst_departure(
                 why = " ".join(str(failure).split())
                 step *= random_fraction(drawn, 0.2, 0.45)  # no two are in a ratio of 2ᵏ
                 continue
-            except ArithmeticError as lost:  # a step in doubles that more digits do not find
+            except StagesNotFound as lost:  # a step in doubles that more digits do not find
                 why = " ".join(str(lost).split())
                 break
             except BadInput as refusal:  # no step from here; those from other places count

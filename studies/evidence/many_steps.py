@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
@@ -46,9 +46,8 @@ AnyScheme: TypeAlias = Any
 class ManySteps:
     """Steps of a scheme from rows of a run.
 
-    starts, ends: states (x, μ), (r, n+m), not numbers where a step fails. velocities: u of the
-    starts. times: those of the starts. sizes: the steps, and which: of each row. scale: the size of
-    each entry along the motion.
+    starts: states (x, μ), (r, n+m). velocities: u of these. times: those of the starts. sizes: the
+    steps, and which: of each row. scale: the size of each entry along the motion.
     """
 
     scheme: AnyScheme
@@ -57,8 +56,12 @@ class ManySteps:
     times: list[Fraction]
     sizes: list[Fraction]
     which: Vector
-    ends: Matrix
     scale: Vector
+
+    @cached_property
+    def ends(self) -> Matrix:
+        """The states after the steps, (r, n+m), not numbers where a step fails."""
+        return self._made(self.starts, 0)
 
     def back(self) -> Matrix:
         """Return the states after a step back from each end."""
@@ -140,9 +143,8 @@ def many_steps(scheme: AnyScheme) -> ManySteps | None:
     if not rule.is_formula and rule.own_coordinates:  # a run of many steps may leave a group
         flow = scheme.flow(scheme.scene.step)
         starts = np.array([flow.settled(z, t) for z, t in zip(starts, times, strict=True)])
-    found = ManySteps(scheme, starts, np.asarray(run.u, dtype=float)[at], times, sizes,
-                      np.arange(len(at)) * APART % SIZES, starts, scale)  # fmt: skip
-    return ManySteps(**{**vars(found), "ends": found._made(starts, 0)})
+    which = np.arange(len(at)) * APART % SIZES
+    return ManySteps(scheme, starts, np.asarray(run.u, float)[at], times, sizes, which, scale)
 
 
 def one_step(scheme: AnyScheme, step: Fraction, time: Fraction | int) -> Map:

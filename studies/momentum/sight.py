@@ -97,20 +97,21 @@ class Keeps(Law):
         """Return the one step at which it is asked."""
         return place.step if self.quantity.of_step else Fraction(scheme.scene.step)
 
-    def ways(self, scheme: Scheme) -> Sequence[int]:
+    def signs(self, scheme: Scheme) -> Sequence[int]:
         """Return the signs of the steps."""
         return (1,) if scheme.rule.is_formula else (1, -1)
 
-    def seen(self, scheme: Scheme) -> list[Place]:
+    def conspicuous(self, scheme: Scheme) -> list[Place]:
         """Return starts of steps of all sizes that do not keep what the motion itself keeps.
 
         So says a method that is judged by its claims; L_d keeps what its symmetry gives.
         """
         if scheme.rule.claims is None or self.quantity.of_step:
             return []
+        if not (found := super().conspicuous(scheme)):
+            return []
         formula = formula_of(scheme, self.quantity, scheme.scene.step)
-        found = super().seen(scheme)
-        moved = change_of_motion(scheme, with_terms(scheme, formula, DIGITS)) if found else 0
+        moved = change_of_motion(scheme, with_terms(scheme, formula, DIGITS))
         return [] if moved > KEPT else found
 
     def gaps(self, many: ManySteps) -> Vector:

@@ -128,14 +128,14 @@ _AFTER = (
 )  # fmt: skip
 
 
-def casescsv_of(result: StudyResult) -> str:
+def cases_csv(result: StudyResult) -> str:
     """Return a line per case, with all digits."""
     written = (replace(case, data=()).to_json() for case in result.cases)
     lines = [flat({key: one[key] for key in (*_KEYS, *_AFTER)}) for one in written]
     return csv_of(lines, _KEYS)
 
 
-def rowscsv_of(result: StudyResult) -> str:
+def rows_csv(result: StudyResult) -> str:
     """Return a line per row of each case: the data of the figures."""
     lines = []
     for case in result.cases:
@@ -223,8 +223,8 @@ def write_tables(
     result, text = strict(result)
     study = file_name(result.study)
     written = {
-        f"{study}.csv": casescsv_of(result),
-        f"{study}-rows.csv": rowscsv_of(result),
+        f"{study}.csv": cases_csv(result),
+        f"{study}-rows.csv": rows_csv(result),
         f"{study}.json": f"{text}\n",
         f"{study}.tex": cases_tex(result),
         f"{study}-paper.tex": paper_tex(result, labels),

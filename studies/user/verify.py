@@ -95,7 +95,7 @@ class Request:
 
     def choice(self) -> Choice:
         """Return the choice in objects; raises `BadInput` for unknown names and wrong files."""
-        rules, own = self.rules(), self.own_scenes()
+        own, rules = self._objects(())
         if self.scenes:
             chosen = self._objects(self.scenes)[0]
         elif self.every_scene:

@@ -14,7 +14,7 @@ def one_step(s, h):
 
 def rows_of_run(s, h, steps, every, xs, mus):
     """Do steps and write a row at the start and after each `every` of them; return those done."""
-    row, done, going = 0, 0, 0 < 1
+    row, done, going = 0, 0, every > 0  # no rows every 0 steps, and no end of them
     while going:
         for i in range(N):
             xs[row * N + i] = s.x[i]

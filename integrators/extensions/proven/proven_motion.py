@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -148,7 +149,7 @@ class StepInBalls(OneStepGeometry):
     def _at(self, z: Tracked, w: Tracked) -> Any:
         return self._errors("one_step")(z[: self.n], z[self.n :], w, self._twice_rounded)
 
-    @property
+    @cached_property
     def _twice_rounded(self) -> Tracked:
         """The step and the parameters; those that are irrational are rounded twice."""
         q = np.array(self.q, dtype=self.numbers.dtype)
@@ -210,9 +211,9 @@ class ProvenMotion:
         c = self.states.middle
         apart = (z - tracked(c)).balls
         radius = np.array([float(abs(e).upper()) for e in apart])
-        kinds = step.kinds
-        held = [e for e, kind in zip(w.value, kinds, strict=True) if kind == "multiplier"]
-        multipliers = np.array([2 * e / step.q[0] for e in held], dtype=object)
+        kinds, h = step.kinds, step.q[0]
+        each = zip(w.value, kinds, strict=True)
+        multipliers = np.array([2 * e / h for e, kind in each if kind == "multiplier"], object)
         u = w.value[: step.m]
         if set(kinds[: step.m]) != {"velocity"}:
             near = self.context.vector(self.context.scene.v0, step.m)
