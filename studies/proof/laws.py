@@ -10,7 +10,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from discmech.integrators.numbers import PrimeField, numeric_text
 from discmech.integrators.numbers.types import Function
 
 from .classes import SceneClass
+from .conjugate import STATES, conjugate
 from .constants import Numbers
 from .result import Answer
 from .steps import Comparison, Gaps
@@ -37,12 +38,13 @@ class Law:
     """What vanishes. defect: of a comparison, in numbers, with random letters, to a power of h.
 
     further: the derivatives that it takes of a step. least: the powers beyond the order of a map
-    that are looked at, at least.
+    that are looked at, at least. states: of random scenes that are asked in one field, at most.
     """
 
     defect: Callable[..., Gaps]
     further: int = 0
     least: int = 1
+    states: int = 1
 
 
 def form(
@@ -111,7 +113,12 @@ def momentum(e: SceneClass) -> Law:
 
 FORM, VOLUME, ADJOINT = Law(form, further=1), Law(volume, further=1), Law(adjoint, least=2)
 #: the words by which laws are asked for
-LAWS = ("symplectic", "volume", "self-adjoint", "momentum")
+LAWS = ("symplectic", "conjugate-symplectic", "volume", "self-adjoint", "momentum")
+OF_FORM = LAWS[:3]  # those that a form which is kept implies
+BY_TREES = (
+    "conjugate-symplectic: by a change of variables that is a series of trees, a B-series; whether "
+    "another goes further is not looked at."
+)
 
 
 def laws_of(
@@ -129,12 +136,12 @@ def laws_of(
             law = _law(name, e)
             if law is None:
                 continue
-            if law in (FORM, VOLUME) and rule.asks_lagrangian:
+            if name in OF_FORM and rule.asks_lagrangian:
                 told[e.name] = Answer(None, True, BY_A_THEOREM)
                 continue
             kept = found.get("symplectic", {}).get(e.name)
-            if law is VOLUME and kept is not None and kept.proven:
-                told[e.name] = kept  # a form that is kept keeps the volume
+            if name in OF_FORM and kept is not None and kept.proven:
+                told[e.name] = kept
                 continue
             e, least = replace(e, further=e.further + law.further), order + law.least
             most = max(least, min(2 * order + 1, MOST_POWER))
@@ -149,6 +156,10 @@ def _law(name: str, e: SceneClass) -> Law | None:
         return momentum(e) if e.keeps else None
     if name == "symplectic":
         return None if e.forced else FORM
+    canonical = e.groupoid.canonical and not e.forced
     if name == "volume":
-        return VOLUME if e.groupoid.canonical and not e.forced else None
+        return VOLUME if canonical else None
+    if name == "conjugate-symplectic":
+        defect = partial(conjugate, e.part in ("separable", "quadratic"))
+        return Law(defect, 1, states=STATES) if canonical and not e.timed else None
     return ADJOINT

@@ -23,7 +23,7 @@ from ..core import lookup
 from .classes import KINDS, MOST_LETTERS, SceneClass, classes_of
 from .conditions import conditions_of
 from .constants import decimals_in, numbers_for
-from .laws import LAWS, Law, laws_of
+from .laws import BY_TREES, LAWS, Law, laws_of
 from .leading import leading_error
 from .letters import Told, lettered
 from .result import Answer, Result
@@ -141,6 +141,8 @@ def prove(
             min(reached, stated),
             lambda e, law, power: _answer(e, asked, power, power, draw, power, law),
         )
+    if any(a.proven is False for a in kept.get("conjugate-symplectic", {}).values()):
+        notes.append(BY_TREES)
     claimed = ("symplectic",) if given.claims is not None and given.claims.symplectic else ()
     return Result(given.name, stated, answers, conditions, leading, notes, kept, claimed, not_asked)
 
@@ -294,7 +296,7 @@ def _drawn(
     if seen >= wanted and (said := _too_low(e, comparison, law)):
         return Answer(seen, None, said, **about)
     if seen >= wanted:
-        chance = chance_of_error(comparison, power)
+        chance = chance_of_error(comparison, power, law.states)
         told = told and f"the next power, {told}"
         return Answer(seen, True, told, chance=chance, **about)
     if said := decimals_in(rule):
@@ -343,13 +345,13 @@ def _too_low(e: SceneClass, comparison: Comparison, law: Law) -> str:
     )
 
 
-def chance_of_error(comparison: Comparison, power: int) -> float:
+def chance_of_error(comparison: Comparison, power: int, states: int = 1) -> float:
     """Return the bound of the chance that errors vanish in all draws and not always.
 
     docs/proofs.md: the numerator of an error, or of a law, is of a degree below 4(2K − 1)(m + 1)r
     with m unknowns of all substeps and r the degree of their rows, and at most `CONTENT`/(`BITS` −
     1) primes divide all its coefficients. Φ₋ₕ∘Φₕ has twice as many.
     """
-    degree = 8 * (2 * power - 1) * len(comparison.parts) * MOST_DEGREE
+    degree = 8 * (2 * power - 1) * len(comparison.parts) * MOST_DEGREE * states
     primes = 2.0 ** (BITS - 1) / (BITS * 0.7 * 4) * SHARE
     return float((degree / 2.0 ** (BITS - 1) + CONTENT / (BITS - 1) / primes) ** DRAWS)

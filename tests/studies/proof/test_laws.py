@@ -10,7 +10,9 @@ import pytest
 from discmech import one_step, prove
 from discmech.integrators import rules
 from discmech.integrators.rules import MAPS, METHODS
+from discmech.integrators.rules.maps import newmark
 from discmech.studies.command import main
+from discmech.studies.proof.conjugate import trees
 from discmech.studies.proof.constants import decimals_in
 from discmech.studies.proof.laws import LAWS
 
@@ -107,12 +109,29 @@ def test_published_methods_have_the_order_that_is_printed(method):
     assert answer.proven and answer.order == method.order and not answer.at_least
 
 
+def implicit(rows, weights, order):
+    """An implicit Runge–Kutta method."""
+    A, b = ([[*map(Fraction, row.split())] for row in part] for part in (rows, [weights]))
+
+    @one_step(order=order, stages=len(rows))
+    def method(s, z, h, K):
+        *at, new = (z + h * sum((c * e for c, e in zip(row, K, strict=True)), 0 * z)
+                    for row in A + b)  # fmt: skip
+        return new, [k - s.f(e) for k, e in zip(K, at, strict=True)]
+
+    return method
+
+
+LOBATTO_3A = implicit(["0 0 0", "5/24 1/3 -1/24", "1/6 2/3 1/6"], "1/6 2/3 1/6", order=4)
+LOBATTO_3B = implicit(["1/6 -1/6 0", "1/6 1/3 0", "1/6 5/6 0"], "1/6 2/3 1/6", order=4)
+
+
 def reached(rule, law, kind, name=None):
     """Return the last power of h to which a law holds, or None if no power differs."""
     told = prove(rule, groupoid=kind, laws=law).laws[law]
     a = told[name] if name else min(told.values(), key=lambda a: a.order)
     assert a.proven is a.at_least and (a.power is None) == a.at_least
-    assert not a.proven or 0 < a.chance < 1e-15
+    assert not a.proven or 0 < a.chance < (1e-13 if law.startswith("conjugate") else 1e-15)
     return None if a.proven else a.order
 
 
@@ -144,12 +163,37 @@ def test_wrong_kicks_keep_the_form_alone(rule, order, self_adjoint):
     assert {None if a.proven else a.order for a in adjoint.values()} == {self_adjoint}
 
 
+@pytest.mark.parametrize(("rule", "power"), [
+    ("explicit-euler", 1), ("heun", 3), ("implicit-midpoint", None), (trapezoidal, None),
+    (kahan, 4), ("average-vector-field", 4),
+    *(pytest.param(*e, marks=slow) for e in (
+        ("runge-kutta-4", 4), (PSEUDO_SYMPLECTIC, 5), (LOBATTO_3A, 6), (LOBATTO_3B, 4))),
+])  # fmt: skip
+def test_powers_of_a_conjugate_form(rule, power):
+    """Hairer (2010): the average vector field to h^4; Hairer, Zbinden (2013): Lobatto methods."""
+    assert reached(rule, "conjugate-symplectic", "cubic") == power
+
+
+@pytest.mark.parametrize("beta", ["1/4", "1/6"])
+def test_newmark_is_conjugate_where_the_mass_is_constant(beta):
+    """Kane, Marsden, Ortiz, West (2000): variational up to a change of variables, for γ = 1/2."""
+    found = prove(newmark("1/2", beta), groupoid="separable", laws=LAWS[:2])
+    own, other = found.laws.values()
+    assert [(a.order, a.proven) for a in own.values()] == [(2, False)] * 2
+    assert [(a.order, a.proven) for a in other.values()] == [(2, False), (5, True)]
+    assert any("series of trees" in e for e in found.notes)
+
+
+def test_rooted_trees():
+    assert [len(trees(k)) for k in range(1, 8)] == [1, 1, 2, 4, 9, 20, 48]
+
+
 @slow
 def test_boris_keeps_the_volume_and_no_form():
-    found = prove(boris, groupoid="magnetic", laws=LAWS[:3])
+    found = prove(boris, groupoid="magnetic", laws=LAWS[:4])
     (answer,), laws = found.classes.values(), {law: [*a.values()] for law, a in found.laws.items()}
     assert answer.proven and answer.order == 2 and not answer.at_least
-    assert [a.proven for (a,) in laws.values()] == [False, True, True]
+    assert [a.proven for (a,) in laws.values()] == [False, False, True, True]
     assert laws["symplectic"][0].order == 2
 
 
@@ -161,8 +205,8 @@ def test_powers_of_the_volume(rule, power):
 
 def test_a_form_that_is_kept_keeps_the_volume():
     for rule in ("rectangle", "implicit-midpoint"):
-        laws = prove(rule, groupoid="separable", laws=LAWS[:2]).laws
-        assert laws["volume"] == laws["symplectic"]
+        form, conjugate, of_volume = prove(rule, groupoid="separable", laws=LAWS[:3]).laws.values()
+        assert form == conjugate == of_volume
 
 
 @pytest.mark.parametrize(("rule", "kind", "power"), [
