@@ -1,10 +1,9 @@
 """Schemes and their flows: starts, steps, runs, failures."""
 
 from ..compiler import cores
-from ..runs import Trajectory
-from .ensemble import Ensemble, side_by_side
+from ..runs import Trajectory, side_by_side
 from .failures import CAUSES
-from .flow import Flow, Substeps
+from .flow import Flow
 from .free_motion import FreeMotion, first_u
 from .initial_state import Start
 from .multipliers import mean_multipliers
@@ -17,11 +16,12 @@ from .newton_step import (
     round_off_from,
     step_along,
 )
+from .scene_runs import SceneRuns, Substeps
 from .scheme import Scheme
 from .step_choice import StepChoice
 
 __all__ = [
-    "CAUSES", "Ensemble", "Flow", "FreeMotion", "Scheme", "Start", "StepChoice", "Substeps",
+    "CAUSES", "Flow", "FreeMotion", "SceneRuns", "Scheme", "Start", "StepChoice", "Substeps",
     "Trajectory", "arrow_from", "cores", "first_u", "form_change_defects", "growth_errors",
     "mean_multipliers", "restricted_form_defect", "return_defect", "round_off_from",
     "side_by_side", "step_along",

@@ -12,8 +12,9 @@ from ..hooks import check_gaps, contact_flow, modified_equation, proven_flow
 from ..numbers.types import Given
 from ..rules import Discretisation, Substep
 from ..scene import Again, Scene
-from .flow import Flow, Substeps
+from .flow import Flow
 from .latex import latex_of
+from .scene_runs import Substeps
 from .step_choice import step_for
 
 

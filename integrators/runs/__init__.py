@@ -1,10 +1,12 @@
-"""Runs of all kinds: one stepper's protocol, one loop, one trajectory, checkpoints."""
+"""Runs of all kinds: one stepper's protocol, one loop, one trajectory, ensembles, checkpoints."""
 
 from .derivatives import RunDerivatives, RunGradient
+from .ensemble import Ensemble, side_by_side
+from .flow_runs import OF_ONE_MAP, FlowRuns, NotOneMap
 from .stepper import File, Progress, Stepper, run
 from .trajectory import Allocate, Trajectory, allocated
 
 __all__ = [
-    "Allocate", "File", "Progress", "RunDerivatives", "RunGradient", "Stepper", "Trajectory",
-    "allocated", "run",
+    "OF_ONE_MAP", "Allocate", "Ensemble", "File", "FlowRuns", "NotOneMap", "Progress",
+    "RunDerivatives", "RunGradient", "Stepper", "Trajectory", "allocated", "run", "side_by_side",
 ]  # fmt: skip

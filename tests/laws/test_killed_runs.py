@@ -7,7 +7,7 @@ import pytest
 import sympy
 from scipy.linalg import expm
 
-from discmech import BadInput, Scheme, scenes
+from discmech import BadInput, Scheme, black_box, scenes
 from discmech.integrators import rules
 from discmech.integrators.extensions.lattices import scenes as systems
 from discmech.integrators.extensions.steps import vary
@@ -31,6 +31,19 @@ def flow_of(scene, rule="midpoint", step=None, digits=16, edge="refuse", **how):
 
 def reversible():
     return vary(rules.get("trapezoidal"), radius, "reversible")
+
+
+@black_box(order=2)
+def leapfrog(q, p, h, system):
+    p = p + h / 2 * system.force(q, p)
+    q = q + h * system.velocity(q, p)
+    return q, p + h / 2 * system.force(q, p)
+
+
+@black_box(order=1, numbers="any")
+def euler(q, p, h, system):
+    p = p + h * system.force(q, p)
+    return q + h * system.velocity(q, p), p
 
 
 def stiffening():
@@ -70,21 +83,26 @@ FLOWS = {
     "sites with contact": (
         lambda: Scheme(systems.bead_chain(8), rules.get("midpoint")).flow("1/50"), 40, 3
     ),
+    "program": (lambda: flow_of("kepler", leapfrog), 40, 3),
+    "program, 30 digits": (lambda: flow_of("pendulum", euler, digits=30), 40, 3),
+    "program in time": (lambda: flow_of("kapitza-pendulum", leapfrog), 40, 3),
     "sites with contact, stiffening": (
         lambda: Scheme(stiffening(), rules.get("midpoint")).flow("1/10"), 60, 3
     ),
 }  # fmt: skip
 
 
-QUICK = ("Newton", "50 digits", "shrink", "located")
+QUICK = ("Newton", "50 digits", "shrink", "located", "program")
 
 
 @pytest.fixture(autouse=True)
 def often(monkeypatch):
     """A state after every stretch, and stretches of a few steps."""
     from discmech.integrators.extensions.contact import contact_flow
+    from discmech.integrators.extensions.foreign import box_motion
     from discmech.integrators.flows import free_motion
 
+    monkeypatch.setattr(box_motion, "CHUNK", 5)
     monkeypatch.setattr(checkpoint, "SECONDS", 0)
     monkeypatch.setattr(free_motion, "CHUNK", 5)
     monkeypatch.setattr(contact_flow, "MOST_AT_ONCE", 8)
@@ -190,9 +208,49 @@ def test_parameters_that_only_gaps_or_the_time_use_belong_to_a_run(tmp_path):
             beads(gap, rate).trajectory(3, checkpoint=tmp_path / "run")
 
 
-def test_each_member_of_an_ensemble_has_its_own_file(tmp_path):
-    flow = flow_of("kepler")
-    run = flow.trajectory(6)
-    kept = flow.ensemble(run.x, run.mu, steps=9, checkpoint=tmp_path / "run")
-    assert np.array_equal(kept.x, flow.ensemble(run.x, run.mu, steps=9).x)
-    assert len([*tmp_path.glob("run.*.x.npy")]) == 7
+def test_a_program_that_is_more_than_its_text_and_the_state_has_no_checkpoint(tmp_path):
+    @black_box(order=2)
+    class Remembers:
+        def start(self, q, p, h):
+            return q, p
+
+        def step(self, state, h):
+            return state
+
+        def read(self, state):
+            return state
+
+    counts = [0]
+
+    @black_box(order=1)
+    def counting(q, p, h):
+        counts[0] += 1
+        return q + h * p, p - h * counts[0] * q
+
+    @black_box(order=1)
+    def by_chance(q, p, h):
+        return q + h * np.random.random() * p, p
+
+    flow = flow_of("pendulum", Remembers)
+    with pytest.raises(BadInput, match="needs more than the state: leave checkpoint"):
+        flow.trajectory(3, checkpoint=tmp_path / "run")
+    with pytest.raises(BadInput, match="by random: leave checkpoint"):
+        flow_of("pendulum", by_chance).trajectory(3, checkpoint=tmp_path / "run")
+    flow_of("pendulum", counting).trajectory(3, checkpoint=tmp_path / "run")
+    counts[0] = 0  # as in another process
+    with pytest.raises(BadInput, match="its steps change what it reads"):
+        flow_of("pendulum", counting).trajectory(3, checkpoint=tmp_path / "run")
+
+
+@pytest.mark.parametrize(
+    "kind", ["Newton", "varied", "located", "sites", "sites with contact", "program"]
+)
+def test_members_of_an_ensemble_are_runs_with_files_of_their_own(tmp_path, kind):
+    flow = FLOWS[kind][0]()
+    run = flow.trajectory(6, 2)
+    kept = flow.ensemble(run.base, run.mu, steps=9, checkpoint=tmp_path / "run")
+    for k in range(4):
+        alone = flow.trajectory(9, x0=run.base[k], mu0=run.mu[k])
+        for rows, member in ((kept.x, alone.x), (kept.u, alone.u), (kept.mu, alone.mu)):
+            assert np.array_equal(rows[k], member)
+    assert len([*tmp_path.glob("run.*.x.npy")]) == 4

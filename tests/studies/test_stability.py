@@ -138,7 +138,7 @@ def test_a_map_is_the_same_on_all_cores(monkeypatch, name, rule):
     family = replace(FAMILIES[name], stiffness=FAMILIES[name].stiffness[-1:])
     scheme, maps = scheme_of(scenes.get(name), discretisations.get(rule)), []
     for cores in (1, 3):
-        monkeypatch.setattr("discmech.integrators.flows.ensemble.cores", lambda n=cores: n)
+        monkeypatch.setattr("discmech.integrators.runs.ensemble.cores", lambda n=cores: n)
         maps.append(stability_map(family, scheme, steps=500))
     assert maps[0] == maps[1]
 

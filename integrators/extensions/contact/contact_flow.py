@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from ...compiler import KernelsAtStep, Status
 from ...equations import DiscretisedScene
-from ...errors import BadInput, CannotMeasure, StepFailure
-from ...flows import CAUSES, Flow, FreeMotion, Start, Substeps
+from ...errors import BadInput, StepFailure
+from ...flows import CAUSES, FreeMotion, SceneRuns, Start, Substeps
 from ...numbers import Number, Numbers, Vector
 from ...numbers.types import Given
-from ...runs import Trajectory, run
+from ...runs import NotOneMap, Trajectory, run
 from .contact_run import ContactRun, Impacts
 from .contact_step import Moment
 from .gaps import Gaps, gap_expressions
@@ -24,11 +23,11 @@ from .start import check_gaps
 MOST_AT_ONCE = 4096  # largest number of free steps before the next check for a contact
 
 
-class ContactFlow(Flow):
+class ContactFlow(NotOneMap, SceneRuns):
     """The flow of a scene with contact: (x, μ) ↦ (x, μ) with φ ≥ 0 (`contact.ContactSteps`).
 
-    It has no maps of arrows, no forms and no past: methods that need them raise `CannotMeasure`.
-    Raises `BadInput` for a negative step, and for an on_edge other than "refuse".
+    It has no maps of arrows, no forms and no past. Raises `BadInput` for a negative step, and for
+    an on_edge other than "refuse".
     """
 
     def __init__(
@@ -92,14 +91,13 @@ class ContactFlow(Flow):
             check_gaps(s, self.scheme.scene, self.numbers.public(start.x[: s.n]))
         return _Run(self, start)
 
-    def _no_form(self, *given: Any, **named: Any) -> Any:
-        """Raise `CannotMeasure`: forms are not defined if a step contains impulses."""
-        raise CannotMeasure(
-            f"{self.scheme.scene.name} has contact: forms, inverse steps and Legendre maps are not "
+    @property
+    def why_not_one_map(self) -> str:
+        """Why no form is measured on a step."""
+        return (
+            f"{self.name} has contact: forms, inverse steps and Legendre maps are not "
             "defined if a step contains impulses; use discmech contact."
         )
-
-    poisson_defect = step_defect = tangent = solutions = inverse_legendre = _no_form
 
 
 class _Run(ContactRun):
@@ -121,7 +119,7 @@ class _Run(ContactRun):
     def key(self) -> str:
         """The key of the free motion, and the gaps."""
         flow = self.flow
-        scene, free = flow.scheme.scene, Flow.stepper(flow, self.start)
+        scene, free = flow.scheme.scene, SceneRuns.stepper(flow, self.start)
         assert scene.contact is not None
         gaps = gap_expressions(flow.scheme.equations.s, scene.contact)
         return f"{free.key} {gaps} {scene.friction} {scene.restitution} {scene.impacts}"

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import DTypeLike
 
 from ...equations import initial_momentum
 from ...errors import BadInput, StepFailure, arguments_checked, shown
 from ...flows import StepChoice, Trajectory
-from ...numbers import Matrix, Numbers, Vector, arithmetic, exact_rational, whole_number
+from ...numbers import Matrix, Numbers, Vector, arithmetic, exact_rational
 from ...numbers.types import Exact, Given
+from ...runs import File, FlowRuns, Progress
+from .box_motion import BoxMotion
 from .calls import Box, BoxRaised, Calls
 from .differences import Map, MapOfRows
 
 #: a `BoxScheme`, whose file comes after this one
 BoxOnScene: TypeAlias = Any
 
-CHUNK = 2**12  # number of steps between two reports of progress
 ALSO_ALONE = 2  # number of states of a vectorised call that are also computed one by one
 #: largest relative difference between the two: arrays round differently from single numbers, and a
 #: motion near a pole enlarges that thousands of times
@@ -42,7 +41,7 @@ class _Heard:
         return getattr(self._system, name)
 
 
-class BoxFlow:
+class BoxFlow(FlowRuns):
     """The steps of a black box, on (x, μ) like those of every flow: `trajectory`, `dual_step`.
 
     step: exact; a negative one runs back. digits = 16 is double precision (single, for a box of
@@ -81,35 +80,21 @@ class BoxFlow:
     def trajectory(
         self, steps: int, every: int = 1, *, x0: Numbers | None = None,
         mu0: Numbers | None = None, u0: Numbers | None = None, t0: Given = 0,
-        progress: Callable[[int], None] | None = None,
+        checkpoint: File = None, progress: Progress = None,
     ) -> Trajectory:  # fmt: skip
         """Run `steps` steps from the scene's start (or from x0, mu0), with a row every `every`
         steps.
 
-        See `Flow.trajectory`; u is ξ(x, μ) of each row. u0 is ignored. Raises `StepFailure`, with
-        the rows so far, if the box raises or returns numbers that are not finite, and `BadInput`
-        for answers of another kind.
+        See `Flow.trajectory`; u is ξ(x, μ) of each row. u0 is ignored. A checkpoint needs a box
+        whose steps are functions of the state, of which a change can be detected. Raises
+        `StepFailure`, with the rows so far, if the box raises or returns numbers that are not
+        finite, and `BadInput` for answers of another kind.
         """
-        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
-        x, mu, t0 = self._start(x0, mu0, t0)
-        size, n, m = steps // every + 1, len(x), len(mu)
-        xs, mus = np.empty((size, n), self._type), np.empty((size, m), self._type)
-        count = 0
 
-        def row(k: int, q: Vector, p: Vector) -> None:
-            nonlocal count
-            xs[count], mus[count] = self._read(q, p, k, t0)
-            count += 1
-            if progress is not None and k % (CHUNK * every) < every:
-                progress(k)
+        def stepper() -> BoxMotion:
+            return BoxMotion(self, *self._start(x0, mu0, t0))
 
-        with self.numbers.user_working():
-            q, p = self._written(x, mu, t0)
-            try:
-                self._calls.run(q, p, steps, every, lambda k: self._at(k, t0), row)
-            except BoxRaised as error:
-                raise self._failure(error, xs[:count], mus[:count], every, t0) from error
-            return self._rows(xs, mus, steps, every, t0)
+        return self._run(stepper, steps, every, progress, checkpoint)
 
     def dual_step(self, x: Numbers, mu: Numbers, t0: Given = 0) -> tuple[Vector, Vector]:
         """Return (x′, μ′), one step after (x, μ)."""
@@ -204,10 +189,6 @@ class BoxFlow:
         return MapOfRows(image, rows)
 
     # -- states ----------------------------------------------------------------------------------
-
-    @property
-    def _type(self) -> DTypeLike:
-        return float if self.digits == 16 else object
 
     def _public(self, given: Numbers) -> Vector:
         """Return numbers of the flow's own arithmetic in the form that the box and the user get."""

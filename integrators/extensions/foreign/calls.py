@@ -66,35 +66,45 @@ class Calls:
         self._given = (*(() if box.step is not None else (h,)), *self._last.get("the function", ()))
 
     def run(
-        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep
-    ) -> None:  # fmt: skip
+        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep, first: int = 0
+    ) -> tuple[Vector, Vector]:
         """Make `steps` steps; call `row(k, q, p)` for the start and every `every`-th step.
 
-        at(k) sets the time before step k. Raises `BadInput` for answers of a wrong kind,
-        `BoxRaised` for exceptions of the box, numbers that are not finite, and a first row that is
-        not the start.
+        at(k) sets the time before step k. first: the number of the first step; only where each step
+        is a call of its own may it be another than 0. Return the last state. Raises `BadInput` for
+        answers of a wrong kind, `BoxRaised` for exceptions of the box, numbers that are not finite,
+        and a first row that is not the start.
         """
-        row(0, q, p)
+        if not first:
+            row(0, q, p)
         if not steps:
-            return
-        way = self._with_memory if self.box.remembers else self._stepwise
-        made = [0]  # the number of the step that is being made; runs may be made side by side
+            return q, p
+        made = [first]  # the number of the step that is being made; runs may be made side by side
         try:
-            (self._whole if self.box.runs else way)(q, p, steps, every, at, row, made)
+            if self.by_steps:
+                return self._stepwise(q, p, range(first, first + steps), every, at, row, made)
+            (self._whole if self.box.runs else self._with_memory)(q, p, steps, every, at, row, made)
+            return q, p
         except (BadInput, BoxRaised):
             raise
         except RAISED as error:
             raise self._raised(made[0], error) from error
 
+    @property
+    def by_steps(self) -> bool:
+        """True if each step is a call of its own, of a function of the state."""
+        return not (self.box.runs or self.box.remembers)
+
     def _stepwise(
-        self, q: Vector, p: Vector, steps: int, every: int, at: Begin, row: Keep, made: list[int]
-    ) -> None:
+        self, q: Vector, p: Vector, numbers: range, every: int, at: Begin, row: Keep,
+        made: list[int],
+    ) -> tuple[Vector, Vector]:  # fmt: skip
         function, last = self._unchanged, self._given
         shapes, kind = (q.shape, p.shape), self.kind
         plain, several = kind == DOUBLE and p.ndim == 1, p.ndim == 2
         q, p = q.copy(), p.copy()
         timed = self.system._clocked
-        for k in range(steps):
+        for k in numbers:
             made[0] = k
             if timed:
                 at(k)
@@ -110,6 +120,7 @@ class Calls:
                 self._check_finite(k, q, p)
             if (k + 1) % every == 0:
                 row(k + 1, q, p)
+        return q, p
 
     def _unchanged(self, q: Vector, p: Vector, *last: Any) -> object:
         """Return the answer for arrays that the box must not change.

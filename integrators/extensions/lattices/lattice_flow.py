@@ -10,10 +10,10 @@ import numpy as np
 
 from ...compiler import NoShortForm
 from ...equations import SceneSymbols, momentum, on_constraints
-from ...errors import BadInput, arguments_checked, check_progress
+from ...errors import BadInput, arguments_checked
 from ...numbers import Arithmetic, Matrix, Number, arithmetic, exact_rational, numeric, whole_number
 from ...numbers.types import Function, Given, Rows
-from ...runs import File, Progress, Stepper, Trajectory, run
+from ...runs import File, FlowRuns, Progress, Stepper, Trajectory, run
 from ...scene import Again
 from .as_scene import scene_of
 from .blocks import at_ends, of_all
@@ -25,7 +25,7 @@ from .lattice_stepper import LatticeStepper
 from .restricted_step import step_derivative
 
 
-class LatticeFlow:
+class LatticeFlow(FlowRuns):
     """The one-step map (x, μ) ↦ (b, μ′) of a lattice by a rule.
 
     digits: 16 for compiled double precision; otherwise Python runs the same driver, on numbers of
@@ -42,6 +42,11 @@ class LatticeFlow:
     def __reduce__(self) -> Again:
         """Return the pickled form: the flow is made again from its scheme and step."""
         return type(self), (self.scheme, self.step, self.numbers.digits)
+
+    @property
+    def name(self) -> str:
+        """The lattice's name."""
+        return str(self.lattice.name)
 
     @property
     def kernels(self) -> LatticeKernels:
@@ -84,12 +89,12 @@ class LatticeFlow:
         so far. Raises `BadInput` for wrong shapes or counts and for the checkpoint of another run,
         `StepFailure` (with the rows so far) if a step cannot be solved.
         """
-        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
-        check_progress(progress)
-        t = exact_rational(t0, "t0")
-        x, mu = self._start(x0, mu0, t)
-        with self.numbers.working():
-            return run(self.stepper(x, mu, t), steps, every, progress, checkpoint)
+
+        def stepper() -> Stepper:
+            t = exact_rational(t0, "t0")
+            return self.stepper(*self._start(x0, mu0, t), t)
+
+        return self._run(stepper, steps, every, progress, checkpoint)
 
     def stepper(self, x: Matrix, mu: Matrix, t0: Number) -> Stepper:
         """Return a run from a start, for the loop `runs.run`."""

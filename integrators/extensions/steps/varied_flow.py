@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
 from ...compiler import KernelsAtStep, Step
 from ...equations import SceneSymbols, energy, legendre_inverse
 from ...equations.legendre_inverse import LegendreInverse
-from ...errors import SMALLER, BadInput, CannotMeasure, StepFailure, arguments_checked
-from ...flows import Flow, FreeMotion, Start
+from ...errors import SMALLER, BadInput, StepFailure, arguments_checked
+from ...flows import FreeMotion, SceneRuns, Start
 from ...geometry import LocalGeometry, OneStepGeometry, StepContext
 from ...numbers import (
     Arithmetic,
@@ -27,7 +27,7 @@ from ...numbers import (
     whole_number,
 )
 from ...numbers.types import Function, Given, Matrix
-from ...runs import Trajectory
+from ...runs import NotOneMap, Trajectory
 from ...scene import Scene, remembered
 
 
@@ -76,7 +76,7 @@ class _Context(StepContext):
         return StepFailure(*names, index, float(x[n]), shown, cause, trajectory, fix)
 
 
-class VariedFlow(Flow):
+class VariedFlow(NotOneMap, SceneRuns):
     """The steps of a rule that vary, of the size `step` in the time τ.
 
     digits = 16 is compiled double precision; more gives mpmath numbers. A negative step runs back,
@@ -97,6 +97,15 @@ class VariedFlow(Flow):
             plain.scheme, plain.numbers, plain.step, plain.substeps, varied=varied
         )
         self.parts = self.context.parts
+
+    @property
+    def why_not_one_map(self) -> str:
+        """Why no form is measured on a step."""
+        return (
+            f"{self.varied.rule.name} has steps that vary, and a step is no function of one arrow "
+            "and one step size, on which forms and derivatives are measured; take trajectory, or "
+            f"the flow of Scheme(scene, {self.varied.rule.base.name})."
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         return VariedFlow, (self.varied, self.step, self.digits)
@@ -155,7 +164,7 @@ class VariedFlow(Flow):
         if not density0 is energy0 is None:
             flow = object.__new__(VariedFlow)
             vars(flow).update(vars(self), edge=self.edge, density0=density0, energy0=energy0)
-        return Flow.trajectory(flow, steps, every, **given)
+        return SceneRuns.trajectory(flow, steps, every, **given)
 
     def stepper(self, start: Start) -> _VariedMotion:
         flow, own = self, start is self.starting.own and self.energy0 is None
@@ -267,27 +276,6 @@ def _energy(scene: Scene, numbers: Arithmetic) -> tuple[Function, LegendreInvers
     s = SceneSymbols(scene)
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return numeric(letters, [energy(s)], numbers), legendre_inverse(s, numbers)
-
-
-def _refused(name: str) -> Function:
-    """Return a method that refuses, with the reason why a flow of varying steps has no `name`."""
-
-    def method(self: VariedFlow, *given: Any, **named: Any) -> NoReturn:
-        raise CannotMeasure(
-            f"{self.varied.rule.name} has steps that vary, and a step is no function of one arrow "
-            f"and one step size: it has no {name}; take trajectory, or the flow of "
-            f"Scheme(scene, {self.varied.rule.base.name})."
-        )
-
-    method.__doc__ = f"Raise `CannotMeasure`: steps that vary have no {name}."
-    return method
-
-
-#: methods of `Flow` for steps of one size
-for _name in ("elements", "arrow", "derivatives", "gradient", "evolve", "next_arrow", "devolve",
-              "inverse_legendre", "solutions", "pullback_defect", "poisson_defect", "step_defect",
-              "tangent"):  # fmt: skip
-    setattr(VariedFlow, _name, _refused(_name))
 
 
 def _part(run: Trajectory, count: int, every: int) -> Trajectory:

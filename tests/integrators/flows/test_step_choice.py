@@ -45,7 +45,7 @@ def test_with_more_digits_the_step_is_chosen_as_well():
 def test_a_step_whose_stages_do_not_contract_is_not_chosen(monkeypatch):
     """Eight steps keep a loose tolerance, all of them by Newton, and take five times as long; nor
     is anything compiled for them."""
-    monkeypatch.setattr("discmech.integrators.flows.flow.compile", None)
+    monkeypatch.setattr("discmech.integrators.flows.scene_runs.compile", None)
     flow = Scheme(SCENES["heavy-top"], rules.get("gauss-4")).flow(tolerance="1e-2")
     run = flow.trajectory(flow.choice.steps)
     assert run.solver == "fixed point" and flow.choice.error < 1e-2

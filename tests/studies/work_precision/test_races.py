@@ -230,7 +230,7 @@ def test_rules_of_high_order_begin_at_their_loose_end():
 
 def test_rules_with_stages_begin_where_these_contract(monkeypatch):
     """Nothing is compiled for Newton's method, unless the number of steps was asked for."""
-    monkeypatch.setattr("discmech.integrators.flows.flow.compile", None)
+    monkeypatch.setattr("discmech.integrators.flows.scene_runs.compile", None)
     problem, _ = race_on(scenes.get("rigid-body"))
     contestant = RuleContestant(problem, discretisations.get("gauss-3"))
     first = next(contestant.ladder())

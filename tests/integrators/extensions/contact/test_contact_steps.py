@@ -113,7 +113,6 @@ def test_rows_and_starts():
     assert struck.impacts.t[0] == 0 and struck.mu[0, 0] == -1 and struck.mu[1, 0] > 0.8
     assert abs(flow.dual_step([1], [0])[0][0] - 0.995) < 1e-15
     assert whole.impulses.shape == (41, 1, 1)  # no friction, no plane
-    assert flow.ensemble([[1], [2]], [[0], [0]], 10).x.shape == (2, 11, 1)
 
 
 @pytest.mark.slow

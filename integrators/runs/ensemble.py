@@ -13,7 +13,7 @@ from ..compiler import cores
 from ..errors import BadInput, StepFailure, shown
 from ..numbers import Arithmetic, Double
 from ..numbers.types import Matrix, Numbers, Rows, Vector
-from ..runs import Trajectory
+from .trajectory import Trajectory
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -23,7 +23,7 @@ Starts: TypeAlias = list[Numbers | None]
 
 @dataclass(frozen=True)
 class Ensemble:
-    """The rows of many runs: t (r,), x (k, r, n), u (k, r, m), mu (k, r, m).
+    """The rows of many runs: t (r,), x (k, r, n), u (k, r, m), mu (k, r, m); of N sites with N.
 
     runs: the trajectory of each member, as far as it came. failures: {member: its `StepFailure`};
     the rows that a failed member did not reach are NaN.
@@ -104,5 +104,5 @@ def _of_one_length(x0s: Rows | None, mu0s: Rows | None, what: str) -> tuple[Star
 
 def _padded(rows: Matrix, count: int, numbers: Arithmetic) -> Matrix:
     """Return `count` rows: those given, followed by rows of NaN."""
-    missing = numbers.public(np.full((count - len(rows), rows.shape[1]), np.nan))
+    missing = numbers.public(np.full((count - len(rows), *rows.shape[1:]), np.nan))
     return np.concatenate([rows, missing])
